@@ -1,0 +1,47 @@
+// Results that carry either a value or one error that says what, why and what to do.
+#pragma once
+
+#include <expected>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace lensd {
+
+/// Why something could not be done. "No feasible plan" and "autofocus refused" are answers, not errors.
+enum class Code {
+  InvalidArgument,  ///< the request makes no sense as written
+  OutOfRange,       ///< well formed, but outside what the device or the model allows
+  Timeout,          ///< a deadline passed
+  Cancelled,        ///< stopped by a person or a closing connection
+  Superseded,       ///< a newer command for the same axis took over
+  Disconnected,     ///< the device or the peer is not there
+  Busy,             ///< held by somebody else; try again
+  Protocol,         ///< the other side broke the rules of its protocol
+  Unsupported,      ///< this device cannot do that
+  BadData,          ///< a file's contents are wrong
+  Io,               ///< reading or writing failed
+  Internal,         ///< our own fault
+};
+
+/// One error: a code for programs and one line for people.
+struct Error {
+  Code code = Code::Internal;
+  std::string message;
+};
+
+template <class T>
+using Result = std::expected<T, Error>;
+
+/// `return Fail(Code::Timeout, "…");` from any function that returns a Result.
+[[nodiscard]] inline std::unexpected<Error> Fail(Code code, std::string message) {
+  return std::unexpected(Error{code, std::move(message)});
+}
+
+/// Passes an error on from one Result to a Result of another type.
+template <class T>
+[[nodiscard]] std::unexpected<Error> PassOn(Result<T>&& failed) {
+  return std::unexpected(std::move(failed).error());
+}
+
+}  // namespace lensd

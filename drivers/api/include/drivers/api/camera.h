@@ -1,0 +1,79 @@
+// A camera, as far as everything above the drivers knows it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/clock.h"
+#include "base/result.h"
+
+namespace lensd::drivers {
+
+/// One picture: luminance samples, row-major, without padding. Cheap to copy: the samples are shared and never change.
+struct Frame {
+  int width = 0;               ///< px
+  int height = 0;              ///< px
+  int bits = 8;                ///< significant bits a sample; full scale is 2^bits - 1
+  double gamma = 1.0;          ///< sample = light^(1/gamma); 1: linear light
+  std::shared_ptr<const std::vector<std::uint16_t>> samples;  ///< width * height
+  std::uint64_t sequence = 0;  ///< counts frames exposed, lost ones included
+  Instant exposure_start{};    ///< CLOCK_MONOTONIC
+  Instant exposure_end{};
+};
+
+/// What a camera is. Immutable once the device is open.
+struct CameraCapabilities {
+  std::string driver;
+  std::string model;
+  std::string serial;
+  int width = 0;           ///< px
+  int height = 0;          ///< px
+  int bits = 8;
+  double pixel_um = 0.0;   ///< pitch; 0: unknown
+  double frame_rate_hz = 0.0;
+  bool can_set_exposure = false;
+};
+
+/// A camera. It streams only between Start() and Stop(). One thread calls everything but Interrupt().
+class Camera {
+ public:
+  virtual ~Camera() = default;
+  Camera(const Camera&) = delete;
+  Camera& operator=(const Camera&) = delete;
+
+  const CameraCapabilities& capabilities() const { return capabilities_; }
+
+  /// Begins streaming; harmless when streaming already. Disconnected, Busy, Timeout, Protocol.
+  Result<void> Start() { return DoStart(); }
+  /// Ends streaming; harmless when not streaming.
+  Result<void> Stop() { return DoStop(); }
+  /// The newest frame not yet handed out, or none yet. Never waits for an exposure. InvalidArgument: not streaming.
+  /// Disconnected, Timeout, Protocol.
+  Result<std::optional<Frame>> Poll() { return DoPoll(); }
+  /// Exposure time of the frames that start after this call. Unsupported, OutOfRange.
+  Result<void> SetExposure(Duration exposure);
+  /// From any thread: makes an I/O call in progress return Cancelled soon.
+  void Interrupt() { DoInterrupt(); }
+
+ protected:
+  explicit Camera(CameraCapabilities capabilities) : capabilities_(std::move(capabilities)) {}
+
+ private:
+  virtual Result<void> DoStart() = 0;
+  virtual Result<void> DoStop() = 0;
+  virtual Result<std::optional<Frame>> DoPoll() = 0;
+  virtual Result<void> DoSetExposure(Duration) { return Fail(Code::Unsupported, "this camera's exposure is fixed"); }
+  virtual void DoInterrupt() {}
+
+  CameraCapabilities capabilities_;
+};
+
+inline Result<void> Camera::SetExposure(Duration exposure) {
+  if (exposure <= Duration::zero()) return Fail(Code::InvalidArgument, "an exposure time must be above 0");
+  return DoSetExposure(exposure);
+}
+
+}  // namespace lensd::drivers

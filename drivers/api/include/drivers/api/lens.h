@@ -1,0 +1,110 @@
+// A motorised lens, as far as everything above the drivers knows it.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/clock.h"
+#include "base/result.h"
+#include "base/units.h"
+
+namespace lensd::drivers {
+
+enum class Axis { Focus, Iris, Zoom, Filter };
+inline constexpr std::array kAxes = {Axis::Focus, Axis::Iris, Axis::Zoom, Axis::Filter};
+/// "focus", "iris", "zoom", "filter".
+std::string_view AxisName(Axis axis);
+std::optional<Axis> AxisFromName(std::string_view name);
+
+/// One value per axis.
+template <class T>
+class PerAxis {
+ public:
+  T& operator[](Axis axis) { return values_[static_cast<std::size_t>(axis)]; }
+  const T& operator[](Axis axis) const { return values_[static_cast<std::size_t>(axis)]; }
+  bool operator==(const PerAxis&) const = default;
+
+ private:
+  std::array<T, kAxes.size()> values_{};
+};
+
+enum class NativeUnit { Steps, Dioptres, FNumber, Millimetres, Position };
+std::string_view NativeUnitName(NativeUnit unit);
+
+/// What one axis can do. Fixed for the life of the device.
+struct AxisCapabilities {
+  NativeUnit unit = NativeUnit::Steps;
+  Native minimum{0.0};      ///< lowest target the device takes
+  Native maximum{0.0};      ///< highest target the device takes
+  double resolution = 1.0;  ///< native units between neighbouring targets, > 0
+  bool feedback = true;     ///< Read() reports where it is, not merely what was commanded
+  bool can_home = false;    ///< StartHome() finds a reference
+  bool needs_home = false;  ///< absolute moves are refused before homing
+  bool can_stop = true;     ///< Stop() ends a motion midway
+};
+
+/// What a lens is and can do. Immutable once the device is open.
+struct Capabilities {
+  std::string driver;
+  std::string model;
+  std::string serial;  ///< empty where the device has none
+  PerAxis<std::optional<AxisCapabilities>> axes;
+};
+
+/// One axis at one instant.
+struct AxisState {
+  Native position{0.0};  ///< where the device says it is (feedback), else the last target
+  bool moving = false;
+  bool homed = true;     ///< the position refers to a known reference
+  std::string fault;     ///< empty, or what the device complains of ("stalled", "over temperature")
+};
+
+/// All axes at one instant.
+struct LensState {
+  Instant sampled_at{};
+  PerAxis<std::optional<AxisState>> axes;
+  std::optional<Celsius> temperature;
+};
+
+/// A lens. Calls check their arguments and forward to the driver; each I/O call ends within the driver's I/O deadline
+/// and none waits for motion: poll Read(). One thread calls everything but Interrupt(). The destructor stops what
+/// moves, as far as the device can, and closes.
+class Lens {
+ public:
+  virtual ~Lens() = default;
+  Lens(const Lens&) = delete;
+  Lens& operator=(const Lens&) = delete;
+
+  const Capabilities& capabilities() const { return capabilities_; }
+
+  /// Starts the search for the axis' reference. Unsupported: no such axis, or it cannot home. Disconnected, Timeout,
+  /// Protocol: from the device.
+  Result<void> StartHome(Axis axis);
+  /// Starts a motion to `target` in native units; a motion under way is retargeted. Unsupported: no such axis.
+  /// InvalidArgument: not a finite number. OutOfRange: outside the capabilities. Otherwise as StartHome().
+  Result<void> StartMove(Axis axis, Native target);
+  /// Where everything is now. Disconnected, Timeout, Protocol.
+  Result<LensState> Read();
+  /// Ends the motion of one axis where it is. Unsupported: the device cannot stop midway.
+  Result<void> Stop(Axis axis);
+  /// From any thread: makes an I/O call in progress return Cancelled soon. Harmless when none is.
+  void Interrupt() { DoInterrupt(); }
+
+ protected:
+  explicit Lens(Capabilities capabilities) : capabilities_(std::move(capabilities)) {}
+
+ private:
+  virtual Result<void> DoStartHome(Axis axis) = 0;
+  virtual Result<void> DoStartMove(Axis axis, Native target) = 0;
+  virtual Result<LensState> DoRead() = 0;
+  virtual Result<void> DoStop(Axis axis) = 0;
+  virtual void DoInterrupt() {}
+
+  Result<const AxisCapabilities*> Find(Axis axis) const;
+
+  Capabilities capabilities_;
+};
+
+}  // namespace lensd::drivers
