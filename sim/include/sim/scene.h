@@ -1,0 +1,169 @@
+// A simulated scene: what stands before the camera, the lens and its mechanics, the sensor, and what goes wrong when.
+// Plain data; field names are the keys of the scene file (docs: scenes/README.md), with the unit as suffix.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "base/result.h"
+#include "drivers/api/lens.h"
+
+namespace lensd::sim {
+
+/// A rectangle as fractions of the frame: x and y of its upper left corner, width, height; all in [0, 1].
+struct Region {
+  double x = 0.0;
+  double y = 0.0;
+  double w = 1.0;
+  double h = 1.0;
+};
+
+/// Linear luminance, row-major, 1 is white (0.9 of full well at the initial f-number).
+struct Texture {
+  int width = 0;             ///< px
+  int height = 0;            ///< px
+  std::vector<float> light;  ///< width * height values in [0, 1]
+};
+
+/// Axial depths from the lens centre, row-major; unknown samples have been given the farthest known depth.
+struct DepthMap {
+  int width = 0;               ///< px
+  int height = 0;              ///< px
+  std::vector<float> depth_m;  ///< width * height values, > 0
+};
+
+/// A picture on a surface, mirrored to fill it: image pixel centre (i + 0.5, j + 0.5) of the frame shows the texture at
+/// texture_px_per_image_px times that, in texture pixels. A depth map's texture is stretched to the frame instead.
+struct TexturePaint {
+  std::shared_ptr<const Texture> texture;
+  double texture_px_per_image_px = 1.0;
+  bool stretched = false;
+};
+/// 0.5 + 0.5 cos(2 pi x / period_x_px) cos(2 pi y / period_y_px), x and y in image pixels from the frame's upper left
+/// corner; a factor whose period is 0 is 1.
+struct SinusoidPaint {
+  double period_x_px = 0.0;
+  double period_y_px = 0.0;
+};
+/// The same light everywhere.
+struct ConstantPaint {
+  double light = 0.5;
+};
+/// A straight ramp from the frame's left edge to its right edge.
+struct GradientPaint {
+  double left = 0.0;
+  double right = 1.0;
+};
+using Paint = std::variant<TexturePaint, SinusoidPaint, ConstantPaint, GradientPaint>;
+
+/// Vergence u0 + ux x + uy y in dioptres, x and y in [-1, 1] across the frame. A wall is a plane with ux = uy = 0.
+struct PlaneShape {
+  double u0_d = 0.0;
+  double ux_d = 0.0;
+  double uy_d = 0.0;
+};
+/// Measured depth, stretched to the frame.
+struct DepthMapShape {
+  std::shared_ptr<const DepthMap> depth;
+};
+
+/// Something to look at. Where several cover a pixel the nearest wins; light outside every surface is 0.
+struct Surface {
+  std::variant<PlaneShape, DepthMapShape> shape;
+  Region region;
+  Paint paint;
+};
+
+/// A point of light; x and y are fractions of the frame.
+struct LightPoint {
+  double x = 0.5;
+  double y = 0.5;
+  double distance_m = 1.0;
+  double intensity = 1.0;  ///< times full scale of one pixel when sharp, at the initial f-number
+};
+
+struct CameraSettings {
+  int width = 640;   ///< px
+  int height = 480;  ///< px
+  double pixel_um = 3.45;
+  int bits = 8;                       ///< 8, 10, 12 or 16
+  std::optional<double> full_well_e;  ///< none: no photon noise
+  double read_noise_e = 0.0;          ///< standard deviation; needs full_well_e
+  double black_level = 0.0;           ///< fraction of full scale added before quantisation
+  double exposure_ms = 10.0;
+  double frame_rate_hz = 60.0;
+  double flicker = 0.0;  ///< relative amplitude at 100 Hz
+  double gamma = 1.0;
+};
+
+enum class LensModel { Pinhole, Aperture, Thin };
+
+struct LensSettings {
+  LensModel model = LensModel::Thin;
+  double min_focal_length_mm = 25.0;  ///< equal to the maximum unless the lens zooms
+  double max_focal_length_mm = 25.0;
+  double min_f_number = 1.4;
+  double max_f_number = 16.0;
+  double min_extension_mm = 0.0;
+  double max_extension_mm = 1.6;
+  int steps = 8192;  ///< focus positions 0 .. steps - 1 over the extension range
+  double speed_steps_per_s = 8000.0;
+  double acceleration_steps_per_s2 = 200000.0;
+  double settle_ms = 8.0;
+  double ring_hz = 0.0;
+  double ring_damping = 0.02;
+  double backlash_steps = 0.0;
+  int iris_steps = 100;  ///< iris positions 0 .. iris_steps - 1, even in log(f-number)
+  double iris_backlash_steps = 0.0;
+  double breathing = 0.0;  ///< relative change of focal length from the minimum extension to the maximum
+  double temperature_c = 20.0;
+  double drift_um_per_c = 0.0;  ///< extension gained per degree above 20 C
+  double initial_f_number = 2.0;
+
+  bool zooms() const { return max_focal_length_mm > min_focal_length_mm; }
+};
+
+enum class FaultKind {
+  Stall,          ///< the axis stands still while it is counted on; it complains of "stalled"
+  Jump,           ///< the mechanism is knocked `steps` away from where the count says
+  Disconnect,     ///< every call fails with Disconnected
+  Reconnect,      ///< ends a disconnect
+  DropReply,      ///< calls fail with Timeout, though commands have been obeyed
+  LateReply,      ///< a call fails with Timeout and its answer arrives as the answer to the next one
+  StaleReadback,  ///< reads repeat what was true when the fault began
+  FreezeFrames,   ///< the camera repeats its last picture under new time stamps
+  LoseFrames,     ///< exposed frames never arrive
+  WrongExposure,  ///< exposures last `factor` times what was asked, unreported
+  MissedSteps,    ///< the mechanism loses `factor` of every move, which is counted all the same
+};
+
+/// One thing that goes wrong, on the simulated clock (0: when the world was made).
+struct Fault {
+  double at_ms = 0.0;
+  FaultKind kind = FaultKind::Stall;
+  drivers::Axis axis = drivers::Axis::Focus;
+  double for_ms = 0.0;   ///< 0: from then on
+  double steps = 100.0;  ///< of a jump, native units
+  double factor = 0.5;   ///< of a wrong exposure, or the part of each move that missed-steps loses
+};
+
+/// Everything a scene file says.
+struct Scene {
+  CameraSettings camera;
+  LensSettings lens;
+  std::vector<Surface> surfaces;
+  std::vector<LightPoint> lights;
+  std::vector<Fault> faults;
+  Region truth_region{0.4, 0.4, 0.2, 0.2};
+};
+
+/// Reads a scene file with its textures and depth maps. Paths in it are relative to it. Errors: Code::BadData
+/// ("file:line: what is wrong") for an unknown key, a wrong value or a damaged picture; Code::Io where a file cannot be
+/// read.
+Result<Scene> LoadScene(const std::string& path);
+
+}  // namespace lensd::sim
