@@ -14,14 +14,22 @@ namespace lensd::drivers {
 
 /// One picture: luminance samples, row-major, without padding. Cheap to copy: the samples are shared and never change.
 struct Frame {
-  int width = 0;               ///< px
-  int height = 0;              ///< px
-  int bits = 8;                ///< significant bits a sample; full scale is 2^bits - 1
-  double gamma = 1.0;          ///< sample = light^(1/gamma); 1: linear light
+  int width = 0;                                              ///< px
+  int height = 0;                                             ///< px
+  int bits = 8;                                               ///< significant bits a sample; full scale is 2^bits - 1
+  double gamma = 1.0;                                         ///< sample = light^(1/gamma); 1: linear light
   std::shared_ptr<const std::vector<std::uint16_t>> samples;  ///< width * height
-  std::uint64_t sequence = 0;  ///< counts frames exposed, lost ones included
-  Instant exposure_start{};    ///< CLOCK_MONOTONIC
+  std::uint64_t sequence = 0;                                 ///< counts frames exposed, lost ones included
+  Instant exposure_start{};                                   ///< CLOCK_MONOTONIC
   Instant exposure_end{};
+};
+
+/// A rectangle of the frame, as fractions of its width and height from the top left corner.
+struct Region {
+  double x = 0.4;
+  double y = 0.4;
+  double width = 0.2;
+  double height = 0.2;
 };
 
 /// What a camera is. Immutable once the device is open.
@@ -29,12 +37,13 @@ struct CameraCapabilities {
   std::string driver;
   std::string model;
   std::string serial;
-  int width = 0;           ///< px
-  int height = 0;          ///< px
+  int width = 0;   ///< px
+  int height = 0;  ///< px
   int bits = 8;
-  double pixel_um = 0.0;   ///< pitch; 0: unknown
+  double pixel_um = 0.0;  ///< pitch; 0: unknown
   double frame_rate_hz = 0.0;
   bool can_set_exposure = false;
+  Region focus_region;  ///< where autofocus looks unless told otherwise; the centre where the camera has no opinion
 };
 
 /// A camera. It streams only between Start() and Stop(). One thread calls everything but Interrupt().

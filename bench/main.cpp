@@ -1,0 +1,53 @@
+// lens-bench: speed against accuracy of each family of algorithms, with its peers, in one run.
+#include <sysexits.h>
+
+#include <iomanip>
+#include <iostream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bench/command.h"
+
+namespace lensd::bench {
+namespace {
+
+/// Every subcommand. One line each, declared in the command's own header.
+const std::vector<Command>& Commands() {
+  static const std::vector<Command> commands = {};
+  return commands;
+}
+
+void PrintHelp(std::ostream& out) {
+  out << "usage: lens-bench COMMAND [OPTIONS]    (lens-bench COMMAND --help tells more)\n\n";
+  for (const Command& command : Commands()) {
+    out << "  " << std::left << std::setw(12) << command.name << command.help << "\n";
+  }
+}
+
+int Run(int argc, char** argv) {
+  const std::string_view name = argc > 1 ? argv[1] : "";
+  if (name == "--help" || name == "-h" || name == "help") {
+    PrintHelp(std::cout);
+    return EX_OK;
+  }
+  for (const Command& command : Commands()) {
+    if (command.name != name) continue;
+    std::string called = "lens-bench " + std::string(name);
+    argv[1] = called.data();
+    return command.run(argc - 1, argv + 1);
+  }
+  if (name.empty()) {
+    PrintHelp(std::cerr);
+  } else {
+    std::cerr << "lens-bench: there is no command '" << name << "'; lens-bench --help lists them\n";
+  }
+  return EX_USAGE;
+}
+
+}  // namespace
+}  // namespace lensd::bench
+
+int main(int argc, char** argv) {
+  return lensd::bench::Run(argc, argv);
+}

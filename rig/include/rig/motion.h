@@ -1,0 +1,50 @@
+// What a rig can be told to do with an axis, and what it says when it is done.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/clock.h"
+#include "base/result.h"
+#include "base/units.h"
+#include "drivers/api/lens.h"
+#include "rig/config.h"
+
+namespace lensd::rig {
+
+/// Where an axis should go.
+struct Target {
+  enum class Kind {
+    Native,          ///< native units, absolute; any axis
+    NativeRelative,  ///< native units from where the axis was last told to go, or stands
+    TowardNear,      ///< focus: native units nearer (negative: farther), whatever the wiring
+    Vergence,        ///< focus: dioptres from the lens centre
+    Distance,        ///< focus: metres from the configured origin
+    Extension,       ///< focus: metres
+    FNumber,         ///< iris
+  };
+  Kind kind = Kind::Native;
+  double value = 0.0;                ///< in the unit the kind names
+  std::optional<DistanceFrom> from;  ///< Distance only: instead of the configured origin
+};
+
+/// The end of a motion that was carried out, well or not. A motion that was never carried out (superseded, stopped,
+/// device gone) is an Error instead.
+struct MoveOutcome {
+  drivers::Axis axis = drivers::Axis::Focus;
+  bool reached = false;             ///< stands at the target within tolerance
+  bool settled = false;             ///< and has stood long enough to take a picture
+  bool verified = false;            ///< read back from the device, not merely commanded
+  Native position;                  ///< where it stands
+  Native bound;                     ///< the true position is within this of `position` as far as is known
+  std::optional<Metres> extension;  ///< focus with known optics
+  std::optional<Metres> extension_bound;
+  std::optional<Dioptres> vergence;
+  std::optional<FNumber> f_number;  ///< iris with known optics
+  std::optional<FNumber> f_number_bound;
+  std::string reason;  ///< empty when all is well, else one line for people
+  Duration elapsed{};
+};
+
+}  // namespace lensd::rig

@@ -1,0 +1,158 @@
+// One lens with its optional camera: a state machine that turns commands into device calls and ends each with the
+// truth. It owns no thread: whoever drives it calls Step() again and again, a daemon's worker or a bench on a stepped
+// clock.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "autofocus/verdict.h"
+#include "base/clock.h"
+#include "base/result.h"
+#include "base/units.h"
+#include "drivers/api/camera.h"
+#include "drivers/api/device.h"
+#include "drivers/api/lens.h"
+#include "rig/config.h"
+#include "rig/motion.h"
+#include "rig/optics_table.h"
+
+namespace lensd::rig {
+
+/// A frame with the lens state in force during its exposure.
+struct LensedFrame {
+  /// One axis from exposure start to end: between `lowest` and `highest`, as far as polling saw it.
+  struct AxisDuring {
+    Native lowest;
+    Native highest;
+    bool moving = false;  ///< it moved, or had not settled, at some time of the exposure
+  };
+  drivers::Frame frame;
+  drivers::PerAxis<std::optional<AxisDuring>> axes;
+  std::optional<Metres> extension;  ///< middle of the focus interval, where optics are known
+  std::optional<FNumber> f_number;
+};
+
+struct AutofocusRequest {
+  std::optional<drivers::Region> region;         ///< default: the camera's own
+  std::string method = "auto";                   ///< a name of autofocus::MethodNames()
+  Duration deadline = std::chrono::seconds(20);  ///< from the start of the run; it never lasts longer
+};
+
+/// How far an autofocus run has come.
+struct AutofocusProgress {
+  int frames = 0;  ///< used so far
+  int moves = 0;
+  int steps_expected = 0;  ///< frames the method expects to need in all, as far as it can tell
+  Native position;         ///< of the last frame
+  double score = 0.0;      ///< its sharpness relative to the first frame
+};
+
+struct AutofocusOutcome {
+  bool focused = false;
+  std::string method;
+  int frames = 0;
+  int moves = 0;
+  Duration elapsed{};
+  std::optional<Dioptres> vergence;  ///< where the lens now stands, where optics are known
+  std::optional<Dioptres> sigma;
+  Native position;          ///< where the lens now stands
+  double confidence = 0.0;  ///< 0..1
+  std::string reason;       ///< why it believes the answer, or why it refuses
+};
+
+using MoveCallback = std::move_only_function<void(Result<MoveOutcome>)>;
+using StopCallback = std::move_only_function<void(Result<void>)>;
+using AutofocusCallback = std::move_only_function<void(Result<AutofocusOutcome>)>;
+using ProgressCallback = std::move_only_function<void(const AutofocusProgress&)>;
+using SnapshotCallback = std::move_only_function<void(Result<LensedFrame>)>;
+
+struct AxisStatus {
+  drivers::NativeUnit unit = drivers::NativeUnit::Steps;
+  Native position;
+  Native target;   ///< where it was last told to go; its position if it never was
+  Native minimum;  ///< soft limits
+  Native maximum;
+  bool moving = false;
+  bool homed = false;
+  std::string fault;  ///< empty, or what the device complains of
+};
+
+/// What the rig is doing, for people and clients.
+struct Activity {
+  enum class Kind { Idle, Moving, Homing, Autofocus, Snapshot };
+  Kind kind = Kind::Idle;
+  int step = 0;  ///< x of
+  int of = 0;    ///< y; 0: not known
+};
+
+/// A copy of everything known about the rig at one moment.
+struct Status {
+  bool connected = false;
+  std::string problem;   ///< empty, or why the lens does not answer
+  Instant sampled_at{};  ///< of the axes
+  drivers::PerAxis<std::optional<AxisStatus>> axes;
+  std::optional<Metres> focal_length;
+  std::optional<Metres> extension;
+  std::optional<Dioptres> vergence;  ///< of the plane in focus
+  std::optional<FNumber> f_number;
+  std::optional<Celsius> temperature;
+  Activity activity;
+  bool has_camera = false;
+  bool streaming = false;
+};
+
+/// The rig. One thread calls everything but Interrupt(). Commands only take note; all device calls and all callbacks
+/// happen in Step(). Every callback is called exactly once: from Step(), or with Code::Cancelled from the destructor.
+/// A callback may give the rig further commands but must not destroy it.
+///
+/// Newest command wins: a motion of an axis displaces the one before (its caller gets Code::Superseded), and any motion
+/// displaces autofocus. Stop goes before everything else; whoever it ends gets Code::Cancelled, and the target becomes
+/// the readback.
+class Rig {
+ public:
+  /// `device.lens` must be there; `clock` must outlive the rig. InvalidArgument: optics that make no sense.
+  static Result<std::unique_ptr<Rig>> Create(RigConfig config, drivers::Device device, const Clock& clock);
+  ~Rig();
+  Rig(const Rig&) = delete;
+  Rig& operator=(const Rig&) = delete;
+
+  const drivers::Capabilities& lens() const;
+  const drivers::CameraCapabilities* camera() const;  ///< nullptr: none
+  const OpticsTable* optics() const;                  ///< nullptr: not known
+
+  /// Where `target` lies in native units of `axis`. Unsupported: no such axis, no optics for this kind of target.
+  /// OutOfRange: outside the soft limits. InvalidArgument.
+  Result<Native> Resolve(drivers::Axis axis, const Target& target) const;
+
+  /// Moves and reports. An impossible target fails with Resolve()'s error before anything moves or is displaced.
+  void Move(drivers::Axis axis, const Target& target, MoveCallback done);
+  /// Searches the reference of `axis`. Unsupported where it has none.
+  void Home(drivers::Axis axis, MoveCallback done);
+  /// Ends the motion of these axes, all of them if empty, and any autofocus. Unsupported: an axis cannot stop midway
+  /// (the others are stopped all the same).
+  void Stop(std::vector<drivers::Axis> axes, StopCallback done);
+  /// Focuses on a region. Refusing is an outcome, not an error. Unsupported: no camera, no focus axis. InvalidArgument:
+  /// no such method, a region outside the frame.
+  void Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done);
+  /// One frame exposed wholly after this call with every axis settled. Unsupported: no camera. Timeout: none came.
+  void Snapshot(SnapshotCallback done);
+
+  /// Does one bounded piece of work (each device call ends within its driver's I/O deadline) and returns when it wants
+  /// to be called next, at the latest; call it at once after a command.
+  Instant Step(Instant now);
+
+  Status GetStatus() const;
+  /// From any thread: makes a device call in progress end soon, so that Step() returns.
+  void Interrupt();
+
+ private:
+  class Impl;
+  explicit Rig(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace lensd::rig
