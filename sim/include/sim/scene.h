@@ -82,8 +82,8 @@ struct Surface {
 struct LightPoint {
   double x = 0.5;
   double y = 0.5;
-  double distance_m = 1.0;
-  double intensity = 1.0;  ///< times full scale of one pixel when sharp, at the initial f-number
+  double distance_m = 1.0;  ///< may be infinite
+  double intensity = 1.0;   ///< times full scale of one pixel when sharp, at the initial f-number
 };
 
 struct CameraSettings {

@@ -1,0 +1,41 @@
+#include "scene_images.h"
+
+#include <algorithm>
+
+#include "io/png.h"
+
+namespace lensd::sim {
+
+Result<std::shared_ptr<const Texture>> LoadTexture(const std::string& path) {
+  auto image = io::ReadPng(path);
+  if (!image) return PassOn(std::move(image));
+  const double full_scale = image->bits == 16 ? 65535.0 : 255.0;
+  auto texture = std::make_shared<Texture>(Texture{image->width, image->height, {}});
+  texture->light.resize(static_cast<std::size_t>(image->width) * static_cast<std::size_t>(image->height));
+  const auto* sample = image->samples.data();
+  for (float& light : texture->light) {
+    const double value =
+        image->channels == 3 ? 0.2126 * sample[0] + 0.7152 * sample[1] + 0.0722 * sample[2] : 1.0 * sample[0];
+    light = static_cast<float>(value / full_scale);
+    sample += image->channels;
+  }
+  return texture;
+}
+
+Result<std::shared_ptr<const DepthMap>> LoadDepthMap(const std::string& path) {
+  auto image = io::ReadPng(path);
+  if (!image) return PassOn(std::move(image));
+  if (image->channels != 1 || image->bits != 16) {
+    return Fail(Code::BadData, path + ": a depth map is a 16-bit grey PNG in millimetres");
+  }
+  const std::uint16_t farthest_mm = *std::max_element(image->samples.begin(), image->samples.end());
+  if (farthest_mm == 0) return Fail(Code::BadData, path + ": every depth is unknown (0)");
+  auto depth = std::make_shared<DepthMap>(DepthMap{image->width, image->height, {}});
+  depth->depth_m.reserve(image->samples.size());
+  for (const std::uint16_t known_mm : image->samples) {
+    depth->depth_m.push_back(static_cast<float>((known_mm == 0 ? farthest_mm : known_mm) / 1000.0));
+  }
+  return depth;
+}
+
+}  // namespace lensd::sim

@@ -1,0 +1,123 @@
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "scene_parts.h"
+
+namespace lensd::sim {
+namespace {
+
+constexpr Range kFraction{0.0, 1.0};
+constexpr double kMostPixels = 1 << 26;
+
+/// A number, or an array of two in rising order.
+std::pair<double, double> ReadSpan(SettingsReader& read, std::string_view key, std::pair<double, double> fallback,
+                                   Range range) {
+  const Settings* found = read.Any(key);
+  if (found == nullptr) return fallback;
+  if (found->AsArray() == nullptr) {
+    const double only = read.Number(key, fallback.first, range);
+    return {only, only};
+  }
+  const auto ends = read.OptionalNumbers(key, 2, range);
+  if (!ends) return fallback;
+  if (ends->front() > ends->back()) read.Reject(key, "must be written from low to high");
+  return {ends->front(), ends->back()};
+}
+
+void ReadNoise(SettingsReader& read, CameraSettings& camera) {
+  camera.full_well_e = read.OptionalNumber("full_well_e", {1.0, 1e9});
+  camera.read_noise_e = read.Number("read_noise_e", camera.read_noise_e, {0.0, 1e6});
+  if (camera.read_noise_e > 0.0 && !camera.full_well_e) {
+    read.Reject("read_noise_e", "needs full_well_e: without a full well, electrons cannot be turned into light");
+  }
+}
+
+void ReadMotion(SettingsReader& read, LensSettings& lens) {
+  lens.steps = static_cast<int>(read.Integer("steps", lens.steps, {2, 1e8}));
+  lens.speed_steps_per_s = read.Number("speed_steps_per_s", lens.speed_steps_per_s, {1e-3, 1e12});
+  lens.acceleration_steps_per_s2 =
+      read.Number("acceleration_steps_per_s2", lens.acceleration_steps_per_s2, {1e-3, 1e15});
+  lens.settle_ms = read.Number("settle_ms", lens.settle_ms, {0.0, 1e6});
+  lens.ring_hz = read.Number("ring_hz", lens.ring_hz, {0.0, 1e5});
+  lens.ring_damping = read.Number("ring_damping", lens.ring_damping, {1e-4, 0.999});
+  lens.backlash_steps = read.Number("backlash_steps", lens.backlash_steps, {0.0, 1e8});
+  lens.iris_steps = static_cast<int>(read.Integer("iris_steps", lens.iris_steps, {2, 1e8}));
+  lens.iris_backlash_steps = read.Number("iris_backlash_steps", lens.iris_backlash_steps, {0.0, 1e8});
+}
+
+void ReadOptics(SettingsReader& read, LensSettings& lens) {
+  std::tie(lens.min_focal_length_mm, lens.max_focal_length_mm) =
+      ReadSpan(read, "focal_length_mm", {lens.min_focal_length_mm, lens.max_focal_length_mm}, {0.01, 1e5});
+  std::tie(lens.min_f_number, lens.max_f_number) =
+      ReadSpan(read, "f_number", {lens.min_f_number, lens.max_f_number}, {0.1, 1e4});
+  std::tie(lens.min_extension_mm, lens.max_extension_mm) =
+      ReadSpan(read, "extension_mm", {lens.min_extension_mm, lens.max_extension_mm}, {-1e5, 1e6});
+  if (lens.min_extension_mm >= lens.max_extension_mm) read.Reject("extension_mm", "must be a range [low, high]");
+  if (lens.min_extension_mm <= -0.9 * lens.min_focal_length_mm) {
+    read.Reject("extension_mm", "puts the sensor at the lens");
+  }
+  const double common = std::max(lens.min_f_number, std::min(lens.initial_f_number, lens.max_f_number));
+  lens.initial_f_number = read.Number("initial_f_number", common, {lens.min_f_number, lens.max_f_number});
+  lens.breathing = read.Number("breathing", lens.breathing, {-0.5, 0.5});
+  lens.temperature_c = read.Number("temperature_c", lens.temperature_c, {-273.15, 1000.0});
+  lens.drift_um_per_c = read.Number("drift_um_per_c", lens.drift_um_per_c, {-1e4, 1e4});
+}
+
+}  // namespace
+
+Result<CameraSettings> ReadCamera(const Settings* table) {
+  CameraSettings camera;
+  if (table == nullptr) return camera;
+  SettingsReader read(*table, "[camera]");
+  camera.width = static_cast<int>(read.Integer("width", camera.width, {1, 32768}));
+  camera.height = static_cast<int>(read.Integer("height", camera.height, {1, 32768}));
+  if (1.0 * camera.width * camera.height > kMostPixels) read.Reject("height", "makes a frame of more than 2^26 pixels");
+  camera.pixel_um = read.Number("pixel_um", camera.pixel_um, {0.01, 1e5});
+  camera.bits = static_cast<int>(read.Integer("bits", camera.bits, {8, 16}));
+  if (camera.bits % 2 != 0 || camera.bits == 14) read.Reject("bits", "must be 8, 10, 12 or 16");
+  ReadNoise(read, camera);
+  camera.black_level = read.Number("black_level", camera.black_level, {0.0, 0.5});
+  camera.exposure_ms = read.Number("exposure_ms", camera.exposure_ms, {1e-3, 1e5});
+  camera.frame_rate_hz = read.Number("frame_rate_hz", camera.frame_rate_hz, {1e-3, 1e5});
+  camera.flicker = read.Number("flicker", camera.flicker, kFraction);
+  camera.gamma = read.Number("gamma", camera.gamma, {0.1, 10.0});
+  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  return camera;
+}
+
+Result<LensSettings> ReadLens(const Settings* table) {
+  LensSettings lens;
+  if (table == nullptr) return lens;
+  SettingsReader read(*table, "[lens]");
+  static constexpr LensModel kModels[] = {LensModel::Pinhole, LensModel::Aperture, LensModel::Thin};
+  lens.model = kModels[read.Choice("model", {"pinhole", "aperture", "thin"}, 2)];
+  ReadOptics(read, lens);
+  ReadMotion(read, lens);
+  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  return lens;
+}
+
+Result<Fault> ReadFault(const Settings& table) {
+  Fault fault;
+  SettingsReader read(table, "[[fault]]");
+  // In the order of FaultKind.
+  const std::vector<std::string_view> kinds = {"stall",       "jump",           "disconnect",     "reconnect",
+                                               "drop-reply",  "late-reply",     "stale-readback", "freeze-frames",
+                                               "lose-frames", "wrong-exposure", "missed-steps"};
+  read.RequiredText("kind");
+  fault.kind = static_cast<FaultKind>(read.Choice("kind", kinds, 0));
+  fault.at_ms = read.RequiredNumber("at_ms", {0.0, 1e12});
+  fault.for_ms = read.Number("for_ms", fault.for_ms, {0.0, 1e12});
+  fault.steps = read.Number("steps", fault.steps, {-1e8, 1e8});
+  fault.factor = read.Number("factor", fault.factor, {0.0, 1e3});
+  static constexpr drivers::Axis kMotors[] = {drivers::Axis::Focus, drivers::Axis::Iris, drivers::Axis::Zoom};
+  fault.axis = kMotors[read.Choice("axis", {"focus", "iris", "zoom"}, 0)];
+  if (fault.kind == FaultKind::MissedSteps && fault.factor > 1.0) {
+    read.Reject("factor", "is the part of each move that is lost: from 0 to 1");
+  }
+  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  return fault;
+}
+
+}  // namespace lensd::sim
