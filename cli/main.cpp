@@ -1,0 +1,118 @@
+// lensctl: reads the command line, runs one command, and turns how it ended into an exit status.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include "cli/commands.h"
+#include "cli/quantity.h"
+#include "cli/session.h"
+
+namespace lensd::cli {
+namespace {
+
+/// The global options as written.
+struct GlobalText {
+  bool json = false;
+  std::string socket;
+  std::string timeout;
+  std::string from;
+};
+
+void AddGlobals(CLI::App& root, GlobalText& text) {
+  root.add_flag("--json", text.json, "one line of JSON on stdout, for programs")->group("Global");
+  root.add_option("--socket", text.socket, "the daemon's socket (default $LENSD_SOCKET, else /run/lensd/io.lensd.Lens)")
+      ->type_name("PATH")
+      ->envname("LENSD_SOCKET")
+      ->group("Global");
+  root.add_option("--timeout", text.timeout, "longest wait for an answer of the daemon, such as 500ms or 30s")
+      ->type_name("TIME")
+      ->group("Global");
+  root.add_option("--from", text.from, "where distances start: lens (its centre), sensor or front")
+      ->type_name("ORIGIN")
+      ->group("Global");
+}
+
+Result<Globals> ParseGlobals(const GlobalText& text) {
+  Globals globals;
+  globals.json = text.json;
+  if (!text.socket.empty()) globals.socket = text.socket;
+  if (!text.timeout.empty()) {
+    auto timeout = ParseTime(text.timeout, "--timeout");
+    if (!timeout) return PassOn(std::move(timeout));
+    globals.timeout = *timeout;
+  }
+  if (!text.from.empty()) {
+    const std::string_view names[] = {"lens", "sensor", "front"};
+    const auto* found = std::ranges::find(names, text.from);
+    if (found == std::end(names)) {
+      return Fail(Code::InvalidArgument, "--from '" + text.from + "': say lens, sensor or front");
+    }
+    globals.from = static_cast<From>(found - names);
+  }
+  return globals;
+}
+
+/// Says one line on stderr and returns the status.
+int Explain(const Failure& failure) {
+  std::string line = failure.message;
+  std::ranges::replace(line, '\n', ' ');
+  std::fprintf(stderr, "lensctl: %s\n", line.c_str());
+  return static_cast<int>(failure.status);
+}
+
+/// CLI11's complaint with the command's own help to turn to. An unknown command gets a sentence of its own: CLI11 only
+/// says that a command is required.
+int ExplainUsage(const CLI::App& root, const CLI::ParseError& error) {
+  std::string command;
+  for (const CLI::App* chosen : root.get_subcommands()) command = " " + chosen->get_name();
+  std::string message = error.what();
+  if (command.empty()) {
+    const auto unknown = root.remaining();
+    message = unknown.empty() ? "say which command" : "there is no command or option '" + unknown.front() + "'";
+  }
+  return Explain({Exit::Usage, message + "; see lensctl" + command + " --help"});
+}
+
+int Main(int argc, char** argv) {
+  CLI::App root("lensctl: plan lens settings exactly, and drive lenses through lensd", "lensctl");
+  root.set_version_flag("--version", "lensctl " LENSD_VERSION);
+  root.set_help_flag("-h,--help", "this text; lensctl COMMAND --help for one command");
+  root.fallthrough();
+  root.require_subcommand(1);
+  root.footer(
+      "Quantities carry their unit: 0.8m 850mm 33in 5ft7in 2.5D inf 8um 1.5px 550nm 3ms 25C 2%. F-numbers: 2.8 or\n"
+      "f/2.8. Ranges: A..B. Exit status: 0 done, 1 the answer is no, 64 and above as in sysexits.h.");
+  GlobalText text;
+  AddGlobals(root, text);
+  Run run;
+  for (const AddCommand add : kCommands) add(root, run);
+  try {
+    root.parse(argc, argv);
+  } catch (const CLI::Success& asked) {
+    return root.exit(asked);
+  } catch (const CLI::ParseError& error) {
+    return ExplainUsage(root, error);
+  }
+  auto globals = ParseGlobals(text);
+  if (!globals) return Explain(globals.error());
+  Session session(*std::move(globals));
+  const Outcome outcome = run(session);
+  if (!outcome) return Explain(outcome.error());
+  if (std::ferror(stdout)) return Explain({Exit::Io, "cannot write to stdout"});
+  return static_cast<int>(*outcome);
+}
+
+}  // namespace
+}  // namespace lensd::cli
+
+int main(int argc, char** argv) {
+  try {
+    return lensd::cli::Main(argc, argv);
+  } catch (const std::exception& failure) {
+    std::fprintf(stderr, "lensctl: internal error: %s\n", failure.what());
+    return static_cast<int>(lensd::cli::Exit::Internal);
+  }
+}

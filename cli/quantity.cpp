@@ -1,0 +1,239 @@
+#include "cli/quantity.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace lensd::cli {
+namespace {
+
+enum class Kind { Plain, Length, Vergence, Pixels, Time, Temperature, Percent };
+
+/// A unit's spelling and how many of the base unit (m, 1/m, px, s, C, 1) it is: integer * 10^exponent.
+struct Unit {
+  std::string_view symbol;
+  Kind kind;
+  long long integer;
+  int exponent;
+};
+constexpr Unit kUnits[] = {
+    {"nm", Kind::Length, 1, -9},      {"um", Kind::Length, 1, -6},    {"\u00b5m", Kind::Length, 1, -6},
+    {"\u03bcm", Kind::Length, 1, -6}, {"mm", Kind::Length, 1, -3},    {"cm", Kind::Length, 1, -2},
+    {"m", Kind::Length, 1, 0},        {"km", Kind::Length, 1, 3},     {"in", Kind::Length, 254, -4},
+    {"ft", Kind::Length, 3048, -4},   {"D", Kind::Vergence, 1, 0},    {"px", Kind::Pixels, 1, 0},
+    {"ns", Kind::Time, 1, -9},        {"us", Kind::Time, 1, -6},      {"ms", Kind::Time, 1, -3},
+    {"s", Kind::Time, 1, 0},          {"C", Kind::Temperature, 1, 0}, {"%", Kind::Percent, 1, -2},
+    {"", Kind::Plain, 1, 0},
+};
+
+struct Measure {
+  Decimal value;  // in the base unit of its kind
+  Kind kind = Kind::Plain;
+};
+
+std::unexpected<Error> Wrong(std::string_view option, std::string_view text, std::string_view why) {
+  return Fail(Code::InvalidArgument, std::string(option) + " '" + std::string(text) + "': " + std::string(why));
+}
+
+const Unit* FindUnit(std::string_view symbol) {
+  const auto* found = std::ranges::find(kUnits, symbol, &Unit::symbol);
+  return found == std::end(kUnits) ? nullptr : found;
+}
+
+/// Number and unit, feet with inches included; nullopt where it is neither.
+std::optional<Measure> TakeMeasure(std::string_view text) {
+  const auto number = Decimal::TakeFrom(text);
+  if (!number) return std::nullopt;
+  if (text.size() > 2 && text.starts_with("ft")) {
+    auto rest = text.substr(2);
+    const auto inches = Decimal::TakeFrom(rest);
+    const bool plain = text[2] != '-' && text[2] != '+' && !number->IsNegative();
+    if (!inches || rest != "in" || !plain) return std::nullopt;
+    return Measure{*number * Decimal(3048, -4) + *inches * Decimal(254, -4), Kind::Length};
+  }
+  const Unit* unit = FindUnit(text);
+  if (unit == nullptr) return std::nullopt;
+  return Measure{*number * Decimal(unit->integer, unit->exponent), unit->kind};
+}
+
+/// A measure of one of the kinds asked for; `fits` names examples for the message.
+Result<Measure> Parse(std::string_view text, std::string_view option, std::initializer_list<Kind> kinds,
+                      std::string_view fits) {
+  const auto measure = TakeMeasure(text);
+  if (!measure) return Wrong(option, text, "not a quantity; write " + std::string(fits));
+  if (std::ranges::find(kinds, measure->kind) != kinds.end()) return *measure;
+  if (measure->kind == Kind::Plain) return Wrong(option, text, "a bare number; give its unit: " + std::string(fits));
+  return Wrong(option, text, "the wrong kind of quantity here; write " + std::string(fits));
+}
+
+constexpr std::string_view kLengths = "a length in nm um mm cm m km in ft, such as 850mm or 5ft7in";
+constexpr std::string_view kDepths = "a distance in um mm cm m km in ft (0.8m, 33in), a vergence in D (2.5D), or inf";
+
+/// Splits `A..B`; without dots both parts are the whole.
+std::pair<std::string_view, std::string_view> SplitRange(std::string_view text) {
+  const auto dots = text.find("..");
+  if (dots == std::string_view::npos) return {text, text};
+  return {text.substr(0, dots), text.substr(dots + 2)};
+}
+
+bool Below(const Decimal& a, const Decimal& b) {
+  return (a + b * Decimal(-1, 0)).IsNegative();
+}
+
+Result<Depth> ParseSubject(std::string_view text, std::string_view option) {
+  auto depth = ParseDepth(text, option);
+  if (depth && depth->value < 0.0) {
+    return Wrong(option, text, "a negative vergence is past infinity, where there are no subjects; write 0D or inf");
+  }
+  return depth;
+}
+
+}  // namespace
+
+Result<double> Rounded(const Decimal& exact, std::string_view text, std::string_view option) {
+  const auto value = exact.Nearest();
+  if (!value) return Wrong(option, text, "too large or too small to represent");
+  return *value;
+}
+
+Result<Decimal> ParseExactLength(std::string_view text, std::string_view option) {
+  auto measure = Parse(text, option, {Kind::Length}, kLengths);
+  if (!measure) return PassOn(std::move(measure));
+  return std::move(measure->value);
+}
+
+Result<Metres> ParseLength(std::string_view text, std::string_view option) {
+  const auto exact = ParseExactLength(text, option);
+  if (!exact) return std::unexpected(exact.error());
+  const auto value = Rounded(*exact, text, option);
+  if (!value) return std::unexpected(value.error());
+  return Metres{*value};
+}
+
+Result<Metres> ParsePositiveLength(std::string_view text, std::string_view option) {
+  auto length = ParseLength(text, option);
+  if (length && length->value <= 0.0) return Wrong(option, text, "must be greater than zero");
+  return length;
+}
+
+Result<Span<Decimal>> ParseExactLengthRange(std::string_view text, std::string_view option) {
+  const auto [first, second] = SplitRange(text);
+  auto low = ParseExactLength(first, option);
+  if (!low) return PassOn(std::move(low));
+  auto high = ParseExactLength(second, option);
+  if (!high) return PassOn(std::move(high));
+  if (Below(*high, *low)) std::swap(*low, *high);
+  return Span<Decimal>{*std::move(low), *std::move(high)};
+}
+
+Result<Span<Metres>> ParseLengthRange(std::string_view text, std::string_view option) {
+  const auto exact = ParseExactLengthRange(text, option);
+  if (!exact) return std::unexpected(exact.error());
+  const auto low = Rounded(exact->low, text, option);
+  const auto high = Rounded(exact->high, text, option);
+  if (!low || !high) return std::unexpected(low ? high.error() : low.error());
+  return Span<Metres>{{*low}, {*high}};
+}
+
+Result<Depth> ParseDepth(std::string_view text, std::string_view option) {
+  if (text == "inf") return Depth{};
+  const auto measure = Parse(text, option, {Kind::Length, Kind::Vergence}, kDepths);
+  if (!measure) return std::unexpected(measure.error());
+  const auto value = Rounded(measure->value, text, option);
+  if (!value) return std::unexpected(value.error());
+  if (measure->kind == Kind::Vergence) return Depth{Depth::Form::Vergence, *value};
+  if (*value <= 0.0) return Wrong(option, text, "a distance must be greater than zero");
+  return Depth{Depth::Form::Distance, *value};
+}
+
+Result<DepthRange> ParseDepthRange(std::string_view text, std::string_view option) {
+  const auto [first, second] = SplitRange(text);
+  auto near = ParseSubject(first, option);
+  if (!near) return PassOn(std::move(near));
+  auto far = ParseSubject(second, option);
+  if (!far) return PassOn(std::move(far));
+  const bool same_form = near->form == far->form && near->form == Depth::Form::Distance;
+  const bool swapped = same_form ? near->value > far->value : near->Vergence() < far->Vergence();
+  if (swapped) std::swap(*near, *far);
+  return DepthRange{*near, *far};
+}
+
+Result<Decimal> ParseBlurLimit(std::string_view text, const std::optional<Decimal>& pixel, std::string_view option) {
+  const auto measure = Parse(text, option, {Kind::Length, Kind::Pixels}, "a blur diameter such as 8um or 1.5px");
+  if (!measure) return std::unexpected(measure.error());
+  if (measure->value.IsZero() || measure->value.IsNegative()) {
+    return Wrong(option, text, "a blur limit must be greater than zero");
+  }
+  if (measure->kind == Kind::Length) return measure->value;
+  if (!pixel) return Wrong(option, text, "a limit in px needs the size of a pixel: add --pixel, or write it in um");
+  return measure->value * *pixel;
+}
+
+Result<FNumber> ParseFNumber(std::string_view text, std::string_view option) {
+  auto rest = text;
+  if (rest.starts_with("f/")) rest.remove_prefix(2);
+  const auto measure = TakeMeasure(rest);
+  if (!measure || measure->kind != Kind::Plain) {
+    return Wrong(option, text, "not an f-number; write a number without a unit, such as 2.8 or f/2.8");
+  }
+  const auto value = Rounded(measure->value, text, option);
+  if (!value) return std::unexpected(value.error());
+  if (*value <= 0.0) return Wrong(option, text, "an f-number must be greater than zero");
+  return FNumber{*value};
+}
+
+Result<FNumbers> ParseFNumbers(std::string_view text, std::string_view option) {
+  FNumbers numbers;
+  if (text.find(',') == std::string_view::npos) {
+    const auto [first, second] = SplitRange(text);
+    const auto low = ParseFNumber(first, option);
+    const auto high = ParseFNumber(second, option);
+    if (!low || !high) return std::unexpected(low ? high.error() : low.error());
+    numbers.range = {std::min(*low, *high), std::max(*low, *high)};
+    return numbers;
+  }
+  for (std::size_t start = 0; start <= text.size();) {
+    const auto comma = std::min(text.find(',', start), text.size());
+    const auto stop = ParseFNumber(text.substr(start, comma - start), option);
+    if (!stop) return std::unexpected(stop.error());
+    numbers.stops.push_back(*stop);
+    start = comma + 1;
+  }
+  std::ranges::sort(numbers.stops);
+  const auto repeated = std::ranges::unique(numbers.stops);
+  numbers.stops.erase(repeated.begin(), repeated.end());
+  numbers.range = {numbers.stops.front(), numbers.stops.back()};
+  return numbers;
+}
+
+Result<double> ParsePercent(std::string_view text, std::string_view option) {
+  const auto measure = Parse(text, option, {Kind::Percent}, "a percentage such as 2%");
+  if (!measure) return std::unexpected(measure.error());
+  if (measure->value.IsNegative()) return Wrong(option, text, "must not be negative");
+  return Rounded(measure->value, text, option);
+}
+
+Result<Duration> ParseTime(std::string_view text, std::string_view option) {
+  const auto measure = Parse(text, option, {Kind::Time}, "a time in ns us ms s, such as 500ms");
+  if (!measure) return std::unexpected(measure.error());
+  const auto seconds = Rounded(measure->value, text, option);
+  if (!seconds) return std::unexpected(seconds.error());
+  constexpr double kLongestS = 9e9;
+  if (*seconds < 0.5e-9 || *seconds > kLongestS) return Wrong(option, text, "must be between 1ns and 9e9s");
+  return Duration{std::llround(*seconds * 1e9)};
+}
+
+Result<double> ParseNumber(std::string_view text, std::string_view option) {
+  const auto measure = Parse(text, option, {Kind::Plain}, "a plain number");
+  if (!measure) return std::unexpected(measure.error());
+  return Rounded(measure->value, text, option);
+}
+
+bool IsQuantity(std::string_view text) {
+  if (text == "inf") return true;
+  const auto measure = TakeMeasure(text);
+  return measure && measure->kind != Kind::Plain;
+}
+
+}  // namespace lensd::cli

@@ -1,0 +1,100 @@
+// What every lensctl command shares: the global options, how a command ends, and where its answer goes.
+#pragma once
+
+#include <expected>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/clock.h"
+#include "base/result.h"
+
+namespace CLI {
+class App;
+}
+
+namespace lensd::cli {
+
+/// How lensctl ends: 0, 1, or a number of sysexits.h.
+enum class Exit : int {
+  Done = 0,
+  No = 1,             ///< the command worked and the answer is no
+  Usage = 64,         ///< the command line makes no sense as written
+  BadData = 65,       ///< a file's contents are wrong
+  Unavailable = 69,   ///< the daemon or the device is not there, or cannot do that
+  Internal = 70,      ///< our own fault
+  Io = 74,            ///< reading or writing failed
+  TryAgain = 75,      ///< busy, superseded, cancelled or too late: the same command may work later
+  Protocol = 76,      ///< the other side broke the rules
+  NotPermitted = 77,  ///< for instance a socket of another user
+  Config = 78,        ///< a configuration is wrong
+};
+
+/// The exit status that an error of this code ends with.
+Exit StatusOf(Code code);
+
+/// A command that could not do its work: one line for people (what, why, what to do) and the status.
+struct Failure {
+  Exit status = Exit::Internal;
+  std::string message;
+
+  Failure(Exit ends_with, std::string line) : status(ends_with), message(std::move(line)) {}
+  Failure(const Error& error) : status(StatusOf(error.code)), message(error.message) {}  // NOLINT: errors pass on
+};
+
+/// What a command returns: Exit::Done or Exit::No after printing its answer, or a Failure having printed nothing.
+using Outcome = std::expected<Exit, Failure>;
+
+/// `return Refuse(Exit::Usage, "…");` from a command.
+[[nodiscard]] inline std::unexpected<Failure> Refuse(Exit status, std::string message) {
+  return std::unexpected(Failure(status, std::move(message)));
+}
+/// Passes the error of a Result on as the command's failure.
+template <class T>
+[[nodiscard]] std::unexpected<Failure> Refuse(const Result<T>& failed) {
+  return std::unexpected(Failure(failed.error()));
+}
+
+/// Where distances on the command line start.
+enum class From { Lens, Sensor, Front };
+
+/// Options that work before and after the command.
+struct Globals {
+  bool json = false;                  ///< one line of JSON for programs instead of text for people
+  std::optional<std::string> socket;  ///< --socket, else $LENSD_SOCKET; empty: the built-in path
+  std::optional<Duration> timeout;    ///< --timeout: for answers of the daemon
+  std::optional<From> from;           ///< --from; empty: the lens's own `distance_from`, or the lens centre
+};
+
+/// One run of lensctl. Not thread-safe.
+class Session {
+ public:
+  explicit Session(Globals globals) : globals_(std::move(globals)) {}
+
+  const Globals& globals() const { return globals_; }
+  bool json() const { return globals_.json; }
+
+  /// Writes one line with one JSON value to stdout at once. Streams call it once per item, other commands once.
+  void PrintJson(const nlohmann::ordered_json& value);
+  /// Writes text for people to stdout; a newline is added where there is none.
+  void PrintText(std::string_view text);
+  /// Writes one remark for people to stderr (progress, warnings); allowed with --json too.
+  void Remark(std::string_view line);
+
+ private:
+  Globals globals_;
+};
+
+/// The chosen command, bound to its options.
+using Run = std::function<Outcome(Session&)>;
+/// Adds one command to the parser; its callback sets `run`. Options with units are read as text and parsed when run.
+using AddCommand = void (*)(CLI::App& root, Run& run);
+
+/// Groups of `lensctl --help`.
+inline constexpr const char* kOffline = "Optics, without the daemon";
+inline constexpr const char* kOnline = "Lenses, through the daemon";
+inline constexpr const char* kPlumbing = "Protocol";
+
+}  // namespace lensd::cli
