@@ -1,0 +1,98 @@
+#include "proto/message.h"
+
+#include <utility>
+
+namespace lensd::proto {
+namespace {
+
+Result<Json> ParseObject(std::string_view message) {
+  Result<Json> parsed = ParseJson(message);
+  if (parsed && !parsed->is_object()) return Fail(Code::Protocol, "a message must be a JSON object");
+  return parsed;
+}
+
+/// Absent, null and {} mean the same.
+Result<void> TakeParameters(Json& from, Json& into) {
+  if (from.is_null()) return {};
+  if (!from.is_object()) return Fail(Code::Protocol, "parameters must be an object");
+  into = std::move(from);
+  return {};
+}
+
+Result<void> TakeFlag(const std::string& name, const Json& from, bool& into) {
+  if (!from.is_boolean()) return Fail(Code::Protocol, "the flag " + name + " must be true or false");
+  into = from.get<bool>();
+  return {};
+}
+
+Result<void> TakeMember(const std::string& name, Json& value, Call& call) {
+  if (name == "method") {
+    if (!value.is_string()) return Fail(Code::Protocol, "the method must be a string");
+    call.method = std::move(value.get_ref<std::string&>());
+    return {};
+  }
+  if (name == "parameters") return TakeParameters(value, call.parameters);
+  if (name == "oneway") return TakeFlag(name, value, call.oneway);
+  if (name == "more") return TakeFlag(name, value, call.more);
+  if (name == "upgrade") return TakeFlag(name, value, call.upgrade);
+  if (name.find('.') != std::string::npos) return {};
+  return Fail(Code::Protocol, "a call has no member \"" + name + "\"");
+}
+
+}  // namespace
+
+Result<Call> ParseCall(std::string_view message) {
+  Result<Json> parsed = ParseObject(message);
+  if (!parsed) return PassOn(std::move(parsed));
+  Call call;
+  for (auto& [name, value] : parsed->items()) {
+    if (auto taken = TakeMember(name, value, call); !taken) return PassOn(std::move(taken));
+  }
+  if (call.method.empty()) return Fail(Code::Protocol, "a call without a method");
+  if (call.oneway + call.more + call.upgrade > 1) {
+    return Fail(Code::Protocol, "at most one of oneway, more and upgrade may be set");
+  }
+  return call;
+}
+
+Result<Reply> ParseReply(std::string_view message) {
+  Result<Json> parsed = ParseObject(message);
+  if (!parsed) return PassOn(std::move(parsed));
+  Reply reply;
+  if (const auto error = parsed->find("error"); error != parsed->end() && !error->is_null()) {
+    if (!error->is_string()) return Fail(Code::Protocol, "the error must be a string");
+    reply.error = error->get<std::string>();
+  }
+  if (const auto parameters = parsed->find("parameters"); parameters != parsed->end()) {
+    if (auto taken = TakeParameters(*parameters, reply.parameters); !taken) return PassOn(std::move(taken));
+  }
+  if (const auto continues = parsed->find("continues"); continues != parsed->end()) {
+    if (auto taken = TakeFlag("continues", *continues, reply.continues); !taken) return PassOn(std::move(taken));
+  }
+  return reply;
+}
+
+std::string EncodeCall(const Call& call) {
+  Json message{{"method", call.method}};
+  if (!call.parameters.empty()) message["parameters"] = call.parameters;
+  if (call.oneway) message["oneway"] = true;
+  if (call.more) message["more"] = true;
+  if (call.upgrade) message["upgrade"] = true;
+  return WriteJson(message) + '\0';
+}
+
+std::string EncodeReply(const Reply& reply) {
+  if (reply.error.empty()) return EncodeReply(WriteJson(reply.parameters), reply.continues);
+  return WriteJson({{"error", reply.error}, {"parameters", reply.parameters}}) + '\0';
+}
+
+std::string EncodeReply(std::string_view parameters, bool continues) {
+  std::string message = "{\"parameters\":";
+  message += parameters;
+  if (continues) message += ",\"continues\":true";
+  message += '}';
+  message += '\0';
+  return message;
+}
+
+}  // namespace lensd::proto
