@@ -1,0 +1,73 @@
+// Focus measures against closed forms.
+#include "autofocus/measures.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+namespace lensd::autofocus {
+namespace {
+
+drivers::Frame MakeFrame(int width, int height, int bits, const std::function<double(int, int)>& sample) {
+  auto samples = std::make_shared<std::vector<std::uint16_t>>();
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) samples->push_back(static_cast<std::uint16_t>(std::lround(sample(x, y))));
+  }
+  drivers::Frame frame;
+  frame.width = width;
+  frame.height = height;
+  frame.bits = bits;
+  frame.samples = samples;
+  return frame;
+}
+
+TEST(Measures, RampHasItsSlopeSquared) {
+  const auto frame = MakeFrame(40, 30, 8, [](int x, int y) { return 3 * x + 2 * y; });
+  const auto score = ScoreFocus(frame, {2, 3, 20, 10});
+  ASSERT_TRUE(score);
+  EXPECT_NEAR(score->gradient_energy, (9.0 + 4.0) / (255.0 * 255.0), 1e-15);
+  EXPECT_EQ(score->noise, 0.0);
+  EXPECT_NEAR(score->mean, (3 * 11.5 + 2 * 7.5) / 255.0, 1e-12);
+  EXPECT_NEAR(*GradientEnergy(frame, {2, 3, 20, 10}), score->gradient_energy, 1e-18);
+  EXPECT_NEAR(*BrennerEnergy(frame, {2, 3, 20, 10}), 9.0 / (255.0 * 255.0), 1e-15);
+  EXPECT_NEAR(*LaplacianVariance(frame, {2, 3, 20, 10}), 0.0, 1e-15);
+}
+
+TEST(Measures, CheckerboardLaplacian) {
+  const auto frame = MakeFrame(32, 32, 10, [](int x, int y) { return (x + y) % 2 == 0 ? 500 : 400; });
+  EXPECT_NEAR(*LaplacianVariance(frame, {1, 1, 20, 20}), 400.0 * 400.0 / (1023.0 * 1023.0), 1e-12);
+}
+
+TEST(Measures, NoiseOfNormalSamples) {
+  // A sum of twelve uniform numbers is near enough to normal.
+  std::uint32_t state = 1;
+  auto uniform = [&] { return static_cast<double>((state = state * 1664525u + 1013904223u) >> 8) / 16777216.0; };
+  const auto frame = MakeFrame(300, 300, 16, [&](int, int) {
+    double sum = 0.0;
+    for (int i = 0; i < 12; ++i) sum += uniform();
+    return 30000.0 + 655.35 * (sum - 6.0);
+  });
+  const auto score = ScoreFocus(frame, {0, 0, 300, 300});
+  EXPECT_NEAR(score->noise, 0.01, 0.0003);
+  EXPECT_NEAR(score->gradient_energy, 0.375e-4, 0.02e-4);
+}
+
+TEST(Measures, CountsSaturatedSamples) {
+  const auto frame = MakeFrame(20, 10, 12, [](int x, int y) { return y == 4 && x < 6 ? 4095 : 4094; });
+  EXPECT_NEAR(ScoreFocus(frame, {0, 0, 20, 10})->saturated_fraction, 6.0 / 200.0, 1e-15);
+}
+
+TEST(Measures, WindowMustFit) {
+  const auto frame = MakeFrame(20, 10, 8, [](int, int) { return 1; });
+  EXPECT_TRUE(ScoreFocus(frame, {17, 7, 3, 3}));
+  for (const Window bad : {Window{0, 0, 2, 3}, {18, 0, 3, 3}, {-1, 0, 5, 5}, {0, 8, 5, 3}, {0, 0, 21, 10}}) {
+    const auto refused = ScoreFocus(frame, bad);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, Code::InvalidArgument);
+  }
+}
+
+}  // namespace
+}  // namespace lensd::autofocus
