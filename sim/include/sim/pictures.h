@@ -1,0 +1,41 @@
+// Pictures of one scene by lens state: rendered once, used by every world that looks at the scene.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/result.h"
+#include "sim/render.h"
+#include "sim/scene.h"
+
+namespace lensd::sim {
+
+/// Light on the sensor in 1/65535 of `white`, row-major, width * height of the scene's camera.
+struct Picture {
+  std::vector<std::uint16_t> light;
+  float white = 1.0f;  ///< light a value of 65535 stands for; 1 is white at the initial f-number
+};
+
+/// Renders and remembers. Lens states are rounded before rendering so that runs which pass the same place share a
+/// picture: blur moves by at most 1/128 px or 1/256 of itself, whichever is larger. Noise is never part of a picture.
+/// All calls from any thread.
+class Pictures {
+ public:
+  /// `budget_bytes` bounds what is remembered; the longest unused goes first. InvalidArgument: as Renderer::Create().
+  static Result<std::shared_ptr<Pictures>> Create(std::shared_ptr<const Scene> scene,
+                                                  std::size_t budget_bytes = std::size_t{512} << 20);
+  ~Pictures();
+
+  const Scene& scene() const;
+  /// Errors as Renderer::Render().
+  Result<std::shared_ptr<const Picture>> At(const OpticalState& state);
+
+ private:
+  struct Shelf;
+  explicit Pictures(std::unique_ptr<Shelf> shelf);
+  std::unique_ptr<Shelf> shelf_;
+};
+
+}  // namespace lensd::sim
