@@ -1,0 +1,61 @@
+// No valid input makes a NaN, and only what the headers say makes an infinity.
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <cmath>
+
+#include "optics/aperture.h"
+#include "optics/blur.h"
+#include "optics/conjugates.h"
+#include "optics/depth_of_field.h"
+#include "optics/light.h"
+
+namespace lensd::optics {
+namespace {
+
+/// Between 10^low and 10^high, every magnitude alike.
+rc::Gen<double> Magnitude(int low, int high) {
+  return rc::gen::map(rc::gen::inRange(low * 1000, high * 1000), [](int i) { return std::pow(10.0, i / 1000.0); });
+}
+
+rc::Gen<double> Distance(double focal_length) {
+  return rc::gen::oneOf(rc::gen::just(double(INFINITY)), rc::gen::just(focal_length),
+                        rc::gen::just(std::nextafter(focal_length, 0.0)),
+                        rc::gen::just(std::nextafter(focal_length, 1e9)), Magnitude(-6, 15));
+}
+
+TEST(PropertiesTest, EverythingStaysFinite) {
+  EXPECT_TRUE(rc::check([] {
+    const double f = *Magnitude(-4, 1);
+    const double n = *Magnitude(-1, 3);
+    const double z = *Distance(f);
+    const double e = *rc::gen::oneOf(Magnitude(-12, 1), rc::gen::just(0.0),
+                                     rc::gen::map(Magnitude(-9, -1), [f](double part) { return -f * part; }));
+    const ThinLens lens{Metres{f}, FNumber{n}, Metres{e}};
+    RC_ASSERT(std::isfinite(SignedBlur(lens, Metres{z}).value));
+    RC_ASSERT(std::isfinite(SignedBlur(lens, Dioptres{1.0 / z}).value));
+    RC_ASSERT(std::isfinite(FocalPlane(Metres{f}, Metres{e}).value));
+    RC_ASSERT(std::isfinite(ExactLight(WorkingFNumber(FNumber{n}, Magnification(Metres{f}, Metres{e})))));
+    RC_ASSERT(std::isfinite(Blur(Aperture{Metres{f / n}, Metres{f}}, Metres{z}).value));
+    if (const auto image = ImageDepth(Metres{f}, Metres{z})) RC_ASSERT(std::isfinite(image->value));
+    if (const auto height = ImageHeight(Metres{f}, Metres{1.0}, Metres{z})) RC_ASSERT(std::isfinite(height->value));
+    if (const auto plane = FocalPlaneDistance(Metres{f}, Metres{e})) RC_ASSERT(std::isfinite(plane->value));
+  }));
+}
+
+TEST(PropertiesTest, FocusIsEitherAnErrorOrExactlyThere) {
+  EXPECT_TRUE(rc::check([] {
+    const double f = *Magnitude(-4, 1);
+    const double n = *Magnitude(-1, 3);
+    const double z = *Distance(f);
+    const auto e = FocusExtension(Metres{f}, Metres{z});
+    RC_ASSERT(e.has_value() == (z > f));
+    RC_ASSERT(DepthOfFieldAround(Metres{f}, FNumber{n}, Metres{z}, Metres{1e-5}).has_value() == (z > f));
+    if (!e) return;
+    RC_ASSERT(std::isfinite(e->value));
+    RC_ASSERT(SignedBlur(Metres{f}, FNumber{n}, Metres{z}, Metres{z}).value == 0.0);
+  }));
+}
+
+}  // namespace
+}  // namespace lensd::optics
