@@ -63,7 +63,7 @@ Metres Blur(const ThinLens& lens, ObjectDepth object) {
 }
 
 double PupilDivisor(Metres focal_length, ObjectDepth object, double pupil_factor) {
-  return std::fma(focal_length.value * object.vergence().value, 1.0 / pupil_factor - 1.0, 1.0);
+  return std::fma(focal_length.value * object.vergence().value, (1.0 - pupil_factor) / pupil_factor, 1.0);
 }
 
 }  // namespace lensd::optics

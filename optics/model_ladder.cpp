@@ -21,6 +21,11 @@ namespace {
 /// Covers the rounding of these few operations, each within half an ulp.
 constexpr double kRoundingUp = 1.0 + 64 * std::numeric_limits<double>::epsilon();
 
+/// 1/p - 1, exact where p is close to 1.
+double PupilTerm(const LadderRanges& r) {
+  return (1.0 - r.pupil_factor) / r.pupil_factor;
+}
+
 /// Signed blur at the four corners of the (e, U) box.
 std::array<double, 4> CornerBlur(const LadderRanges& r, FNumber f_number) {
   const ThinLens retracted{r.focal_length, f_number, r.extension_low};
@@ -79,13 +84,13 @@ double CalibrationPart(const LadderRanges& r) {
   for (const Dioptres u : {r.far, r.near}) {
     const double divisor = PupilDivisor(r.focal_length, u, r.pupil_factor);
     if (!(divisor > 0.0)) return std::numeric_limits<double>::infinity();
-    pupil = std::max(pupil, std::abs(f * u.value * (1.0 / r.pupil_factor - 1.0)) / divisor);
+    pupil = std::max(pupil, std::abs(f * u.value * (PupilTerm(r))) / divisor);
     slope = std::max(slope, std::abs(ObjectDepth(u).FocusGap(r.focal_length)) / divisor);
   }
   const double blur = LargestBlur(r) * pupil + shift * slope / r.f_number_low.value;
   if (!r.wavelength) return blur;
   const double longest = std::max(std::abs(r.extension_low.value), std::abs(r.extension_high.value));
-  const double change = longest * std::abs(1.0 / r.pupil_factor - 1.0) + shift / r.pupil_factor;
+  const double change = longest * std::abs(PupilTerm(r)) + shift / r.pupil_factor;
   return blur + DiffractionFactor(r.convention) * r.wavelength->value * r.f_number_high.value * change / f;
 }
 

@@ -31,7 +31,7 @@ struct LadderRanges {
   Dioptres far;   ///< the least vergence of any subject
   Dioptres near;  ///< the greatest
   /// Without a wavelength diffraction is no part of the question, and no rung is charged for it.
-  std::optional<Metres> wavelength;
+  std::optional<Metres> wavelength = std::nullopt;
   DiffractionConvention convention = DiffractionConvention::Airy;
   double pupil_factor = 1.0;
   /// How far the nominal extension may be from the calibrated one: what only the highest rung knows. >= 0.
