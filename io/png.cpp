@@ -23,7 +23,9 @@ constexpr std::size_t kMostSamples = std::size_t{1} << 28;
 struct PngError {
   std::string message;
 };
-[[noreturn]] void OnError(png_structp, png_const_charp message) { throw PngError{message}; }
+[[noreturn]] void OnError(png_structp, png_const_charp message) {
+  throw PngError{message};
+}
 void OnWarning(png_structp, png_const_charp) {}
 
 struct Reader {

@@ -19,7 +19,7 @@
 namespace lensd::io {
 
 /// A place in the chart, in the units of its axes. Points that are not finite (or not > 0 on a log axis) break a line
-/// and are left out elsewhere.
+/// and are left out elsewhere; nothing beyond ±1e100 widens an axis.
 struct ChartPoint {
   double x = 0.0;
   double y = 0.0;

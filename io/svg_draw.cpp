@@ -1,0 +1,134 @@
+#include "svg_draw.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <limits>
+#include <string_view>
+
+namespace lensd::io {
+namespace {
+
+constexpr double kEmPerCharacter = 0.56;
+
+Box TextBox(const std::string& text, const Label::Place& place) {
+  const double width = TextWidth(text);
+  const std::string_view anchor = place.anchor;
+  const double left = place.at.x - (anchor == "middle" ? 0.5 * width : anchor == "end" ? width : 0.0);
+  return {left - 2.0, place.at.y - 0.85 * kTextPx, left + width + 2.0, place.at.y + 0.25 * kTextPx};
+}
+
+double Overlap(const Box& a, const Box& b) {
+  const double width = std::min(a.right, b.right) - std::max(a.left, b.left);
+  const double height = std::min(a.bottom, b.bottom) - std::max(a.top, b.top);
+  return width > 0.0 && height > 0.0 ? width * height : 0.0;
+}
+
+std::string Polygon(Pixel at, std::initializer_list<Pixel> corners, const std::string& colour) {
+  std::vector<Pixel> moved;
+  for (const Pixel& corner : corners) moved.push_back({at.x + corner.x, at.y + corner.y});
+  return "<polygon points=\"" + PointList(moved) + "\" fill=\"" + colour + "\" stroke=\"#ffffff\"/>\n";
+}
+
+}  // namespace
+
+std::string Number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f", value);
+  return text;
+}
+
+std::string Escaped(const std::string& text) {
+  std::string escaped;
+  for (const char character : text) {
+    const std::string_view special = "&<>\"";
+    static constexpr const char* kEntities[] = {"&amp;", "&lt;", "&gt;", "&quot;"};
+    const auto found = special.find(character);
+    if (found == std::string_view::npos) {
+      escaped += character;
+    } else {
+      escaped += kEntities[found];
+    }
+  }
+  return escaped;
+}
+
+double TextWidth(const std::string& text, double size) {
+  const auto characters = std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; });
+  return static_cast<double>(characters) * kEmPerCharacter * size;
+}
+
+std::string DrawText(Pixel at, const std::string& text, const TextStyle& style) {
+  std::string svg = "<text x=\"" + Number(at.x) + "\" y=\"" + Number(at.y) + "\" font-size=\"" + Number(style.size) +
+                    "\" fill=\"" + style.colour + "\" text-anchor=\"" + style.anchor + "\"";
+  if (style.bold) svg += " font-weight=\"bold\"";
+  if (style.halo) svg += " stroke=\"#ffffff\" stroke-width=\"3.5\" stroke-linejoin=\"round\" paint-order=\"stroke\"";
+  if (style.rotate != 0.0) {
+    svg += " transform=\"rotate(" + Number(style.rotate) + " " + Number(at.x) + " " + Number(at.y) + ")\"";
+  }
+  return svg + ">" + Escaped(text) + "</text>\n";
+}
+
+std::string DrawLine(Pixel a, Pixel b, const std::string& colour, double width, bool dashed) {
+  std::string svg = "<line x1=\"" + Number(a.x) + "\" y1=\"" + Number(a.y) + "\" x2=\"" + Number(b.x) + "\" y2=\"" +
+                    Number(b.y) + "\" stroke=\"" + colour + "\" stroke-width=\"" + Number(width) + "\"";
+  if (dashed) svg += " stroke-dasharray=\"6 4\"";
+  return svg + "/>\n";
+}
+
+std::string PointList(const std::vector<Pixel>& corners) {
+  std::string list;
+  for (const Pixel& corner : corners) {
+    list += (list.empty() ? "" : " ") + Number(corner.x) + "," + Number(corner.y);
+  }
+  return list;
+}
+
+std::string DrawMarker(Pixel at, Marker marker, double size, const std::string& colour) {
+  const std::string circle =
+      "<circle cx=\"" + Number(at.x) + "\" cy=\"" + Number(at.y) + "\" r=\"" + Number(size) + "\"";
+  switch (marker) {
+    case Marker::Dot:
+      return circle + " fill=\"" + colour + "\" stroke=\"#ffffff\"/>\n";
+    case Marker::Ring:
+      return circle + " fill=\"#ffffff\" stroke-width=\"2\" stroke=\"" + colour + "\"/>\n";
+    case Marker::Square:
+      return Polygon(at, {{-size, -size}, {size, -size}, {size, size}, {-size, size}}, colour);
+    case Marker::Diamond:
+      return Polygon(at, {{0, -1.4 * size}, {1.4 * size, 0}, {0, 1.4 * size}, {-1.4 * size, 0}}, colour);
+    case Marker::Cross:
+      return DrawLine({at.x - size, at.y - size}, {at.x + size, at.y + size}, colour, 2.0) +
+             DrawLine({at.x - size, at.y + size}, {at.x + size, at.y - size}, colour, 2.0);
+  }
+  return {};
+}
+
+double LabelPlacer::Cost(const Box& box) const {
+  double cost = frame_.Holds(box) ? 0.0 : 1e6 * (1.0 - Overlap(frame_, box) / Overlap(box, box)) + 1.0;
+  for (const Box& taken : taken_) cost += Overlap(box, taken);
+  return cost;
+}
+
+std::string LabelPlacer::Place(const Label& label) {
+  const Label::Place* best = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Label::Place& place : label.places) {
+    const double cost = Cost(TextBox(label.text, place));
+    if (cost >= least) continue;
+    least = cost;
+    best = &place;
+    if (cost == 0.0) break;
+  }
+  if (best == nullptr) return {};
+  const Box box = TextBox(label.text, *best);
+  Block(box);
+  std::string svg;
+  if (label.leader) {
+    const Pixel near = {std::clamp(label.leader->x, box.left, box.right),
+                        std::clamp(label.leader->y, box.top, box.bottom)};
+    svg += DrawLine(*label.leader, near, "#888888", 1.0);
+  }
+  return svg + DrawText(best->at, label.text,
+                        {.colour = label.colour, .anchor = best->anchor, .bold = label.bold, .halo = true});
+}
+
+}  // namespace lensd::io

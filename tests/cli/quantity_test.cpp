@@ -1,0 +1,183 @@
+// What people write must become the double nearest to the exact decimal value: checked against rational arithmetic.
+#include "cli/quantity.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <boost/multiprecision/cpp_int.hpp>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace lensd::cli {
+namespace {
+
+using boost::multiprecision::cpp_int;
+using boost::multiprecision::cpp_rational;
+using testing::HasSubstr;
+
+/// The exact value of a finite double.
+cpp_rational Exact(double value) {
+  int exponent = 0;
+  const double mantissa = std::frexp(value, &exponent);
+  const cpp_rational scaled(static_cast<long long>(std::ldexp(mantissa, 53)));
+  const int power = exponent - 53;
+  const cpp_rational factor(cpp_int(1) << std::abs(power));
+  if (power < 0) return scaled / factor;
+  return scaled * factor;
+}
+
+/// Whether `value` is a double nearest to `exact`: neither neighbour is nearer.
+bool IsNearest(double value, const cpp_rational& exact) {
+  const auto error = [&exact](double candidate) -> cpp_rational { return abs(Exact(candidate) - exact); };
+  const double below = std::nextafter(value, -std::numeric_limits<double>::infinity());
+  const double above = std::nextafter(value, std::numeric_limits<double>::infinity());
+  return error(value) <= error(below) && error(value) <= error(above);
+}
+
+cpp_rational PowerOfTen(int exponent) {
+  cpp_int power = 1;
+  for (int i = 0; i < std::abs(exponent); ++i) power *= 10;
+  return exponent < 0 ? cpp_rational(cpp_int(1), power) : cpp_rational(power);
+}
+
+/// A number as text, and its value.
+struct Written {
+  std::string text;
+  cpp_rational value;
+};
+Written AnyNumber(int most_digits) {
+  const int before = *rc::gen::inRange(0, most_digits);
+  const int after = *rc::gen::inRange(before == 0 ? 1 : 0, most_digits);
+  const auto digits = *rc::gen::container<std::string>(before + after, rc::gen::inRange('0', char('9' + 1)));
+  const int exponent = *rc::gen::inRange(-30, 30);
+  const bool with_exponent = *rc::gen::arbitrary<bool>();
+  std::string text = digits.substr(0, before);
+  if (after > 0) text += "." + digits.substr(before);
+  if (with_exponent) text += (*rc::gen::arbitrary<bool>() ? "e" : "E") + std::to_string(exponent);
+  const std::string significant = digits.substr(std::min(digits.find_first_not_of('0'), digits.size() - 1));
+  return {text, cpp_rational(cpp_int(significant)) * PowerOfTen((with_exponent ? exponent : 0) - after)};
+}
+
+TEST(Quantity, EveryLengthIsTheNearestDouble) {
+  struct {
+    const char* unit;
+    cpp_rational metres;
+  } const units[] = {{"nm", PowerOfTen(-9)}, {"um", PowerOfTen(-6)},           {"\u00b5m", PowerOfTen(-6)},
+                     {"mm", PowerOfTen(-3)}, {"cm", PowerOfTen(-2)},           {"m", 1},
+                     {"km", PowerOfTen(3)},  {"in", cpp_rational(254, 10000)}, {"ft", cpp_rational(3048, 10000)}};
+  EXPECT_TRUE(rc::check([&] {
+    const auto& unit = units[*rc::gen::inRange<std::size_t>(0, std::size(units))];
+    const Written number = AnyNumber(40);
+    const bool negative = *rc::gen::arbitrary<bool>();
+    const auto parsed = ParseLength((negative ? "-" : "") + number.text + unit.unit, "--x");
+    RC_ASSERT(parsed.has_value());
+    RC_ASSERT(IsNearest(parsed->value, (negative ? -1 : 1) * number.value * unit.metres));
+  }));
+}
+
+TEST(Quantity, FeetWithInchesAndPixelLimitsAreExact) {
+  EXPECT_TRUE(rc::check([] {
+    const Written feet = AnyNumber(12), inches = AnyNumber(12);
+    const auto length = ParseLength(feet.text + "ft" + inches.text + "in", "--x");
+    RC_ASSERT(length.has_value());
+    RC_ASSERT(
+        IsNearest(length->value, feet.value * cpp_rational(3048, 10000) + inches.value * cpp_rational(254, 10000)));
+  }));
+  EXPECT_TRUE(rc::check([] {
+    const Written limit = AnyNumber(20), pixel = AnyNumber(20);
+    RC_PRE(limit.value != 0);
+    const auto pitch = ParseExactLength(pixel.text + "um", "--pixel");
+    RC_ASSERT(pitch.has_value());
+    const auto metres = ParseBlurLimit(limit.text + "px", *pitch, "--sharp");
+    RC_ASSERT(metres.has_value());
+    RC_ASSERT(IsNearest(metres->Nearest().value(), limit.value * pixel.value * PowerOfTen(-6)));
+  }));
+}
+
+TEST(Quantity, SumsOfAnySignsAreExact) {
+  EXPECT_TRUE(rc::check([] {
+    const Written a = AnyNumber(25), b = AnyNumber(25);
+    const auto first = ParseExactLength("-" + a.text + "m", "--x"), second = ParseExactLength(b.text + "m", "--x");
+    RC_ASSERT(first.has_value() && second.has_value());
+    RC_ASSERT(IsNearest((*first + *second).Nearest().value(), b.value - a.value));
+  }));
+}
+
+TEST(Quantity, KnownValues) {
+  EXPECT_EQ(ParseLength("33in", "--x")->value, 0.8382);
+  EXPECT_EQ(ParseLength("5ft7in", "--x")->value, 1.7018);
+  EXPECT_EQ(ParseLength("850mm", "--x")->value, 0.85);
+  EXPECT_EQ(ParseLength("3.45um", "--x")->value, 3.45e-6);
+  EXPECT_EQ(ParseLength("-1.5mm", "--x")->value, -0.0015);
+  EXPECT_EQ(ParsePercent("2%", "--x").value(), 0.02);
+  EXPECT_EQ(ParseTime("1.5ms", "--x")->count(), 1'500'000);
+  EXPECT_EQ(ParseFNumber("f/2.8", "--x")->value, 2.8);
+  EXPECT_EQ(ParseNumber("1.2", "--x").value(), 1.2);
+}
+
+TEST(Quantity, DepthsKeepTheirForm) {
+  EXPECT_EQ(ParseDepth("0.8m", "--focus").value(), (Depth{Depth::Form::Distance, 0.8}));
+  EXPECT_EQ(ParseDepth("1.2e-5D", "--focus").value(), (Depth{Depth::Form::Vergence, 1.2e-5}));
+  EXPECT_EQ(ParseDepth("-0.1D", "--focus").value(), (Depth{Depth::Form::Vergence, -0.1}));
+  EXPECT_TRUE(ParseDepth("inf", "--focus")->IsInfinite());
+  EXPECT_TRUE(ParseDepth("0D", "--focus")->IsInfinite());
+}
+
+TEST(Quantity, RangesComeInEitherOrder) {
+  const Depth two{Depth::Form::Distance, 2.0}, infinity{};
+  for (const char* text : {"2m..inf", "inf..2m"}) {
+    const auto range = ParseDepthRange(text, "--sharp");
+    ASSERT_TRUE(range) << range.error().message;
+    EXPECT_EQ(range->near, two);
+    EXPECT_EQ(range->far, infinity);
+  }
+  EXPECT_EQ(ParseDepthRange("0.5D..2m", "--sharp")->far, two);
+  EXPECT_EQ(ParseDepthRange("2.5D..4D", "--sharp")->near.value, 4.0);
+  EXPECT_EQ(ParseLengthRange("8mm..-0.5mm", "--extension")->low.value, -0.0005);
+  const auto stops = ParseFNumbers("2.8,1.4,f/2,2", "--f-number");
+  ASSERT_TRUE(stops);
+  EXPECT_THAT(stops->stops, testing::ElementsAre(FNumber{1.4}, FNumber{2.0}, FNumber{2.8}));
+  EXPECT_EQ(ParseFNumbers("22..1.4", "--f-number")->range.low.value, 1.4);
+  EXPECT_EQ(ParseFNumbers("f/1.4..f/22", "--f-number")->range.high.value, 22.0);
+}
+
+template <class T>
+std::string Complaint(const Result<T>& result) {
+  return result ? "accepted" : result.error().message;
+}
+
+TEST(Quantity, SaysWhatWouldFit) {
+  EXPECT_THAT(Complaint(ParseLength("50", "--focal-length")), HasSubstr("--focal-length '50': a bare number"));
+  EXPECT_THAT(Complaint(ParseLength("50", "--focal-length")), HasSubstr("mm"));
+  EXPECT_THAT(Complaint(ParseDepth("0.8", "--focus")), HasSubstr("2.5D"));
+  EXPECT_THAT(Complaint(ParseLength("3ms", "--extension")), HasSubstr("wrong kind"));
+  EXPECT_THAT(Complaint(ParseBlurLimit("1px", std::nullopt, "--sharp")), HasSubstr("--pixel"));
+  EXPECT_THAT(Complaint(ParsePercent("0.02", "--f-number-tolerance")), HasSubstr("2%"));
+}
+
+TEST(Quantity, RefusesWhatIsNoQuantity) {
+  for (const char* text :
+       {"",        "m",        "nan",     "nanm",    "infm", "-inf",   "1..2", "0x10m", "1 m m", "1e",  "--3m",
+        "1e9999m", "1e-2000m", "3ft-2in", "-3ft2in", "5ft7", "5ft7cm", ".m",   "5.m",   "1,5m",  "1m ", "1e400m"}) {
+    EXPECT_FALSE(ParseLength(text, "--x")) << text;
+  }
+  for (const char* text : {"0m", "-1m", "1..2m", "2m..", "..", "2m..3", "-1D", "2m..-1D", "inf..x"}) {
+    EXPECT_FALSE(ParseDepthRange(text, "--x")) << text;
+  }
+  for (const char* text : {"0", "-2", "f/", "2.8m", "inf", "nan", "1.4,", ",", "1.4..x", "f/0"}) {
+    EXPECT_FALSE(ParseFNumbers(text, "--x")) << text;
+  }
+  for (const char* text : {"0um", "-1um", "nan", "0px"})
+    EXPECT_FALSE(ParseBlurLimit(text, Decimal(1, -6), "--x")) << text;
+  EXPECT_FALSE(ParseLength(std::string(500, '1') + "m", "--x"));
+}
+
+TEST(Quantity, TellsNamesFromQuantities) {
+  for (const char* text : {"inf", "2m", "2.5D", "3ms", "5ft7in"}) EXPECT_TRUE(IsQuantity(text)) << text;
+  for (const char* text : {"station3", "m", "d2", "infinity", "in", "3"}) EXPECT_FALSE(IsQuantity(text)) << text;
+}
+
+}  // namespace
+}  // namespace lensd::cli

@@ -1,0 +1,92 @@
+#include "io/svg.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <regex>
+#include <string>
+
+namespace lensd::io {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+/// Every element is closed in order: what makes a file open in a browser at all.
+bool WellFormed(const std::string& svg) {
+  std::vector<std::string> open;
+  const std::regex tag("<(/?)([a-z]+)[^>]*?(/?)>");
+  for (std::sregex_iterator found(svg.begin(), svg.end(), tag), end; found != end; ++found) {
+    if ((*found)[1] == "/") {
+      if (open.empty() || open.back() != (*found)[2]) return false;
+      open.pop_back();
+    } else if ((*found)[3] != "/") {
+      open.push_back((*found)[2]);
+    }
+  }
+  return open.empty();
+}
+
+/// The largest coordinate that any line, path or text uses.
+double LargestCoordinate(const std::string& svg) {
+  double largest = 0.0;
+  const std::regex number("-?[0-9]+\\.[0-9]{2}");
+  for (std::sregex_iterator found(svg.begin(), svg.end(), number), end; found != end; ++found) {
+    largest = std::max(largest, std::abs(std::stod(found->str())));
+  }
+  return largest;
+}
+
+Chart Example() {
+  Chart chart{.title = "Blur & distance <f/2>"};
+  chart.x = {.label = "distance", .unit = "m", .scale = Scale::Log};
+  chart.y = {.label = "blur", .unit = "px", .low = 0.0, .high = 10.0};
+  chart.lines.push_back({.name = "planned", .points = {{0.5, 3.0}, {2.0, 0.1}, {8.0, 1e9}}, .label = "planned"});
+  chart.bars.push_back({.name = "limit", .x_low = 1.0, .x_high = 2.0, .label = "at most 1 px", .hatched = true});
+  chart.points.push_back({.name = "measured", .points = {{{1.0, 1.0}, "here"}}});
+  chart.notes.push_back({.at = {2.0, 2.0}, .text = "note", .dx = 20.0, .dy = -20.0});
+  return chart;
+}
+
+TEST(Svg, ShowsTitlesUnitsAndLegendEscaped) {
+  const std::string svg = ChartSvg(Example());
+  EXPECT_TRUE(WellFormed(svg)) << svg;
+  for (const char* text : {"Blur &amp; distance &lt;f/2&gt;", ">distance [m]<", ">blur [px]<", ">limit<", ">measured<",
+                           ">at most 1 px<", ">here<", ">note<"}) {
+    EXPECT_THAT(svg, HasSubstr(text));
+  }
+}
+
+TEST(Svg, StaysInsideItsFrameWhateverTheData) {
+  Chart chart = Example();
+  const double infinity = std::numeric_limits<double>::infinity();
+  chart.lines.push_back({.points = {{1.0, std::nan("")}, {-3.0, 1.0}, {infinity, 2.0}, {1e300, -1e300}, {2.0, 3.0}}});
+  chart.areas.push_back({.corners = {{0.1, 1.0}, {1e200, 1e200}, {infinity, 1.0}}});
+  chart.intervals.push_back({.at = {1.0, 5.0}, .low = -1e30, .high = infinity});
+  chart.points.push_back({.points = {{{0.0, 1.0}, "zero has no logarithm"}}});
+  const std::string svg = ChartSvg(chart);
+  EXPECT_TRUE(WellFormed(svg));
+  EXPECT_THAT(svg, Not(HasSubstr("nan")));
+  EXPECT_THAT(svg, Not(HasSubstr("inf")));
+  EXPECT_LE(LargestCoordinate(svg), 900.0);
+}
+
+TEST(Svg, DrawsWithoutAnyData) {
+  const std::string svg = ChartSvg(Chart{});
+  EXPECT_TRUE(WellFormed(svg));
+  EXPECT_THAT(svg, Not(HasSubstr("nan")));
+}
+
+TEST(Svg, LinesUpSeveralChartsWithDistinctPatterns) {
+  const std::string svg = ChartsSvg({Example(), Example(), Example()}, 2);
+  EXPECT_TRUE(WellFormed(svg));
+  EXPECT_THAT(svg, HasSubstr("translate(860.00 0.00)"));
+  EXPECT_THAT(svg, HasSubstr("translate(0.00 480.00)"));
+  EXPECT_THAT(svg, HasSubstr("id=\"hatch0-0\""));
+  EXPECT_THAT(svg, HasSubstr("id=\"hatch2-0\""));
+}
+
+}  // namespace
+}  // namespace lensd::io
