@@ -41,7 +41,6 @@ struct LightImage {
 enum class Algorithm {
   Auto,
   Rays,    ///< reverse projection: rays from each sensor point through the aperture, with visibility: the oracle
-  Splat,   ///< forward projection: each scene point spreads over its disk; scenes where nothing hides anything
   Gather,  ///< each pixel averages its own disk: exact for one wall, good where blur changes slowly, no visibility
 };
 

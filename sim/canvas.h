@@ -1,0 +1,72 @@
+// A surface laid on the sensor's grid: what light and what depth each cell of the picture shows.
+//
+// Textures are resampled once, one value a cell, and every renderer takes a cell's light as constant over the cell: so
+// blur by a disk is exactly the sum of the cells weighted by the area the disk covers of each, and rays and kernels
+// agree to rounding. Sinusoids and ramps keep their formula wherever a renderer can use it.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "raster.h"
+#include "sim/scene.h"
+
+namespace lensd::sim {
+
+/// One surface on the picture's grid. The picture continues beyond the frame: textures and depth maps mirrored,
+/// formulas as they are, and a region's side that lies on the frame's edge runs on for ever.
+class Canvas {
+ public:
+  /// Keeps what the surface points to alive.
+  Canvas(const Surface& surface, const CameraSettings& camera);
+
+  /// Light of the cell in column x, row y; any integers.
+  float CellLight(int x, int y) const;
+  /// Light at a point of the picture, in pixels from the frame's upper left corner.
+  double LightAt(double x, double y) const {
+    if (formula_) return FormulaAt(x, y);
+    return CellLight(static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)));
+  }
+  /// Whether the surface's region holds the cell.
+  bool Covers(int x, int y) const { return x >= left_ && x < right_ && y >= top_ && y < bottom_; }
+  bool CoversAll() const { return covers_all_; }
+  /// The region as cells; sides that run on for ever are far outside the frame.
+  PixelRect region() const { return {left_, top_, right_ - left_, bottom_ - top_}; }
+
+  bool is_plane() const { return std::holds_alternative<PlaneShape>(surface_.shape); }
+  bool is_wall() const { return is_plane() && slope_x_ == 0.0 && slope_y_ == 0.0; }
+  /// Vergence of a plane at a point of the picture, and its slopes per pixel.
+  double PlaneVergence(double x, double y) const { return origin_ + slope_x_ * x + slope_y_ * y; }
+  double slope_x() const { return slope_x_; }
+  double slope_y() const { return slope_y_; }
+  /// Vergence of the cell's centre (plane) or of the whole cell (depth map).
+  float CellVergence(int x, int y) const;
+  /// Of all cells of the frame.
+  double min_vergence() const { return min_vergence_; }
+  double max_vergence() const { return max_vergence_; }
+
+  const Paint& paint() const { return surface_.paint; }
+
+  /// Copies a part of the picture, cells outside the region included.
+  Raster LightOver(PixelRect rect) const;
+  Raster VergenceOver(PixelRect rect) const;
+
+ private:
+  double FormulaAt(double x, double y) const;
+  void LayRegion();
+  void LayPaint();
+  void LayShape();
+
+  Surface surface_;
+  int width_;
+  int height_;
+  int left_, top_, right_, bottom_;
+  bool covers_all_ = false;
+  bool formula_ = false;
+  Raster light_;     ///< of a texture: one period of the mirrored picture where that is short, else frame and margin
+  Raster vergence_;  ///< of a depth map, the frame
+  double origin_ = 0.0, slope_x_ = 0.0, slope_y_ = 0.0;
+  double min_vergence_ = 0.0, max_vergence_ = 0.0;
+};
+
+}  // namespace lensd::sim

@@ -1,0 +1,54 @@
+// Blur by one disk over a rectangle of the picture, by sums that every instruction set forms in the same order.
+#pragma once
+
+#include <vector>
+
+#include "disk_kernel.h"
+#include "raster.h"
+
+namespace lensd::sim {
+
+/// A raster with the running sums of its rows, from which a row's sum over any run is one difference. The sums are of
+/// the light less its mean, to stay small.
+class SummedRaster {
+ public:
+  explicit SummedRaster(Raster cells);
+  const Raster& cells() const { return cells_; }
+  float mean() const { return mean_; }
+  /// Sum of the cells left of column x, less their mean, at Sums(y)[x - cells().rect.x]; one more than cells.
+  const float* Sums(int y) const {
+    return sums_.data() + static_cast<std::ptrdiff_t>(y - cells_.rect.y) * (cells_.rect.width + 1);
+  }
+
+ private:
+  Raster cells_;
+  float mean_ = 0.0f;
+  std::vector<float> sums_;
+};
+
+/// Convolution with a disk's area-coverage kernel. Small disks cell by cell; larger ones row by row: in each row the
+/// disk is a run of whole cells with partly covered ones at its ends, which the running sums give in one difference a
+/// partly covered cell. The cost grows with the diameter, not with the area.
+class DiskFilter {
+ public:
+  enum class Method { Auto, Direct, Runs };
+  explicit DiskFilter(double diameter_px, Method method = Method::Auto);
+
+  int reach() const { return reach_; }
+  /// Fills `out`, whose rectangle grown by reach() lies within the source's.
+  void Blur(const SummedRaster& source, Raster& out) const;
+
+  /// One weight of the kernel's upper right quadrant. Direct: of the cells (+-dx, +-dy). Runs: of the run from -dx to
+  /// dx in rows +-dy.
+  struct Tap {
+    int dx;
+    float weight;
+  };
+
+ private:
+  int reach_;
+  Method method_;
+  std::vector<std::vector<Tap>> rows_;  ///< by dy = 0..reach
+};
+
+}  // namespace lensd::sim

@@ -1,0 +1,16 @@
+// Blur whose diameter changes from pixel to pixel.
+#pragma once
+
+#include "disk_filter.h"
+
+namespace lensd::sim {
+
+/// Each pixel of `out` becomes the mean of `source` over its own disk, whose diameter in pixels `diameters` holds
+/// (>= 0, same rectangle as `out`). Between the diameters of a fixed ladder, whose filters are used tile by tile where
+/// they are needed, results are interpolated. `source` must reach ReachOf(largest diameter) beyond `out`.
+void BlurVarying(const SummedRaster& source, const Raster& diameters, Raster& out);
+
+/// Cells beyond a pixel that BlurVarying may read for diameters up to this one.
+int ReachOf(double diameter_px);
+
+}  // namespace lensd::sim
