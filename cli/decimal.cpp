@@ -144,6 +144,13 @@ Decimal operator*(const Decimal& a, const Decimal& b) {
   return product;
 }
 
+Decimal Decimal::Shortest(double value) {
+  char text[32];
+  const auto [end, error] = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific);
+  std::string_view rest(text, end - text);
+  return TakeFrom(rest).value();
+}
+
 std::string Decimal::Text() const {
   if (IsZero()) return "0";
   return (negative_ ? "-" : "") + digits_ + "e" + std::to_string(exponent_);

@@ -19,11 +19,18 @@ class Decimal {
   /// there is none or it is longer than the caps above. An `e` counts only with digits after it.
   static std::optional<Decimal> TakeFrom(std::string_view& text);
 
+  /// The shortest decimal that reads back as `value`, which must be finite.
+  static Decimal Shortest(double value);
+
   friend Decimal operator+(const Decimal& a, const Decimal& b);
+  friend Decimal operator-(const Decimal& a, const Decimal& b) { return a + b * Decimal(-1, 0); }
   friend Decimal operator*(const Decimal& a, const Decimal& b);
+
+  friend bool operator<(const Decimal& a, const Decimal& b) { return (a - b).IsNegative(); }
 
   bool IsZero() const { return digits_.empty(); }
   bool IsNegative() const { return negative_; }
+  bool IsPositive() const { return !negative_ && !IsZero(); }
   /// The nearest double, ties to even; nullopt where it overflows, or underflows to zero.
   std::optional<double> Nearest() const;
   /// "-12e-3": exact.

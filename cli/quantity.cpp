@@ -77,8 +77,10 @@ std::pair<std::string_view, std::string_view> SplitRange(std::string_view text) 
   return {text.substr(0, dots), text.substr(dots + 2)};
 }
 
-bool Below(const Decimal& a, const Decimal& b) {
-  return (a + b * Decimal(-1, 0)).IsNegative();
+/// Passes `exact` on where a double can hold it.
+Result<Decimal> Representable(Decimal exact, std::string_view text, std::string_view option) {
+  if (!exact.Nearest()) return Wrong(option, text, "too large or too small to represent");
+  return exact;
 }
 
 Result<Depth> ParseSubject(std::string_view text, std::string_view option) {
@@ -91,60 +93,45 @@ Result<Depth> ParseSubject(std::string_view text, std::string_view option) {
 
 }  // namespace
 
-Result<double> Rounded(const Decimal& exact, std::string_view text, std::string_view option) {
-  const auto value = exact.Nearest();
-  if (!value) return Wrong(option, text, "too large or too small to represent");
-  return *value;
-}
-
 Result<Decimal> ParseExactLength(std::string_view text, std::string_view option) {
-  auto measure = Parse(text, option, {Kind::Length}, kLengths);
-  if (!measure) return PassOn(std::move(measure));
-  return std::move(measure->value);
+  const auto measure = Parse(text, option, {Kind::Length}, kLengths);
+  if (!measure) return std::unexpected(measure.error());
+  return Representable(measure->value, text, option);
 }
 
 Result<Metres> ParseLength(std::string_view text, std::string_view option) {
   const auto exact = ParseExactLength(text, option);
   if (!exact) return std::unexpected(exact.error());
-  const auto value = Rounded(*exact, text, option);
-  if (!value) return std::unexpected(value.error());
-  return Metres{*value};
+  return Metres{exact->Nearest().value()};
 }
 
-Result<Metres> ParsePositiveLength(std::string_view text, std::string_view option) {
-  auto length = ParseLength(text, option);
-  if (length && length->value <= 0.0) return Wrong(option, text, "must be greater than zero");
+Result<Decimal> ParsePositiveLength(std::string_view text, std::string_view option) {
+  auto length = ParseExactLength(text, option);
+  if (length && !length->IsPositive()) return Wrong(option, text, "must be greater than zero");
   return length;
 }
 
-Result<Span<Decimal>> ParseExactLengthRange(std::string_view text, std::string_view option) {
+Result<Span<Decimal>> ParseLengthRange(std::string_view text, std::string_view option) {
   const auto [first, second] = SplitRange(text);
   auto low = ParseExactLength(first, option);
   if (!low) return PassOn(std::move(low));
   auto high = ParseExactLength(second, option);
   if (!high) return PassOn(std::move(high));
-  if (Below(*high, *low)) std::swap(*low, *high);
+  if (*high < *low) std::swap(*low, *high);
   return Span<Decimal>{*std::move(low), *std::move(high)};
-}
-
-Result<Span<Metres>> ParseLengthRange(std::string_view text, std::string_view option) {
-  const auto exact = ParseExactLengthRange(text, option);
-  if (!exact) return std::unexpected(exact.error());
-  const auto low = Rounded(exact->low, text, option);
-  const auto high = Rounded(exact->high, text, option);
-  if (!low || !high) return std::unexpected(low ? high.error() : low.error());
-  return Span<Metres>{{*low}, {*high}};
 }
 
 Result<Depth> ParseDepth(std::string_view text, std::string_view option) {
   if (text == "inf") return Depth{};
   const auto measure = Parse(text, option, {Kind::Length, Kind::Vergence}, kDepths);
   if (!measure) return std::unexpected(measure.error());
-  const auto value = Rounded(measure->value, text, option);
-  if (!value) return std::unexpected(value.error());
-  if (measure->kind == Kind::Vergence) return Depth{Depth::Form::Vergence, *value};
-  if (*value <= 0.0) return Wrong(option, text, "a distance must be greater than zero");
-  return Depth{Depth::Form::Distance, *value};
+  const auto exact = Representable(measure->value, text, option);
+  if (!exact) return std::unexpected(exact.error());
+  const double value = exact->Nearest().value();
+  if (measure->kind == Kind::Vergence) return Depth{Depth::Form::Vergence, value, *exact};
+  if (value <= 0.0) return Wrong(option, text, "a distance must be greater than zero");
+  if (!std::isfinite(1.0 / value)) return Wrong(option, text, "too small to represent as a vergence");
+  return Depth{Depth::Form::Distance, value, *exact};
 }
 
 Result<DepthRange> ParseDepthRange(std::string_view text, std::string_view option) {
@@ -153,9 +140,8 @@ Result<DepthRange> ParseDepthRange(std::string_view text, std::string_view optio
   if (!near) return PassOn(std::move(near));
   auto far = ParseSubject(second, option);
   if (!far) return PassOn(std::move(far));
-  const bool same_form = near->form == far->form && near->form == Depth::Form::Distance;
-  const bool swapped = same_form ? near->value > far->value : near->Vergence() < far->Vergence();
-  if (swapped) std::swap(*near, *far);
+  const bool distances = near->IsDistance() && far->IsDistance();
+  if (distances ? far->exact < near->exact : near->Vergence() < far->Vergence()) std::swap(*near, *far);
   return DepthRange{*near, *far};
 }
 
@@ -165,32 +151,32 @@ Result<Decimal> ParseBlurLimit(std::string_view text, const std::optional<Decima
   if (measure->value.IsZero() || measure->value.IsNegative()) {
     return Wrong(option, text, "a blur limit must be greater than zero");
   }
-  if (measure->kind == Kind::Length) return measure->value;
+  if (measure->kind == Kind::Length) return Representable(measure->value, text, option);
   if (!pixel) return Wrong(option, text, "a limit in px needs the size of a pixel: add --pixel, or write it in um");
-  return measure->value * *pixel;
+  return Representable(measure->value * *pixel, text, option);
 }
 
-Result<FNumber> ParseFNumber(std::string_view text, std::string_view option) {
+Result<Decimal> ParseFNumber(std::string_view text, std::string_view option) {
   auto rest = text;
   if (rest.starts_with("f/")) rest.remove_prefix(2);
   const auto measure = TakeMeasure(rest);
   if (!measure || measure->kind != Kind::Plain) {
     return Wrong(option, text, "not an f-number; write a number without a unit, such as 2.8 or f/2.8");
   }
-  const auto value = Rounded(measure->value, text, option);
-  if (!value) return std::unexpected(value.error());
-  if (*value <= 0.0) return Wrong(option, text, "an f-number must be greater than zero");
-  return FNumber{*value};
+  if (!measure->value.IsPositive()) return Wrong(option, text, "an f-number must be greater than zero");
+  return Representable(measure->value, text, option);
 }
 
 Result<FNumbers> ParseFNumbers(std::string_view text, std::string_view option) {
   FNumbers numbers;
   if (text.find(',') == std::string_view::npos) {
     const auto [first, second] = SplitRange(text);
-    const auto low = ParseFNumber(first, option);
-    const auto high = ParseFNumber(second, option);
-    if (!low || !high) return std::unexpected(low ? high.error() : low.error());
-    numbers.range = {std::min(*low, *high), std::max(*low, *high)};
+    auto low = ParseFNumber(first, option);
+    if (!low) return PassOn(std::move(low));
+    auto high = ParseFNumber(second, option);
+    if (!high) return PassOn(std::move(high));
+    if (*high < *low) std::swap(*low, *high);
+    numbers.range = {*std::move(low), *std::move(high)};
     return numbers;
   }
   for (std::size_t start = 0; start <= text.size();) {
@@ -200,34 +186,33 @@ Result<FNumbers> ParseFNumbers(std::string_view text, std::string_view option) {
     numbers.stops.push_back(*stop);
     start = comma + 1;
   }
-  std::ranges::sort(numbers.stops);
-  const auto repeated = std::ranges::unique(numbers.stops);
+  std::ranges::sort(numbers.stops, std::less<>());
+  const auto repeated = std::ranges::unique(numbers.stops, [](const auto& a, const auto& b) { return !(a < b); });
   numbers.stops.erase(repeated.begin(), repeated.end());
   numbers.range = {numbers.stops.front(), numbers.stops.back()};
   return numbers;
 }
 
-Result<double> ParsePercent(std::string_view text, std::string_view option) {
+Result<Decimal> ParsePercent(std::string_view text, std::string_view option) {
   const auto measure = Parse(text, option, {Kind::Percent}, "a percentage such as 2%");
   if (!measure) return std::unexpected(measure.error());
   if (measure->value.IsNegative()) return Wrong(option, text, "must not be negative");
-  return Rounded(measure->value, text, option);
+  return Representable(measure->value, text, option);
 }
 
 Result<Duration> ParseTime(std::string_view text, std::string_view option) {
   const auto measure = Parse(text, option, {Kind::Time}, "a time in ns us ms s, such as 500ms");
   if (!measure) return std::unexpected(measure.error());
-  const auto seconds = Rounded(measure->value, text, option);
-  if (!seconds) return std::unexpected(seconds.error());
+  const auto seconds = measure->value.Nearest();
   constexpr double kLongestS = 9e9;
-  if (*seconds < 0.5e-9 || *seconds > kLongestS) return Wrong(option, text, "must be between 1ns and 9e9s");
+  if (!seconds || *seconds < 0.5e-9 || *seconds > kLongestS) return Wrong(option, text, "must be between 1ns and 9e9s");
   return Duration{std::llround(*seconds * 1e9)};
 }
 
-Result<double> ParseNumber(std::string_view text, std::string_view option) {
+Result<Decimal> ParseNumber(std::string_view text, std::string_view option) {
   const auto measure = Parse(text, option, {Kind::Plain}, "a plain number");
   if (!measure) return std::unexpected(measure.error());
-  return Rounded(measure->value, text, option);
+  return Representable(measure->value, text, option);
 }
 
 bool IsQuantity(std::string_view text) {

@@ -1,6 +1,6 @@
 // Quantities as people write them: `0.8m 850mm 33in 5ft7in 2.5D inf 8um 1.5px 550nm 3ms 25C 2%`. Exponents are legal;
-// units convert in exact decimal before the one rounding to the nearest double. Every function takes the text and the
-// option it was given to, and fails with Code::InvalidArgument and one line that says what would fit.
+// units convert in exact decimal, and what is returned exactly has a nearest double. Every function takes the text and
+// the option it was given to, and fails with Code::InvalidArgument and one line that says what would fit.
 #pragma once
 
 #include <optional>
@@ -19,11 +19,14 @@ struct Depth {
   enum class Form { Distance, Vergence };
   Form form = Form::Vergence;
   double value = 0.0;  ///< metres > 0, or dioptres; infinity is vergence 0
+  Decimal exact = {};  ///< the same before rounding
 
+  bool IsDistance() const { return form == Form::Distance; }
   bool IsInfinite() const { return form == Form::Vergence && value == 0.0; }
-  Dioptres Vergence() const { return {form == Form::Vergence ? value : 1.0 / value}; }
+  Dioptres Vergence() const { return {IsDistance() ? 1.0 / value : value}; }
 
-  friend bool operator==(const Depth&, const Depth&) = default;
+  /// Of a number that was computed, not written.
+  static Depth Distance(double metres) { return {Form::Distance, metres, Decimal::Shortest(metres)}; }
 };
 
 /// Depths between two ends; `near` has the larger vergence, equal ends are one depth.
@@ -41,20 +44,18 @@ struct Span {
 
 /// F-numbers as a range, or as the stops that exist (ascending, no duplicates). One value is a range of equal ends.
 struct FNumbers {
-  Span<FNumber> range;
-  std::vector<FNumber> stops;  ///< empty: everything in the range
+  Span<Decimal> range;
+  std::vector<Decimal> stops;  ///< empty: everything in the range
 };
 
 /// Any length in metres, exactly; may be negative or zero.
 Result<Decimal> ParseExactLength(std::string_view text, std::string_view option);
 /// The same, rounded once.
 Result<Metres> ParseLength(std::string_view text, std::string_view option);
-/// A length > 0.
-Result<Metres> ParsePositiveLength(std::string_view text, std::string_view option);
+/// A length > 0, exactly.
+Result<Decimal> ParsePositiveLength(std::string_view text, std::string_view option);
 /// `A..B` in either order, or one length.
-Result<Span<Metres>> ParseLengthRange(std::string_view text, std::string_view option);
-/// The same, exactly: {low, high}.
-Result<Span<Decimal>> ParseExactLengthRange(std::string_view text, std::string_view option);
+Result<Span<Decimal>> ParseLengthRange(std::string_view text, std::string_view option);
 /// A distance > 0, a vergence (negative is past infinity), or `inf`.
 Result<Depth> ParseDepth(std::string_view text, std::string_view option);
 /// A real subject's depths, `A..B` in either order or one depth: vergence >= 0.
@@ -62,18 +63,15 @@ Result<DepthRange> ParseDepthRange(std::string_view text, std::string_view optio
 /// A blur diameter > 0 in metres, exactly. `px` needs the size of a pixel.
 Result<Decimal> ParseBlurLimit(std::string_view text, const std::optional<Decimal>& pixel, std::string_view option);
 /// `2.8` or `f/2.8`, > 0.
-Result<FNumber> ParseFNumber(std::string_view text, std::string_view option);
+Result<Decimal> ParseFNumber(std::string_view text, std::string_view option);
 /// One f-number, a range `1.4..22`, or the stops `1.4,2,2.8`.
 Result<FNumbers> ParseFNumbers(std::string_view text, std::string_view option);
 /// `2%` is 0.02; >= 0.
-Result<double> ParsePercent(std::string_view text, std::string_view option);
+Result<Decimal> ParsePercent(std::string_view text, std::string_view option);
 /// A duration > 0, rounded to the nanosecond.
 Result<Duration> ParseTime(std::string_view text, std::string_view option);
 /// A plain number without a unit.
-Result<double> ParseNumber(std::string_view text, std::string_view option);
-
-/// Rounds to the nearest double; fails where the number is beyond what a double holds.
-Result<double> Rounded(const Decimal& exact, std::string_view text, std::string_view option);
+Result<Decimal> ParseNumber(std::string_view text, std::string_view option);
 
 /// Whether `text` is one quantity of any kind (with its unit, or `inf`): such words cannot be names.
 bool IsQuantity(std::string_view text);

@@ -1,7 +1,8 @@
 #include "cli/session.h"
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
+
+#include "proto/json.h"
 
 namespace lensd::cli {
 namespace {
@@ -39,8 +40,8 @@ Exit StatusOf(Code code) {
   return Exit::Internal;
 }
 
-void Session::PrintJson(const nlohmann::ordered_json& value) {
-  Write(stdout, value.dump());
+void Session::PrintJson(const nlohmann::json& value) {
+  Write(stdout, proto::WriteJson(value));
 }
 
 void Session::PrintText(std::string_view text) {

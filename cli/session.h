@@ -77,7 +77,7 @@ class Session {
   bool json() const { return globals_.json; }
 
   /// Writes one line with one JSON value to stdout at once. Streams call it once per item, other commands once.
-  void PrintJson(const nlohmann::ordered_json& value);
+  void PrintJson(const nlohmann::json& value);
   /// Writes text for people to stdout; a newline is added where there is none.
   void PrintText(std::string_view text);
   /// Writes one remark for people to stderr (progress, warnings); allowed with --json too.

@@ -111,36 +111,46 @@ TEST(Quantity, KnownValues) {
   EXPECT_EQ(ParseLength("850mm", "--x")->value, 0.85);
   EXPECT_EQ(ParseLength("3.45um", "--x")->value, 3.45e-6);
   EXPECT_EQ(ParseLength("-1.5mm", "--x")->value, -0.0015);
-  EXPECT_EQ(ParsePercent("2%", "--x").value(), 0.02);
+  EXPECT_EQ(ParsePercent("2%", "--x")->Nearest(), 0.02);
   EXPECT_EQ(ParseTime("1.5ms", "--x")->count(), 1'500'000);
-  EXPECT_EQ(ParseFNumber("f/2.8", "--x")->value, 2.8);
-  EXPECT_EQ(ParseNumber("1.2", "--x").value(), 1.2);
+  EXPECT_EQ(ParseFNumber("f/2.8", "--x")->Nearest(), 2.8);
+  EXPECT_EQ(ParseNumber("1.2", "--x")->Nearest(), 1.2);
+}
+
+void ExpectDepth(const char* text, Depth::Form form, double value) {
+  const auto depth = ParseDepth(text, "--focus");
+  ASSERT_TRUE(depth) << depth.error().message;
+  EXPECT_EQ(depth->form, form) << text;
+  EXPECT_EQ(depth->value, value) << text;
+  EXPECT_EQ(depth->exact.Nearest(), value) << text;
 }
 
 TEST(Quantity, DepthsKeepTheirForm) {
-  EXPECT_EQ(ParseDepth("0.8m", "--focus").value(), (Depth{Depth::Form::Distance, 0.8}));
-  EXPECT_EQ(ParseDepth("1.2e-5D", "--focus").value(), (Depth{Depth::Form::Vergence, 1.2e-5}));
-  EXPECT_EQ(ParseDepth("-0.1D", "--focus").value(), (Depth{Depth::Form::Vergence, -0.1}));
+  ExpectDepth("0.8m", Depth::Form::Distance, 0.8);
+  ExpectDepth("1.2e-5D", Depth::Form::Vergence, 1.2e-5);
+  ExpectDepth("-0.1D", Depth::Form::Vergence, -0.1);
   EXPECT_TRUE(ParseDepth("inf", "--focus")->IsInfinite());
   EXPECT_TRUE(ParseDepth("0D", "--focus")->IsInfinite());
 }
 
 TEST(Quantity, RangesComeInEitherOrder) {
-  const Depth two{Depth::Form::Distance, 2.0}, infinity{};
   for (const char* text : {"2m..inf", "inf..2m"}) {
     const auto range = ParseDepthRange(text, "--sharp");
     ASSERT_TRUE(range) << range.error().message;
-    EXPECT_EQ(range->near, two);
-    EXPECT_EQ(range->far, infinity);
+    EXPECT_EQ(range->near.value, 2.0);
+    EXPECT_TRUE(range->near.IsDistance());
+    EXPECT_TRUE(range->far.IsInfinite());
   }
-  EXPECT_EQ(ParseDepthRange("0.5D..2m", "--sharp")->far, two);
+  EXPECT_EQ(ParseDepthRange("0.4D..2m", "--sharp")->near.value, 2.0);
   EXPECT_EQ(ParseDepthRange("2.5D..4D", "--sharp")->near.value, 4.0);
-  EXPECT_EQ(ParseLengthRange("8mm..-0.5mm", "--extension")->low.value, -0.0005);
-  const auto stops = ParseFNumbers("2.8,1.4,f/2,2", "--f-number");
+  EXPECT_EQ(ParseLengthRange("8mm..-0.5mm", "--extension")->low.Nearest(), -0.0005);
+  const auto stops = ParseFNumbers("2.8,1.4,f/2,2.0", "--f-number");
   ASSERT_TRUE(stops);
-  EXPECT_THAT(stops->stops, testing::ElementsAre(FNumber{1.4}, FNumber{2.0}, FNumber{2.8}));
-  EXPECT_EQ(ParseFNumbers("22..1.4", "--f-number")->range.low.value, 1.4);
-  EXPECT_EQ(ParseFNumbers("f/1.4..f/22", "--f-number")->range.high.value, 22.0);
+  std::vector<double> values;
+  for (const Decimal& stop : stops->stops) values.push_back(stop.Nearest().value());
+  EXPECT_THAT(values, testing::ElementsAre(1.4, 2.0, 2.8));
+  EXPECT_EQ(ParseFNumbers("22..1.4", "--f-number")->range.low.Nearest(), 1.4);
+  EXPECT_EQ(ParseFNumbers("f/1.4..f/22", "--f-number")->range.high.Nearest(), 22.0);
 }
 
 template <class T>
