@@ -1,15 +1,15 @@
 // What a rig can be told to do with an axis, and what it says when it is done.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "base/clock.h"
 #include "base/result.h"
 #include "base/units.h"
 #include "drivers/api/lens.h"
-#include "rig/config.h"
+#include "optics/focus_scale.h"
 
 namespace lensd::rig {
 
@@ -25,8 +25,8 @@ struct Target {
     FNumber,         ///< iris
   };
   Kind kind = Kind::Native;
-  double value = 0.0;                ///< in the unit the kind names
-  std::optional<DistanceFrom> from;  ///< Distance only: instead of the configured origin
+  double value = 0.0;                        ///< in the unit the kind names
+  std::optional<optics::DistanceFrom> from;  ///< Distance only: instead of the configured origin
 };
 
 /// The end of a motion that was carried out, well or not. A motion that was never carried out (superseded, stopped,
@@ -46,5 +46,7 @@ struct MoveOutcome {
   std::string reason;  ///< empty when all is well, else one line for people
   Duration elapsed{};
 };
+
+using MoveCallback = std::move_only_function<void(Result<MoveOutcome>)>;
 
 }  // namespace lensd::rig

@@ -11,15 +11,19 @@
 namespace lensd::rig {
 
 /// The nominal calibration of one lens: focus position even in extension, iris position even in log(f-number), each
-/// across the whole range of its axis; an axis whose native unit is optical already (dioptres, f-number) means what it
-/// says. Pure; every conversion is the inverse of its twin to rounding.
+/// across the whole range of its axis (focus the other way round where larger positions focus farther); an axis whose
+/// native unit is optical already (dioptres, f-number) means what it says. Pure; every conversion is the inverse of its
+/// twin to rounding. Lengths and f-numbers outside the range are extrapolated: limits are for the caller to judge.
 class OpticsTable {
  public:
-  /// InvalidArgument: a focal length or f-number that is not above 0, or an empty range.
-  static Result<OpticsTable> Create(const drivers::NominalOptics& optics, const drivers::Capabilities& lens);
+  /// InvalidArgument: a focal length or f-number that is not above 0, an empty range, a focus inside -f.
+  static Result<OpticsTable> Create(const drivers::NominalOptics& optics, const drivers::Capabilities& lens,
+                                    bool near_positive = true);
 
-  Metres focal_length() const { return Metres{optics_.focal_length_m}; }
   const drivers::NominalOptics& nominal() const { return optics_; }
+  Metres focal_length() const { return Metres{optics_.focal_length_m}; }
+  /// A lens without a motorised iris has one f-number only where the range is a single one.
+  std::optional<FNumber> fixed_f_number() const;
   bool has_focus() const { return focus_.has_value(); }
   bool has_iris() const { return iris_.has_value(); }
 
@@ -30,17 +34,12 @@ class OpticsTable {
   FNumber FNumberFromNative(Native iris) const;
   Native NativeFromFNumber(FNumber f_number) const;
 
-  /// Vergence of the plane in focus at this extension, and back: U = e/(f(f+e)). Negative past infinity.
-  Dioptres VergenceFromExtension(Metres extension) const;
-  /// OutOfRange: at or inside the focal length, where nothing can be focused.
-  Result<Metres> ExtensionFromVergence(Dioptres vergence) const;
-  /// From the lens centre, by Newton's form e = f²/(Z-f). OutOfRange as above.
-  Result<Metres> ExtensionFromDistance(Metres distance) const;
-
  private:
   OpticsTable() = default;
 
   drivers::NominalOptics optics_;
+  double extension_at_minimum_m_ = 0.0;  ///< of the focus axis' native range
+  double extension_at_maximum_m_ = 0.0;
   std::optional<drivers::AxisCapabilities> focus_;
   std::optional<drivers::AxisCapabilities> iris_;
 };

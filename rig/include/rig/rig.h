@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "autofocus/verdict.h"
 #include "base/clock.h"
 #include "base/result.h"
 #include "base/units.h"
@@ -44,27 +43,27 @@ struct AutofocusRequest {
 
 /// How far an autofocus run has come.
 struct AutofocusProgress {
-  int frames = 0;  ///< used so far
-  int moves = 0;
-  int steps_expected = 0;  ///< frames the method expects to need in all, as far as it can tell
-  Native position;         ///< of the last frame
-  double score = 0.0;      ///< its sharpness relative to the first frame
+  int frames = 0;           ///< used so far
+  int moves = 0;            ///< motions of the focus motor so far
+  int frames_expected = 0;  ///< in all, as far as can be told
+  Native position;          ///< of the last frame
+  double sharpness = 0.0;   ///< of the last frame relative to the first
 };
 
 struct AutofocusOutcome {
   bool focused = false;
   std::string method;
-  int frames = 0;
-  int moves = 0;
+  int frames = 0;  ///< all of them, the first and the checking one included
+  int moves = 0;   ///< motions of the focus motor, going back included
   Duration elapsed{};
   std::optional<Dioptres> vergence;  ///< where the lens now stands, where optics are known
   std::optional<Dioptres> sigma;
   Native position;          ///< where the lens now stands
+  Duration cpu{};           ///< processor time the method itself took
   double confidence = 0.0;  ///< 0..1
   std::string reason;       ///< why it believes the answer, or why it refuses
 };
 
-using MoveCallback = std::move_only_function<void(Result<MoveOutcome>)>;
 using StopCallback = std::move_only_function<void(Result<void>)>;
 using AutofocusCallback = std::move_only_function<void(Result<AutofocusOutcome>)>;
 using ProgressCallback = std::move_only_function<void(const AutofocusProgress&)>;

@@ -1,0 +1,57 @@
+// The one small interface behind which every autofocus method lives: what it is told before it starts, what it sees,
+// and what it answers. Methods are pure: no device, no clock, no I/O; the same looks give the same answers.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "autofocus/measures.h"
+#include "drivers/api/camera.h"
+
+namespace lensd::autofocus {
+
+/// The lens and camera as far as a method needs them. Positions are extensions in metres where the lens is calibrated,
+/// native units where it is not; a method only ever sees one of the two.
+struct Setup {
+  double lowest = 0.0;            ///< reachable positions
+  double highest = 0.0;           ///< > lowest
+  double resolution = 0.0;        ///< between neighbouring positions, > 0
+  std::optional<double> blur_px;  ///< change of position that changes the blur diameter by one pixel; none: unknown
+  bool ascending = true;          ///< sweeps run toward larger positions: the side that takes up the backlash
+};
+
+/// One frame taken with the lens standing still at `position`.
+struct Look {
+  double position = 0.0;
+  const drivers::Frame* frame = nullptr;
+  Window window;     ///< where to look, inside the frame
+  FocusScore score;  ///< of that window
+};
+
+/// "Go there and take a frame."
+struct GoAndLook {
+  double position = 0.0;  ///< within lowest..highest
+};
+
+/// The end.
+struct Verdict {
+  bool focused = false;
+  double position = 0.0;    ///< best focus, where focused
+  double sigma = 0.0;       ///< standard deviation of `position`
+  double confidence = 0.0;  ///< 0..1: how sure the method is that this is the sharpest place
+  std::string reason;       ///< why it believes, or why it refuses: one line for people
+};
+
+using Advice = std::variant<GoAndLook, Verdict>;
+
+class Method {
+ public:
+  virtual ~Method() = default;
+  /// Called with the first frame, taken where the lens happened to stand, then with each frame it asked for.
+  virtual Advice Next(const Look& look) = 0;
+  /// Frames it expects to need in all, as far as it can tell.
+  virtual int FramesExpected() const = 0;
+};
+
+}  // namespace lensd::autofocus

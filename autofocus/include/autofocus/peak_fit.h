@@ -1,0 +1,24 @@
+// Where a sharpness curve has its top, from a few samples around it.
+#pragma once
+
+#include <optional>
+#include <span>
+
+namespace lensd::autofocus {
+
+struct CurvePoint {
+  double position = 0.0;
+  double value = 0.0;  ///< > 0
+  double sigma = 0.0;  ///< standard deviation of `value`, > 0
+};
+
+struct PeakFit {
+  double position = 0.0;
+  double sigma = 0.0;  ///< of `position`, from the scatter of the points or their own sigmas, whichever says more
+};
+
+/// Weighted least-squares parabola through ln(value): the logarithm of a sharpness curve is close to a parabola over a
+/// wider stretch than the curve itself. Nothing where fewer than three points are given or they do not curve downward.
+std::optional<PeakFit> FitPeak(std::span<const CurvePoint> points);
+
+}  // namespace lensd::autofocus

@@ -1,0 +1,54 @@
+// One autofocus run of any method, with what every run owes its user: the frame before it began is the standard to
+// beat, the answer is checked with a frame taken there, and an answer that does not hold is a refusal.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "autofocus/method.h"
+#include "autofocus/sharpness.h"
+#include "base/result.h"
+
+namespace lensd::autofocus {
+
+/// The names Session::Create() knows.
+std::vector<std::string_view> MethodNames();
+
+/// Pixels of a region of a frame, cut to the frame. InvalidArgument: outside it, or smaller than 16 x 16 px.
+Result<Window> WindowOf(const drivers::Region& region, int width, int height);
+
+class Session {
+ public:
+  /// InvalidArgument: no such method.
+  static Result<Session> Create(std::string_view method, const Setup& setup);
+
+  /// Takes the first frame, then each frame asked for, with the position it was taken at. A focused verdict has been
+  /// checked: the lens stands at its position. After a verdict the session is over.
+  /// InvalidArgument: the window does not fit the frame.
+  Result<Advice> Next(double position, const drivers::Frame& frame, const drivers::Region& region);
+
+  /// The method that is running: "auto" names the one it chose.
+  std::string_view method() const { return method_name_; }
+  /// Frames taken so far, and how many it will be in all as far as can be told.
+  int frames() const { return static_cast<int>(scores_.size()); }
+  int frames_expected() const;
+  /// Sharpness of the last frame relative to the first: gradient energy free of noise and brightness.
+  double relative_sharpness() const;
+
+ private:
+  Session(std::string_view method_name, std::unique_ptr<Method> method)
+      : method_name_(method_name), method_(std::move(method)) {}
+  std::vector<Sharpness> Sharpnesses() const;
+  Verdict Check() const;
+
+  std::string_view method_name_;
+  std::unique_ptr<Method> method_;
+  std::vector<FocusScore> scores_;
+  int bits_ = 8;
+  int pixels_ = 1;
+  std::optional<Verdict> to_check_;
+};
+
+}  // namespace lensd::autofocus

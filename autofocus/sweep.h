@@ -1,0 +1,47 @@
+// The dependable method: look everywhere, then more finely around the sharpest place.
+//
+// A first pass crosses the whole range in steps that the optics give: narrow enough that wherever the subject is, one
+// of the frames is near enough for its texture to show. Then the two steps around the sharpest frame are divided in
+// three, and again, until the step is about a pixel of blur; the top is where a parabola through the logarithm of the
+// last few frames has its vertex. Every pass runs in the same direction, so that backlash shifts nothing.
+// It refuses when the curve has no peak that stands out of the noise, or when the peak is not inside the range.
+#pragma once
+
+#include <deque>
+#include <vector>
+
+#include "autofocus/method.h"
+#include "autofocus/peak_fit.h"
+
+namespace lensd::autofocus {
+
+class Sweep final : public Method {
+ public:
+  explicit Sweep(const Setup& setup);
+  Advice Next(const Look& look) override;
+  int FramesExpected() const override;
+
+ private:
+  struct Sample {
+    double position = 0.0;
+    FocusScore score;
+  };
+
+  Advice Ask();
+  std::vector<CurvePoint> Curve() const;
+  std::vector<CurvePoint> Around(const std::vector<CurvePoint>& curve, double centre) const;
+  bool FineEnough(const std::vector<CurvePoint>& curve, std::size_t best) const;
+  void PlanPass(double from, double to, int intervals, bool with_ends);
+  Verdict Conclude(const std::vector<CurvePoint>& curve, std::size_t best, double prominence) const;
+
+  Setup setup_;
+  double step_ = 0.0;       ///< of the pass being made
+  double fine_step_ = 0.0;  ///< at which the search ends; 0: unknown, judged from the curve
+  bool started_ = false;
+  int bits_ = 8;
+  int pixels_ = 1;
+  std::vector<Sample> samples_;
+  std::deque<double> to_visit_;
+};
+
+}  // namespace lensd::autofocus

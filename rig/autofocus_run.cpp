@@ -1,0 +1,131 @@
+#include "autofocus_run.h"
+
+#include <ctime>
+#include <utility>
+
+#include "optics/conjugates.h"
+
+namespace lensd::rig {
+namespace {
+
+Duration ThreadCpu() {
+  timespec spent{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &spent);
+  return std::chrono::seconds(spent.tv_sec) + std::chrono::nanoseconds(spent.tv_nsec);
+}
+
+}  // namespace
+
+AutofocusRun::AutofocusRun(autofocus::Session session, drivers::Region region, Instant deadline, Hands hands,
+                           Scale scale, ProgressCallback progress)
+    : session_(std::move(session)),
+      region_(region),
+      began_at_(hands.now()),
+      deadline_(deadline),
+      hands_(std::move(hands)),
+      scale_(std::move(scale)),
+      progress_(std::move(progress)) {}
+
+void AutofocusRun::Begin() {
+  Look();
+}
+
+void AutofocusRun::Look() {
+  hands_.look([this](Result<LensedFrame> taken) { OnFrame(std::move(taken)); });
+}
+
+Activity AutofocusRun::activity() const {
+  return {Activity::Kind::Autofocus, session_.frames(), session_.frames_expected()};
+}
+
+void AutofocusRun::CheckDeadline() {
+  if (hands_.now() < deadline_ || going_back_with_) return;
+  GoBack(Refusal("no answer by the deadline"));
+}
+
+void AutofocusRun::OnFrame(Result<LensedFrame> taken) {
+  if (going_back_with_) return;
+  if (!taken) return GoBack(PassOn(std::move(taken)));
+  const auto& focus = taken->axes[drivers::Axis::Focus];
+  if (!focus) return GoBack(Fail(Code::Internal, "a frame came without the lens position it was taken at"));
+  stands_ = Native{0.5 * (focus->lowest + focus->highest).value};
+  if (!start_) start_ = stands_;
+  const double position = scale_.position(stands_);
+  const Duration before = ThreadCpu();
+  auto advice = session_.Next(position, taken->frame, region_);
+  cpu_ += ThreadCpu() - before;
+  if (!advice) return GoBack(PassOn(std::move(advice)));
+  Report();
+  Follow(*advice);
+}
+
+void AutofocusRun::Report() {
+  if (!progress_) return;
+  progress_({.frames = session_.frames(),
+             .moves = hands_.motions(),
+             .frames_expected = session_.frames_expected(),
+             .position = stands_,
+             .sharpness = session_.relative_sharpness()});
+}
+
+void AutofocusRun::Follow(const autofocus::Advice& advice) {
+  if (const auto* verdict = std::get_if<autofocus::Verdict>(&advice)) {
+    if (!verdict->focused) return GoBack(Outcome(*verdict));
+    return hands_.end(Outcome(*verdict));
+  }
+  const Native target = scale_.native(std::get<autofocus::GoAndLook>(advice).position);
+  if (std::abs((target - stands_).value) < 0.5 * scale_.resolution) return Look();
+  hands_.move(target, [this](Result<MoveOutcome> moved) { OnMoved(std::move(moved)); });
+}
+
+void AutofocusRun::OnMoved(Result<MoveOutcome> moved) {
+  if (going_back_with_) return;
+  if (!moved) return GoBack(PassOn(std::move(moved)));
+  stands_ = moved->position;
+  if (!moved->reached) return GoBack(Refusal("the lens did not get where it was sent: " + moved->reason));
+  Look();
+}
+
+/// Returns the lens to where the run found it, then gives the answer; says so where that fails.
+void AutofocusRun::GoBack(Result<AutofocusOutcome> answer) {
+  going_back_with_ = std::move(answer);
+  if (!start_) return hands_.end(*std::move(going_back_with_));
+  hands_.move(*start_, [this](Result<MoveOutcome> moved) {
+    auto last = *std::move(going_back_with_);
+    const bool back = moved && moved->reached;
+    const std::string trouble =
+        back ? "" : "; the lens could not be brought back: " + (moved ? moved->reason : moved.error().message);
+    if (!last) return hands_.end(Fail(last.error().code, last.error().message + trouble));
+    if (moved) stands_ = moved->position;
+    hands_.end(Refusal(last->reason + trouble));
+  });
+}
+
+AutofocusOutcome AutofocusRun::Refusal(std::string reason) const {
+  autofocus::Verdict verdict;
+  verdict.reason = std::move(reason);
+  return Outcome(verdict);
+}
+
+AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const {
+  AutofocusOutcome outcome;
+  outcome.focused = verdict.focused;
+  outcome.method = session_.method();
+  outcome.frames = session_.frames();
+  outcome.moves = hands_.motions();
+  outcome.elapsed = hands_.now() - began_at_;
+  outcome.position = stands_;
+  outcome.cpu = cpu_;
+  outcome.confidence = verdict.confidence;
+  outcome.reason = verdict.reason;
+  if (scale_.optics != nullptr) {
+    const Metres extension = scale_.optics->ExtensionFromNative(stands_);
+    const double to_sensor = (scale_.optics->focal_length() + extension).value;
+    outcome.vergence = optics::FocalPlane(scale_.optics->focal_length(), extension);
+    // dU/de = 1/Z_s².
+    if (verdict.focused) outcome.sigma = Dioptres{verdict.sigma / (to_sensor * to_sensor)};
+  }
+  return outcome;
+}
+
+}  // namespace lensd::rig

@@ -1,0 +1,62 @@
+// Drives one autofocus session on a rig: turns its advice into moves and looks, counts them, keeps the deadline, and
+// brings the lens back where it was whenever the answer is not a checked focus.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "autofocus/session.h"
+#include "rig/rig.h"
+
+namespace lensd::rig {
+
+class AutofocusRun {
+ public:
+  /// What the run may ask of its rig. Each callback comes from a later Step().
+  struct Hands {
+    std::function<void(Native, MoveCallback)> move;
+    std::function<void(SnapshotCallback)> look;
+    std::function<Instant()> now;
+    std::function<int()> motions;                       ///< device motions of the focus axis since the run began
+    std::function<void(Result<AutofocusOutcome>)> end;  ///< called once, last
+  };
+  /// How the focus axis' native units become the session's positions, and back.
+  struct Scale {
+    std::function<double(Native)> position;
+    std::function<Native(double)> native;
+    double resolution = 1.0;              ///< native units
+    const OpticsTable* optics = nullptr;  ///< positions are extensions in metres; nullptr: native units
+  };
+
+  AutofocusRun(autofocus::Session session, drivers::Region region, Instant deadline, Hands hands, Scale scale,
+               ProgressCallback progress);
+  /// Asks for the first frame.
+  void Begin();
+  /// To be called at every step: ends the search at its deadline.
+  void CheckDeadline();
+  Activity activity() const;
+
+ private:
+  void Look();
+  void OnFrame(Result<LensedFrame> taken);
+  void OnMoved(Result<MoveOutcome> moved);
+  void Follow(const autofocus::Advice& advice);
+  void GoBack(Result<AutofocusOutcome> answer);
+  void Report();
+  AutofocusOutcome Outcome(const autofocus::Verdict& verdict) const;
+  AutofocusOutcome Refusal(std::string reason) const;
+
+  autofocus::Session session_;
+  drivers::Region region_;
+  Instant began_at_;
+  Instant deadline_;
+  Hands hands_;
+  Scale scale_;
+  ProgressCallback progress_;
+  std::optional<Native> start_;  ///< where the first frame was taken
+  Native stands_;
+  std::optional<Result<AutofocusOutcome>> going_back_with_;
+  Duration cpu_{};
+};
+
+}  // namespace lensd::rig

@@ -1,0 +1,85 @@
+#include "rig/config.h"
+
+#include <string>
+
+namespace lensd::rig {
+namespace {
+
+using drivers::Axis;
+
+/// Two numbers, the smaller first.
+std::optional<std::pair<double, double>> ReadRange(SettingsReader& read, std::string_view key, Range range) {
+  const auto numbers = read.OptionalNumbers(key, 2, range);
+  if (!numbers) return std::nullopt;
+  if ((*numbers)[0] > (*numbers)[1]) {
+    read.Reject(key, "must have its smaller number first");
+    return std::nullopt;
+  }
+  return std::pair((*numbers)[0], (*numbers)[1]);
+}
+
+std::optional<double> ReadBacklash(SettingsReader& read) {
+  const Settings* raw = read.Any("backlash");
+  if (raw == nullptr) return std::nullopt;
+  if (const auto* text = std::get_if<std::string>(&raw->value()); text != nullptr && *text == "auto") {
+    return std::nullopt;
+  }
+  if (!raw->AsNumber()) read.Reject("backlash", "must be \"auto\" or a number of native units");
+  return read.OptionalNumber("backlash", kNonNegative);
+}
+
+Result<AxisConfig> ReadAxis(const Settings& table, Axis axis) {
+  SettingsReader read(table, "[lens." + std::string(AxisName(axis)) + "]");
+  AxisConfig config;
+  if (axis == Axis::Focus) {
+    config.near_positive = read.Choice("direction", {"near-positive", "near-negative"}, 0) == 0;
+    config.approach_near = read.Choice("approach", {"near", "far"}, 0) == 0;
+  }
+  config.backlash = ReadBacklash(read);
+  config.settle = std::chrono::duration_cast<Duration>(
+      std::chrono::duration<double, std::milli>(read.Number("settle_ms", 0.0, {0.0, 60e3})));
+  config.tolerance = read.OptionalNumber("tolerance", kNonNegative);
+  config.speed = read.OptionalNumber("speed", kPositive);
+  if (const auto limits = ReadRange(read, "limits", {}))
+    config.limits = {Native{limits->first}, Native{limits->second}};
+  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  return config;
+}
+
+Result<void> ReadOptics(const Settings& table, RigConfig& config) {
+  SettingsReader read(table, "[lens.optics]");
+  const double focal_length_mm = read.RequiredNumber("focal_length_mm", kPositive);
+  const auto f_number = ReadRange(read, "f_number", kPositive);
+  const auto extension_mm = ReadRange(read, "extension_mm", {});
+  config.scale.principal_gap = Metres{read.Number("principal_gap_mm", 0.0, kNonNegative) * 1e-3};
+  config.pupil_factor = read.Number("pupil_factor", 1.0, kPositive);
+  if (!f_number) read.Reject("f_number", "must be the widest and the smallest opening, as in [1.8, 16]");
+  if (!extension_mm) read.Reject("extension_mm", "must be the extension at both ends of focus, as in [0.0, 1.6]");
+  if (auto done = read.Finish(); !done) return done;
+  config.optics = drivers::NominalOptics{.focal_length_m = focal_length_mm * 1e-3,
+                                         .min_f_number = f_number->first,
+                                         .max_f_number = f_number->second,
+                                         .min_extension_m = extension_mm->first * 1e-3,
+                                         .max_extension_m = extension_mm->second * 1e-3};
+  return {};
+}
+
+}  // namespace
+
+Result<RigConfig> ReadRigConfig(SettingsReader& lens) {
+  RigConfig config;
+  config.scale.from = static_cast<optics::DistanceFrom>(lens.Choice("distance_from", {"lens", "sensor", "front"}, 0));
+  if (const Settings* table = lens.Table("optics")) {
+    if (auto read = ReadOptics(*table, config); !read) return PassOn(std::move(read));
+  }
+  for (const Axis axis : drivers::kAxes) {
+    const Settings* table = lens.Table(AxisName(axis));
+    if (table == nullptr) continue;
+    auto read = ReadAxis(*table, axis);
+    if (!read) return PassOn(std::move(read));
+    config.axes[axis] = *read;
+  }
+  return config;
+}
+
+}  // namespace lensd::rig

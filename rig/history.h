@@ -1,0 +1,30 @@
+// Where every axis was, lately: so that a frame can be told what the lens did while it was exposed.
+#pragma once
+
+#include <deque>
+
+#include "base/clock.h"
+#include "drivers/api/lens.h"
+#include "rig/rig.h"
+
+namespace lensd::rig {
+
+/// The readings of the last seconds. A reading says where an axis was at one instant; between two of them it is taken
+/// to have been between both.
+class History {
+ public:
+  /// Readings in order of time; one that is not newer than the last is ignored.
+  void Add(const drivers::LensState& state);
+  /// Forgets everything: after a gap in which anything may have happened.
+  void Clear() { readings_.clear(); }
+  /// What each axis did from `begin` to `end`: hull of the readings in the interval and its neighbours on either side.
+  /// Moving where a reading in that hull says so, the positions differ by more than `tolerance`, or no reading covers
+  /// the end yet or the start any more.
+  drivers::PerAxis<std::optional<LensedFrame::AxisDuring>> During(Instant begin, Instant end,
+                                                                  const drivers::PerAxis<double>& tolerance) const;
+
+ private:
+  std::deque<drivers::LensState> readings_;
+};
+
+}  // namespace lensd::rig

@@ -1,0 +1,87 @@
+// The inside of a Rig; see rig/rig.h.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "autofocus_run.h"
+#include "axis_motion.h"
+#include "history.h"
+#include "looks.h"
+#include "rig/rig.h"
+
+namespace lensd::rig {
+
+class Rig::Impl {
+ public:
+  Impl(RigConfig config, drivers::Device device, std::optional<OpticsTable> optics, const Clock& clock);
+  ~Impl();
+
+  Result<Native> Resolve(drivers::Axis axis, const Target& target) const;
+  void Command(std::move_only_function<void()> command) { commands_.push_back(std::move(command)); }
+  Instant Step(Instant now);
+  Status GetStatus() const;
+
+  // The commands, as carried out inside Step().
+  void Move(drivers::Axis axis, const Target& target, MoveCallback done);
+  void Home(drivers::Axis axis, MoveCallback done);
+  void Stop(const std::vector<drivers::Axis>& axes, StopCallback done);
+  void Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done);
+  void Snapshot(Instant since, SnapshotCallback done);
+
+  drivers::Device device;
+  std::optional<OpticsTable> optics;
+  const Clock& clock;
+
+ private:
+  template <class Callback, class Answer>
+  void Reply(Callback done, Answer answer);
+  void StartMotion(drivers::Axis axis, std::optional<Native> target, double take_up, MoveCallback done);
+  void EndMotion(drivers::Axis axis, Result<MoveOutcome> end);
+  void EndAutofocus(Result<AutofocusOutcome> end);
+  void Disturb(drivers::Axis axis);
+  void FailAll(const Error& error);
+  void ReadLens();
+  void NoteReading(const drivers::LensState& state);
+  void AdvanceMotions();
+  void ServeLooks();
+  void HandOut(const drivers::Frame& frame);
+  LensedFrame WithLens(const drivers::Frame& frame) const;
+  void AddOptics(MoveOutcome& outcome) const;
+  void RunReplies();
+  Result<Native> Aim(drivers::Axis axis, const Target& target) const;
+  Result<Metres> ExtensionOf(const Target& target) const;
+  std::optional<FNumber> CurrentFNumber() const;
+  autofocus::Setup AutofocusSetup();
+  Activity CurrentActivity() const;
+  AutofocusRun::Hands HandsOfRun();
+  AutofocusRun::Scale ScaleOfRun();
+  double AutofocusTakeUp() const;
+  bool Moving() const;
+  std::optional<Instant> SteadySince() const;
+  Instant NextStep(Instant now) const;
+
+  RigConfig config_;
+  drivers::PerAxis<std::optional<AxisSetup>> setups_;
+  drivers::PerAxis<double> tolerances_;
+  drivers::PerAxis<std::unique_ptr<AxisMotion>> motions_;
+  drivers::PerAxis<std::optional<Native>> targets_;
+  drivers::PerAxis<Instant> steady_since_;
+  std::optional<drivers::LensState> state_;
+  std::optional<Error> problem_;
+  int read_failures_ = 0;
+  Instant next_read_{};
+  History history_;
+  Looks looks_;
+  std::unique_ptr<AutofocusRun> run_;
+  AutofocusCallback autofocus_done_;
+  std::uint64_t run_number_ = 0;
+  int run_motions_ = 0;
+  bool run_ended_ = false;
+  std::deque<std::move_only_function<void()>> commands_;
+  std::deque<std::move_only_function<void()>> replies_;
+};
+
+}  // namespace lensd::rig

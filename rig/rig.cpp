@@ -1,0 +1,239 @@
+#include "rig/rig.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+#include "impl.h"
+#include "optics/conjugates.h"
+
+namespace lensd::rig {
+namespace {
+
+using drivers::Axis;
+
+std::string LimitsText(const AxisSetup& setup) {
+  std::ostringstream text;
+  text << setup.minimum.value << ".." << setup.maximum.value << " " << NativeUnitName(setup.can.unit);
+  return text.str();
+}
+
+/// On the axis' grid and inside its soft limits; what is off by rounding alone is brought back.
+Result<Native> Land(const AxisSetup& setup, Native wanted, const std::string& as_asked) {
+  const double resolution = setup.can.resolution;
+  const double steps = std::round((wanted - setup.can.minimum).value / resolution);
+  const Native on_grid = setup.can.minimum + Native{steps * resolution};
+  if (!std::isfinite(wanted.value) || on_grid.value < setup.minimum.value - 0.5 * resolution ||
+      on_grid.value > setup.maximum.value + 0.5 * resolution) {
+    return Fail(Code::OutOfRange, as_asked + " is outside what " + std::string(AxisName(setup.axis)) + " may reach (" +
+                                      LimitsText(setup) + ")");
+  }
+  return std::clamp(on_grid, setup.minimum, setup.maximum);
+}
+
+std::string Asked(const Target& target) {
+  static constexpr const char* kUnits[] = {"", " relative", " toward near", " D", " m", " m of extension", ""};
+  std::ostringstream text;
+  text << (target.kind == Target::Kind::FNumber ? "f/" : "") << target.value
+       << kUnits[static_cast<std::size_t>(target.kind)];
+  return text.str();
+}
+
+}  // namespace
+
+// ---- targets ------------------------------------------------------------------------------------------------------
+
+Result<Native> Rig::Impl::Resolve(Axis axis, const Target& target) const {
+  if (!setups_[axis]) return Fail(Code::Unsupported, "this lens has no motorised " + std::string(AxisName(axis)));
+  if (std::isnan(target.value)) return Fail(Code::InvalidArgument, "a target must be a number");
+  auto aimed = Aim(axis, target);
+  if (!aimed) return aimed;
+  return Land(*setups_[axis], *aimed, Asked(target));
+}
+
+Result<Native> Rig::Impl::Aim(Axis axis, const Target& target) const {
+  using Kind = Target::Kind;
+  const AxisSetup& setup = *setups_[axis];
+  switch (target.kind) {
+    case Kind::Native:
+      return Native{target.value};
+    case Kind::NativeRelative:
+    case Kind::TowardNear: {
+      if (target.kind == Kind::TowardNear && axis != Axis::Focus) {
+        return Fail(Code::InvalidArgument, "only focus has a near and a far side");
+      }
+      if (!targets_[axis] && (!state_ || !state_->axes[axis])) {
+        return Fail(Code::Disconnected, "the lens has not told where it stands");
+      }
+      const Native from = targets_[axis] ? *targets_[axis] : state_->axes[axis]->position;
+      const bool backward = target.kind == Kind::TowardNear && !setup.config.near_positive;
+      return from + Native{backward ? -target.value : target.value};
+    }
+    case Kind::Vergence:
+    case Kind::Distance:
+    case Kind::Extension: {
+      if (axis != Axis::Focus) return Fail(Code::InvalidArgument, "only focus can be set to a distance");
+      if (!optics || !optics->has_focus()) {
+        return Fail(Code::Unsupported,
+                    "this lens is not calibrated: only native positions are possible, such as @1200");
+      }
+      const auto extension = ExtensionOf(target);
+      if (!extension) return std::unexpected(extension.error());
+      return optics->NativeFromExtension(*extension);
+    }
+    case Kind::FNumber:
+      if (axis != Axis::Iris) return Fail(Code::InvalidArgument, "only the iris has an f-number");
+      if (!(target.value > 0)) return Fail(Code::InvalidArgument, "an f-number must be above 0");
+      if (!optics || !optics->has_iris()) return Fail(Code::Unsupported, "this lens' f-numbers are not known");
+      return optics->NativeFromFNumber(FNumber{target.value});
+  }
+  return Fail(Code::Internal, "unknown kind of target");
+}
+
+Result<Metres> Rig::Impl::ExtensionOf(const Target& target) const {
+  const Metres focal_length = optics->focal_length();
+  const Metres longest{optics->nominal().max_extension_m};
+  if (target.kind == Target::Kind::Extension) return Metres{target.value};
+  if (target.kind == Target::Kind::Vergence) {
+    return optics::FocusExtension(focal_length, Dioptres{target.value}, longest);
+  }
+  optics::FocusScale scale = config_.scale;
+  if (target.from) scale.from = *target.from;
+  const auto depth = optics::DepthInFocus(scale, focal_length, Metres{target.value});
+  if (!depth) return std::unexpected(depth.error());
+  return optics::FocusExtension(focal_length, *depth, longest);
+}
+
+// ---- status -------------------------------------------------------------------------------------------------------
+
+Status Rig::Impl::GetStatus() const {
+  Status status;
+  status.connected = state_ && !problem_;
+  if (problem_) status.problem = problem_->message;
+  status.has_camera = device.camera != nullptr;
+  status.streaming = looks_.streaming();
+  if (optics) status.focal_length = optics->focal_length();
+  status.activity = CurrentActivity();
+  if (!state_) return status;
+  status.sampled_at = state_->sampled_at;
+  status.temperature = state_->temperature;
+  for (const Axis axis : drivers::kAxes) {
+    if (!setups_[axis] || !state_->axes[axis]) continue;
+    const AxisSetup& setup = *setups_[axis];
+    const drivers::AxisState& state = *state_->axes[axis];
+    status.axes[axis] = AxisStatus{.unit = setup.can.unit,
+                                   .position = state.position,
+                                   .target = targets_[axis].value_or(state.position),
+                                   .minimum = setup.minimum,
+                                   .maximum = setup.maximum,
+                                   .moving = state.moving || motions_[axis] != nullptr,
+                                   .homed = state.homed,
+                                   .fault = state.fault};
+  }
+  if (optics && optics->has_focus() && status.axes[Axis::Focus]) {
+    status.extension = optics->ExtensionFromNative(status.axes[Axis::Focus]->position);
+    status.vergence = optics::FocalPlane(optics->focal_length(), *status.extension);
+  }
+  if (optics && optics->has_iris() && status.axes[Axis::Iris]) {
+    status.f_number = optics->FNumberFromNative(status.axes[Axis::Iris]->position);
+  } else if (optics) {
+    status.f_number = optics->fixed_f_number();
+  }
+  return status;
+}
+
+Activity Rig::Impl::CurrentActivity() const {
+  if (run_) return run_->activity();
+  for (const Axis axis : drivers::kAxes) {
+    if (motions_[axis]) return {motions_[axis]->homing() ? Activity::Kind::Homing : Activity::Kind::Moving, 0, 0};
+  }
+  if (looks_.anyone()) return {Activity::Kind::Snapshot, 0, 0};
+  return {};
+}
+
+// ---- the public face ----------------------------------------------------------------------------------------------
+
+Result<std::unique_ptr<Rig>> Rig::Create(RigConfig config, drivers::Device device, const Clock& clock) {
+  if (!device.lens) return Fail(Code::InvalidArgument, "a rig needs a lens");
+  for (const Axis axis : drivers::kAxes) {
+    const auto& can = device.lens->capabilities().axes[axis];
+    const auto& limits = config.axes[axis].limits;
+    if (can && limits && (limits->first > can->maximum || limits->second < can->minimum)) {
+      return Fail(Code::InvalidArgument,
+                  "the limits of " + std::string(AxisName(axis)) + " leave nothing of its range");
+    }
+  }
+  const auto& known = config.optics ? config.optics : device.optics;
+  std::optional<OpticsTable> table;
+  if (known) {
+    auto made = OpticsTable::Create(*known, device.lens->capabilities(), config.axes[Axis::Focus].near_positive);
+    if (!made) return PassOn(std::move(made));
+    table = *made;
+  }
+  return std::unique_ptr<Rig>(
+      new Rig(std::make_unique<Impl>(std::move(config), std::move(device), std::move(table), clock)));
+}
+
+Rig::Rig(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Rig::~Rig() = default;
+
+const drivers::Capabilities& Rig::lens() const {
+  return impl_->device.lens->capabilities();
+}
+
+const drivers::CameraCapabilities* Rig::camera() const {
+  return impl_->device.camera ? &impl_->device.camera->capabilities() : nullptr;
+}
+
+const OpticsTable* Rig::optics() const {
+  return impl_->optics ? &*impl_->optics : nullptr;
+}
+
+Result<Native> Rig::Resolve(Axis axis, const Target& target) const {
+  return impl_->Resolve(axis, target);
+}
+
+void Rig::Move(Axis axis, const Target& target, MoveCallback done) {
+  impl_->Command([impl = impl_.get(), axis, target, done = std::move(done)]() mutable {
+    impl->Move(axis, target, std::move(done));
+  });
+}
+
+void Rig::Home(Axis axis, MoveCallback done) {
+  impl_->Command([impl = impl_.get(), axis, done = std::move(done)]() mutable { impl->Home(axis, std::move(done)); });
+}
+
+void Rig::Stop(std::vector<Axis> axes, StopCallback done) {
+  impl_->Command([impl = impl_.get(), axes = std::move(axes), done = std::move(done)]() mutable {
+    impl->Stop(axes, std::move(done));
+  });
+}
+
+void Rig::Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done) {
+  impl_->Command([impl = impl_.get(), request = std::move(request), progress = std::move(progress),
+                  done = std::move(done)]() mutable {
+    impl->Autofocus(std::move(request), std::move(progress), std::move(done));
+  });
+}
+
+void Rig::Snapshot(SnapshotCallback done) {
+  impl_->Command([impl = impl_.get(), since = impl_->clock.Now(), done = std::move(done)]() mutable {
+    impl->Snapshot(since, std::move(done));
+  });
+}
+
+Instant Rig::Step(Instant now) {
+  return impl_->Step(now);
+}
+
+Status Rig::GetStatus() const {
+  return impl_->GetStatus();
+}
+
+void Rig::Interrupt() {
+  impl_->device.lens->Interrupt();
+  if (impl_->device.camera) impl_->device.camera->Interrupt();
+}
+
+}  // namespace lensd::rig
