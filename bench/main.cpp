@@ -8,13 +8,16 @@
 #include <vector>
 
 #include "bench/command.h"
+#include "bench/verify/verify.h"
 
 namespace lensd::bench {
 namespace {
 
 /// Every subcommand. One line each, declared in the command's own header.
 const std::vector<Command>& Commands() {
-  static const std::vector<Command> commands = {};
+  static const std::vector<Command> commands = {
+      {"verify", "does a picture keep its blur limits? judged from frames alone", RunVerify},
+  };
   return commands;
 }
 
