@@ -1,5 +1,6 @@
 #include "io/toml.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -42,9 +43,42 @@ Result<Settings> FromNode(const toml::node& node, const std::string& file) {
   return Fail(Code::BadData, where.Text() + ": dates and times are not used here");
 }
 
+// The line of the first byte above ASCII outside strings and comments, or 0. toml++ 3.3 runs into __builtin_unreachable
+// while deciding whether such a character is white space (U+00A1 to U+0499, for one), and TOML 1.0 has no use for them
+// there.
+int LineOfStrayCharacter(std::string_view text) {
+  int line = 1;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char c = text[at];
+    if (c == '\n') {
+      ++line;
+    } else if (c == '#') {
+      at = std::min(text.find('\n', at), text.size()) - 1;
+    } else if (c == '"' || c == '\'') {
+      const bool long_string = text.substr(at, 3) == std::string(3, c);
+      const std::string_view quote = text.substr(at, long_string ? 3 : 1);
+      for (at += quote.size(); at < text.size() && text.substr(at, quote.size()) != quote; ++at) {
+        if (text[at] == '\\' && c == '"') ++at;
+        if (at < text.size() && text[at] == '\n') {
+          ++line;
+          if (!long_string) break;  // unterminated: the parser says so
+        }
+      }
+      at += quote.size() - 1;
+    } else if (static_cast<unsigned char>(c) >= 0x80) {
+      return line;
+    }
+  }
+  return 0;
+}
+
 }  // namespace
 
 Result<Settings> ParseToml(std::string_view text, const std::string& name) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  if (const int line = LineOfStrayCharacter(text); line > 0) {
+    return Fail(Code::BadData, Location{name, line}.Text() + ": letters beyond ASCII belong in quotes");
+  }
   const toml::parse_result parsed = toml::parse(text, name);
   if (!parsed) {
     const auto& error = parsed.error();

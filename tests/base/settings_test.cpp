@@ -62,6 +62,16 @@ TEST(Toml, NamesTheLineOfASyntaxError) {
   EXPECT_EQ(parsed.error().message.substr(0, 9), "x.toml:2:");
 }
 
+TEST(Toml, KeepsLettersBeyondAsciiToStringsAndComments) {
+  const auto good = io::ParseToml("a = \"\u00e9\" # \u00e9\nb = \'\'\'x\n\u00e9\'\'\'\nc = \"\\\"\u00e9\"\n", "x.toml");
+  ASSERT_TRUE(good.has_value()) << good.error().message;
+  for (const char* stray : {"\u00e9 = 1", "a = 1\n\u00e9", "a = '\\'\n\ufbef]", "a = \"x\" \u0400"}) {
+    const auto bad = io::ParseToml(stray, "x.toml");
+    ASSERT_FALSE(bad.has_value()) << stray;
+    EXPECT_EQ(bad.error().code, Code::BadData);
+  }
+}
+
 TEST(Toml, SaysWhenAFileIsNotThere) {
   const auto read = io::ReadTomlFile("/nonexistent/a.toml");
   ASSERT_FALSE(read.has_value());
