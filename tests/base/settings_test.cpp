@@ -62,6 +62,14 @@ TEST(Toml, NamesTheLineOfASyntaxError) {
   EXPECT_EQ(parsed.error().message.substr(0, 9), "x.toml:2:");
 }
 
+TEST(Toml, RefusesATableNameThatIsNone) {
+  for (const char* header : {"[/", "[[=]]", "[\\]"}) {
+    const auto bad = io::ParseToml(header, "x.toml");
+    ASSERT_FALSE(bad.has_value()) << header;
+    EXPECT_EQ(bad.error().message.substr(0, 9), "x.toml:1:");
+  }
+}
+
 TEST(Toml, KeepsLettersBeyondAsciiToStringsAndComments) {
   const auto good = io::ParseToml("a = \"\u00e9\" # \u00e9\nb = \'\'\'x\n\u00e9\'\'\'\nc = \"\\\"\u00e9\"\n", "x.toml");
   ASSERT_TRUE(good.has_value()) << good.error().message;
