@@ -1,0 +1,131 @@
+#include "config.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "drivers_table.h"
+#include "io/toml.h"
+
+namespace lensd::daemon {
+namespace {
+
+/// Keys of [[lens]] that are not the driver's.
+constexpr std::array<std::string_view, 12> kOwnKeys = {"name",   "driver", "start", "distance_from",
+                                                       "optics", "focus",  "iris",  "zoom",
+                                                       "filter", "camera", "bus",   "calibration"};
+
+bool IsLensName(std::string_view name) {
+  const auto letter = [](char c) { return c >= 'a' && c <= 'z'; };
+  const auto rest = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '-'; };
+  return !name.empty() && letter(name[0]) && std::ranges::all_of(name, rest);
+}
+
+/// Names stand where commands also take an axis or a quantity.
+std::string WhyNotAName(std::string_view name) {
+  if (!IsLensName(name)) return "a name has small letters, digits and -, and begins with a letter";
+  if (drivers::AxisFromName(name)) return "a lens cannot be named like an axis";
+  if (name == "inf") return "a lens cannot be named like a quantity";
+  return "";
+}
+
+/// The table without the keys in `taken`.
+Settings Without(const Settings& table, std::span<const std::string_view> taken) {
+  Settings::Table rest;
+  for (const auto& [key, value] : *table.AsTable()) {
+    if (std::ranges::find(taken, key) == taken.end()) rest.emplace(key, value);
+  }
+  Settings::Value value(std::in_place_type<Settings::Table>, std::move(rest));
+  return Settings(std::move(value), table.where());
+}
+
+DeviceConfig ReadDevice(SettingsReader& read, const Settings& table, std::span<const std::string_view> own_keys) {
+  const std::string name = read.RequiredText("driver");
+  DeviceConfig device{FindDriver(name), Without(table, own_keys)};
+  if (device.driver == nullptr) {
+    read.Reject("driver", "there is no driver \"" + name + "\" in this build; it has " + DriverNames());
+  }
+  // The driver knows its own keys and refuses the others when it opens the device.
+  for (const auto& [key, unused] : *device.settings.AsTable()) read.Any(key);
+  return device;
+}
+
+Result<DeviceConfig> ReadCamera(const Settings& table) {
+  SettingsReader read(table, "[lens.camera]");
+  constexpr std::array<std::string_view, 1> kCameraKeys = {"driver"};
+  DeviceConfig camera = ReadDevice(read, table, kCameraKeys);
+  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  return camera;
+}
+
+Result<LensConfig> ReadLens(const Settings& table) {
+  SettingsReader read(table, "[[lens]]");
+  LensConfig lens;
+  lens.where = table.where();
+  lens.name = read.RequiredText("name");
+  if (const std::string why = WhyNotAName(lens.name); !why.empty()) read.Reject("name", why);
+  lens.device = ReadDevice(read, table, kOwnKeys);
+  const std::size_t start = read.Choice("start", {"keep", "home", "on-demand"}, 0);
+  lens.home_at_start = start == 1;
+  if (start == 2) read.Reject("start", "\"on-demand\" is not supported by this version; say \"keep\" or \"home\"");
+  if (read.Has("bus")) read.Reject("bus", "no driver of this build uses a bus");
+  lens.rig = rig::ReadRigConfig(read);
+  const Settings* camera = read.Table("camera");
+  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (camera != nullptr) {
+    auto read_camera = ReadCamera(*camera);
+    if (!read_camera) return PassOn(std::move(read_camera));
+    lens.camera = *std::move(read_camera);
+  }
+  return lens;
+}
+
+Result<void> AddFile(const std::string& path, Config& config) {
+  Result<Settings> file = io::ReadTomlFile(path);
+  if (!file) return PassOn(std::move(file));
+  SettingsReader read(*file, "the configuration");
+  if (!read.Has("version")) read.Reject("version", "the file must say version = 1");
+  if (read.Integer("version", 1) != 1) read.Reject("version", "this lensd reads version 1");
+  if (read.Has("bus")) read.Reject("bus", "no driver of this build uses a bus");
+  const std::vector<const Settings*> lenses = read.Tables("lens");
+  if (auto done = read.Finish(); !done) return done;
+  for (const Settings* table : lenses) {
+    Result<LensConfig> lens = ReadLens(*table);
+    if (!lens) return PassOn(std::move(lens));
+    if (std::ranges::find(config.lenses, lens->name, &LensConfig::name) != config.lenses.end()) {
+      return Fail(Code::BadData, lens->where.Text() + ": there is another lens \"" + lens->name + "\"");
+    }
+    config.lenses.push_back(*std::move(lens));
+  }
+  return {};
+}
+
+Result<std::vector<std::string>> DropIns(const std::string& path) {
+  std::vector<std::string> found;
+  std::error_code error;
+  const std::filesystem::path folder = path + ".d";
+  if (!std::filesystem::is_directory(folder, error)) return found;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (entry.path().extension() == ".toml") found.push_back(entry.path().string());
+  }
+  if (error) return Fail(Code::Io, folder.string() + ": " + error.message());
+  std::ranges::sort(found);
+  return found;
+}
+
+}  // namespace
+
+Result<Config> ReadConfig(const std::string& path) {
+  Config config;
+  if (auto added = AddFile(path, config); !added) return PassOn(std::move(added));
+  const auto drop_ins = DropIns(path);
+  if (!drop_ins) return Fail(drop_ins.error().code, drop_ins.error().message);
+  for (const std::string& drop_in : *drop_ins) {
+    if (auto added = AddFile(drop_in, config); !added) return PassOn(std::move(added));
+  }
+  return config;
+}
+
+}  // namespace lensd::daemon

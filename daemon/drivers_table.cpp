@@ -1,0 +1,31 @@
+#include "drivers_table.h"
+
+#include <algorithm>
+
+#include "sim/driver.h"
+
+namespace lensd::daemon {
+namespace {
+
+constexpr drivers::Driver kDrivers[] = {
+    {"sim", sim::OpenSim},
+};
+
+}  // namespace
+
+std::span<const drivers::Driver> Drivers() {
+  return kDrivers;
+}
+
+const drivers::Driver* FindDriver(std::string_view name) {
+  const auto* found = std::ranges::find(kDrivers, name, &drivers::Driver::name);
+  return found == std::end(kDrivers) ? nullptr : found;
+}
+
+std::string DriverNames() {
+  std::string names;
+  for (const drivers::Driver& driver : kDrivers) names += (names.empty() ? "" : ", ") + std::string(driver.name);
+  return names;
+}
+
+}  // namespace lensd::daemon

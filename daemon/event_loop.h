@@ -1,0 +1,54 @@
+// The one thread that serves sockets: sd-event, plus work handed over from other threads.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include <systemd/sd-event.h>
+
+#include "base/result.h"
+
+namespace lensd::daemon {
+
+struct EventDeleter {
+  void operator()(sd_event* event) const { sd_event_unref(event); }
+  void operator()(sd_event_source* source) const { sd_event_source_disable_unref(source); }
+};
+using EventSource = std::unique_ptr<sd_event_source, EventDeleter>;
+using Task = std::move_only_function<void()>;
+
+/// Runs until Quit(). Everything but Post() belongs to the thread that calls Run().
+class EventLoop {
+ public:
+  /// Code::Io: the kernel refuses a descriptor.
+  static Result<std::unique_ptr<EventLoop>> Create();
+  ~EventLoop();
+  EventLoop(const EventLoop&) = delete;
+  EventLoop& operator=(const EventLoop&) = delete;
+
+  sd_event* get() const { return event_.get(); }
+  /// From any thread: runs `task` in the loop, in the order of posting. Tasks posted after Run() has returned are
+  /// destroyed without running.
+  void Post(Task task);
+  /// SIGTERM and SIGINT end Run(). They must be blocked in every thread already.
+  Result<void> QuitOnSignals();
+  /// Pings systemd's watchdog from the loop, where systemd asks for it.
+  void ServeWatchdog() { sd_event_set_watchdog(event_.get(), 1); }
+  /// Code::Io: the loop itself failed.
+  Result<void> Run();
+  void Quit() { sd_event_exit(event_.get(), 0); }
+
+ private:
+  EventLoop() = default;
+  static int RunPosted(sd_event_source* source, int descriptor, unsigned revents, void* self);
+
+  std::unique_ptr<sd_event, EventDeleter> event_;
+  EventSource wake_source_;
+  int wake_descriptor_ = -1;
+  std::mutex mutex_;
+  std::vector<Task> posted_;  // guarded by mutex_
+};
+
+}  // namespace lensd::daemon

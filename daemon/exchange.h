@@ -1,0 +1,49 @@
+// One call being served, from the moment it is understood to its last reply.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string_view>
+#include <utility>
+
+#include "proto/message.h"
+
+namespace lensd::daemon {
+
+class Connection;
+
+/// Event loop thread only. Replies to a oneway call, or to a peer that is gone, are dropped silently. Whoever serves
+/// the call keeps it alive until Finish() or Refuse().
+class Exchange : public std::enable_shared_from_this<Exchange> {
+ public:
+  /// `connection` is null for oneway calls.
+  Exchange(proto::Call call, Connection* connection) : call_(std::move(call)), connection_(connection) {}
+
+  const proto::Call& call() const { return call_; }
+  const proto::Json& parameters() const { return call_.parameters; }
+
+  /// One of several replies; the call must have been made with `more`. `parameters` is a JSON object.
+  void Continue(std::string_view parameters);
+  /// The last reply.
+  void Finish(std::string_view parameters);
+  /// The last reply, an error.
+  void Refuse(std::string_view error, proto::Json parameters);
+
+  /// Called at most once, when the peer goes before the last reply.
+  void OnGone(std::move_only_function<void()> gone) { gone_ = std::move(gone); }
+  /// Called whenever the peer has read everything sent so far, until the last reply.
+  void OnDrained(std::move_only_function<void()> drained) { drained_ = std::move(drained); }
+
+ private:
+  friend class Connection;
+  void PeerGone();
+  void PeerDrained();
+
+  proto::Call call_;
+  Connection* connection_;
+  std::move_only_function<void()> gone_;
+  std::move_only_function<void()> drained_;
+};
+using ExchangePointer = std::shared_ptr<Exchange>;
+
+}  // namespace lensd::daemon

@@ -1,0 +1,22 @@
+// One lens as the service holds it.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "lens_service.h"
+#include "rig/optics_table.h"
+
+namespace lensd::daemon {
+
+struct LensService::Lens {
+  std::string name;
+  std::string info;                           ///< LensInfo, serialised
+  std::string text;                           ///< LensStatus, serialised
+  std::shared_ptr<const rig::Status> status;  ///< what `text` says
+  std::string published;                      ///< the worker's thread: last state it told of, to see changes
+  std::unique_ptr<Worker> worker;
+};
+
+}  // namespace lensd::daemon

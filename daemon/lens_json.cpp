@@ -1,0 +1,235 @@
+#include "lens_json.h"
+
+#include <cmath>
+#include <limits>
+
+namespace lensd::daemon {
+namespace {
+
+using drivers::Axis;
+using proto::Json;
+
+double Milliseconds(Duration duration) {
+  return std::chrono::duration<double, std::milli>(duration).count();
+}
+
+/// Native positions are mostly whole steps: those read better without a decimal point.
+Json NativeJson(double value) {
+  if (std::abs(value) < 1e15 && value == std::floor(value)) return static_cast<std::int64_t>(value);
+  return proto::NumberOrNull(value);
+}
+
+template <class Unit>
+Json Optional(const std::optional<Quantity<Unit>>& quantity, double per_unit = 1.0) {
+  return quantity ? proto::NumberOrNull(quantity->value * per_unit) : Json(nullptr);
+}
+
+constexpr double kMmPerMetre = 1e3;
+constexpr double kUmPerMetre = 1e6;
+
+/// Null at infinity and past it.
+Json DistanceJson(const std::optional<Dioptres>& vergence) {
+  return vergence && vergence->value > 0.0 ? proto::NumberOrNull(1.0 / vergence->value) : Json(nullptr);
+}
+
+std::string_view ActivityName(rig::Activity::Kind kind) {
+  switch (kind) {
+    case rig::Activity::Kind::Idle:
+      return "idle";
+    case rig::Activity::Kind::Moving:
+      return "moving";
+    case rig::Activity::Kind::Homing:
+      return "homing";
+    case rig::Activity::Kind::Autofocus:
+      return "autofocus";
+    case rig::Activity::Kind::Snapshot:
+      return "snapshot";
+  }
+  return "idle";
+}
+
+std::string_view OriginName(rig::DistanceFrom from) {
+  switch (from) {
+    case rig::DistanceFrom::Lens:
+      return "lens";
+    case rig::DistanceFrom::Sensor:
+      return "sensor";
+    case rig::DistanceFrom::Front:
+      return "front";
+  }
+  return "lens";
+}
+
+Json AxesInfoJson(const rig::Rig& rig) {
+  Json axes = Json::array();
+  const rig::Status status = rig.GetStatus();
+  for (const Axis axis : drivers::kAxes) {
+    const auto& can = rig.lens().axes[axis];
+    if (!can) continue;
+    const auto& now = status.axes[axis];
+    axes.push_back({{"axis", drivers::AxisName(axis)},
+                    {"unit", drivers::NativeUnitName(can->unit)},
+                    {"minimum", NativeJson(now ? now->minimum.value : can->minimum.value)},
+                    {"maximum", NativeJson(now ? now->maximum.value : can->maximum.value)},
+                    {"resolution", NativeJson(can->resolution)},
+                    {"feedback", can->feedback},
+                    {"canHome", can->can_home},
+                    {"needsHome", can->needs_home},
+                    {"canStop", can->can_stop}});
+  }
+  return axes;
+}
+
+Json OpticsJson(const drivers::NominalOptics& optics, const rig::RigConfig& config) {
+  return {{"focalLengthMm", optics.focal_length_m * kMmPerMetre},
+          {"fNumberMin", optics.min_f_number},
+          {"fNumberMax", optics.max_f_number},
+          {"extensionMinMm", optics.min_extension_m * kMmPerMetre},
+          {"extensionMaxMm", optics.max_extension_m * kMmPerMetre},
+          {"principalGapMm", config.principal_gap_m * kMmPerMetre},
+          {"distanceFrom", OriginName(config.distance_from)}};
+}
+
+Json CameraJson(const drivers::CameraCapabilities& camera) {
+  const auto positive = [](double value) { return value > 0.0 ? proto::NumberOrNull(value) : Json(nullptr); };
+  return {{"driver", camera.driver},
+          {"model", camera.model},
+          {"serial", camera.serial},
+          {"widthPx", camera.width},
+          {"heightPx", camera.height},
+          {"bits", camera.bits},
+          {"pixelUm", positive(camera.pixel_um)},
+          {"frameRateHz", positive(camera.frame_rate_hz)}};
+}
+
+}  // namespace
+
+Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config) {
+  const drivers::Capabilities& lens = rig.lens();
+  return {{"name", name},
+          {"driver", lens.driver},
+          {"model", lens.model},
+          {"serial", lens.serial},
+          {"axes", AxesInfoJson(rig)},
+          {"optics", rig.optics() ? OpticsJson(rig.optics()->nominal(), config) : Json(nullptr)},
+          {"camera", rig.camera() ? CameraJson(*rig.camera()) : Json(nullptr)}};
+}
+
+Json StatusJson(const std::string& name, const rig::Status& status) {
+  Json axes = Json::array();
+  for (const Axis axis : drivers::kAxes) {
+    const auto& now = status.axes[axis];
+    if (!now) continue;
+    axes.push_back({{"axis", drivers::AxisName(axis)},
+                    {"position", NativeJson(now->position.value)},
+                    {"target", NativeJson(now->target.value)},
+                    {"moving", now->moving},
+                    {"homed", now->homed},
+                    {"fault", now->fault}});
+  }
+  return {{"name", name},
+          {"connected", status.connected},
+          {"error", status.problem.empty() ? Json(nullptr) : Json(status.problem)},
+          {"activity", ActivityName(status.activity.kind)},
+          {"step", status.activity.step},
+          {"stepsExpected", status.activity.of},
+          {"axes", std::move(axes)},
+          {"vergenceD", Optional(status.vergence)},
+          {"focusM", DistanceJson(status.vergence)},
+          {"extensionMm", Optional(status.extension, kMmPerMetre)},
+          {"fNumber", Optional(status.f_number)},
+          {"temperatureC", Optional(status.temperature)}};
+}
+
+Json MoveJson(const std::string& name, const rig::MoveOutcome& outcome) {
+  Json move{{"lens", name},
+            {"axis", drivers::AxisName(outcome.axis)},
+            {"reached", outcome.reached},
+            {"settled", outcome.settled},
+            {"verified", outcome.verified},
+            {"steps", NativeJson(outcome.position.value)},
+            {"extensionMm", Optional(outcome.extension, kMmPerMetre)},
+            {"reason", outcome.reason},
+            {"elapsedMs", Milliseconds(outcome.elapsed)}};
+  if (outcome.axis == Axis::Focus) move["vergenceD"] = Optional(outcome.vergence);
+  if (outcome.axis == Axis::Iris) move["fNumber"] = Optional(outcome.f_number);
+  if (outcome.extension_bound) {
+    move["boundUm"] = Optional(outcome.extension_bound, kUmPerMetre);
+  } else {
+    move["bound"] = NativeJson(outcome.bound.value);
+  }
+  return move;
+}
+
+Json MoveProgressJson(Axis axis, const rig::AxisStatus& status) {
+  return {{"axis", drivers::AxisName(axis)},
+          {"position", NativeJson(status.position.value)},
+          {"target", NativeJson(status.target.value)}};
+}
+
+Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome) {
+  return {{"lens", name},
+          {"focused", outcome.focused},
+          {"method", outcome.method},
+          {"frames", outcome.frames},
+          {"moves", outcome.moves},
+          {"elapsedMs", Milliseconds(outcome.elapsed)},
+          {"vergenceD", Optional(outcome.vergence)},
+          {"sigmaD", Optional(outcome.sigma)},
+          {"steps", NativeJson(outcome.position.value)},
+          {"confidence", outcome.confidence},
+          {"reason", outcome.reason}};
+}
+
+Json AutofocusProgressJson(const rig::AutofocusProgress& progress) {
+  return {{"frames", progress.frames},
+          {"moves", progress.moves},
+          {"framesExpected", progress.steps_expected},
+          {"position", NativeJson(progress.position.value)},
+          {"score", proto::NumberOrNull(progress.score)}};
+}
+
+Json FrameJson(const rig::LensedFrame& lensed) {
+  const drivers::Frame& frame = lensed.frame;
+  bool moving = false;
+  for (const Axis axis : drivers::kAxes) moving |= lensed.axes[axis] && lensed.axes[axis]->moving;
+  return {{"widthPx", frame.width},
+          {"heightPx", frame.height},
+          {"bits", frame.bits},
+          {"gamma", frame.gamma},
+          {"sequence", frame.sequence},
+          {"exposureMs", Milliseconds(frame.exposure_end - frame.exposure_start)},
+          {"extensionMm", Optional(lensed.extension, kMmPerMetre)},
+          {"fNumber", Optional(lensed.f_number)},
+          {"moving", moving}};
+}
+
+std::string_view ErrorName(Code code) {
+  switch (code) {
+    case Code::InvalidArgument:
+      return "io.lensd.Lens.InvalidRequest";
+    case Code::OutOfRange:
+      return "io.lensd.Lens.OutOfRange";
+    case Code::Timeout:
+      return "io.lensd.Lens.Timeout";
+    case Code::Cancelled:
+      return "io.lensd.Lens.Cancelled";
+    case Code::Superseded:
+      return "io.lensd.Lens.Superseded";
+    case Code::Disconnected:
+      return "io.lensd.Lens.Disconnected";
+    case Code::Busy:
+      return "io.lensd.Lens.Busy";
+    case Code::Unsupported:
+      return "io.lensd.Lens.Unsupported";
+    case Code::Protocol:
+    case Code::BadData:
+    case Code::Io:
+      return "io.lensd.Lens.DeviceError";
+    case Code::Internal:
+      return "io.lensd.Lens.Internal";
+  }
+  return "io.lensd.Lens.Internal";
+}
+
+}  // namespace lensd::daemon

@@ -1,0 +1,29 @@
+// What the rig says, as the interface's types.
+#pragma once
+
+#include <string>
+
+#include "proto/json.h"
+#include "rig/rig.h"
+
+namespace lensd::daemon {
+
+/// LensInfo.
+proto::Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config);
+/// LensStatus without readAtMs: equal values mean that nothing changed.
+proto::Json StatusJson(const std::string& name, const rig::Status& status);
+/// MoveResult.
+proto::Json MoveJson(const std::string& name, const rig::MoveOutcome& outcome);
+/// MoveProgress.
+proto::Json MoveProgressJson(drivers::Axis axis, const rig::AxisStatus& status);
+/// AutofocusResult.
+proto::Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome);
+/// AutofocusProgress.
+proto::Json AutofocusProgressJson(const rig::AutofocusProgress& progress);
+/// FrameInfo.
+proto::Json FrameJson(const rig::LensedFrame& frame);
+
+/// The interface's error for a code.
+std::string_view ErrorName(Code code);
+
+}  // namespace lensd::daemon

@@ -1,0 +1,77 @@
+// The interface io.lensd.Lens: every configured lens, served to whoever calls.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/clock.h"
+#include "config.h"
+#include "event_loop.h"
+#include "rig/rig.h"
+#include "router.h"
+#include "task_thread.h"
+#include "worker.h"
+
+namespace lensd::daemon {
+
+/// Event loop thread only. Reading a state never waits for a device: each worker publishes its rig's state, serialised,
+/// after every step.
+class LensService final : public Service {
+ public:
+  /// `loop` and `clock` must outlive the service.
+  LensService(EventLoop& loop, const Clock& clock);
+  ~LensService() override;
+
+  /// Starts serving one lens; before the loop runs. InvalidArgument: optics that make no sense.
+  Result<void> AddLens(const LensConfig& config, drivers::Device device);
+
+  const proto::InterfaceDefinition& definition() const override { return definition_; }
+  void Serve(std::string_view method, const ExchangePointer& exchange) override;
+
+ private:
+  struct Lens;
+  using Handler = void (LensService::*)(const ExchangePointer&);
+  /// A call that hears of every change: Status with `more`, Monitor, Move with `more`.
+  struct Watcher {
+    ExchangePointer exchange;
+    const Lens* only = nullptr;  ///< null: all lenses
+    std::function<void(const Lens&)> changed;
+    bool wants_events = false;  ///< also hears of finished moves and autofocus
+  };
+
+  void List(const ExchangePointer& exchange);
+  void Status(const ExchangePointer& exchange);
+  void Monitor(const ExchangePointer& exchange);
+  void Move(const ExchangePointer& exchange);
+  void Home(const ExchangePointer& exchange);
+  void Stop(const ExchangePointer& exchange);
+  void Autofocus(const ExchangePointer& exchange);
+  void Snapshot(const ExchangePointer& exchange);
+
+  /// The lens the call means; else answers the call with why not and returns null.
+  Lens* FindLens(const ExchangePointer& exchange);
+  void Published(Lens& lens, const rig::Status& status, std::vector<Worker::Task> later);
+  void Update(Lens& lens, std::shared_ptr<const rig::Status> status, std::string text, bool changed);
+  void Watch(Watcher watcher);
+  void Unwatch(const Exchange* exchange) { watchers_.erase(exchange); }
+  void Announce(const Lens& lens, std::string_view field, const std::string& result);
+  void ShowProgress(const ExchangePointer& exchange, const Lens& lens, drivers::Axis axis);
+  /// Ends a call with an error of the rig.
+  void Refuse(const ExchangePointer& exchange, const Error& error);
+  void StreamFrame(const ExchangePointer& exchange, const rig::LensedFrame& frame);
+
+  EventLoop& loop_;
+  const Clock& clock_;
+  proto::InterfaceDefinition definition_;
+  std::map<std::string_view, Handler> handlers_;
+  std::map<const Exchange*, Watcher> watchers_;
+  std::vector<std::unique_ptr<Lens>> lenses_;
+  TaskThread pictures_;  // compresses snapshots
+};
+
+}  // namespace lensd::daemon

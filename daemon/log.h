@@ -1,0 +1,20 @@
+// The daemon's log: to the journal with fields to filter by when systemd runs us, to stderr otherwise. Only the daemon
+// logs; everything below it returns errors.
+#pragma once
+
+#include <string_view>
+
+namespace lensd::daemon {
+
+/// What happened, as journalctl MESSAGE_ID=... finds it: 128 bits in hexadecimal.
+enum class Event { Started, Stopping, LensReady, LensLost, ClientDropped, CommandFailed };
+
+enum class Severity { Info, Warning, Error };
+
+/// Chooses where the log goes. Call once, before other threads start.
+void OpenLog();
+
+/// From any thread. `lens` becomes the field LENS=; empty: about no lens in particular. Never fails.
+void Log(Severity severity, Event event, std::string_view message, std::string_view lens = {});
+
+}  // namespace lensd::daemon

@@ -1,0 +1,39 @@
+#include "options.h"
+
+#include <sysexits.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "proto/interfaces.h"
+
+namespace lensd::daemon {
+
+std::variant<Options, int> ParseOptions(int argc, char** argv) {
+  Options options;
+  options.socket = proto::kDefaultSocket;
+  std::string config;
+  CLI::App app("lensd: serves motorised camera lenses over the Varlink interface io.lensd.Lens", "lensd");
+  app.set_version_flag("--version", "lensd " LENSD_VERSION);
+  app.add_option("--config", config, "configuration file; without it no lens is configured")->type_name("FILE");
+  app.add_option("--socket", options.socket, "where to listen, unless systemd passes a socket")
+      ->type_name("PATH")
+      ->envname("LENSD_SOCKET")
+      ->capture_default_str();
+  app.add_flag("--check-config", options.check_config, "read the configuration and what it names, then exit");
+  app.footer(
+      "Exit status: 0 after SIGTERM or SIGINT, else as in sysexits.h: 64 usage, 69 another lensd answers at the\n"
+      "socket or a device is not there, 74 input or output, 78 configuration.");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {
+    return app.exit(asked);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "lensd: %s; see lensd --help\n", error.what());
+    return EX_USAGE;
+  }
+  if (!config.empty()) options.config = config;
+  return options;
+}
+
+}  // namespace lensd::daemon

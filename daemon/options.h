@@ -1,0 +1,20 @@
+// lensd's command line.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+
+namespace lensd::daemon {
+
+struct Options {
+  std::optional<std::string> config;  ///< none: no lens configured
+  std::string socket;
+  bool check_config = false;
+};
+
+/// The options, or the exit status where there is nothing more to do: help or version asked for (0), or a usage error
+/// (64) already explained on stderr.
+std::variant<Options, int> ParseOptions(int argc, char** argv);
+
+}  // namespace lensd::daemon

@@ -1,0 +1,204 @@
+// Move, Home, Stop, Autofocus. The rig decides everything; here its answers find their way back to the caller. A rig's
+// callback runs on the worker's thread and hands its reply to Worker::Later(), which the event loop runs.
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "lens_entry.h"
+#include "lens_json.h"
+#include "lens_service.h"
+
+namespace lensd::daemon {
+namespace {
+
+using drivers::Axis;
+using proto::Json;
+
+/// Null counts as absent.
+const Json* Given(const Json& object, std::string_view key) {
+  const auto found = object.find(key);
+  return found == object.end() || found->is_null() ? nullptr : &*found;
+}
+
+/// The definition admits no other names.
+Axis AxisOf(const Json& name) {
+  return *drivers::AxisFromName(name.get_ref<const std::string&>());
+}
+
+struct TargetField {
+  std::string_view name;
+  rig::Target::Kind kind;
+  double scale;  // from the unit in the name to the rig's
+};
+constexpr std::array kTargetFields = {
+    TargetField{"distanceM", rig::Target::Kind::Distance, 1.0},
+    TargetField{"vergenceD", rig::Target::Kind::Vergence, 1.0},
+    TargetField{"extensionMm", rig::Target::Kind::Extension, 1e-3},
+    TargetField{"fNumber", rig::Target::Kind::FNumber, 1.0},
+    TargetField{"native", rig::Target::Kind::Native, 1.0},
+    TargetField{"relative", rig::Target::Kind::NativeRelative, 1.0},
+    TargetField{"nearer", rig::Target::Kind::TowardNear, 1.0},
+};
+
+Result<std::optional<rig::DistanceFrom>> OriginOf(const Json& parameters) {
+  const Json* from = Given(parameters, "distanceFrom");
+  if (from == nullptr) return std::nullopt;
+  if (*from == "lens") return rig::DistanceFrom::Lens;
+  if (*from == "sensor") return rig::DistanceFrom::Sensor;
+  if (*from == "front") return rig::DistanceFrom::Front;
+  return Fail(Code::InvalidArgument, "distanceFrom is lens, sensor or front");
+}
+
+Result<rig::Target> TargetOf(const Json& parameters) {
+  std::optional<rig::Target> target;
+  for (const TargetField& field : kTargetFields) {
+    const Json* value = Given(parameters["target"], field.name);
+    if (value == nullptr) continue;
+    if (target) return Fail(Code::InvalidArgument, "a target has exactly one field");
+    target = rig::Target{field.kind, value->get<double>() * field.scale, std::nullopt};
+  }
+  if (!target) return Fail(Code::InvalidArgument, "a target has exactly one field");
+  auto from = OriginOf(parameters);
+  if (!from) return PassOn(std::move(from));
+  target->from = *from;
+  return *target;
+}
+
+Result<rig::AutofocusRequest> AutofocusRequestOf(const Json& parameters) {
+  rig::AutofocusRequest request;
+  if (const Json* method = Given(parameters, "method")) request.method = method->get<std::string>();
+  if (const Json* region = Given(parameters, "region")) {
+    const auto number = [&](const char* key) { return (*region)[key].get<double>(); };
+    request.region = drivers::Region{number("x"), number("y"), number("w"), number("h")};
+  }
+  return request;
+}
+
+std::string Wrap(std::string_view field, const std::string& json) {
+  return "{\"" + std::string(field) + "\":" + json + "}";
+}
+
+}  // namespace
+
+void LensService::Move(const ExchangePointer& exchange) {
+  Lens* const lens = FindLens(exchange);
+  if (lens == nullptr) return;
+  const Axis axis = AxisOf(exchange->parameters()["axis"]);
+  const Result<rig::Target> target = TargetOf(exchange->parameters());
+  if (!target) return Refuse(exchange, target.error());
+  if (exchange->call().more) ShowProgress(exchange, *lens, axis);
+  auto answer = [this, exchange, lens](const Result<rig::MoveOutcome>& outcome) {
+    Unwatch(exchange.get());
+    if (!outcome) return Refuse(exchange, outcome.error());
+    const std::string move = proto::WriteJson(MoveJson(lens->name, *outcome));
+    exchange->Finish(Wrap("move", move));
+    Announce(*lens, "move", move);
+  };
+  lens->worker->Submit([lens, axis, target = *target, answer](rig::Rig& rig) {
+    rig.Move(axis, target, [lens, answer](Result<rig::MoveOutcome> outcome) {
+      lens->worker->Later([answer, outcome = std::move(outcome)] { answer(outcome); });
+    });
+  });
+}
+
+void LensService::ShowProgress(const ExchangePointer& exchange, const Lens& lens, Axis axis) {
+  const auto tell = [raw = exchange.get(), axis](const Lens& changed) {
+    const auto& status = changed.status->axes[axis];
+    if (status && status->moving) raw->Continue(Wrap("progress", proto::WriteJson(MoveProgressJson(axis, *status))));
+  };
+  Watch({exchange, &lens, tell, false});
+}
+
+void LensService::Home(const ExchangePointer& exchange) {
+  Lens* const lens = FindLens(exchange);
+  if (lens == nullptr) return;
+  const Json* named = Given(exchange->parameters(), "axis");
+  const std::optional<Axis> only = named ? std::optional(AxisOf(*named)) : std::nullopt;
+  // Answers when the last axis has ended; the first error is the answer.
+  struct Homing {
+    std::size_t left = 0;
+    Json moves = Json::array();
+    std::optional<Error> error;
+  };
+  auto homing = std::make_shared<Homing>();
+  auto answer = [this, exchange, lens, homing] {
+    if (homing->error) return Refuse(exchange, *homing->error);
+    for (const Json& move : homing->moves) Announce(*lens, "move", proto::WriteJson(move));
+    exchange->Finish(Wrap("moves", proto::WriteJson(homing->moves)));
+  };
+  lens->worker->Submit([lens, only, homing, answer](rig::Rig& rig) {
+    std::vector<Axis> axes;
+    for (const Axis axis : drivers::kAxes) {
+      const auto& can = rig.lens().axes[axis];
+      if (only ? axis == *only : can && can->can_home) axes.push_back(axis);
+    }
+    homing->left = axes.size();
+    if (axes.empty()) {
+      homing->error = Error{Code::Unsupported, "no axis of this lens has a reference to search for"};
+      return lens->worker->Later(answer);
+    }
+    for (const Axis axis : axes) {
+      rig.Home(axis, [lens, homing, answer](const Result<rig::MoveOutcome>& outcome) {
+        if (outcome) homing->moves.push_back(MoveJson(lens->name, *outcome));
+        if (!outcome && !homing->error) homing->error = outcome.error();
+        if (--homing->left == 0) lens->worker->Later(answer);
+      });
+    }
+  });
+}
+
+void LensService::Stop(const ExchangePointer& exchange) {
+  Lens* const lens = FindLens(exchange);
+  if (lens == nullptr) return;
+  std::vector<Axis> axes;
+  if (const Json* named = Given(exchange->parameters(), "axis")) axes.push_back(AxisOf(*named));
+  auto answer = [this, exchange](const Result<void>& stopped) {
+    if (!stopped) return Refuse(exchange, stopped.error());
+    exchange->Finish("{}");
+  };
+  lens->worker->Submit([lens, axes, answer](rig::Rig& rig) {
+    rig.Stop(axes, [lens, answer](Result<void> stopped) {
+      lens->worker->Later([answer, stopped = std::move(stopped)] { answer(stopped); });
+    });
+  });
+}
+
+void LensService::Autofocus(const ExchangePointer& exchange) {
+  Lens* const lens = FindLens(exchange);
+  if (lens == nullptr) return;
+  Result<rig::AutofocusRequest> request = AutofocusRequestOf(exchange->parameters());
+  if (!request) return Refuse(exchange, request.error());
+  auto answer = [this, exchange, lens](const Result<rig::AutofocusOutcome>& outcome) {
+    if (!outcome) return Refuse(exchange, outcome.error());
+    const std::string result = proto::WriteJson(AutofocusJson(lens->name, *outcome));
+    exchange->Finish(Wrap("autofocus", result));
+    Announce(*lens, "autofocus", result);
+  };
+  rig::ProgressCallback progress;
+  if (exchange->call().more) {
+    progress = [lens, exchange](const rig::AutofocusProgress& now) {
+      lens->worker->Later([exchange, text = Wrap("progress", proto::WriteJson(AutofocusProgressJson(now)))] {
+        exchange->Continue(text);
+      });
+    };
+  }
+  auto ended = std::make_shared<bool>(false);  // the worker's thread
+  lens->worker->Submit(
+      [lens, request = *std::move(request), progress = std::move(progress), answer, ended](rig::Rig& rig) mutable {
+        rig.Autofocus(std::move(request), std::move(progress),
+                      [lens, answer, ended](Result<rig::AutofocusOutcome> outcome) {
+                        *ended = true;
+                        lens->worker->Later([answer, outcome = std::move(outcome)] { answer(outcome); });
+                      });
+      });
+  // Nobody is left to be told of the result. The step in between lets commands taken before this one displace the
+  // autofocus first, so that the stop never hits the motion of somebody else.
+  exchange->OnGone([this, lens, ended] {
+    lens->worker->Submit([this, ended](rig::Rig& rig) {
+      rig.Step(clock_.Now());
+      if (!*ended) rig.Stop({}, [](const Result<void>&) {});
+    });
+  });
+}
+
+}  // namespace lensd::daemon

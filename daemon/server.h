@@ -1,0 +1,47 @@
+// Accepts clients and keeps them within limits.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "connection.h"
+#include "event_loop.h"
+#include "router.h"
+
+namespace lensd::daemon {
+
+/// Event loop thread only.
+class Server {
+ public:
+  /// Told what deserves a log line: a client dropped, refused.
+  using Notice = std::function<void(std::string_view)>;
+
+  /// Serves the listening socket, which must not block and must outlive the server, as all the others must. Clients
+  /// beyond the limit are answered `refusal` (an error's full name, with a message) and closed. Code::Io.
+  static Result<std::unique_ptr<Server>> Create(EventLoop& loop, int listening, const Router& router, Limits limits,
+                                                std::string refusal, Notice notice);
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+ private:
+  Server(EventLoop& loop, const Router& router, Limits limits, std::string refusal, Notice notice);
+  static int OnAccept(sd_event_source* source, int descriptor, unsigned revents, void* self);
+  void Take(int socket);
+  void Forget(Connection& connection, std::string_view reason);
+
+  EventLoop& loop_;
+  const Router& router_;
+  Limits limits_;
+  std::string refusal_;
+  Notice notice_;
+  EventSource source_;
+  std::map<Connection*, std::unique_ptr<Connection>> connections_;
+  std::vector<std::unique_ptr<Connection>> closed_;
+  EventSource sweep_;
+};
+
+}  // namespace lensd::daemon

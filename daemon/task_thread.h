@@ -1,0 +1,47 @@
+// A thread for work too long for the event loop.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+
+namespace lensd::daemon {
+
+/// Runs tasks one after the other. The destructor finishes the one in progress and drops the rest.
+class TaskThread {
+ public:
+  using Task = std::move_only_function<void()>;
+
+  TaskThread() : thread_([this](const std::stop_token& stop) { Run(stop); }) {}
+
+  /// From any thread.
+  void Submit(Task task) {
+    {
+      const std::lock_guard lock(mutex_);
+      tasks_.push_back(std::move(task));
+    }
+    wake_.notify_one();
+  }
+
+ private:
+  void Run(const std::stop_token& stop) {
+    for (;;) {
+      std::unique_lock lock(mutex_);
+      if (!wake_.wait(lock, stop, [this] { return !tasks_.empty(); }) || stop.stop_requested()) return;
+      Task task = std::move(tasks_.front());
+      tasks_.pop_front();
+      lock.unlock();
+      task();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable_any wake_;
+  std::deque<Task> tasks_;  // guarded by mutex_
+  std::jthread thread_;     // last: it uses the others
+};
+
+}  // namespace lensd::daemon
