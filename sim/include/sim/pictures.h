@@ -12,10 +12,15 @@
 
 namespace lensd::sim {
 
-/// Light on the sensor in 1/65535 of `white`, row-major, width * height of the scene's camera.
+/// Light on the sensor, row-major, width * height of the scene's camera; 1 is white at the initial f-number. Kept in
+/// 16 bits, to 1/131070 of white.
 struct Picture {
-  std::vector<std::uint16_t> light;
-  float white = 1.0f;  ///< light a value of 65535 stands for; 1 is white at the initial f-number
+  struct Bright {
+    std::uint32_t index;
+    float light;  ///< > 1
+  };
+  std::vector<std::uint16_t> light;  ///< in 1/65535
+  std::vector<Bright> bright;        ///< what is brighter than white; 65535 there
 };
 
 /// Renders and remembers. Lens states are rounded before rendering so that runs which pass the same place share a

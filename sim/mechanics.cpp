@@ -1,0 +1,190 @@
+#include "mechanics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace lensd::sim {
+namespace {
+
+using drivers::Axis;
+
+// Iris and zoom have no speeds of their own in a scene: a full sweep takes about this long.
+constexpr double kIrisSweep_s = 0.25;
+constexpr double kZoomSweep_s = 1.0;
+constexpr double kSpeedUp_s = 0.02;     // to full speed
+constexpr double kZoomPlaces = 1000.0;  // between the ends of the zoom range
+constexpr double kSettlingTimes = 5.0;  // time constants of creep in settle_ms: 0.7 % is left after it
+constexpr double kCalibration_c = 20.0;
+
+drivers::AxisCapabilities AxisOver(drivers::NativeUnit unit, double low, double high, double resolution) {
+  drivers::AxisCapabilities axis;
+  axis.unit = unit;
+  axis.minimum = Native{low};
+  axis.maximum = Native{high};
+  axis.resolution = resolution;
+  axis.can_home = true;
+  return axis;
+}
+
+MotorSettings SweepMotor(double low, double high, double sweep_s) {
+  MotorSettings motor;
+  motor.low = low;
+  motor.high = high;
+  motor.top_speed = (high - low) / sweep_s;
+  motor.acceleration = motor.top_speed / kSpeedUp_s;
+  return motor;
+}
+
+MotorSettings FocusMotor(const LensSettings& lens) {
+  MotorSettings motor;
+  motor.high = lens.steps - 1.0;
+  motor.top_speed = lens.speed_steps_per_s;
+  motor.acceleration = lens.acceleration_steps_per_s2;
+  motor.backlash = lens.backlash_steps;
+  motor.creep_s = lens.settle_ms * 1e-3 / kSettlingTimes;
+  motor.ring_hz = lens.ring_hz;
+  motor.ring_damping = lens.ring_damping;
+  return motor;
+}
+
+MotorSettings IrisMotor(const LensSettings& lens) {
+  MotorSettings motor = SweepMotor(0.0, lens.iris_steps - 1.0, kIrisSweep_s);
+  motor.backlash = lens.iris_backlash_steps;
+  return motor;
+}
+
+double IrisPlace(const LensSettings& lens, double f_number) {
+  return (lens.iris_steps - 1.0) * std::log(f_number / lens.min_f_number) /
+         std::log(lens.max_f_number / lens.min_f_number);
+}
+
+}  // namespace
+
+drivers::Capabilities CapabilitiesOf(const LensSettings& lens) {
+  using drivers::NativeUnit;
+  static constexpr const char* kModels[] = {"simulated pinhole", "simulated aperture", "simulated thin lens"};
+  drivers::Capabilities capabilities;
+  capabilities.driver = "sim";
+  capabilities.model = kModels[static_cast<std::size_t>(lens.model)];
+  capabilities.axes[Axis::Focus] = AxisOver(NativeUnit::Steps, 0.0, lens.steps - 1.0, 1.0);
+  if (lens.max_f_number > lens.min_f_number) {
+    capabilities.axes[Axis::Iris] = AxisOver(NativeUnit::Steps, 0.0, lens.iris_steps - 1.0, 1.0);
+  }
+  if (lens.zooms()) {
+    const double span = lens.max_focal_length_mm - lens.min_focal_length_mm;
+    capabilities.axes[Axis::Zoom] =
+        AxisOver(NativeUnit::Millimetres, lens.min_focal_length_mm, lens.max_focal_length_mm, span / kZoomPlaces);
+  }
+  return capabilities;
+}
+
+Mechanics::Mechanics(std::shared_ptr<const Scene> scene, const Clock& clock, double focus_start)
+    : scene_(std::move(scene)),
+      clock_(clock),
+      epoch_(clock.Now()),
+      faults_(scene_->faults),
+      capabilities_(CapabilitiesOf(scene_->lens)) {
+  const LensSettings& lens = scene_->lens;
+  motors_[Axis::Focus].emplace(FocusMotor(lens), focus_start);
+  if (capabilities_.axes[Axis::Iris]) {
+    motors_[Axis::Iris].emplace(IrisMotor(lens), IrisPlace(lens, lens.initial_f_number));
+  }
+  if (capabilities_.axes[Axis::Zoom]) {
+    motors_[Axis::Zoom].emplace(SweepMotor(lens.min_focal_length_mm, lens.max_focal_length_mm, kZoomSweep_s),
+                                lens.min_focal_length_mm);
+  }
+}
+
+double Mechanics::Grid(Axis axis) const {
+  return capabilities_.axes[axis]->resolution;
+}
+
+void Mechanics::MoveTo(Axis axis, double target) {
+  const std::lock_guard lock(mutex_);
+  const Duration now = Advance();
+  const drivers::AxisCapabilities& can = *capabilities_.axes[axis];
+  const double low = can.minimum.value;
+  const double place = low + std::round((target - low) / can.resolution) * can.resolution;
+  motors_[axis]->MoveTo(now, std::clamp(place, low, can.maximum.value));
+}
+
+void Mechanics::Home(Axis axis) {
+  const std::lock_guard lock(mutex_);
+  const Duration now = Advance();
+  motors_[axis]->Home(now);
+}
+
+void Mechanics::Halt(Axis axis) {
+  const std::lock_guard lock(mutex_);
+  const Duration now = Advance();
+  motors_[axis]->Halt(now, Grid(axis));
+}
+
+drivers::LensState Mechanics::Report(const drivers::PerAxis<std::optional<Duration>>& frozen) {
+  const std::lock_guard lock(mutex_);
+  const Duration now = Advance();
+  drivers::LensState state;
+  state.sampled_at = InstantOf(now);
+  state.temperature = Celsius{scene_->lens.temperature_c};
+  for (const Axis axis : drivers::kAxes) {
+    if (!motors_[axis]) continue;
+    const Motor& motor = *motors_[axis];
+    const Duration at = frozen[axis].value_or(now);
+    drivers::AxisState& report = state.axes[axis].emplace();
+    report.position = Native{motor.CountAt(at)};
+    report.moving = motor.MovingAt(at);
+    report.homed = motor.HomedAt(at);
+    if (motor.ComplainsAt(at)) report.fault = "stalled";
+  }
+  return state;
+}
+
+TrueState Mechanics::StateAt(Duration at) {
+  const std::lock_guard lock(mutex_);
+  Advance();
+  return StateOf(at);
+}
+
+Duration Mechanics::Advance() {
+  const Duration now = Now();
+  const auto& events = faults_.mechanical();
+  while (events_done_ < events.size() && events[events_done_].at <= now) Happen(events[events_done_++]);
+  return now;
+}
+
+void Mechanics::Happen(const FaultLine::Event& event) {
+  auto& motor = motors_[event.fault.axis];
+  if (!motor) return;
+  switch (event.fault.kind) {
+    case FaultKind::Stall:
+      return motor->SetStalled(event.at, event.begins);
+    case FaultKind::MissedSteps:
+      return motor->SetLoss(event.at, event.begins ? event.fault.factor : 0.0);
+    default:
+      return motor->Knock(event.at, event.fault.steps);
+  }
+}
+
+TrueState Mechanics::StateOf(Duration at) const {
+  const LensSettings& lens = scene_->lens;
+  TrueState state;
+  state.focus_steps = motors_[Axis::Focus]->PlaceAt(at);
+  const double along = state.focus_steps / (lens.steps - 1.0);
+  state.extension_m = 1e-3 * (lens.min_extension_mm + along * (lens.max_extension_mm - lens.min_extension_mm)) +
+                      1e-6 * lens.drift_um_per_c * (lens.temperature_c - kCalibration_c);
+  state.f_number = lens.min_f_number;
+  if (motors_[Axis::Iris]) {
+    const double open = motors_[Axis::Iris]->PlaceAt(at) / (lens.iris_steps - 1.0);
+    state.f_number = lens.min_f_number * std::pow(lens.max_f_number / lens.min_f_number, open);
+  }
+  const double nominal_m = 1e-3 * (motors_[Axis::Zoom] ? motors_[Axis::Zoom]->PlaceAt(at) : lens.min_focal_length_mm);
+  state.optics.model = lens.model;
+  state.optics.focal_length_m = nominal_m * (1.0 + lens.breathing * along);
+  state.optics.aperture_diameter_m = nominal_m / state.f_number;
+  state.optics.sensor_distance_m = state.optics.focal_length_m + state.extension_m;
+  state.focal_plane_d = 1.0 / state.optics.focal_length_m - 1.0 / state.optics.sensor_distance_m;
+  return state;
+}
+
+}  // namespace lensd::sim

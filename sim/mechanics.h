@@ -1,0 +1,59 @@
+// The lens as a body: its motors, what the fault script does to them, and the optics that follow from where they are.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "base/clock.h"
+#include "drivers/api/lens.h"
+#include "fault_line.h"
+#include "motor.h"
+#include "sim/scene.h"
+#include "sim/world.h"
+
+namespace lensd::sim {
+
+/// The capabilities of the lens a scene describes.
+drivers::Capabilities CapabilitiesOf(const LensSettings& lens);
+
+/// Every call takes the time from the clock and locks: any thread.
+class Mechanics {
+ public:
+  Mechanics(std::shared_ptr<const Scene> scene, const Clock& clock, double focus_start);
+
+  /// Time since the making of the world.
+  Duration Now() const { return clock_.Now() - epoch_; }
+  Instant InstantOf(Duration time) const { return epoch_ + time; }
+
+  void MoveTo(drivers::Axis axis, double target);
+  void Home(drivers::Axis axis);
+  void Halt(drivers::Axis axis);
+  /// What the controller says of its axes; an axis in `frozen` as it was then.
+  drivers::LensState Report(const drivers::PerAxis<std::optional<Duration>>& frozen);
+
+  /// How things were at a time not after now and not long past.
+  TrueState StateAt(Duration at);
+
+  const Scene& scene() const { return *scene_; }
+  const FaultLine& faults() const { return faults_; }
+
+ private:
+  /// Brings the fault script up to date and returns the time now. Call with the lock held.
+  Duration Advance();
+  void Happen(const FaultLine::Event& event);
+  TrueState StateOf(Duration at) const;
+  double Grid(drivers::Axis axis) const;
+
+  const std::shared_ptr<const Scene> scene_;
+  const Clock& clock_;
+  const Instant epoch_;
+  const FaultLine faults_;
+  const drivers::Capabilities capabilities_;
+
+  std::mutex mutex_;
+  drivers::PerAxis<std::optional<Motor>> motors_;
+  std::size_t events_done_ = 0;
+};
+
+}  // namespace lensd::sim

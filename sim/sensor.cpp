@@ -1,0 +1,71 @@
+#include "sensor.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "noise.h"
+
+namespace lensd::sim {
+namespace {
+
+// Worked on in blocks that stay in the first-level cache.
+constexpr std::size_t kBlock = 1024;
+using Block = std::array<float, kBlock>;
+
+constexpr float kFewElectrons = 16.0f;
+
+/// Turns mean electrons into drawn electrons.
+void AddNoise(std::span<float> electrons, float read_noise_e, std::uint64_t key) {
+  Block buffer;
+  const std::span<float> normals(buffer.data(), electrons.size());
+  FillNormals(key, normals);
+  Block means;
+  const float read_variance = read_noise_e * read_noise_e;
+  float fewest = kFewElectrons;
+  for (std::size_t i = 0; i < electrons.size(); ++i) {
+    const float mean = electrons[i];
+    means[i] = mean;
+    fewest = std::min(fewest, mean);
+    const float variance = std::max(mean + read_variance, 1e-6f);
+    const float z = normals[i];
+    electrons[i] = mean + std::sqrt(variance) * z + mean / variance * (z * z - 1.0f) * (1.0f / 6.0f);
+  }
+  if (fewest >= kFewElectrons) return;
+  for (std::size_t i = 0; i < electrons.size(); ++i) {
+    if (means[i] >= kFewElectrons) continue;
+    const auto uniform = static_cast<std::uint32_t>(Mix(~key + i));
+    electrons[i] = static_cast<float>(SmallPoisson(means[i], uniform)) + read_noise_e * normals[i];
+  }
+}
+
+void ApplyGamma(std::span<float> signal, double gamma) {
+  const auto exponent = static_cast<float>(1.0 / gamma);
+  for (float& value : signal) value = std::pow(std::max(value, 0.0f), exponent);
+}
+
+}  // namespace
+
+std::vector<std::uint16_t> Expose(const CameraSettings& camera, std::span<const float> light, float gain,
+                                  std::uint64_t key) {
+  std::vector<std::uint16_t> samples(light.size());
+  const auto top = static_cast<float>((1 << camera.bits) - 1);
+  const auto black = static_cast<float>(camera.black_level);
+  const auto well = static_cast<float>(camera.full_well_e.value_or(1.0));
+  for (std::size_t begin = 0; begin < light.size(); begin += kBlock) {
+    const std::size_t count = std::min(kBlock, light.size() - begin);
+    Block buffer;
+    const std::span<float> signal(buffer.data(), count);
+    for (std::size_t i = 0; i < count; ++i) signal[i] = light[begin + i] * gain * well;
+    if (camera.full_well_e) AddNoise(signal, static_cast<float>(camera.read_noise_e), key + begin);
+    for (float& value : signal) value = std::min(value, well) / well + black;
+    if (camera.gamma != 1.0) ApplyGamma(signal, camera.gamma);
+    for (std::size_t i = 0; i < count; ++i) {
+      const float level = std::clamp(signal[i], 0.0f, 1.0f) * top + 0.5f;
+      samples[begin + i] = static_cast<std::uint16_t>(static_cast<std::int32_t>(level));
+    }
+  }
+  return samples;
+}
+
+}  // namespace lensd::sim

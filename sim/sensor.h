@@ -1,0 +1,23 @@
+// From light to samples: what an image sensor does.
+//
+// Light in units of the full well becomes a mean number of electrons m. Photon and read noise together have variance
+// V = m + r^2 and third cumulant m; one normal draw z gives m + sqrt(V) z + (m/V)(z^2 - 1)/6, which has that mean,
+// variance (to 1/18 electron^2) and skewness. Below 16 electrons, where that is too coarse, the photons are drawn
+// exactly. Then the well fills up, the black level is added, gamma applied, and the result clipped and rounded to the
+// nearest level. Only additions, multiplications, divisions and square roots of floats: the same bits in every build
+// (a gamma other than 1 adds the C library's pow).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sim/scene.h"
+
+namespace lensd::sim {
+
+/// Samples of `light` (1: full well), scaled by `gain` first. `key` chooses the noise.
+std::vector<std::uint16_t> Expose(const CameraSettings& camera, std::span<const float> light, float gain,
+                                  std::uint64_t key);
+
+}  // namespace lensd::sim

@@ -1,0 +1,171 @@
+#include "sim_camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "noise.h"
+#include "sensor.h"
+
+namespace lensd::sim {
+namespace {
+
+constexpr double kWhite = 0.9;        // of full well at the initial f-number
+constexpr double kFlickerHz = 100.0;  // lamps on 50 Hz mains
+constexpr double kSmear_px = 1.0;     // of blur, above which one exposure is averaged from several lens states
+constexpr int kMostStates = 8;
+
+double Seconds(Duration duration) {
+  return static_cast<double>(duration.count()) * 1e-9;
+}
+
+drivers::CameraCapabilities CapabilitiesOf(const Scene& scene) {
+  drivers::CameraCapabilities capabilities;
+  capabilities.driver = "sim";
+  capabilities.model = "simulated camera";
+  capabilities.width = scene.camera.width;
+  capabilities.height = scene.camera.height;
+  capabilities.bits = scene.camera.bits;
+  capabilities.pixel_um = scene.camera.pixel_um;
+  capabilities.frame_rate_hz = scene.camera.frame_rate_hz;
+  capabilities.can_set_exposure = true;
+  const Region& region = scene.truth_region;
+  capabilities.focus_region = {region.x, region.y, region.w, region.h};
+  return capabilities;
+}
+
+/// The mean of 1 + a cos(w t) over the exposure.
+double FlickerOver(double amplitude, Duration start, Duration length) {
+  const double w = 2.0 * std::numbers::pi * kFlickerHz;
+  const double begin = Seconds(start);
+  const double end = Seconds(start + length);
+  return 1.0 + amplitude * (std::sin(w * end) - std::sin(w * begin)) / (w * (end - begin));
+}
+
+/// Light gathered at `state` relative to the same scene at the initial f-number: as 1/(working f-number)^2. A pinhole
+/// is lit as if its exposure made up for its size.
+double GatheredBy(const LensSettings& lens, const TrueState& state) {
+  if (lens.model == LensModel::Pinhole) return 1.0;
+  const double working = state.optics.sensor_distance_m / state.optics.aperture_diameter_m;
+  return (lens.initial_f_number / working) * (lens.initial_f_number / working);
+}
+
+void AddPicture(std::vector<float>& light, const Picture& picture, float weight) {
+  const float unit = weight / 65535.0f;
+  for (std::size_t i = 0; i < light.size(); ++i) light[i] += unit * static_cast<float>(picture.light[i]);
+  for (const auto& bright : picture.bright) light[bright.index] += weight * (bright.light - 1.0f);
+}
+
+}  // namespace
+
+SimCamera::SimCamera(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictures> pictures, std::uint64_t seed)
+    : Camera(CapabilitiesOf(mechanics->scene())),
+      mechanics_(std::move(mechanics)),
+      pictures_(std::move(pictures)),
+      seed_(seed),
+      grid_(mechanics_->scene().camera.frame_rate_hz,
+            Duration(std::llround(mechanics_->scene().camera.exposure_ms * 1e6))) {}
+
+Result<void> SimCamera::CheckLink() const {
+  if (!mechanics_->faults().DisconnectedAt(mechanics_->Now())) return {};
+  return Fail(Code::Disconnected, "the simulated camera is disconnected by a [[fault]] of its scene");
+}
+
+Result<void> SimCamera::DoStart() {
+  if (auto link = CheckLink(); !link) return link;
+  grid_.Start(mechanics_->Now());
+  return {};
+}
+
+Result<void> SimCamera::DoStop() {
+  if (auto link = CheckLink(); !link) return link;
+  grid_.Stop(mechanics_->Now());
+  return {};
+}
+
+Result<void> SimCamera::DoSetExposure(Duration exposure) {
+  if (auto link = CheckLink(); !link) return link;
+  if (exposure < std::chrono::microseconds(1) || exposure > std::chrono::seconds(100)) {
+    return Fail(Code::OutOfRange, "the simulated camera exposes from 1 us to 100 s");
+  }
+  grid_.SetExposure(mechanics_->Now(), exposure);
+  return {};
+}
+
+std::optional<Exposure> SimCamera::Newest() {
+  auto exposure = grid_.NewestDone(mechanics_->Now());
+  while (exposure && exposure->sequence >= next_sequence_) {
+    if (mechanics_->faults().ActiveAt(FaultKind::LoseFrames, exposure->start) == nullptr) return exposure;
+    if (exposure->sequence == 0) return std::nullopt;
+    exposure = grid_.Numbered(exposure->sequence - 1);
+  }
+  return std::nullopt;
+}
+
+Result<std::optional<drivers::Frame>> SimCamera::DoPoll() {
+  if (auto link = CheckLink(); !link) return PassOn(std::move(link));
+  if (!grid_.streaming()) return Fail(Code::InvalidArgument, "the camera is not streaming: start it first");
+  const auto exposure = Newest();
+  if (!exposure) return std::optional<drivers::Frame>();
+  next_sequence_ = exposure->sequence + 1;
+  auto samples = Take(*exposure);
+  if (!samples) return PassOn(std::move(samples));
+  last_samples_ = *samples;
+  drivers::Frame frame;
+  frame.width = capabilities().width;
+  frame.height = capabilities().height;
+  frame.bits = capabilities().bits;
+  frame.gamma = mechanics_->scene().camera.gamma;
+  frame.samples = std::move(*samples);
+  frame.sequence = exposure->sequence;
+  frame.exposure_start = mechanics_->InstantOf(exposure->start);
+  frame.exposure_end = mechanics_->InstantOf(exposure->start + exposure->length);
+  return frame;
+}
+
+Result<std::shared_ptr<const std::vector<std::uint16_t>>> SimCamera::Take(const Exposure& exposure) {
+  const FaultLine& faults = mechanics_->faults();
+  const bool frozen = faults.ActiveAt(FaultKind::FreezeFrames, exposure.start) != nullptr;
+  if (frozen && last_samples_) return last_samples_;
+  Duration length = exposure.length;
+  if (const Fault* wrong = faults.ActiveAt(FaultKind::WrongExposure, exposure.start)) {
+    length = Duration(std::llround(static_cast<double>(length.count()) * wrong->factor));
+  }
+  auto light = Collect(exposure.start, std::max(length, Duration(1)));
+  if (!light) return PassOn(std::move(light));
+  const CameraSettings& camera = mechanics_->scene().camera;
+  const double gain = kWhite * Seconds(length) / (camera.exposure_ms * 1e-3) *
+                      FlickerOver(camera.flicker, exposure.start, std::max(length, Duration(1)));
+  const std::uint64_t key = Mix(Mix(seed_) ^ exposure.sequence);
+  return std::make_shared<const std::vector<std::uint16_t>>(Expose(camera, *light, static_cast<float>(gain), key));
+}
+
+Result<std::vector<float>> SimCamera::Collect(Duration start, Duration length) {
+  const Scene& scene = mechanics_->scene();
+  std::vector<TrueState> states;
+  double least_m = 1e9;
+  double most_m = -1e9;
+  for (int i = 0; i < kMostStates; ++i) {
+    states.push_back(mechanics_->StateAt(start + length * (2 * i + 1) / (2 * kMostStates)));
+    least_m = std::min(least_m, states.back().extension_m);
+    most_m = std::max(most_m, states.back().extension_m);
+  }
+  // Blur changes by about this many pixels, by the aperture's angle from the sensor.
+  const OpticalState& optics = states.front().optics;
+  const double smear_px =
+      (most_m - least_m) * optics.aperture_diameter_m / optics.sensor_distance_m / (scene.camera.pixel_um * 1e-6);
+  if (smear_px <= kSmear_px) states = {mechanics_->StateAt(start + length / 2)};
+  std::vector<float> light(static_cast<std::size_t>(scene.camera.width) *
+                           static_cast<std::size_t>(scene.camera.height));
+  for (const TrueState& state : states) {
+    auto picture = pictures_->At(state.optics);
+    if (!picture) return PassOn(std::move(picture));
+    const double weight = GatheredBy(scene.lens, state) / static_cast<double>(states.size());
+    AddPicture(light, **picture, static_cast<float>(weight));
+  }
+  return light;
+}
+
+}  // namespace lensd::sim

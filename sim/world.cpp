@@ -1,0 +1,61 @@
+#include "sim/world.h"
+
+#include <string>
+#include <utility>
+
+#include "mechanics.h"
+#include "sim_camera.h"
+#include "sim_lens.h"
+#include "subjects.h"
+
+namespace lensd::sim {
+namespace {
+
+class WorldTruth final : public Truth {
+ public:
+  explicit WorldTruth(std::shared_ptr<Mechanics> mechanics)
+      : mechanics_(std::move(mechanics)), subjects_(SubjectsIn(mechanics_->scene())) {}
+
+  const std::vector<SubjectDepth>& subjects() const override { return subjects_; }
+  TrueState Now() const override { return mechanics_->StateAt(mechanics_->Now()); }
+
+ private:
+  const std::shared_ptr<Mechanics> mechanics_;
+  const std::vector<SubjectDepth> subjects_;
+};
+
+drivers::NominalOptics NominalOf(const LensSettings& lens) {
+  drivers::NominalOptics optics;
+  optics.focal_length_m = lens.min_focal_length_mm * 1e-3;
+  optics.min_f_number = lens.min_f_number;
+  optics.max_f_number = lens.max_f_number;
+  optics.min_extension_m = lens.min_extension_mm * 1e-3;
+  optics.max_extension_m = lens.max_extension_mm * 1e-3;
+  return optics;
+}
+
+}  // namespace
+
+Result<World> OpenWorld(std::shared_ptr<const Scene> scene, const Clock& clock, const WorldOptions& options) {
+  const double start = options.focus_start.value_or(Native{0.0}).value;
+  if (!(start >= 0.0 && start <= scene->lens.steps - 1.0)) {
+    return Fail(Code::InvalidArgument, "the lens cannot start at step " + std::to_string(start) + ": its range is 0.." +
+                                           std::to_string(scene->lens.steps - 1));
+  }
+  auto pictures = options.pictures;
+  if (!pictures) {
+    auto own = Pictures::Create(scene);
+    if (!own) return PassOn(std::move(own));
+    pictures = std::move(*own);
+  }
+  const drivers::NominalOptics optics = NominalOf(scene->lens);
+  auto mechanics = std::make_shared<Mechanics>(std::move(scene), clock, start);
+  World world;
+  world.device.lens = std::make_unique<SimLens>(mechanics);
+  world.device.camera = std::make_unique<SimCamera>(mechanics, std::move(pictures), options.seed);
+  world.device.optics = optics;
+  world.truth = std::make_shared<WorldTruth>(std::move(mechanics));
+  return world;
+}
+
+}  // namespace lensd::sim
