@@ -71,7 +71,9 @@ Result<LensConfig> ReadLens(const Settings& table) {
   lens.home_at_start = start == 1;
   if (start == 2) read.Reject("start", "\"on-demand\" is not supported by this version; say \"keep\" or \"home\"");
   if (read.Has("bus")) read.Reject("bus", "no driver of this build uses a bus");
-  lens.rig = rig::ReadRigConfig(read);
+  auto rig = rig::ReadRigConfig(read);
+  if (!rig) return PassOn(std::move(rig));
+  lens.rig = *std::move(rig);
   const Settings* camera = read.Table("camera");
   if (auto done = read.Finish(); !done) return PassOn(std::move(done));
   if (camera != nullptr) {

@@ -48,13 +48,13 @@ std::string_view ActivityName(rig::Activity::Kind kind) {
   return "idle";
 }
 
-std::string_view OriginName(rig::DistanceFrom from) {
+std::string_view OriginName(optics::DistanceFrom from) {
   switch (from) {
-    case rig::DistanceFrom::Lens:
+    case optics::DistanceFrom::Lens:
       return "lens";
-    case rig::DistanceFrom::Sensor:
+    case optics::DistanceFrom::Sensor:
       return "sensor";
-    case rig::DistanceFrom::Front:
+    case optics::DistanceFrom::Front:
       return "front";
   }
   return "lens";
@@ -86,8 +86,9 @@ Json OpticsJson(const drivers::NominalOptics& optics, const rig::RigConfig& conf
           {"fNumberMax", optics.max_f_number},
           {"extensionMinMm", optics.min_extension_m * kMmPerMetre},
           {"extensionMaxMm", optics.max_extension_m * kMmPerMetre},
-          {"principalGapMm", config.principal_gap_m * kMmPerMetre},
-          {"distanceFrom", OriginName(config.distance_from)}};
+          {"principalGapMm", config.scale.principal_gap.value * kMmPerMetre},
+          {"pupilFactor", config.pupil_factor},
+          {"distanceFrom", OriginName(config.scale.from)}};
 }
 
 Json CameraJson(const drivers::CameraCapabilities& camera) {
@@ -184,9 +185,9 @@ Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome
 Json AutofocusProgressJson(const rig::AutofocusProgress& progress) {
   return {{"frames", progress.frames},
           {"moves", progress.moves},
-          {"framesExpected", progress.steps_expected},
+          {"framesExpected", progress.frames_expected},
           {"position", NativeJson(progress.position.value)},
-          {"score", proto::NumberOrNull(progress.score)}};
+          {"sharpness", proto::NumberOrNull(progress.sharpness)}};
 }
 
 Json FrameJson(const rig::LensedFrame& lensed) {

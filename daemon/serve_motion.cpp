@@ -40,12 +40,12 @@ constexpr std::array kTargetFields = {
     TargetField{"nearer", rig::Target::Kind::TowardNear, 1.0},
 };
 
-Result<std::optional<rig::DistanceFrom>> OriginOf(const Json& parameters) {
+Result<std::optional<optics::DistanceFrom>> OriginOf(const Json& parameters) {
   const Json* from = Given(parameters, "distanceFrom");
   if (from == nullptr) return std::nullopt;
-  if (*from == "lens") return rig::DistanceFrom::Lens;
-  if (*from == "sensor") return rig::DistanceFrom::Sensor;
-  if (*from == "front") return rig::DistanceFrom::Front;
+  if (*from == "lens") return optics::DistanceFrom::Lens;
+  if (*from == "sensor") return optics::DistanceFrom::Sensor;
+  if (*from == "front") return optics::DistanceFrom::Front;
   return Fail(Code::InvalidArgument, "distanceFrom is lens, sensor or front");
 }
 
