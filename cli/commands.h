@@ -8,8 +8,14 @@
 
 namespace lensd::cli {
 
+void AddBlur(CLI::App& root, Run& run);
+void AddDof(CLI::App& root, Run& run);
+void AddConjugate(CLI::App& root, Run& run);
+
 inline constexpr std::initializer_list<AddCommand> kCommands = {
-    // offline
+    AddBlur,
+    AddDof,
+    AddConjugate,
 };
 
 }  // namespace lensd::cli

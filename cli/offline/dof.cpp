@@ -1,0 +1,91 @@
+// lensctl dof: depth of field and hyperfocal distance.
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "cli/commands.h"
+#include "cli/exact_lens.h"
+#include "cli/offline/lens_options.h"
+#include "cli/text.h"
+#include "proto/json.h"
+
+namespace lensd::cli {
+namespace {
+
+struct DofText {
+  std::string focal_length, f_number, focus, blur_limit, pixel;
+};
+
+struct DofInput {
+  Decimal focal_length, f_number, blur_limit;
+  Depth focus;
+};
+
+Result<DofInput> Parse(const DofText& text, std::optional<From> from) {
+  DofInput input;
+  auto f = ParseFocalLength(text.focal_length);
+  if (!f) return PassOn(std::move(f));
+  auto n = ParseFNumber(text.f_number, "--f-number");
+  if (!n) return PassOn(std::move(n));
+  std::optional<Decimal> pixel;
+  if (!text.pixel.empty()) {
+    auto pitch = ParsePositiveLength(text.pixel, "--pixel");
+    if (!pitch) return PassOn(std::move(pitch));
+    pixel = *pitch;
+  }
+  auto limit = ParseBlurLimit(text.blur_limit, pixel, "--blur-limit");
+  if (!limit) return PassOn(std::move(limit));
+  const auto focus = ParseDepth(text.focus, "--focus");
+  if (!focus) return std::unexpected(focus.error());
+  if (focus->value < 0.0) {
+    return Fail(Code::InvalidArgument,
+                "--focus '" + text.focus + "': past infinity nothing real is in focus; write inf");
+  }
+  auto centred = FocusFromCentre(*f, *focus, from);
+  if (!centred) return PassOn(std::move(centred));
+  return DofInput{*f, *n, *limit, *centred};
+}
+
+Outcome RunDof(const DofText& text, Session& session) {
+  const auto input = Parse(text, session.globals().from);
+  if (!input) return Refuse(input);
+  const SharpVergences sharp = DepthOfField(input->focal_length, input->f_number, input->blur_limit, input->focus);
+  const auto hyperfocal = Hyperfocal(input->focal_length, input->f_number, input->blur_limit).Value();
+  const bool to_infinity = !sharp.far.IsPositive();
+  const auto near_d = sharp.near.Value(), near_m = Ratio{sharp.near.denominator, sharp.near.numerator}.Value();
+  const auto far_d = to_infinity ? Result<double>(0.0) : sharp.far.Value();
+  const auto far_m = to_infinity ? Result<double>(0.0) : Ratio{sharp.far.denominator, sharp.far.numerator}.Value();
+  for (const auto* value : {&hyperfocal, &near_d, &near_m, &far_d, &far_m}) {
+    if (!*value) return Refuse(*value);
+  }
+  if (session.json()) {
+    session.PrintJson({{"nearM", *near_m},
+                       {"farM", to_infinity ? proto::Json(nullptr) : proto::Json(*far_m)},
+                       {"nearD", *near_d},
+                       {"farD", *far_d},
+                       {"hyperfocalM", *hyperfocal}});
+    return Exit::Done;
+  }
+  session.PrintText(TableText(
+      {{"sharp from", DepthText({*near_d})}, {"to", DepthText({*far_d})}, {"hyperfocal", LengthText({*hyperfocal})}}));
+  return Exit::Done;
+}
+
+}  // namespace
+
+void AddDof(CLI::App& root, Run& run) {
+  auto text = std::make_shared<DofText>();
+  CLI::App* command = root.add_subcommand("dof", "depth of field and hyperfocal distance")->group(kOffline);
+  command->add_option("--focal-length", text->focal_length, "focal length, such as 50mm")->required()->type_name("F");
+  command->add_option("--f-number", text->f_number, "f-number, such as 2.8 or f/2.8")->required()->type_name("N");
+  command->add_option("--focus", text->focus, "distance or vergence in focus: 2m, 0.5D, inf")
+      ->required()
+      ->type_name("D");
+  command->add_option("--blur-limit", text->blur_limit, "blur diameter that still counts as sharp: 8um, or 1px")
+      ->required()
+      ->type_name("C");
+  command->add_option("--pixel", text->pixel, "size of a pixel, for a limit in px")->type_name("LENGTH");
+  command->callback([text, &run] { run = [text](Session& session) { return RunDof(*text, session); }; });
+}
+
+}  // namespace lensd::cli
