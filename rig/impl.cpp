@@ -51,13 +51,6 @@ Rig::Impl::~Impl() {
   } while (!commands_.empty());
 }
 
-template <class Callback, class Answer>
-void Rig::Impl::Reply(Callback done, Answer answer) {
-  replies_.push_back([done = std::move(done), answer = std::move(answer)]() mutable {
-    if (done) done(std::move(answer));
-  });
-}
-
 void Rig::Impl::RunReplies() {
   while (!replies_.empty()) {
     auto reply = std::move(replies_.front());

@@ -4,6 +4,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "autofocus_run.h"
@@ -37,7 +38,11 @@ class Rig::Impl {
 
  private:
   template <class Callback, class Answer>
-  void Reply(Callback done, Answer answer);
+  void Reply(Callback done, Answer answer) {
+    replies_.push_back([done = std::move(done), answer = std::move(answer)]() mutable {
+      if (done) done(std::move(answer));
+    });
+  }
   void StartMotion(drivers::Axis axis, std::optional<Native> target, double take_up, MoveCallback done);
   void EndMotion(drivers::Axis axis, Result<MoveOutcome> end);
   void EndAutofocus(Result<AutofocusOutcome> end);
