@@ -1,0 +1,36 @@
+// Focus stacks: the fewest pictures that together make everything sharp.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "base/units.h"
+#include "optics/planner.h"
+
+namespace lensd::optics {
+
+/// One picture of a stack.
+struct StackShot {
+  FNumber f_number;  ///< the same for all shots of a stack
+  Metres extension;
+  Dioptres near;  ///< of the asked-for depths, the stretch around the focal plane that this shot keeps sharp for
+  Dioptres far;   ///< certain, tolerances included; neighbouring shots overlap or touch
+  double magnification = 0;
+};
+
+/// The shots from far to near, or why there can be none.
+struct StackAnswer {
+  bool feasible = false;
+  std::vector<StackShot> shots;
+  std::string reason;  ///< infeasible: one line
+};
+
+/// Covers the sharp limits of `request` with the fewest shots at one common f-number; of equal counts the smallest
+/// f-number. With a wavelength blur includes diffraction, and f-numbers at which the diffraction disk of a subject in
+/// focus alone exceeds its limit are not used. Tolerances, ranges, stops and pupil factor count as they do in Plan().
+/// InvalidArgument or OutOfRange for requests that make no sense, a blurred limit or a fixed focus among them. More
+/// than 10,000 shots are reported as impossible. Pure: any thread, no state.
+Result<StackAnswer> PlanStack(const PlanRequest& request);
+
+}  // namespace lensd::optics

@@ -1,0 +1,278 @@
+// Looks for the f-number of a focus stack. At one f-number the greedy cover of stack_cover.h is the answer. Over a
+// range it is a search in two steps: the fewest shots any f-number allows, then the smallest f-number that allows them.
+// Both need to know of a whole stretch of f-numbers that none in it does better, and get it from the same greedy cover:
+// for every depth take the highest and the lowest extension that *any* f-number of the stretch allows, cover with
+// those, and no f-number of the stretch needs fewer shots. Halving stretches until they are decided finds the answer;
+// without diffraction a larger f-number always allows more and the halving is a plain bisection.
+#include "optics/stack.h"
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "optics/conjugates.h"
+#include "stack_cover.h"
+#include "stack_exact.h"
+#include "stack_reach.h"
+
+namespace lensd::optics {
+namespace {
+
+using Needs = std::vector<Need<double>>;
+
+Cover<double> CoverWith(const Needs& needs, const StackLens& lens, double n_low, double n_high) {
+  return GreedyCover(needs, StretchReach(lens, n_low, n_high), lens.low, lens.high);
+}
+
+bool Within(const Cover<double>& cover, std::size_t shots) {
+  return cover.end == CoverEnd::Covered && cover.extensions.size() <= shots;
+}
+
+/// The smallest f-number of [low, high] that needs at most `shots`; nothing where none does.
+std::optional<double> SmallestN(const Needs& needs, const StackLens& lens, double low, double high, std::size_t shots) {
+  if (!Within(CoverWith(needs, lens, low, high), shots)) return std::nullopt;
+  if (Within(CoverWith(needs, lens, low, low), shots)) return low;
+  constexpr double kResolution = 1e-14;
+  if (high - low <= kResolution * high) {
+    return Within(CoverWith(needs, lens, high, high), shots) ? std::optional(high) : std::nullopt;
+  }
+  const double middle = low + 0.5 * (high - low);
+  if (const auto found = SmallestN(needs, lens, low, middle, shots)) return found;
+  return SmallestN(needs, lens, middle, high, shots);
+}
+
+/// A question in plain numbers, and how to answer it exactly.
+struct StackTask {
+  const PlanRequest& request;
+  StackLens lens;
+  Needs needs;
+  double n_low = 0;
+  double n_high = 0;
+};
+
+/// The cover at one f-number that was given as a decimal. Where widening or narrowing everything by more than rounding
+/// could have done changes the count, exact arithmetic decides (without diffraction; stacks beyond a few hundred shots
+/// are left to double precision).
+Cover<double> CertainCover(const StackTask& task, double n, const Number& stop) {
+  const Cover<double> cover = CoverWith(task.needs, task.lens, n, n);
+  constexpr std::size_t kMostExactShots = 300;
+  if (task.lens.airy > 0.0 || cover.extensions.size() > kMostExactShots) return cover;
+  const auto shifted = [&](double side) {
+    StackLens lens = task.lens;
+    const double reach = std::abs(task.needs.back().near) + std::abs(lens.high) + std::abs(lens.low);
+    lens.delta += side * (1e-12 * lens.delta + 1e-14 * reach);
+    lens.low -= -side * 1e-14 * reach;
+    lens.high += -side * 1e-14 * reach;
+    const double m = n * (1.0 - side * 1e-12);
+    return CoverWith(task.needs, lens, m, m);
+  };
+  const Cover<double> wide = shifted(-1.0);
+  const Cover<double> narrow = shifted(1.0);
+  if (wide.end == narrow.end && wide.extensions.size() == narrow.extensions.size()) return cover;
+  return ExactCover(task.request, stop);
+}
+
+struct Found {
+  double n = 0;
+  Cover<double> cover;
+};
+
+bool Better(const Cover<double>& cover, const std::optional<Found>& found) {
+  if (cover.end != CoverEnd::Covered) return false;
+  return !found || cover.extensions.size() < found->cover.extensions.size();
+}
+
+/// Fewest shots over the stops, then the smallest of them.
+std::optional<Found> FewestOverStops(const StackTask& task) {
+  std::vector<Number> stops = task.request.stops;
+  const double f = task.lens.f;
+  const bool diameters = task.request.apertures_are_diameters;
+  std::sort(stops.begin(), stops.end(),
+            [&](const Number& a, const Number& b) { return diameters ? b.value < a.value : a.value < b.value; });
+  std::optional<Found> found;
+  for (const Number& stop : stops) {
+    const double n = diameters ? f / stop.value : stop.value;
+    if (n > task.n_high) continue;
+    Cover<double> cover = CertainCover(task, n, stop);
+    if (Better(cover, found)) found = Found{n, std::move(cover)};
+  }
+  return found;
+}
+
+/// Fewest shots over the range of f-numbers, then the smallest f-number.
+std::optional<Found> FewestOverRange(const StackTask& task) {
+  const bool diameters = task.request.apertures_are_diameters;
+  const Number& last = diameters ? task.request.f_numbers.low : task.request.f_numbers.high;
+  std::optional<Found> found;
+  const Cover<double> at_end = CertainCover(task, task.n_high, last);
+  if (Better(at_end, found)) found = Found{task.n_high, at_end};
+  for (;;) {
+    const std::size_t fewer = found ? found->cover.extensions.size() - 1 : kMostShots;
+    if (fewer == 0) break;
+    const auto n = SmallestN(task.needs, task.lens, task.n_low, task.n_high, fewer);
+    if (!n) break;
+    found = Found{*n, CoverWith(task.needs, task.lens, *n, *n)};
+  }
+  if (!found) return found;
+  const std::size_t shots = found->cover.extensions.size();
+  if (const auto n = SmallestN(task.needs, task.lens, task.n_low, task.n_high, shots)) {
+    found = Found{*n, CoverWith(task.needs, task.lens, *n, *n)};
+  }
+  return found;
+}
+
+/// The stretch of asked-for depths around the one that forced the shot which a shot at `e` covers without a gap.
+std::pair<double, double> Covered(const Needs& needs, const StretchReach& reach, double e, double forced_by) {
+  std::pair<double, double> stretch{forced_by, forced_by};
+  double start = 0.0;
+  bool open = false;  // the need before was covered to its end
+  for (const Need<double>& need : needs) {
+    double far = std::max(need.far, reach.FarthestAt(e, need.limit));
+    const double near = std::min(need.near, reach.NearestAt(e, need.limit).value_or(need.near));
+    const bool forced_here = forced_by >= need.far && forced_by <= need.near;
+    if (forced_here) far = std::min(far, forced_by);
+    const bool any = far <= near;
+    if (!open || !any || far > need.far) start = far;
+    if (any && start <= forced_by) stretch = {start, near};
+    open = any && near == need.near;
+    if (!open && need.near >= forced_by) break;
+  }
+  return stretch;
+}
+
+StackAnswer Impossible(std::string reason) {
+  return {false, {}, std::move(reason)};
+}
+
+std::string Reason(const StackTask& task, const Cover<double>& cover) {
+  char text[200];
+  const double millimetres = task.needs[cover.need].far * 1e3;
+  switch (cover.end) {
+    case CoverEnd::TooFar:
+      return "the farthest depth asked for is beyond what the shortest extension keeps sharp";
+    case CoverEnd::TooNear:
+      return "the nearest depth asked for needs a longer extension than the lens has";
+    case CoverEnd::Tolerance:
+      std::snprintf(text, sizeof text,
+                    "the sensor tolerance of %.6g um leaves nothing of the depth of focus at f/%.6g for depths that "
+                    "focus at an extension of %.6g mm",
+                    task.lens.delta * 1e6, task.n_high, millimetres);
+      return text;
+    case CoverEnd::TooMany:
+      break;
+    case CoverEnd::Covered:
+      return "diffraction and the tolerances leave no f-number that keeps every depth sharp";
+  }
+  return "it would take more than " + std::to_string(kMostShots) + " shots";
+}
+
+StackAnswer Answer(const StackTask& task, const Found& found) {
+  StackAnswer answer{.feasible = true, .shots = {}, .reason = {}};
+  const StretchReach reach(task.lens, found.n, found.n);
+  const Metres f{task.lens.f};
+  for (std::size_t i = 0; i < found.cover.extensions.size(); ++i) {
+    const Metres e{found.cover.extensions[i]};
+    const auto [far, near] = Covered(task.needs, reach, e.value, found.cover.forced_by[i]);
+    answer.shots.push_back({.f_number = FNumber{found.n},
+                            .extension = e,
+                            .near = FocalPlane(f, Metres{near}),
+                            .far = FocalPlane(f, Metres{far}),
+                            .magnification = e / f});
+  }
+  return answer;
+}
+
+ObjectDepth Depth(const PlanDepth& depth) {
+  return depth.is_vergence ? ObjectDepth(Dioptres{depth.number.value}) : ObjectDepth(Metres{depth.number.value});
+}
+
+Result<Needs> NeedsOf(const PlanRequest& request) {
+  const Metres f{request.focal_length.value};
+  Needs needs;
+  for (const BlurLimit& limit : request.limits) {
+    if (limit.kind != LimitKind::Sharp) {
+      return Fail(Code::InvalidArgument,
+                  "a focus stack only makes things sharp: leave out the blurred limit " + limit.name);
+    }
+    if (!(limit.limit.value > 0.0)) return Fail(Code::InvalidArgument, limit.name + ": the limit must be above zero");
+    for (const DepthInterval& depths : limit.depths) {
+      const auto one = FocusExtension(f, Depth(depths.one_end));
+      const auto other = FocusExtension(f, Depth(depths.other_end));
+      if (!one || !other)
+        return Fail((!one ? one : other).error().code, limit.name + ": " + (!one ? one : other).error().message);
+      needs.push_back({std::min(one->value, other->value), std::max(one->value, other->value), limit.limit.value});
+    }
+  }
+  if (needs.empty()) return Fail(Code::InvalidArgument, "a focus stack needs at least one sharp limit");
+  return Disjoint(needs);
+}
+
+/// The largest f-number at which the diffraction disk of a subject in focus stays within its limit.
+double DiffractionLimit(const Needs& needs, const StackLens& lens) {
+  double largest = std::numeric_limits<double>::infinity();
+  if (lens.airy == 0.0) return largest;
+  for (const Need<double>& need : needs) {
+    largest = std::min(largest, need.limit / (lens.airy * (1.0 + need.near / lens.scale) * (1.0 + lens.epsilon)));
+  }
+  return largest;
+}
+
+StackLens LensOf(const PlanRequest& request) {
+  StackLens lens;
+  lens.f = request.focal_length.value;
+  lens.scale = lens.f * request.pupil_factor.value;
+  if (request.wavelength) lens.airy = DiffractionFactor(request.diffraction) * request.wavelength->value;
+  lens.delta = request.sensor_tolerance.value;
+  lens.epsilon = request.f_number_tolerance.value;
+  lens.low = request.extensions.low.value;
+  lens.high = request.extensions.high.value;
+  return lens;
+}
+
+Result<void> Check(const PlanRequest& request) {
+  const auto bad = [](const char* what) { return Fail(Code::InvalidArgument, what); };
+  const StackLens lens = LensOf(request);
+  if (request.focus) return bad("a focus stack chooses its own focal planes: leave out the fixed focus");
+  if (!(lens.f > 0.0) || !(lens.scale > 0.0)) return bad("the focal length and the pupil factor must be above zero");
+  if (!(lens.low > -lens.f) || !(lens.low <= lens.high)) {
+    return bad("the extension range must rise and start above minus the focal length");
+  }
+  if (!(lens.delta >= 0.0) || !(lens.epsilon >= 0.0 && lens.epsilon < 1.0)) {
+    return bad("the sensor tolerance must not be negative and the f-number tolerance must be below 100 %");
+  }
+  for (const Number& stop : request.stops) {
+    if (!(stop.value > 0.0)) return bad("f-numbers must be above zero");
+  }
+  if (request.stops.empty() &&
+      (!(request.f_numbers.low.value > 0.0) || !(request.f_numbers.low.value <= request.f_numbers.high.value))) {
+    return bad("the f-number range must rise and lie above zero");
+  }
+  return {};
+}
+
+/// The range of f-numbers worth searching: diffraction closes its upper end.
+void SetRange(StackTask& task) {
+  const PlanRequest& request = task.request;
+  task.n_high = DiffractionLimit(task.needs, task.lens);
+  if (!request.stops.empty()) return;
+  const double first = request.f_numbers.low.value;
+  const double last = request.f_numbers.high.value;
+  task.n_low = request.apertures_are_diameters ? task.lens.f / last : first;
+  task.n_high = std::min(task.n_high, request.apertures_are_diameters ? task.lens.f / first : last);
+}
+
+}  // namespace
+
+Result<StackAnswer> PlanStack(const PlanRequest& request) {
+  if (auto good = Check(request); !good) return PassOn(std::move(good));
+  auto needs = NeedsOf(request);
+  if (!needs) return PassOn(std::move(needs));
+  StackTask task{.request = request, .lens = LensOf(request), .needs = std::move(*needs)};
+  SetRange(task);
+  if (task.n_high < task.n_low) return Impossible("at every f-number diffraction alone exceeds a limit");
+  const auto found = request.stops.empty() ? FewestOverRange(task) : FewestOverStops(task);
+  if (found) return Answer(task, *found);
+  return Impossible(Reason(task, CoverWith(task.needs, task.lens, task.n_low, task.n_high)));
+}
+
+}  // namespace lensd::optics
