@@ -1,0 +1,50 @@
+// From a request to linear programmes: limits become lines, open sides become cases.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "planner_task.h"
+
+namespace lensd::optics {
+
+/// Which names are in force: dropping one is how conflicts are found.
+struct InForce {
+  std::vector<bool> limits;
+  bool f_number = true;
+  bool extension = true;
+  bool focus = true;
+  bool depth = true;  ///< the blur limit of Objective::Depth
+};
+
+InForce Everything(const PlanRequest& request);
+
+/// An interval with its ends in order.
+struct OrderedInterval {
+  const PlanDepth* near = nullptr;
+  const PlanDepth* far = nullptr;
+};
+OrderedInterval Ordered(const DepthInterval& interval);
+
+/// A request reduced to the depths that matter. Points into the request, which must outlive it.
+class Cases {
+ public:
+  explicit Cases(const PlanRequest& request);
+
+  /// Calls `visit(task)` for every assignment of the open intervals to sides that any focal plane can make: it lies in
+  /// one of the gaps between them, so that k intervals make at most k + 1 cases. Stops when `visit` returns false.
+  /// `visit` gets its own stop or range of N through the task.
+  void ForEach(const InForce& in_force, const std::function<bool(Task&)>& visit) const;
+
+ private:
+  struct OpenInterval {
+    OrderedInterval ends;
+    int limit;
+  };
+  const PlanRequest& request_;
+  std::vector<RowSpec> rows_;         ///< of limits whose sides are given
+  std::vector<OpenInterval> open_;    ///< nearest first
+  std::vector<const Number*> stops_;  ///< ascending f-numbers
+};
+
+}  // namespace lensd::optics

@@ -1,0 +1,142 @@
+#include "planner_check.h"
+
+#include <array>
+#include <cmath>
+#include <set>
+#include <string>
+
+#include "planner_solve.h"
+
+namespace lensd::optics {
+
+namespace {
+
+using Problem = std::optional<Error>;
+
+Problem Bad(std::string message) {
+  return Error{Code::InvalidArgument, std::move(message)};
+}
+
+std::string Text(const Number& number) {
+  return number.decimal.empty() ? std::to_string(number.value) : number.decimal;
+}
+
+bool Positive(const Number& number) {
+  return std::isfinite(number.value) && number.value > 0.0;
+}
+
+std::string Millimetres(double metres) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%.6g mm", metres * 1e3);
+  return text.data();
+}
+
+bool AtInfinity(const PlanDepth& depth) {
+  return !depth.is_vergence && std::isinf(depth.number.value);
+}
+
+/// Whether the depth is at or inside the focal length.
+bool ReachesFocalLength(const Number& focal_length, const PlanDepth& depth) {
+  return !AtInfinity(depth) && CompareFocalPower(focal_length, depth) >= 0;
+}
+
+Problem CheckDepth(const PlanDepth& depth, const std::string& what, bool may_be_past_infinity) {
+  const double value = depth.number.value;
+  if (std::isnan(value)) return Bad(what + ": the depth is not a number");
+  if (!depth.is_vergence && !(value > 0.0))
+    return Bad(what + ": a distance must be above zero, it is measured from the lens centre");
+  if (depth.is_vergence && !std::isfinite(value)) return Bad(what + ": a vergence must be finite; infinity is 0 D");
+  if (depth.is_vergence && value < 0.0 && !may_be_past_infinity) {
+    return Bad(what + ": nothing can be seen past infinity; a subject's vergence is 0 D or more");
+  }
+  return std::nullopt;
+}
+
+Problem CheckLens(const PlanRequest& request) {
+  if (!Positive(request.focal_length)) return Bad("the focal length must be a length above zero");
+  if (!Positive(request.pupil_factor)) return Bad("the pupil factor must be above zero; 1 is a symmetric lens");
+  const char* const aperture = request.apertures_are_diameters ? "aperture diameters" : "f-numbers";
+  if (request.stops.empty()) {
+    if (!Positive(request.f_numbers.low) || !Positive(request.f_numbers.high))
+      return Bad(std::string(aperture) + " must be above zero and finite");
+    if (request.f_numbers.low.value > request.f_numbers.high.value)
+      return Bad(std::string("the range of ") + aperture + " is empty: its low end is above its high end");
+  }
+  for (const Number& stop : request.stops) {
+    if (!Positive(stop)) return Bad(std::string(aperture) + " must be above zero and finite");
+  }
+  const double low = request.extensions.low.value, high = request.extensions.high.value;
+  if (!std::isfinite(low) || !std::isfinite(high)) return Bad("the extension's ends must be finite lengths");
+  if (low > high) return Bad("the extension range is empty: its low end is above its high end");
+  const double least = -request.focal_length.value * std::min(1.0, request.pupil_factor.value);
+  if (!(low > least))
+    return Bad("the extension's low end must be above " + Millimetres(least) + ": the sensor stays behind the lens");
+  return std::nullopt;
+}
+
+Problem CheckTolerances(const PlanRequest& request) {
+  const double delta = request.sensor_tolerance.value, epsilon = request.f_number_tolerance.value;
+  if (!std::isfinite(delta) || delta < 0.0) return Bad("the sensor tolerance must be a length of zero or more");
+  if (!(delta < request.focal_length.value + request.extensions.low.value))
+    return Bad("the sensor tolerance reaches the lens: it must be smaller than the sensor distance");
+  if (!(epsilon >= 0.0 && epsilon < 1.0)) return Bad("the f-number tolerance must be a ratio from 0 to below 1");
+  if (request.wavelength && !Positive(*request.wavelength)) return Bad("the wavelength must be a length above zero");
+  if (request.model_tolerance && !(request.model_tolerance->value > 0.0))
+    return Bad("the model tolerance must be a length above zero");
+  if (request.pixel && !(request.pixel->value > 0.0)) return Bad("the pixel must be a length above zero");
+  return std::nullopt;
+}
+
+Problem CheckFocus(const PlanRequest& request) {
+  if (request.focus) {
+    if (Problem problem = CheckDepth(*request.focus, "focus", true)) return problem;
+    if (ReachesFocalLength(request.focal_length, *request.focus)) {
+      const double f = request.focal_length.value, e = request.extensions.high.value;
+      const std::string closest = e > 0.0 ? "the closest focus is " + Millimetres(f + f * f / e)
+                                          : std::string("this lens focuses at infinity and past it only");
+      return Error{Code::OutOfRange,
+                   "focus: nothing at or inside the focal length of " + Millimetres(f) + " can be focused; " + closest};
+    }
+  }
+  if (request.objective != Objective::Depth) return std::nullopt;
+  if (!request.focus || !request.depth_limit) return Bad("the objective depth needs a focus and a blur limit");
+  if (!Positive(*request.depth_limit)) return Bad("the blur limit must be a length above zero");
+  return std::nullopt;
+}
+
+Problem CheckLimit(const PlanRequest& request, const BlurLimit& limit) {
+  if (!Positive(limit.limit))
+    return Bad(limit.name + ": the blur limit must be a length above zero, not " + Text(limit.limit));
+  if (limit.depths.empty()) return Bad(limit.name + ": there are no depths to hold it at");
+  for (const DepthInterval& interval : limit.depths) {
+    for (const PlanDepth* depth : {&interval.one_end, &interval.other_end}) {
+      if (Problem problem = CheckDepth(*depth, limit.name, false)) return problem;
+      if (limit.kind == LimitKind::Sharp && ReachesFocalLength(request.focal_length, *depth)) {
+        return Error{Code::OutOfRange, limit.name + ": nothing at or inside the focal length of " +
+                                           Millimetres(request.focal_length.value) +
+                                           " can be sharp; move its near end out"};
+      }
+      const double f = request.focal_length.value, p = request.pupil_factor.value;
+      if (!(1.0 + f * depth->vergence().value * (1.0 / p - 1.0) > 0.0)) {
+        return Error{Code::OutOfRange, limit.name + ": its near end reaches the entrance pupil of this lens"};
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Error> Check(const PlanRequest& request) {
+  for (const auto check : {CheckLens, CheckTolerances, CheckFocus}) {
+    if (Problem problem = check(request)) return problem;
+  }
+  std::set<std::string_view> names{"focus", "fNumber", "extension"};
+  for (const BlurLimit& limit : request.limits) {
+    if (Problem problem = CheckLimit(request, limit)) return problem;
+    if (!names.insert(limit.name).second) return Bad(limit.name + ": this name is taken; every limit needs its own");
+  }
+  return std::nullopt;
+}
+
+}  // namespace lensd::optics

@@ -1,0 +1,75 @@
+// Minimal conflicts by QuickXplain (Junker 2004): of the suspects, keep a half fixed and find what the other half must
+// add; a set of s names out of m takes about 2 s log2(m/s) verdicts. Every verdict is certain, so the set is minimal.
+#include "planner_conflict.h"
+
+#include <algorithm>
+
+#include "planner_solve.h"
+
+namespace lensd::optics {
+
+namespace {
+
+class Minimiser {
+ public:
+  Minimiser(const Cases& cases, const PlanRequest& request) : cases_(cases), request_(request) {}
+
+  /// The names of `suspects` that are needed beside `kept`, with which they are infeasible.
+  std::vector<int> Needed(const std::vector<int>& kept, bool kept_grew, const std::vector<int>& suspects) const {
+    if (kept_grew && !Feasible(kept)) return {};
+    if (suspects.size() <= 1) return suspects;
+    const auto middle = suspects.begin() + static_cast<std::ptrdiff_t>(suspects.size() / 2);
+    const std::vector<int> first(suspects.begin(), middle), second(middle, suspects.end());
+    const std::vector<int> of_second = Needed(Joined(kept, first), true, second);
+    std::vector<int> of_first = Needed(Joined(kept, of_second), !of_second.empty(), first);
+    return Joined(of_first, of_second);
+  }
+
+ private:
+  static std::vector<int> Joined(std::vector<int> a, const std::vector<int>& b) {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+  }
+
+  bool Feasible(const std::vector<int>& names) const {
+    const auto has = [&](int name) { return std::find(names.begin(), names.end(), name) != names.end(); };
+    InForce in_force{std::vector<bool>(request_.limits.size(), false), has(kFNumberName), has(kExtensionName),
+                     has(kFocusName)};
+    for (const int name : names) {
+      if (name >= 0) in_force.limits[static_cast<std::size_t>(name)] = true;
+    }
+    in_force.depth = has(kDepthName);
+    bool feasible = false;
+    cases_.ForEach(in_force, [&](Task& task) {
+      feasible = SolveForN(task).feasible;
+      return !feasible;
+    });
+    return feasible;
+  }
+
+  const Cases& cases_;
+  const PlanRequest& request_;
+};
+
+}  // namespace
+
+std::vector<int> MinimalConflict(const Cases& cases, const PlanRequest& request, const std::set<int>& suspects) {
+  return Minimiser(cases, request).Needed({}, false, std::vector<int>(suspects.begin(), suspects.end()));
+}
+
+std::vector<std::string> Spelled(const PlanRequest& request, std::vector<int> names) {
+  std::sort(names.begin(), names.end(), [](int a, int b) {
+    return (a < 0) != (b < 0) ? b < 0 : a < 0 ? a > b : a < b;
+  });
+  std::vector<std::string> spelled;
+  for (const int name : names) {
+    spelled.push_back(name >= 0                ? request.limits[static_cast<std::size_t>(name)].name
+                      : name == kFocusName     ? "focus"
+                      : name == kFNumberName   ? "fNumber"
+                      : name == kExtensionName ? "extension"
+                                               : "depth");
+  }
+  return spelled;
+}
+
+}  // namespace lensd::optics

@@ -1,0 +1,168 @@
+// The planner's programmes in exact arithmetic: what double precision cannot decide. Decimals become rationals, the
+// verdict and N stay rational; ratios hold square roots and are worked out to 100 digits.
+#include <boost/multiprecision/cpp_bin_float.hpp>
+#include <boost/multiprecision/cpp_int.hpp>
+#include <charconv>
+#include <string_view>
+
+#include "planner_solve.h"
+
+namespace lensd::optics {
+
+namespace {
+
+namespace mp = boost::multiprecision;
+using Integer = mp::number<mp::cpp_int_backend<>, mp::et_off>;
+using Rational = mp::number<mp::rational_adaptor<mp::cpp_int_backend<>>, mp::et_off>;
+using Real = mp::number<mp::cpp_bin_float<100>, mp::et_off>;
+
+/// mantissa * 10^exponent as written.
+struct Decimal {
+  Integer mantissa = 0;
+  int exponent = 0;
+};
+
+Decimal Read(std::string_view text) {
+  Decimal read;
+  bool negative = false, fraction = false;
+  std::size_t i = 0;
+  for (; i < text.size() && text[i] != 'e' && text[i] != 'E'; ++i) {
+    if (text[i] == '-') negative = true;
+    if (text[i] == '.') fraction = true;
+    if (text[i] < '0' || text[i] > '9') continue;
+    read.mantissa = read.mantissa * 10 + (text[i] - '0');
+    if (fraction) --read.exponent;
+  }
+  if (i < text.size()) {
+    std::string_view exponent = text.substr(i + 1);
+    if (exponent.starts_with('+')) exponent.remove_prefix(1);
+    int value = 0;
+    std::from_chars(exponent.data(), exponent.data() + exponent.size(), value);
+    read.exponent += value;
+  }
+  if (negative) read.mantissa = -read.mantissa;
+  return read;
+}
+
+Decimal DecimalOf(const Number& number) {
+  if (!number.decimal.empty()) return Read(number.decimal);
+  char text[40];
+  const std::to_chars_result end = std::to_chars(text, text + sizeof text, number.value);
+  return Read(std::string_view(text, static_cast<std::size_t>(end.ptr - text)));
+}
+
+Rational ToRational(const Number& number) {
+  const Decimal decimal = DecimalOf(number);
+  const Integer scale = mp::pow(Integer(10), static_cast<unsigned>(std::abs(decimal.exponent)));
+  return decimal.exponent < 0 ? Rational(decimal.mantissa, scale) : Rational(Integer(decimal.mantissa * scale));
+}
+
+Real ToReal(const Rational& rational) {
+  return Real(mp::numerator(rational)) / Real(mp::denominator(rational));
+}
+
+double ToDouble(const Real& real) {
+  return real.convert_to<double>();
+}
+
+void Copy(const std::vector<Rational>& from, std::vector<Real>& to) {
+  to.clear();
+  for (const Rational& value : from) to.push_back(ToReal(value));
+}
+
+/// The same programme in Real. Each number is rounded once, so that what was equal stays equal.
+void Copy(const Programme<Rational>& from, Programme<Real>& to) {
+  Copy(from.upper_p, to.upper_p);
+  Copy(from.upper_q, to.upper_q);
+  Copy(from.lower_p, to.lower_p);
+  Copy(from.lower_q, to.lower_q);
+  to.strip.upper = {to.upper_p, to.upper_q, from.upper_sharp};
+  to.strip.lower = {to.lower_p, to.lower_q, from.lower_sharp};
+  to.strip.low = ToReal(from.strip.low);
+  to.strip.high = ToReal(from.strip.high);
+  to.strip.n_low = ToReal(from.strip.n_low);
+  to.strip.n_high = ToReal(from.strip.n_high);
+  to.strip.high_unbounded = from.strip.high_unbounded;
+  if (from.strip.cap) to.strip.cap = ToReal(*from.strip.cap);
+}
+
+Decimal Sum(const Decimal& a, const Decimal& b) {
+  if (a.exponent < b.exponent) return Sum(b, a);
+  return {Integer(a.mantissa * mp::pow(Integer(10), static_cast<unsigned>(a.exponent - b.exponent)) + b.mantissa),
+          b.exponent};
+}
+
+Number ToNumber(const Decimal& decimal) {
+  const std::string text = decimal.mantissa.str() + "e" + std::to_string(decimal.exponent);
+  double value = 0.0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return {value, text};
+}
+
+Decimal Magnitude(Decimal decimal, int sign) {
+  decimal.mantissa = abs(decimal.mantissa) * sign;
+  return decimal;
+}
+
+}  // namespace
+
+Solved SolveForNExactly(const Task& task, bool largest) {
+  Programme<Rational> programme;
+  Write(programme, task, ToRational);
+  Solved solved;
+  SmallestNResult<Rational> result;
+  if (!programme.never && !programme.focus_outside) {
+    std::vector<Rational> storage;
+    result = SmallestN(largest ? TurnedRound(programme.strip, storage) : programme.strip);
+  }
+  if (!result.feasible) {
+    solved.names = NamesOf(programme, result);
+    return solved;
+  }
+  solved.feasible = true;
+  const Rational n = largest ? Rational(-result.n) : result.n;
+  solved.n = ToDouble(ToReal(n));
+  if (!(n > 0) || programme.strip.high_unbounded) return solved;
+  Programme<Real> fine;
+  Copy(programme, fine);
+  const std::optional<LeastRatio<Real>> least = LeastRatioAt(fine.strip, ToReal(n));
+  if (!least) return solved;
+  solved.e = ToDouble(least->e);
+  solved.ratio = ToDouble(least->ratio);
+  return solved;
+}
+
+std::optional<Solved> SolveForRatioExactly(const Task& task) {
+  Programme<Rational> programme;
+  Write(programme, task, ToRational);
+  if (programme.never || programme.focus_outside) return std::nullopt;
+  Programme<Real> fine;
+  Copy(programme, fine);
+  const std::optional<LeastRatio<Real>> least = LeastRatioOver(fine.strip);
+  if (!least) return std::nullopt;
+  return Solved{true, ToDouble(least->n), ToDouble(least->e), ToDouble(least->ratio), {}};
+}
+
+int CompareFocalPower(const Number& focal_length, const PlanDepth& depth) {
+  const Rational f = ToRational(focal_length);
+  const Rational value = ToRational(depth.number);
+  return depth.is_vergence ? Rational(f * value).compare(1) : f.compare(value);
+}
+
+Result<DepthInterval> DepthsOfPlane(const Number& u0, const Number& ux, const Number& uy) {
+  for (const Number* number : {&u0, &ux, &uy}) {
+    if (!std::isfinite(number->value)) return Fail(Code::InvalidArgument, "a plane's vergences must be finite numbers");
+  }
+  const Decimal centre = DecimalOf(u0);
+  const auto corner = [&](int sign) {
+    return Sum(centre, Sum(Magnitude(DecimalOf(ux), sign), Magnitude(DecimalOf(uy), sign)));
+  };
+  const Decimal near = corner(1), far = corner(-1);
+  if (near.mantissa < 0) {
+    return Fail(Code::OutOfRange, "the plane lies past infinity over the whole frame: raise its vergence U0");
+  }
+  return DepthInterval{PlanDepth::Vergence(ToNumber(near)),
+                       PlanDepth::Vergence(far.mantissa < 0 ? Number(0.0) : ToNumber(far))};
+}
+
+}  // namespace lensd::optics

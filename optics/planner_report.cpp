@@ -1,0 +1,89 @@
+#include "planner_report.h"
+
+#include <cmath>
+#include <limits>
+
+#include "optics/aperture.h"
+#include "optics/blur.h"
+#include "optics/conjugates.h"
+#include "optics/light.h"
+#include "planner_cases.h"
+
+namespace lensd::optics {
+
+namespace {
+
+ObjectDepth ToObjectDepth(const PlanDepth& depth) {
+  if (depth.is_vergence) return Dioptres{depth.number.value};
+  return Metres{depth.number.value};
+}
+
+double BlurAt(const PlanRequest& request, const PlanDepth& depth, bool sharp, double n, double e) {
+  const Metres f{request.focal_length.value};
+  const ObjectDepth object = ToObjectDepth(depth);
+  const double pupil = request.pupil_factor.value;
+  const Metres geometric{Blur(ThinLens{f, {n}, {e}}, object).value / PupilDivisor(f, object, pupil)};
+  if (!sharp || !request.wavelength) return geometric.value;
+  const FNumber working = WorkingFNumber({n}, Magnification(f, {e}), pupil);
+  return TotalBlur(geometric, DiffractionBlur(request.diffraction, {request.wavelength->value}, working)).value;
+}
+
+/// Largest (sharp) or smallest (blurred) blur at a depth over the tolerances.
+double WorstBlurAt(const PlanRequest& request, const PlanDepth& depth, bool sharp, double n, double e) {
+  const double delta = request.sensor_tolerance.value, epsilon = request.f_number_tolerance.value;
+  const double out = BlurAt(request, depth, sharp, n, e + delta);
+  const double in = BlurAt(request, depth, sharp, n, e - delta);
+  return sharp ? std::max(in, out) / (1.0 - epsilon) : std::min(in, out) / (1.0 + epsilon);
+}
+
+}  // namespace
+
+LimitAnswer Fare(const PlanRequest& request, const BlurLimit& limit, double n, double e) {
+  const bool sharp = limit.kind == LimitKind::Sharp;
+  LimitAnswer fares;
+  fares.name = limit.name;
+  fares.limit = {limit.limit.value};
+  bool first = true;
+  for (const DepthInterval& interval : limit.depths) {
+    const OrderedInterval ends = Ordered(interval);
+    const Dioptres near = ends.near->vergence(), far = ends.far->vergence();
+    if (first || near > fares.near) fares.near = near;
+    if (first || far < fares.far) fares.far = far;
+    for (const PlanDepth* depth : {ends.near, ends.far}) {
+      const double blur = WorstBlurAt(request, *depth, sharp, n, e);
+      if (!first && (sharp ? blur <= fares.worst.value : blur >= fares.worst.value)) continue;
+      first = false;
+      fares.worst = {blur};
+      fares.at = depth->vergence();
+    }
+  }
+  fares.ratio = sharp ? fares.worst / fares.limit : fares.limit / fares.worst;
+  return fares;
+}
+
+double WorstRatioAt(const PlanRequest& request, double n, double e) {
+  double worst = 0.0;
+  for (const BlurLimit& limit : request.limits) worst = std::max(worst, Fare(request, limit, n, e).ratio);
+  return worst;
+}
+
+void Describe(const PlanRequest& request, double n, double e, PlanAnswer& answer) {
+  const Metres f{request.focal_length.value};
+  answer.f_number = {n};
+  answer.extension = {e};
+  answer.aperture_diameter = ApertureDiameter(f, {n});
+  answer.sensor_distance = f + Metres{e};
+  answer.focal_plane = FocalPlane(f, {e});
+  answer.magnification = Magnification(f, {e});
+  answer.working_f_number = WorkingFNumber({n}, answer.magnification, request.pupil_factor.value);
+  for (const BlurLimit& limit : request.limits) {
+    LimitAnswer fares = Fare(request, limit, n, e);
+    // The verdict is exact; N and e are its nearest doubles, which may touch a limit from the other side.
+    constexpr double kRounding = 1.0 + 1e-12;
+    if (fares.ratio > 1.0 && fares.ratio <= kRounding) fares.ratio = 1.0;
+    answer.worst_ratio = std::max(answer.worst_ratio, fares.ratio);
+    answer.limits.push_back(std::move(fares));
+  }
+}
+
+}  // namespace lensd::optics

@@ -1,0 +1,146 @@
+// The filter: double precision first, believed only where rounding cannot have changed the answer.
+//
+// Every line's P and Q carry a relative error of a few ulp, more the closer the depth comes to the focal length (by
+// 1 + P/f), decimal inputs rounded to doubles included. From that follows one bound on the width at N, and from the
+// width's slope one on N itself. A verdict closer than that, or an N or a ratio that this error would spoil, is left to
+// exact arithmetic.
+#include "planner_solve.h"
+
+#include <cmath>
+#include <limits>
+
+namespace lensd::optics {
+
+namespace {
+
+enum class Verdict { Feasible, Infeasible, Unsure };
+
+double Double(const Number& number) {
+  return number.value;
+}
+
+double Largest(std::span<const double> values, double least = 0.0) {
+  for (const double value : values) least = std::max(least, std::abs(value));
+  return least;
+}
+
+/// Bounds the rounding error of a width at N: `at(n)`.
+class WidthError {
+ public:
+  explicit WidthError(const Programme<double>& programme) {
+    const Strip<double>& strip = programme.strip;
+    p_ = Largest(strip.lower.p, Largest(strip.upper.p, std::max(std::abs(strip.low), std::abs(strip.high))));
+    q_ = Largest(strip.lower.q, Largest(strip.upper.q));
+    const double pupil = std::max(programme.lens.pupil, 1.0 / programme.lens.pupil);
+    constexpr double kUlps = 16.0;
+    unit_ = kUlps * (pupil == 1.0 ? 1.0 : 1.0 + pupil) * (1.0 + p_ / programme.lens.f) *
+            std::numeric_limits<double>::epsilon();
+    p_ += programme.lens.delta;
+  }
+  double at(double n) const { return unit_ * (p_ + q_ * std::abs(n)); }
+  double slope() const { return unit_ * q_; }
+
+ private:
+  double p_ = 0.0, q_ = 0.0, unit_ = 0.0;
+};
+
+double WidthAt(const Strip<double>& strip, double n) {
+  const std::optional<Facing<double>> narrowest = Narrowest(strip, n, n);
+  return narrowest ? narrowest->width : std::numeric_limits<double>::infinity();
+}
+
+/// How far off the N of a pair's zero may be.
+double ZeroError(const WidthError& error, const Facing<double>& facing, double n) {
+  return facing.slope > 0 ? 2.0 * error.at(n) / facing.slope : std::numeric_limits<double>::infinity();
+}
+
+Verdict CertifyFeasible(const Strip<double>& strip, const SmallestNResult<double>& result, const WidthError& error) {
+  if (!result.last) return Verdict::Feasible;
+  if (!result.before) return result.last->width > error.at(result.n) ? Verdict::Feasible : Verdict::Unsure;
+  constexpr double kRelative = 1e-13;
+  const double off = ZeroError(error, *result.before, result.n);
+  if (!(off <= kRelative * std::abs(result.n))) return Verdict::Unsure;
+  const double beyond = result.n + 2.0 * off;
+  if (!strip.n_unbounded && beyond > strip.n_high) return Verdict::Unsure;
+  return WidthAt(strip, beyond) > error.at(beyond) ? Verdict::Feasible : Verdict::Unsure;
+}
+
+Verdict CertifyInfeasible(const Strip<double>& strip, const SmallestNResult<double>& result, const WidthError& error) {
+  const double off = result.before ? ZeroError(error, *result.before, result.n) : 0.0;
+  const bool past_the_end = !strip.n_unbounded && result.n > strip.n_high;
+  if (past_the_end) return result.n - off > strip.n_high ? Verdict::Infeasible : Verdict::Unsure;
+  // The narrowest pair does not widen: it must be certainly empty here (and where n may be) and at the far end.
+  const Facing<double>& last = *result.last;
+  if (!(last.width < -(error.at(result.n) + std::abs(last.slope) * off))) return Verdict::Unsure;
+  if (strip.n_unbounded) return last.slope < -error.slope() ? Verdict::Infeasible : Verdict::Unsure;
+  return last.alpha + last.slope * strip.n_high < -error.at(strip.n_high) ? Verdict::Infeasible : Verdict::Unsure;
+}
+
+Verdict Certify(const Programme<double>& programme, const Strip<double>& strip, const SmallestNResult<double>& result,
+                const WidthError& error) {
+  if (programme.delicate || strip.cap) return Verdict::Unsure;
+  if (programme.never) return Verdict::Infeasible;
+  return result.feasible ? CertifyFeasible(strip, result, error) : CertifyInfeasible(strip, result, error);
+}
+
+/// Whether rounding leaves e and the ratio as good as the limits ask: a small part of the tightest line's reach.
+bool RatioIsGood(const Strip<double>& strip, const WidthError& error, double n) {
+  constexpr double kPart = 2e-13;
+  double least = std::numeric_limits<double>::infinity();
+  for (const double q : strip.upper.q) least = std::min(least, std::abs(q));
+  for (const double q : strip.lower.q) least = std::min(least, std::abs(q));
+  return error.at(n) <= kPart * least * n;
+}
+
+bool FocusIsClear(const Programme<double>& programme, const WidthError& error) {
+  return programme.low_name != kFocusName || programme.focus_margin > error.at(0.0);
+}
+
+}  // namespace
+
+Solved SolveForN(const Task& task, bool largest) {
+  Programme<double> programme;
+  Write(programme, task, Double);
+  const WidthError error(programme);
+  if (!FocusIsClear(programme, error)) return SolveForNExactly(task, largest);
+  Solved solved;
+  if (programme.focus_outside) {
+    solved.names = NamesOf(programme, SmallestNResult<double>{});
+    return solved;
+  }
+  std::vector<double> storage;
+  const Strip<double> searched = largest ? TurnedRound(programme.strip, storage) : programme.strip;
+  const SmallestNResult<double> result = SmallestN(searched);
+  const Verdict verdict = Certify(programme, searched, result, error);
+  if (verdict == Verdict::Unsure) return SolveForNExactly(task, largest);
+  if (verdict == Verdict::Infeasible) {
+    solved.names = NamesOf(programme, result);
+    return solved;
+  }
+  solved.feasible = true;
+  solved.n = largest ? -result.n : result.n;
+  if (!(solved.n > 0.0) || programme.strip.high_unbounded) return solved;
+  if (!RatioIsGood(programme.strip, error, solved.n)) return SolveForNExactly(task, largest);
+  const std::optional<LeastRatio<double>> least = LeastRatioAt(programme.strip, solved.n);
+  if (!least) return SolveForNExactly(task, largest);
+  solved.e = least->e;
+  solved.ratio = least->ratio;
+  return solved;
+}
+
+std::optional<Solved> SolveForRatio(const Task& task) {
+  Programme<double> programme;
+  Write(programme, task, Double);
+  const WidthError error(programme);
+  if (programme.delicate || programme.strip.cap || !FocusIsClear(programme, error)) return SolveForRatioExactly(task);
+  if (programme.never || programme.focus_outside) return std::nullopt;
+  const std::optional<LeastRatio<double>> least = LeastRatioOver(programme.strip);
+  if (!least || !RatioIsGood(programme.strip, error, least->n)) return SolveForRatioExactly(task);
+  constexpr double kPart = 1e-11;
+  if (least->active && !(error.at(least->n) <= kPart * std::abs(least->active->alpha))) {
+    return SolveForRatioExactly(task);  // a ratio that hardly depends on N, or nearly none at all
+  }
+  return Solved{true, least->n, least->e, least->ratio, {}};
+}
+
+}  // namespace lensd::optics
