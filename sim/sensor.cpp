@@ -28,8 +28,9 @@ void AddNoise(std::span<float> electrons, float read_noise_e, std::uint64_t key)
     means[i] = mean;
     fewest = std::min(fewest, mean);
     const float variance = std::max(mean + read_variance, 1e-6f);
+    const float skew = mean / variance * (1.0f / 6.0f);
     const float z = normals[i];
-    electrons[i] = mean + std::sqrt(variance) * z + mean / variance * (z * z - 1.0f) * (1.0f / 6.0f);
+    electrons[i] = mean + std::sqrt(std::max(variance - 2.0f * skew * skew, 0.0f)) * z + skew * (z * z - 1.0f);
   }
   if (fewest >= kFewElectrons) return;
   for (std::size_t i = 0; i < electrons.size(); ++i) {

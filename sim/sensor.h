@@ -1,11 +1,11 @@
 // From light to samples: what an image sensor does.
 //
 // Light in units of the full well becomes a mean number of electrons m. Photon and read noise together have variance
-// V = m + r^2 and third cumulant m; one normal draw z gives m + sqrt(V) z + (m/V)(z^2 - 1)/6, which has that mean,
-// variance (to 1/18 electron^2) and skewness. Below 16 electrons, where that is too coarse, the photons are drawn
-// exactly. Then the well fills up, the black level is added, gamma applied, and the result clipped and rounded to the
-// nearest level. Only additions, multiplications, divisions and square roots of floats: the same bits in every build
-// (a gamma other than 1 adds the C library's pow).
+// V = m + r^2 and third cumulant m. With k = m/(6V), one normal draw z gives m + sqrt(V - 2k^2) z + k (z^2 - 1), which
+// has that mean, that variance and very nearly that skewness. Below 16 electrons, where a continuous draw is too
+// coarse, the photons are drawn exactly. Then the well fills up, the black level is added, gamma applied, and the
+// result clipped and rounded to the nearest level. Only additions, multiplications, divisions and square roots of
+// floats: the same bits in every build (a gamma other than 1 adds the C library's pow).
 #pragma once
 
 #include <cstdint>
