@@ -9,7 +9,7 @@ namespace {
 constexpr double kPerPixel = 64.0;            // grid points a pixel of blur, where blur is small
 constexpr double kEven = 2.0;                 // px of blur up to which the grid is even; beyond, it is even in log
 constexpr double kApertureLog = 1.0 / 256.0;  // spacing of log(aperture diameter)
-constexpr double kFocalLog = 1e-5;            // spacing of log(focal length)
+constexpr double kFocalLog = 1e-6;            // spacing of log(focal length)
 constexpr double kPlainDistance = 1e-7;       // m, spacing of the sensor distance where there is no lens to focus
 
 double IndexOf(double blur_px) {

@@ -2,12 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <utility>
+#include <vector>
 
 #include "base/clock.h"
 #include "io/toml.h"
 #include "sim/driver.h"
+#include "stage.h"
 
 namespace lensd::sim {
 namespace {
@@ -15,34 +18,6 @@ namespace {
 using drivers::Axis;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-
-/// A small noiseless wall.
-Scene SmallScene() {
-  Scene scene;
-  scene.camera.width = 32;
-  scene.camera.height = 24;
-  scene.surfaces.push_back({PlaneShape{1.0, 0.0, 0.0}, {}, ConstantPaint{0.5}});
-  return scene;
-}
-
-/// A world on its own stepped clock.
-struct Stage {
-  explicit Stage(const Scene& scene, WorldOptions options = {}) {
-    auto opened = OpenWorld(std::make_shared<const Scene>(scene), clock, options);
-    EXPECT_TRUE(opened.has_value()) << (opened ? "" : opened.error().message);
-    if (opened) world = std::move(*opened);
-  }
-  drivers::Lens& lens() { return *world.device.lens; }
-  drivers::Camera& camera() { return *world.device.camera; }
-
-  SteppedClock clock;
-  World world;
-};
-
-double MeanLevel(const drivers::Frame& frame) {
-  return std::accumulate(frame.samples->begin(), frame.samples->end(), 0.0) /
-         static_cast<double>(frame.samples->size());
-}
 
 TEST(World, MovesFocusAndReportsIt) {
   Stage stage(SmallScene());
@@ -118,6 +93,196 @@ TEST(World, RefusesAStartOutsideTheRange) {
   const auto world = OpenWorld(std::make_shared<const Scene>(SmallScene()), clock, {.focus_start = Native{9000}});
   ASSERT_FALSE(world.has_value());
   EXPECT_EQ(world.error().code, Code::InvalidArgument);
+}
+
+TEST(World, SameSeedSameFramesWhoeverRendersThem) {
+  Scene scene = SmallScene();
+  scene.camera.full_well_e = 5000.0;
+  scene.camera.read_noise_e = 2.0;
+  scene.surfaces[0].paint = SinusoidPaint{8.0, 5.0};
+  const auto shared = std::make_shared<const Scene>(scene);
+  const auto pictures = *Pictures::Create(shared);
+  const auto film = [&](std::uint64_t seed, std::shared_ptr<Pictures> from) {
+    Stage stage(scene, {.seed = seed, .focus_start = Native{100}, .pictures = std::move(from)});
+    std::vector<std::vector<std::uint16_t>> frames;
+    EXPECT_TRUE(stage.camera().Start().has_value());
+    for (int i = 0; i < 8; ++i) {
+      EXPECT_TRUE(stage.lens().StartMove(Axis::Focus, Native{900.0 * i}).has_value());
+      stage.Wait(47);
+      if (auto frame = stage.camera().Poll(); frame && *frame) frames.push_back(*(*frame)->samples);
+    }
+    return frames;
+  };
+  const auto once = film(4, nullptr);
+  ASSERT_EQ(once.size(), 8u);
+  EXPECT_EQ(once, film(4, pictures));
+  EXPECT_EQ(once, film(4, pictures));
+  EXPECT_NE(once, film(5, pictures));
+  EXPECT_NE(once[0], once[1]);
+}
+
+TEST(World, NoiseIsNewInEveryFrame) {
+  Scene scene = SmallScene();
+  scene.camera.full_well_e = 5000.0;
+  Stage stage(scene);
+  ASSERT_TRUE(stage.camera().Start().has_value());
+  stage.Wait(20);
+  const auto first = *stage.camera().Poll();
+  stage.Wait(20);
+  const auto second = *stage.camera().Poll();
+  ASSERT_TRUE(first && second);
+  EXPECT_NE(*first->samples, *second->samples);
+}
+
+TEST(World, FlickerBrightensByItsMeanOverTheExposure) {
+  Scene scene = SmallScene();
+  scene.camera.bits = 16;
+  scene.camera.flicker = 0.4;
+  scene.camera.exposure_ms = 3.0;
+  scene.camera.frame_rate_hz = 110.0;  // so that frames meet the lamp at other times
+  Stage stage(scene);
+  ASSERT_TRUE(stage.camera().Start().has_value());
+  double darkest = 1.0;
+  double brightest = 0.0;
+  for (int i = 0; i < 12; ++i) {
+    stage.Wait(9);
+    const auto frame = *stage.camera().Poll();
+    if (!frame) continue;
+    double lamp = 0.0;
+    constexpr int kParts = 3000;
+    for (int part = 0; part < kParts; ++part) {
+      const double t =
+          static_cast<double>(frame->exposure_start.time_since_epoch().count()) * 1e-9 + 3e-3 * (part + 0.5) / kParts;
+      lamp += (1.0 + 0.4 * std::cos(2.0 * 3.14159265358979 * 100.0 * t)) / kParts;
+    }
+    const double level = MeanLevel(*frame) / 65535.0;
+    EXPECT_NEAR(level, 0.45 * lamp, 1e-4);
+    darkest = std::min(darkest, level);
+    brightest = std::max(brightest, level);
+  }
+  EXPECT_GT(brightest - darkest, 0.2);
+}
+
+TEST(World, ExposureScalesLightAndTheFrameRateGivesWay) {
+  Scene scene = SmallScene();
+  scene.camera.bits = 16;
+  Stage stage(scene);
+  ASSERT_TRUE(stage.camera().Start().has_value());
+  ASSERT_TRUE(stage.camera().SetExposure(milliseconds(20)).has_value());
+  stage.Wait(100);
+  const auto frame = *stage.camera().Poll();
+  ASSERT_TRUE(frame.has_value());
+  EXPECT_EQ(frame->exposure_end - frame->exposure_start, milliseconds(20));
+  EXPECT_NEAR(MeanLevel(*frame) / 65535.0, 0.9, 1e-4);
+  // 20 ms do not fit into 1/60 s, so every second cell of the grid starts a frame: 0, 33.3, 66.7 ms.
+  EXPECT_EQ(frame->sequence, 2u);
+  EXPECT_EQ(stage.camera().SetExposure(seconds(1000)).error().code, Code::OutOfRange);
+}
+
+TEST(World, AFrameShowsTheLensAsItWasDuringTheExposure) {
+  // A point of light far out of focus at the start, sharp at the end of the move.
+  Scene scene = SmallScene();
+  scene.camera.bits = 16;
+  scene.lights.push_back({0.5, 0.5, 1.0, 0.2});
+  scene.surfaces[0].paint = ConstantPaint{0.0};
+  scene.lens.settle_ms = 0.0;
+  const double sharp = std::round(8191.0 * (0.025 * 0.025 / (1.0 - 0.025)) / 1.6e-3);
+  const auto peak = [](const drivers::Frame& frame) {
+    return *std::max_element(frame.samples->begin(), frame.samples->end());
+  };
+  Stage stage(scene);
+  ASSERT_TRUE(stage.camera().Start().has_value());
+  stage.Wait(15);
+  // The exposure from 0 to 10 ms is over before the lens moves; it is fetched long after.
+  ASSERT_TRUE(stage.lens().StartMove(Axis::Focus, Native{sharp}).has_value());
+  stage.Wait(1);
+  const auto before = *stage.camera().Poll();
+  ASSERT_TRUE(before.has_value());
+  EXPECT_LT(peak(*before), 100);
+  stage.Wait(2000);
+  const auto after = *stage.camera().Poll();
+  ASSERT_TRUE(after.has_value());
+  EXPECT_GT(peak(*after), 2000);
+}
+
+TEST(World, IrisBacklashActsOnTheApertureAlone) {
+  Scene scene = SmallScene();
+  scene.lens.iris_backlash_steps = 5.0;
+  Stage stage(scene);
+  const auto f_number_at = [](double place) { return 1.4 * std::pow(16.0 / 1.4, place / 99.0); };
+  ASSERT_TRUE(stage.lens().StartMove(Axis::Iris, Native{60}).has_value());
+  stage.Wait(1000);
+  EXPECT_NEAR(stage.world.truth->Now().f_number, f_number_at(60), 1e-9);
+  ASSERT_TRUE(stage.lens().StartMove(Axis::Iris, Native{40}).has_value());
+  stage.Wait(1000);
+  EXPECT_NEAR(stage.world.truth->Now().f_number, f_number_at(45), 1e-9);
+  EXPECT_EQ(stage.FocusPlace(), 0.0);
+}
+
+TEST(World, WarmthMovesTheFocusBehindTheCountsBack) {
+  Scene scene = SmallScene();
+  scene.lens.temperature_c = 35.0;
+  scene.lens.drift_um_per_c = 0.8;
+  Stage stage(scene, {.focus_start = Native{1000}});
+  EXPECT_NEAR(stage.world.truth->Now().extension_m, 1.6e-3 * 1000.0 / 8191.0 + 12e-6, 1e-12);
+  EXPECT_EQ(stage.lens().Read()->temperature, Celsius{35.0});
+  EXPECT_EQ(stage.FocusCount(), 1000.0);
+}
+
+TEST(World, BreathingChangesTheFocalLengthWithFocus) {
+  Scene scene = SmallScene();
+  scene.lens.breathing = 0.02;
+  Stage stage(scene, {.focus_start = Native{8191}});
+  const TrueState state = stage.world.truth->Now();
+  EXPECT_NEAR(state.optics.focal_length_m, 0.0255, 1e-12);
+  EXPECT_NEAR(state.optics.sensor_distance_m, 0.0255 + 1.6e-3, 1e-12);
+  EXPECT_NEAR(state.optics.aperture_diameter_m, 0.0125, 1e-12);
+}
+
+TEST(World, ZoomsInMillimetres) {
+  Scene scene = SmallScene();
+  scene.lens.min_focal_length_mm = 20.0;
+  scene.lens.max_focal_length_mm = 60.0;
+  Stage stage(scene);
+  ASSERT_TRUE(stage.lens().capabilities().axes[Axis::Zoom].has_value());
+  EXPECT_EQ(stage.lens().capabilities().axes[Axis::Zoom]->unit, drivers::NativeUnit::Millimetres);
+  ASSERT_TRUE(stage.lens().StartMove(Axis::Zoom, Native{40.02}).has_value());
+  stage.Wait(2000);
+  EXPECT_NEAR(stage.world.truth->Now().optics.focal_length_m, 0.04004, 1e-9);  // places are 0.04 mm apart
+}
+
+TEST(World, HomesAndStops) {
+  Stage stage(SmallScene(), {.focus_start = Native{5000}});
+  ASSERT_TRUE(stage.lens().StartHome(Axis::Focus).has_value());
+  stage.Wait(100);
+  EXPECT_FALSE(stage.lens().Read()->axes[Axis::Focus]->homed);
+  stage.Wait(900);
+  EXPECT_TRUE(stage.lens().Read()->axes[Axis::Focus]->homed);
+  EXPECT_EQ(stage.FocusCount(), 0.0);
+  ASSERT_TRUE(stage.lens().StartMove(Axis::Focus, Native{8000}).has_value());
+  stage.Wait(500);
+  ASSERT_TRUE(stage.lens().Stop(Axis::Focus).has_value());
+  stage.Wait(41);
+  EXPECT_FALSE(stage.lens().Read()->axes[Axis::Focus]->moving);
+  EXPECT_EQ(stage.FocusCount(), 4000.0);
+}
+
+TEST(World, ALensOfOneApertureHasNoIris) {
+  Scene scene = SmallScene();
+  scene.lens.min_f_number = scene.lens.max_f_number = scene.lens.initial_f_number = 4.0;
+  Stage stage(scene);
+  EXPECT_FALSE(stage.lens().capabilities().axes[Axis::Iris].has_value());
+  EXPECT_EQ(stage.world.truth->Now().f_number, 4.0);
+}
+
+TEST(World, HalfADepthOfFieldIsTwoPixelsOfBlur) {
+  Stage stage(SmallScene(), {.focus_start = Native{3282}});
+  const TrueState state = stage.world.truth->Now();
+  const CameraSettings camera = SmallScene().camera;
+  const double half = HalfDepthOfFieldD(camera, state);
+  const double here = SignedBlurPx(camera, state.optics, state.focal_plane_d);
+  EXPECT_NEAR(here, 0.0, 1e-6);
+  EXPECT_NEAR(SignedBlurPx(camera, state.optics, state.focal_plane_d - half), 2.0, 1e-6);
 }
 
 Settings DriverSettings(const std::string& text) {
