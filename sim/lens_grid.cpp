@@ -12,13 +12,14 @@ constexpr double kApertureLog = 1.0 / 256.0;  // spacing of log(aperture diamete
 constexpr double kFocalLog = 1e-6;            // spacing of log(focal length)
 constexpr double kPlainDistance = 1e-7;       // m, spacing of the sensor distance where there is no lens to focus
 
-double IndexOf(double blur_px) {
-  return blur_px <= kEven ? kPerPixel * blur_px : kPerPixel * kEven * (1.0 + std::log(blur_px / kEven));
+/// Even up to `even_px`, then even in log with the same spacing there.
+double IndexOf(double blur_px, double even_px) {
+  return kPerPixel * (blur_px <= even_px ? blur_px : even_px * (1.0 + std::log(blur_px / even_px)));
 }
 
-double BlurOf(double index) {
-  const double even = kPerPixel * kEven;
-  return index <= even ? index / kPerPixel : kEven * std::exp(index / even - 1.0);
+double BlurOf(double index, double even_px) {
+  const double px = index / kPerPixel;
+  return px <= even_px ? px : even_px * std::exp(px / even_px - 1.0);
 }
 
 void Widen(VergenceSpan& span, double vergence_d) {
@@ -57,6 +58,7 @@ struct LensGrid::Focus {
   double far_m = 0.0;
   double near_m = 0.0;
   double px_per_m = 1.0;
+  double even_px = kEven;  ///< blur up to which the grid is even, as a subject at infinity would show it
 };
 
 LensGrid::Focus LensGrid::FocusOf(double focal_length_m, double aperture_m) const {
@@ -67,7 +69,9 @@ LensGrid::Focus LensGrid::FocusOf(double focal_length_m, double aperture_m) cons
     return 1.0 / (1.0 / focal_length_m - v) - focal_length_m;
   };
   const double px_per_m = std::max(aperture_m / focal_length_m / pixel_m_, 1e-6);
-  return {image_beyond_f(span_.far_d), image_beyond_f(span_.near_d), px_per_m};
+  // A near subject's blur grows more slowly than that of one at infinity, by which the grid counts.
+  const double slower = 1.0 - focal_length_m * std::min(span_.near_d, closest_d);
+  return {image_beyond_f(span_.far_d), image_beyond_f(span_.near_d), px_per_m, kEven / slower};
 }
 
 LensGrid::Key LensGrid::KeyOf(const OpticalState& state) const {
@@ -87,7 +91,8 @@ LensGrid::Key LensGrid::KeyOf(const OpticalState& state) const {
   const double within = std::clamp(extension_m, focus.far_m, focus.near_m);
   const double beyond = (extension_m - within) * focus.px_per_m;
   const double inside = std::round((within - focus.far_m) * focus.px_per_m * kPerPixel);
-  key.extension = static_cast<std::int64_t>(inside) + std::llround(std::copysign(IndexOf(std::abs(beyond)), beyond));
+  key.extension =
+      static_cast<std::int64_t>(inside) + std::llround(std::copysign(IndexOf(std::abs(beyond), focus.even_px), beyond));
   return key;
 }
 
@@ -108,7 +113,7 @@ OpticalState LensGrid::StateOf(const Key& key) const {
   const double extension_m = within == inside && inside > 0
                                  ? focus.near_m
                                  : focus.far_m + static_cast<double>(within) / (kPerPixel * focus.px_per_m);
-  const double blur = std::copysign(BlurOf(std::abs(beyond)), beyond);
+  const double blur = std::copysign(BlurOf(std::abs(beyond), focus.even_px), beyond);
   state.sensor_distance_m = state.focal_length_m + extension_m + blur / focus.px_per_m;
   return state;
 }
