@@ -4,6 +4,7 @@
 
 #include <initializer_list>
 
+#include "cli/online/commands.h"
 #include "cli/session.h"
 
 namespace lensd::cli {
@@ -16,6 +17,17 @@ inline constexpr std::initializer_list<AddCommand> kCommands = {
     AddBlur,
     AddDof,
     AddConjugate,
+    AddList,
+    AddStatus,
+    AddFocus,
+    AddAperture,
+    AddHome,
+    AddStop,
+    AddAutofocus,
+    AddSnapshot,
+    AddMonitor,
+    AddCall,
+    AddIntrospect,
 };
 
 }  // namespace lensd::cli

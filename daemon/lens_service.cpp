@@ -87,8 +87,12 @@ LensService::Lens* LensService::FindLens(const ExchangePointer& exchange) {
   }
   const bool has_name = named != parameters.end() && !named->is_null();
   if (!has_name && lenses_.size() == 1) return lenses_.front().get();
-  std::string message = has_name ? "there is no lens \"" + named->get<std::string>() + "\"" : "say which lens";
-  message += lenses_.empty() ? "; no lens is configured" : "; there is " + names;
+  if (!has_name && !lenses_.empty()) {
+    Refuse(exchange, {Code::InvalidArgument, "say which lens: there is " + names});
+    return nullptr;
+  }
+  const std::string what = has_name ? "there is no lens \"" + named->get<std::string>() + "\"; " : "";
+  const std::string message = what + (lenses_.empty() ? "no lens is configured" : "there is " + names);
   exchange->Refuse("io.lensd.Lens.LensNotFound", {{"message", message}});
   return nullptr;
 }

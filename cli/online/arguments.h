@@ -1,0 +1,24 @@
+// What the commands for one lens have in common on the command line.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/session.h"
+#include "proto/json.h"
+
+namespace lensd::cli {
+
+/// `[NAME] VALUE` as it was written: CLI11 cannot tell which of two optional words is missing.
+struct NameAndValue {
+  proto::Json lens;   ///< null: left out
+  std::string value;  ///< empty: left out
+};
+/// One word is the value, two are name and value. More are refused by the parser.
+NameAndValue SplitNameAndValue(const std::vector<std::string>& words);
+
+/// A name, or null where it was left out.
+proto::Json LensOf(const std::string& name);
+
+}  // namespace lensd::cli

@@ -1,0 +1,20 @@
+// lensctl's commands that talk to the daemon, one function each for the table in cli/commands.h.
+#pragma once
+
+#include "cli/session.h"
+
+namespace lensd::cli {
+
+void AddList(CLI::App& root, Run& run);
+void AddStatus(CLI::App& root, Run& run);
+void AddMonitor(CLI::App& root, Run& run);
+void AddFocus(CLI::App& root, Run& run);
+void AddAperture(CLI::App& root, Run& run);
+void AddHome(CLI::App& root, Run& run);
+void AddStop(CLI::App& root, Run& run);
+void AddAutofocus(CLI::App& root, Run& run);
+void AddSnapshot(CLI::App& root, Run& run);
+void AddCall(CLI::App& root, Run& run);
+void AddIntrospect(CLI::App& root, Run& run);
+
+}  // namespace lensd::cli

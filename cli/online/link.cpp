@@ -1,0 +1,118 @@
+#include "cli/online/link.h"
+
+#include <signal.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "proto/interfaces.h"
+
+namespace lensd::cli {
+namespace {
+
+using proto::Json;
+
+constexpr Duration kPatience = std::chrono::seconds(10);
+
+struct KnownError {
+  std::string_view name;
+  Exit status;
+};
+constexpr std::array kKnownErrors = {
+    KnownError{"io.lensd.Lens.LensNotFound", Exit::Unavailable},
+    KnownError{"io.lensd.Lens.InvalidRequest", Exit::Usage},
+    KnownError{"io.lensd.Lens.OutOfRange", Exit::Usage},
+    KnownError{"io.lensd.Lens.Unsupported", Exit::Unavailable},
+    KnownError{"io.lensd.Lens.Timeout", Exit::TryAgain},
+    KnownError{"io.lensd.Lens.Cancelled", Exit::TryAgain},
+    KnownError{"io.lensd.Lens.Superseded", Exit::TryAgain},
+    KnownError{"io.lensd.Lens.Busy", Exit::TryAgain},
+    KnownError{"io.lensd.Lens.Disconnected", Exit::Unavailable},
+    KnownError{"io.lensd.Lens.DeviceError", Exit::Protocol},
+    KnownError{"io.lensd.Lens.Internal", Exit::Internal},
+    KnownError{proto::kPermissionDenied, Exit::NotPermitted},
+    KnownError{proto::kInvalidParameter, Exit::Usage},
+    KnownError{proto::kInterfaceNotFound, Exit::Unavailable},
+    KnownError{proto::kMethodNotFound, Exit::Unavailable},
+    KnownError{proto::kMethodNotImplemented, Exit::Unavailable},
+    KnownError{proto::kExpectedMore, Exit::Usage},
+};
+
+/// Becomes readable on Control-C or SIGTERM while it lives.
+class SignalWatch {
+ public:
+  SignalWatch() {
+    sigset_t watched;
+    sigemptyset(&watched);
+    sigaddset(&watched, SIGINT);
+    sigaddset(&watched, SIGTERM);
+    sigprocmask(SIG_BLOCK, &watched, &before_);
+    descriptor_ = signalfd(-1, &watched, SFD_CLOEXEC);
+  }
+  ~SignalWatch() {
+    close(descriptor_);
+    sigprocmask(SIG_SETMASK, &before_, nullptr);
+  }
+  SignalWatch(const SignalWatch&) = delete;
+  SignalWatch& operator=(const SignalWatch&) = delete;
+  int descriptor() const { return descriptor_; }
+
+ private:
+  sigset_t before_;
+  int descriptor_;
+};
+
+}  // namespace
+
+Failure FailureOf(const proto::Reply& refused) {
+  const auto* known = std::ranges::find(kKnownErrors, refused.error, &KnownError::name);
+  const Exit status = known == std::end(kKnownErrors) ? Exit::Protocol : known->status;
+  const auto message = refused.parameters.find("message");
+  if (message != refused.parameters.end() && message->is_string()) return {status, message->get<std::string>()};
+  return {status, "the daemon answered " + refused.error + " " + proto::WriteJson(refused.parameters)};
+}
+
+std::string MethodOfLens(std::string_view method) {
+  return std::string(proto::kLensInterface) + "." + std::string(method);
+}
+
+std::expected<Link, Failure> Link::Open(const Session& session) {
+  const auto& globals = session.globals();
+  auto client = proto::Client::Connect(globals.socket ? *globals.socket : std::string(proto::kDefaultSocket));
+  if (!client) return Refuse(client);
+  return Link(*std::move(client), globals.timeout);
+}
+
+std::expected<Json, Failure> Link::Ask(std::string_view method, Json parameters) {
+  client_.SetDeadline(MonotonicClock().Now() + timeout_.value_or(kPatience));
+  auto reply = client_.Invoke(method, std::move(parameters));
+  if (!reply) return Refuse(reply);
+  if (!reply->error.empty()) return std::unexpected(FailureOf(*reply));
+  return std::move(reply->parameters);
+}
+
+std::expected<Json, Failure> Link::Follow(std::string_view method, Json parameters, const Progress& progress,
+                                          const std::function<void()>& interrupted) {
+  const SignalWatch signals;
+  client_.SetInterrupt(signals.descriptor());
+  client_.SetDeadline(timeout_ ? std::optional(MonotonicClock().Now() + *timeout_) : std::nullopt);
+  proto::Call call;
+  call.method = method;
+  call.parameters = std::move(parameters);
+  call.more = true;
+  if (auto sent = client_.Send(call); !sent) return Refuse(sent);
+  for (;;) {
+    auto reply = client_.Receive();
+    const bool given_up = !reply && (reply.error().code == Code::Cancelled || reply.error().code == Code::Timeout);
+    if (given_up && interrupted) interrupted();
+    if (!reply) return Refuse(reply);
+    if (!reply->error.empty()) return std::unexpected(FailureOf(*reply));
+    if (!reply->continues) return std::move(reply->parameters);
+    if (!progress(reply->parameters)) return Json::object();
+  }
+}
+
+}  // namespace lensd::cli

@@ -1,0 +1,44 @@
+// The daemon, as the commands see it.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "cli/session.h"
+#include "proto/client.h"
+
+namespace lensd::cli {
+
+/// What an error of the daemon means for a person: its own message, and the status to end with.
+Failure FailureOf(const proto::Reply& refused);
+
+/// One connection to the daemon.
+class Link {
+ public:
+  /// Connects to the session's socket, else to the built-in path.
+  static std::expected<Link, Failure> Open(const Session& session);
+
+  /// One call, one reply; waits --timeout, else 10 s.
+  std::expected<proto::Json, Failure> Ask(std::string_view method, proto::Json parameters);
+
+  /// Called for every reply before the last. False ends the call by closing the connection.
+  using Progress = std::function<bool(const proto::Json&)>;
+  /// A call with `more`; waits as long as it takes unless --timeout says otherwise, and returns the last reply.
+  /// Control-C and SIGTERM end the wait: then `interrupted` is called, for instance to stop a lens, and the command
+  /// fails.
+  std::expected<proto::Json, Failure> Follow(std::string_view method, proto::Json parameters, const Progress& progress,
+                                             const std::function<void()>& interrupted = {});
+
+ private:
+  Link(proto::Client client, std::optional<Duration> timeout) : client_(std::move(client)), timeout_(timeout) {}
+
+  proto::Client client_;
+  std::optional<Duration> timeout_;
+};
+
+/// The interface's methods by their short name.
+std::string MethodOfLens(std::string_view method);
+
+}  // namespace lensd::cli

@@ -1,0 +1,110 @@
+// list, status, monitor.
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "cli/online/arguments.h"
+#include "cli/online/commands.h"
+#include "cli/online/link.h"
+#include "cli/online/texts.h"
+
+namespace lensd::cli {
+namespace {
+
+using proto::Json;
+
+Outcome List(Session& session) {
+  auto link = Link::Open(session);
+  if (!link) return std::unexpected(link.error());
+  auto reply = link->Ask(MethodOfLens("List"), Json::object());
+  if (!reply) return std::unexpected(reply.error());
+  const Json& lenses = (*reply)["lenses"];
+  if (session.json()) {
+    session.PrintJson(lenses);
+    return Exit::Done;
+  }
+  for (const Json& lens : lenses) session.PrintText(InfoText(lens));
+  if (lenses.empty()) session.PrintText("no lens is configured");
+  return Exit::Done;
+}
+
+Outcome StatusOnce(Session& session, Link& link, const std::string& name) {
+  auto reply = link.Ask(MethodOfLens("Status"), {{"lens", LensOf(name)}});
+  if (!reply) return std::unexpected(reply.error());
+  const Json& lenses = (*reply)["lenses"];
+  if (session.json()) {
+    session.PrintJson(lenses.size() == 1 ? lenses[0] : lenses);
+    return Exit::Done;
+  }
+  for (const Json& lens : lenses) session.PrintText(StatusText(lens));
+  if (lenses.empty()) session.PrintText("no lens is configured");
+  return Exit::Done;
+}
+
+/// A stream that a person or a closing daemon ends.
+Outcome Follow(Link& link, const char* method, const std::string& name, const Link::Progress& show) {
+  auto ended = link.Follow(MethodOfLens(method), {{"lens", LensOf(name)}}, show);
+  if (!ended && ended.error().status == Exit::TryAgain) return Exit::Done;  // Control-C or --timeout
+  if (!ended) return std::unexpected(ended.error());
+  return Exit::Done;
+}
+
+Outcome Status(Session& session, const std::string& name, bool watch) {
+  auto link = Link::Open(session);
+  if (!link) return std::unexpected(link.error());
+  if (!watch) return StatusOnce(session, *link, name);
+  return Follow(*link, "Status", name, [&](const Json& reply) {
+    for (const Json& lens : reply["lenses"]) {
+      session.json() ? session.PrintJson(lens) : session.PrintText(StatusText(lens));
+    }
+    return true;
+  });
+}
+
+std::string EventText(const Json& event) {
+  if (event.contains("status")) return StatusText(event["status"]);
+  if (event.contains("move")) return MoveText(event["move"]);
+  if (event.contains("autofocus")) return AutofocusText(event["autofocus"]);
+  return proto::WriteJson(event);
+}
+
+Outcome Monitor(Session& session, const std::string& name) {
+  auto link = Link::Open(session);
+  if (!link) return std::unexpected(link.error());
+  return Follow(*link, "Monitor", name, [&](const Json& reply) {
+    const Json& event = reply["event"];
+    session.json() ? session.PrintJson(event) : session.PrintText(EventText(event));
+    return true;
+  });
+}
+
+}  // namespace
+
+void AddList(CLI::App& root, Run& run) {
+  auto* command = root.add_subcommand("list", "the configured lenses and what they can do")->group(kOnline);
+  command->callback([&run] { run = List; });
+}
+
+void AddStatus(CLI::App& root, Run& run) {
+  struct Options {
+    std::string name;
+    bool watch = false;
+  };
+  auto options = std::make_shared<Options>();
+  auto* command = root.add_subcommand("status", "where a lens stands and what it does; all lenses without NAME");
+  command->group(kOnline);
+  command->add_option("NAME", options->name, "lens");
+  command->add_flag("--watch", options->watch, "one line at each change, until Control-C");
+  command->callback([&run, options] {
+    run = [options](Session& session) { return Status(session, options->name, options->watch); };
+  });
+}
+
+void AddMonitor(CLI::App& root, Run& run) {
+  auto name = std::make_shared<std::string>();
+  auto* command = root.add_subcommand("monitor", "states, finished moves and autofocus runs, until Control-C");
+  command->group(kOnline);
+  command->add_option("NAME", *name, "lens; all of them when left out");
+  command->callback([&run, name] { run = [name](Session& session) { return Monitor(session, *name); }; });
+}
+
+}  // namespace lensd::cli

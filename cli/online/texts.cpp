@@ -1,0 +1,106 @@
+#include "cli/online/texts.h"
+
+#include <cstdio>
+
+namespace lensd::cli {
+namespace {
+
+using proto::Json;
+
+bool Has(const Json& object, const char* key) {
+  return object.contains(key) && !object[key].is_null();
+}
+
+std::string Text(const Json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+bool True(const Json& object, const char* key) {
+  return object.value(key, false);
+}
+
+/// "focused at 1.25 m (0.8 D)", "focused at infinity".
+std::string FocusText(const Json& object) {
+  if (!Has(object, "vergenceD")) return "";
+  const double vergence = object["vergenceD"].get<double>();
+  if (vergence == 0.0) return ", focused at infinity";
+  if (vergence < 0.0) return ", focused past infinity (" + NumberText(object, "vergenceD", 6, " D") + ")";
+  char text[64];
+  std::snprintf(text, sizeof text, ", focused at %.5g m (%.5g D)", 1.0 / vergence, vergence);
+  return text;
+}
+
+}  // namespace
+
+std::string NumberText(const Json& object, const char* key, int digits, const char* unit) {
+  if (!Has(object, key)) return "?";
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*g%s", digits, object[key].get<double>(), unit);
+  return text;
+}
+
+std::string InfoText(const Json& info) {
+  std::string line = Text(info, "name") + ": " + Text(info, "driver") + " " + Text(info, "model");
+  for (const Json& axis : info["axes"]) {
+    line += ", " + Text(axis, "axis") + " " + NumberText(axis, "minimum", 8, "") + ".." +
+            NumberText(axis, "maximum", 8, " ") + Text(axis, "unit");
+  }
+  if (Has(info, "optics")) {
+    const Json& optics = info["optics"];
+    line += ", " + NumberText(optics, "focalLengthMm", 6, " mm") + " f/" + NumberText(optics, "fNumberMin", 4, "") +
+            ".." + NumberText(optics, "fNumberMax", 4, "");
+  }
+  if (Has(info, "camera")) {
+    const Json& camera = info["camera"];
+    line += ", camera " + NumberText(camera, "widthPx", 6, "x") + NumberText(camera, "heightPx", 6, " px");
+  }
+  return line;
+}
+
+std::string StatusText(const Json& status) {
+  std::string line = Text(status, "name") + ": ";
+  line += True(status, "connected") ? Text(status, "activity") : "disconnected";
+  if (status.value("stepsExpected", 0) > 0) {
+    line += " " + NumberText(status, "step", 9, "") + " of " + NumberText(status, "stepsExpected", 9, "");
+  }
+  line += FocusText(status);
+  if (Has(status, "fNumber")) line += ", f/" + NumberText(status, "fNumber", 4, "");
+  for (const Json& axis : status["axes"]) {
+    line += ", " + Text(axis, "axis") + " " + NumberText(axis, "position", 8, "");
+    if (True(axis, "moving")) line += " -> " + NumberText(axis, "target", 8, "");
+    if (!True(axis, "homed")) line += " (not homed)";
+    if (!Text(axis, "fault").empty()) line += " (" + Text(axis, "fault") + ")";
+  }
+  if (Has(status, "temperatureC")) line += ", " + NumberText(status, "temperatureC", 4, " C");
+  if (Has(status, "error")) line += "; " + Text(status, "error");
+  return line;
+}
+
+std::string MoveText(const Json& move) {
+  std::string line = Text(move, "lens") + ": " + Text(move, "axis");
+  line += True(move, "reached") ? " at " : " NOT at its target but at ";
+  line += NumberText(move, "steps", 8, "") + FocusText(move);
+  if (Has(move, "extensionMm")) line += ", extension " + NumberText(move, "extensionMm", 6, " mm");
+  if (Has(move, "fNumber")) line += ", f/" + NumberText(move, "fNumber", 4, "");
+  if (Has(move, "boundUm")) line += " within " + NumberText(move, "boundUm", 3, " um");
+  if (Has(move, "bound")) line += " within " + NumberText(move, "bound", 3, "");
+  line += True(move, "verified") ? ", verified" : ", not verified";
+  line += " after " + NumberText(move, "elapsedMs", 4, " ms");
+  if (!Text(move, "reason").empty()) line += ": " + Text(move, "reason");
+  return line;
+}
+
+std::string AutofocusText(const Json& result) {
+  std::string line = Text(result, "lens") + ": ";
+  line += True(result, "focused") ? "focused" : "refused, and back where it was";
+  line += FocusText(result) + ", position " + NumberText(result, "steps", 8, "");
+  if (Has(result, "sigmaD")) line += ", sigma " + NumberText(result, "sigmaD", 3, " D");
+  line += ", confidence " + NumberText(result, "confidence", 3, "") + ", " +
+          NumberText(result, "frames", 6, " frames, ") + NumberText(result, "moves", 6, " moves, ") +
+          NumberText(result, "elapsedMs", 5, " ms by ") + Text(result, "method");
+  if (!Text(result, "reason").empty()) line += ": " + Text(result, "reason");
+  return line;
+}
+
+}  // namespace lensd::cli

@@ -1,0 +1,21 @@
+// The daemon's answers for people.
+#pragma once
+
+#include <string>
+
+#include "proto/json.h"
+
+namespace lensd::cli {
+
+/// A number with at most `digits` significant digits and its unit; "?" where it is null or absent.
+std::string NumberText(const proto::Json& object, const char* key, int digits, const char* unit);
+/// One line of LensInfo.
+std::string InfoText(const proto::Json& info);
+/// One line of LensStatus.
+std::string StatusText(const proto::Json& status);
+/// One line of MoveResult.
+std::string MoveText(const proto::Json& move);
+/// One line of AutofocusResult.
+std::string AutofocusText(const proto::Json& result);
+
+}  // namespace lensd::cli
