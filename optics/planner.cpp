@@ -7,6 +7,7 @@
 #include "planner_cases.h"
 #include "planner_check.h"
 #include "planner_conflict.h"
+#include "planner_depth.h"
 #include "planner_model.h"
 #include "planner_report.h"
 #include "planner_solve.h"
@@ -21,11 +22,17 @@ int Compare(double a, double b, double relative) {
   return a < b ? -1 : 1;
 }
 
-bool Better(Objective objective, const Solved& a, const Solved& b) {
-  constexpr double kSameN = 1e-13, kSameRatio = 1e-12;
+/// Whether a is the better plan.
+bool Better(const PlanRequest& request, const Solved& a, const Solved& b) {
+  constexpr double kSameN = 1e-13, kSameRatio = 1e-12, kSameDepth = 1e-12;
   const int n = Compare(a.n, b.n, kSameN), ratio = Compare(a.ratio, b.ratio, kSameRatio);
-  const int first = objective == Objective::Sharp ? ratio : objective == Objective::Light ? n : -n;
-  const int second = objective == Objective::Sharp ? n : ratio;
+  if (request.objective == Objective::Depth) {
+    const FieldDepth field_a = FieldDepthAt(request, a.n, a.e), field_b = FieldDepthAt(request, b.n, b.e);
+    const int depth = Compare(field_b.near - field_b.far, field_a.near - field_a.far, kSameDepth);
+    return depth != 0 ? depth < 0 : n < 0;
+  }
+  const int first = request.objective == Objective::Sharp ? ratio : n;
+  const int second = request.objective == Objective::Sharp ? n : ratio;
   if (first != 0) return first < 0;
   return second != 0 ? second < 0 : a.e < b.e;
 }
@@ -33,12 +40,14 @@ bool Better(Objective objective, const Solved& a, const Solved& b) {
 struct Outcome {
   std::optional<Solved> best;
   std::set<int> suspects;
+  bool scanned = false;
 };
 
 Outcome SolveAll(const Cases& cases, const PlanRequest& request) {
   Outcome outcome;
   cases.ForEach(Everything(request), [&](Task& task) {
     Solved solved = SolveForN(task, request.objective == Objective::Depth);
+    outcome.scanned = outcome.scanned || solved.scanned;
     if (!solved.feasible) {
       outcome.suspects.insert(solved.names.begin(), solved.names.end());
       return true;
@@ -46,7 +55,8 @@ Outcome SolveAll(const Cases& cases, const PlanRequest& request) {
     if (request.objective == Objective::Sharp) {
       if (const std::optional<Solved> sharpest = SolveForRatio(task)) solved = *sharpest;
     }
-    if (!outcome.best || Better(request.objective, solved, *outcome.best)) outcome.best = solved;
+    if (request.objective == Objective::Depth && CountsDiffraction(task)) solved.n = DeepestN(task, solved.n, solved.e);
+    if (!outcome.best || Better(request, solved, *outcome.best)) outcome.best = solved;
     return true;
   });
   return outcome;
@@ -62,16 +72,6 @@ std::optional<double> Relax(const Cases& cases, const PlanRequest& request) {
   return relax;
 }
 
-/// Where blur reaches the limit on both sides of the focal plane, at every extension within the tolerance.
-DepthInterval DepthOfField(const PlanRequest& request, double n, double e) {
-  const double f = request.focal_length.value, delta = request.sensor_tolerance.value;
-  const double skew = f * (1.0 / request.pupil_factor.value - 1.0);
-  const double reach = request.depth_limit->value * (1.0 - request.f_number_tolerance.value) * n;
-  const double near = (e - delta + reach) / (f * (f + e - delta) - reach * skew);
-  const double far = (e + delta - reach) / (f * (f + e + delta) + reach * skew);
-  return {PlanDepth::Vergence(near), PlanDepth::Vergence(std::max(far, 0.0))};
-}
-
 }  // namespace
 
 Result<PlanAnswer> Plan(const PlanRequest& request) {
@@ -79,6 +79,10 @@ Result<PlanAnswer> Plan(const PlanRequest& request) {
   const Cases cases(request);
   const Outcome outcome = SolveAll(cases, request);
   PlanAnswer answer;
+  if (outcome.scanned) {
+    answer.note =
+        "limits this large next to diffraction leave a set that is not convex: it was scanned over the f-number";
+  }
   if (!outcome.best) {
     answer.conflict = Spelled(request, MinimalConflict(cases, request, outcome.suspects));
     answer.relax = Relax(cases, request);
@@ -89,8 +93,10 @@ Result<PlanAnswer> Plan(const PlanRequest& request) {
   const ChosenModel model = ModelFor(request);
   answer.model = RungName(model.rung);
   answer.model_error = model.error;
-  if (request.objective == Objective::Depth)
-    answer.depth_of_field = DepthOfField(request, outcome.best->n, outcome.best->e);
+  if (request.objective == Objective::Depth) {
+    const FieldDepth field = FieldDepthAt(request, outcome.best->n, outcome.best->e);
+    answer.depth_of_field = DepthInterval{PlanDepth::Vergence(field.near), PlanDepth::Vergence(field.far)};
+  }
   return answer;
 }
 

@@ -14,6 +14,22 @@ class Minimiser {
  public:
   Minimiser(const Cases& cases, const PlanRequest& request) : cases_(cases), request_(request) {}
 
+  bool Feasible(const std::vector<int>& names) const {
+    const auto has = [&](int name) { return std::find(names.begin(), names.end(), name) != names.end(); };
+    InForce in_force{std::vector<bool>(request_.limits.size(), false), has(kFNumberName), has(kExtensionName),
+                     has(kFocusName)};
+    for (const int name : names) {
+      if (name >= 0) in_force.limits[static_cast<std::size_t>(name)] = true;
+    }
+    in_force.depth = has(kDepthName);
+    bool feasible = false;
+    cases_.ForEach(in_force, [&](Task& task) {
+      feasible = SolveForN(task).feasible;
+      return !feasible;
+    });
+    return feasible;
+  }
+
   /// The names of `suspects` that are needed beside `kept`, with which they are infeasible.
   std::vector<int> Needed(const std::vector<int>& kept, bool kept_grew, const std::vector<int>& suspects) const {
     if (kept_grew && !Feasible(kept)) return {};
@@ -31,22 +47,6 @@ class Minimiser {
     return a;
   }
 
-  bool Feasible(const std::vector<int>& names) const {
-    const auto has = [&](int name) { return std::find(names.begin(), names.end(), name) != names.end(); };
-    InForce in_force{std::vector<bool>(request_.limits.size(), false), has(kFNumberName), has(kExtensionName),
-                     has(kFocusName)};
-    for (const int name : names) {
-      if (name >= 0) in_force.limits[static_cast<std::size_t>(name)] = true;
-    }
-    in_force.depth = has(kDepthName);
-    bool feasible = false;
-    cases_.ForEach(in_force, [&](Task& task) {
-      feasible = SolveForN(task).feasible;
-      return !feasible;
-    });
-    return feasible;
-  }
-
   const Cases& cases_;
   const PlanRequest& request_;
 };
@@ -54,7 +54,13 @@ class Minimiser {
 }  // namespace
 
 std::vector<int> MinimalConflict(const Cases& cases, const PlanRequest& request, const std::set<int>& suspects) {
-  return Minimiser(cases, request).Needed({}, false, std::vector<int>(suspects.begin(), suspects.end()));
+  const Minimiser minimiser(cases, request);
+  std::vector<int> names(suspects.begin(), suspects.end());
+  if (minimiser.Feasible(names)) {  // the search ended on less than a proof: anything may be part of it
+    names = {kFocusName, kFNumberName, kExtensionName, kDepthName};
+    for (std::size_t i = 0; i < request.limits.size(); ++i) names.push_back(static_cast<int>(i));
+  }
+  return minimiser.Needed({}, false, names);
 }
 
 std::vector<std::string> Spelled(const PlanRequest& request, std::vector<int> names) {

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <string_view>
 
+#include "planner_diffraction.h"
 #include "planner_solve.h"
 
 namespace lensd::optics {
@@ -83,6 +84,14 @@ void Copy(const Programme<Rational>& from, Programme<Real>& to) {
   to.strip.n_low = ToReal(from.strip.n_low);
   to.strip.n_high = ToReal(from.strip.n_high);
   to.strip.high_unbounded = from.strip.high_unbounded;
+  to.lens = {ToReal(from.lens.f), ToReal(from.lens.delta), ToReal(from.lens.pupil), ToReal(from.lens.narrow),
+             ToReal(from.lens.widen)};
+  to.upper_name = from.upper_name;
+  to.lower_name = from.lower_name;
+  to.upper_sharp = from.upper_sharp;
+  to.lower_sharp = from.lower_sharp;
+  to.low_name = from.low_name;
+  to.high_name = from.high_name;
   if (from.strip.cap) to.strip.cap = ToReal(*from.strip.cap);
 }
 
@@ -140,7 +149,47 @@ std::optional<Solved> SolveForRatioExactly(const Task& task) {
   Copy(programme, fine);
   const std::optional<LeastRatio<Real>> least = LeastRatioOver(fine.strip);
   if (!least) return std::nullopt;
-  return Solved{true, ToDouble(least->n), ToDouble(least->e), ToDouble(least->ratio), {}};
+  return Solved{true, ToDouble(least->n), ToDouble(least->e), ToDouble(least->ratio), {}, false};
+}
+
+Solved SolveDiffractedForNExactly(const Task& task, double start_at) {
+  const PlanRequest& request = *task.request;
+  Programme<Rational> programme;
+  Write(programme, task, ToRational);
+  Programme<Real> lines;
+  Copy(programme, lines);
+  const auto to_real = [](const Number& number) { return ToReal(ToRational(number)); };
+  const Real factor = Real(std::lround(DiffractionFactor(request.diffraction) * 100)) / 100;
+  const DiffractionStrip<Real> strip = WriteCurves(lines, task, Real(factor * to_real(*request.wavelength)), to_real);
+  Real end = lines.strip.n_high;
+  for (const SharpCurve<Real>& curve : strip.curves) {
+    const Real useful = curve.limit / (strip.k * (lines.lens.f + lines.strip.low / lines.lens.pupil));
+    if (&curve == strip.curves.data() && programme.strip.n_unbounded) end = useful;
+    end = std::min(end, useful);
+  }
+  const Real tiny("1e-30"), tolerance("1e-80");
+  const Solved without = SolveForNExactly(task, false);
+  Solved solved;
+  Real start = lines.strip.n_low;
+  if (start < Real(start_at) * Real("0.999999")) start = Real(start_at) * Real("0.999999");
+  if (start < tiny * end) start = tiny * end;
+  DiffractionSearch<Real> search;
+  if (without.feasible) search = SmallestNConvex(strip, start, end, tolerance);
+  if (lines.strip.cap && search.n > *lines.strip.cap) search.feasible = false;
+  if (!search.feasible) {
+    solved.names = without.names;
+    for (const RowSpec& row : task.rows) solved.names.push_back(row.name);
+    for (const int name : {kFocusName, kFNumberName, kExtensionName}) solved.names.push_back(name);
+    return solved;
+  }
+  solved.feasible = true;
+  solved.n = ToDouble(search.n);
+  if (lines.strip.high_unbounded) return solved;
+  if (const auto least = DiffractionRatioAt(strip, search.n, Real("1e-40"))) {
+    solved.e = ToDouble(least->e);
+    solved.ratio = ToDouble(least->ratio);
+  }
+  return solved;
 }
 
 int CompareFocalPower(const Number& focal_length, const PlanDepth& depth) {

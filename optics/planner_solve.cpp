@@ -1,13 +1,10 @@
-// The filter: double precision first, believed only where rounding cannot have changed the answer.
-//
-// Every line's P and Q carry a relative error of a few ulp, more the closer the depth comes to the focal length (by
-// 1 + P/f), decimal inputs rounded to doubles included. From that follows one bound on the width at N, and from the
-// width's slope one on N itself. A verdict closer than that, or an N or a ratio that this error would spoil, is left to
-// exact arithmetic.
+// Programmes without diffraction: double precision where the filter vouches for it, else exactly.
 #include "planner_solve.h"
 
 #include <cmath>
 #include <limits>
+
+#include "planner_filter.h"
 
 namespace lensd::optics {
 
@@ -18,31 +15,6 @@ enum class Verdict { Feasible, Infeasible, Unsure };
 double Double(const Number& number) {
   return number.value;
 }
-
-double Largest(std::span<const double> values, double least = 0.0) {
-  for (const double value : values) least = std::max(least, std::abs(value));
-  return least;
-}
-
-/// Bounds the rounding error of a width at N: `at(n)`.
-class WidthError {
- public:
-  explicit WidthError(const Programme<double>& programme) {
-    const Strip<double>& strip = programme.strip;
-    p_ = Largest(strip.lower.p, Largest(strip.upper.p, std::max(std::abs(strip.low), std::abs(strip.high))));
-    q_ = Largest(strip.lower.q, Largest(strip.upper.q));
-    const double pupil = std::max(programme.lens.pupil, 1.0 / programme.lens.pupil);
-    constexpr double kUlps = 16.0;
-    unit_ = kUlps * (pupil == 1.0 ? 1.0 : 1.0 + pupil) * (1.0 + p_ / programme.lens.f) *
-            std::numeric_limits<double>::epsilon();
-    p_ += programme.lens.delta;
-  }
-  double at(double n) const { return unit_ * (p_ + q_ * std::abs(n)); }
-  double slope() const { return unit_ * q_; }
-
- private:
-  double p_ = 0.0, q_ = 0.0, unit_ = 0.0;
-};
 
 double WidthAt(const Strip<double>& strip, double n) {
   const std::optional<Facing<double>> narrowest = Narrowest(strip, n, n);
@@ -83,22 +55,13 @@ Verdict Certify(const Programme<double>& programme, const Strip<double>& strip, 
   return result.feasible ? CertifyFeasible(strip, result, error) : CertifyInfeasible(strip, result, error);
 }
 
-/// Whether rounding leaves e and the ratio as good as the limits ask: a small part of the tightest line's reach.
-bool RatioIsGood(const Strip<double>& strip, const WidthError& error, double n) {
-  constexpr double kPart = 2e-13;
-  double least = std::numeric_limits<double>::infinity();
-  for (const double q : strip.upper.q) least = std::min(least, std::abs(q));
-  for (const double q : strip.lower.q) least = std::min(least, std::abs(q));
-  return error.at(n) <= kPart * least * n;
-}
-
 bool FocusIsClear(const Programme<double>& programme, const WidthError& error) {
   return programme.low_name != kFocusName || programme.focus_margin > error.at(0.0);
 }
 
 }  // namespace
 
-Solved SolveForN(const Task& task, bool largest) {
+Solved SolveLinearForN(const Task& task, bool largest) {
   Programme<double> programme;
   Write(programme, task, Double);
   const WidthError error(programme);
@@ -128,7 +91,7 @@ Solved SolveForN(const Task& task, bool largest) {
   return solved;
 }
 
-std::optional<Solved> SolveForRatio(const Task& task) {
+std::optional<Solved> SolveLinearForRatio(const Task& task) {
   Programme<double> programme;
   Write(programme, task, Double);
   const WidthError error(programme);
@@ -140,7 +103,15 @@ std::optional<Solved> SolveForRatio(const Task& task) {
   if (least->active && !(error.at(least->n) <= kPart * std::abs(least->active->alpha))) {
     return SolveForRatioExactly(task);  // a ratio that hardly depends on N, or nearly none at all
   }
-  return Solved{true, least->n, least->e, least->ratio, {}};
+  return Solved{true, least->n, least->e, least->ratio, {}, false};
+}
+
+Solved SolveForN(const Task& task, bool largest) {
+  return CountsDiffraction(task) ? SolveDiffractedForN(task) : SolveLinearForN(task, largest);
+}
+
+std::optional<Solved> SolveForRatio(const Task& task) {
+  return CountsDiffraction(task) ? SolveDiffractedForRatio(task) : SolveLinearForRatio(task);
 }
 
 }  // namespace lensd::optics

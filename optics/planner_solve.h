@@ -15,6 +15,7 @@ struct Solved {
   double e = 0.0;
   double ratio = 0.0;
   std::vector<int> names;
+  bool scanned = false;  ///< diffraction made the set non-convex: found by scanning over N
 };
 
 /// Smallest N (largest if `largest`), then the smallest worst ratio. Needs every name in force and N bounded if its
@@ -23,9 +24,19 @@ Solved SolveForN(const Task& task, bool largest = false);
 /// Smallest worst ratio over the range of N, whether or not it is at most 1. Nothing when no ratio is enough.
 std::optional<Solved> SolveForRatio(const Task& task);
 
+/// Without diffraction.
+Solved SolveLinearForN(const Task& task, bool largest = false);
+std::optional<Solved> SolveLinearForRatio(const Task& task);
 /// The same, always in exact arithmetic (verdict and N rational; the ratio to 100 digits).
 Solved SolveForNExactly(const Task& task, bool largest);
 std::optional<Solved> SolveForRatioExactly(const Task& task);
+
+/// Whether diffraction has a say: there is a wavelength and a sharp limit.
+bool CountsDiffraction(const Task& task);
+/// With diffraction; nothing below `start` is feasible. Exactly: to 100 digits, equal within 1e-80 counting as equal.
+Solved SolveDiffractedForN(const Task& task);
+Solved SolveDiffractedForNExactly(const Task& task, double start);
+std::optional<Solved> SolveDiffractedForRatio(const Task& task);
 
 /// Sign of f U - 1 (or of f - Z): above 0 inside the focal length, 0 at it. Exact; the depth is finite.
 int CompareFocalPower(const Number& focal_length, const PlanDepth& depth);

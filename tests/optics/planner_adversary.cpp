@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <random>
+#include <sstream>
 #include <string>
 
 #include "planner_reference.h"
@@ -158,6 +159,24 @@ class Adversary {
 
 PlanRequest AdversarialRequest(std::uint64_t seed) {
   return Adversary(seed).Make();
+}
+
+std::string Show(const PlanRequest& request) {
+  std::ostringstream text;
+  const auto depth = [](const PlanDepth& d) { return d.number.decimal + (d.is_vergence ? "D" : "m"); };
+  text << "f " << request.focal_length.decimal << " N " << request.f_numbers.low.decimal << ".."
+       << request.f_numbers.high.decimal << " stops";
+  for (const Number& stop : request.stops) text << ' ' << stop.decimal;
+  text << " e " << request.extensions.low.decimal << ".." << request.extensions.high.decimal << " delta "
+       << request.sensor_tolerance.decimal << " eps " << request.f_number_tolerance.decimal << " p "
+       << request.pupil_factor.decimal << " objective " << static_cast<int>(request.objective);
+  if (request.focus) text << " focus " << depth(*request.focus);
+  if (request.depth_limit) text << " depth limit " << request.depth_limit->decimal;
+  for (const BlurLimit& limit : request.limits) {
+    text << "\n  " << limit.name << " side " << static_cast<int>(limit.side) << " limit " << limit.limit.decimal << ':';
+    for (const DepthInterval& i : limit.depths) text << ' ' << depth(i.one_end) << ".." << depth(i.other_end);
+  }
+  return text.str();
 }
 
 }  // namespace lensd::optics::reference

@@ -11,4 +11,7 @@ namespace lensd::optics::reference {
 /// The request of this seed: the same one each time. Without diffraction.
 PlanRequest AdversarialRequest(std::uint64_t seed);
 
+/// All of it, for a failure message.
+std::string Show(const PlanRequest& request);
+
 }  // namespace lensd::optics::reference

@@ -93,24 +93,6 @@ void CheckRelax(const PlanRequest& request, const std::optional<double>& relax) 
   EXPECT_FALSE(Feasible(request, question)) << "some ratio makes it feasible";
 }
 
-std::string Show(const PlanRequest& request) {
-  std::ostringstream text;
-  const auto depth = [](const PlanDepth& d) { return d.number.decimal + (d.is_vergence ? "D" : "m"); };
-  text << "f " << request.focal_length.decimal << " N " << request.f_numbers.low.decimal << ".."
-       << request.f_numbers.high.decimal << " stops";
-  for (const Number& stop : request.stops) text << ' ' << stop.decimal;
-  text << " e " << request.extensions.low.decimal << ".." << request.extensions.high.decimal << " delta "
-       << request.sensor_tolerance.decimal << " eps " << request.f_number_tolerance.decimal << " p "
-       << request.pupil_factor.decimal << " objective " << static_cast<int>(request.objective);
-  if (request.focus) text << " focus " << depth(*request.focus);
-  if (request.depth_limit) text << " depth limit " << request.depth_limit->decimal;
-  for (const BlurLimit& limit : request.limits) {
-    text << "\n  " << limit.name << " side " << static_cast<int>(limit.side) << " limit " << limit.limit.decimal << ':';
-    for (const DepthInterval& i : limit.depths) text << ' ' << depth(i.one_end) << ".." << depth(i.other_end);
-  }
-  return text.str();
-}
-
 TEST(PlannerExact, AgreesWithRationalArithmetic) {
   const long count = testing::ByLevel(1000, 10000, 1000000);
   int feasible = 0, infeasible = 0;
