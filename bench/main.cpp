@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bench/autofocus/autofocus.h"
 #include "bench/command.h"
 #include "bench/verify/verify.h"
 
@@ -16,6 +17,7 @@ namespace {
 /// Every subcommand. One line each, declared in the command's own header.
 const std::vector<Command>& Commands() {
   static const std::vector<Command> commands = {
+      {"autofocus", "methods side by side on one scene: frames, time, error, refusals", RunAutofocusCommand},
       {"verify", "does a picture keep its blur limits? judged from frames alone", RunVerify},
   };
   return commands;

@@ -75,8 +75,8 @@ AxisMotion::End AxisMotion::Command(drivers::Lens& lens, Native leg, Phase phase
   commanded_at_ = progress_at_ = now;
   progress_position_ = position;
   const double distance = std::abs((leg - position).value);
-  deadline_ = now + 2 * TravelTime(distance) + kMargin + setup_.config.settle;
-  leg_expected_at_ = now + (setup_.config.speed ? TravelTime(distance) : Duration::zero());
+  deadline_ = now + 2 * TravelTime(distance) + kMargin + setup_.settle;
+  leg_expected_at_ = now + (setup_.speed ? TravelTime(distance) : Duration::zero());
   return std::nullopt;
 }
 
@@ -96,7 +96,7 @@ AxisMotion::End AxisMotion::Follow(drivers::Lens& lens, const drivers::AxisState
     } else {
       if (phase_ == Phase::Going) stood_since_ = sampled_at;
       phase_ = Phase::Settling;
-      if (sampled_at - stood_since_ >= setup_.config.settle) return Outcome(state, now);
+      if (sampled_at - stood_since_ >= setup_.settle) return Outcome(state, now);
     }
   }
   if (std::string wrong = WhatIsWrong(state, sampled_at, now); !wrong.empty()) {
@@ -139,7 +139,7 @@ std::string AxisMotion::WhatIsWrong(const drivers::AxisState& state, Instant sam
 }
 
 Duration AxisMotion::TravelTime(double distance) const {
-  if (setup_.config.speed) return Seconds(distance / *setup_.config.speed);
+  if (setup_.speed) return Seconds(distance / *setup_.speed);
   const double range = (setup_.can.maximum - setup_.can.minimum).value;
   return range > 0 ? Seconds(std::chrono::duration<double>(kFullTravel).count() * distance / range) : kFullTravel;
 }

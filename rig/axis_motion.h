@@ -24,8 +24,10 @@ struct AxisSetup {
   AxisConfig config;
   Native minimum;  ///< soft limits, inside the capabilities
   Native maximum;
-  double tolerance = 1.0;   ///< native units
-  bool approach_up = true;  ///< the last motion goes toward larger positions
+  double tolerance = 1.0;       ///< native units
+  std::optional<double> speed;  ///< native units per second
+  Duration settle{};            ///< from standing still to a steady picture
+  bool approach_up = true;      ///< the last motion goes toward larger positions
 };
 
 class AxisMotion {

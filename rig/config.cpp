@@ -36,8 +36,9 @@ Result<AxisConfig> ReadAxis(const Settings& table, Axis axis) {
     config.approach_near = read.Choice("approach", {"near", "far"}, 0) == 0;
   }
   config.backlash = ReadBacklash(read);
-  config.settle = std::chrono::duration_cast<Duration>(
-      std::chrono::duration<double, std::milli>(read.Number("settle_ms", 0.0, {0.0, 60e3})));
+  if (const auto settle_ms = read.OptionalNumber("settle_ms", {0.0, 60e3})) {
+    config.settle = std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(*settle_ms));
+  }
   config.tolerance = read.OptionalNumber("tolerance", kNonNegative);
   config.speed = read.OptionalNumber("speed", kPositive);
   if (const auto limits = ReadRange(read, "limits", {}))

@@ -15,11 +15,19 @@ constexpr Duration kIdlePeriod = std::chrono::milliseconds(500);
 constexpr int kReadAttempts = 3;
 
 AxisSetup MakeSetup(Axis axis, const drivers::AxisCapabilities& can, const AxisConfig& config) {
-  AxisSetup setup{.axis = axis, .can = can, .config = config, .minimum = can.minimum, .maximum = can.maximum};
+  AxisSetup setup;
+  setup.axis = axis;
+  setup.can = can;
+  setup.config = config;
+  setup.minimum = can.minimum;
+  setup.maximum = can.maximum;
   if (config.limits) {
     setup.minimum = std::max(can.minimum, config.limits->first);
     setup.maximum = std::min(can.maximum, config.limits->second);
   }
+  setup.settle = config.settle.value_or(can.settle);
+  setup.speed = config.speed;
+  if (!setup.speed && can.speed > 0) setup.speed = can.speed;
   setup.tolerance = config.tolerance.value_or(can.resolution);
   setup.approach_up = axis == Axis::Focus ? config.approach_near == config.near_positive : true;
   return setup;
@@ -114,7 +122,7 @@ void Rig::Impl::NoteReading(const drivers::LensState& state) {
     const bool stood = before != nullptr && !before->moving && !after.moving &&
                        std::abs((after.position - before->position).value) <= tolerances_[axis];
     // It came to rest at this reading at the latest.
-    if (!stood) steady_since_[axis] = state.sampled_at + setups_[axis]->config.settle;
+    if (!stood) steady_since_[axis] = state.sampled_at + setups_[axis]->settle;
   }
   state_ = state;
 }

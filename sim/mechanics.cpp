@@ -68,6 +68,8 @@ drivers::Capabilities CapabilitiesOf(const LensSettings& lens) {
   capabilities.driver = "sim";
   capabilities.model = kModels[static_cast<std::size_t>(lens.model)];
   capabilities.axes[Axis::Focus] = AxisOver(NativeUnit::Steps, 0.0, lens.steps - 1.0, 1.0);
+  capabilities.axes[Axis::Focus]->speed = lens.speed_steps_per_s;
+  capabilities.axes[Axis::Focus]->settle = Duration(std::llround(lens.settle_ms * 1e6));
   if (lens.max_f_number > lens.min_f_number) {
     capabilities.axes[Axis::Iris] = AxisOver(NativeUnit::Steps, 0.0, lens.iris_steps - 1.0, 1.0);
   }

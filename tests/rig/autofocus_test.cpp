@@ -13,8 +13,8 @@ class RigAutofocusTest : public RigTest {
  protected:
   Answers<AutofocusOutcome> Autofocus(AutofocusRequest request = {}) {
     Answers<AutofocusOutcome> answers;
-    rig_->Autofocus(std::move(request), [this](const AutofocusProgress& now) { progress_.push_back(now); },
-                    answers.Take());
+    rig_->Autofocus(
+        std::move(request), [this](const AutofocusProgress& now) { progress_.push_back(now); }, answers.Take());
     RunUntil(answers);
     return answers;
   }

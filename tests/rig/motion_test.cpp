@@ -238,8 +238,10 @@ TEST_F(MotionTest, RetargetStorm) {
     last = position(random);
     rig_->Move(Axis::Focus, At(last), [&, i](Result<MoveOutcome> answer) {
       ++answered[i];
-      if (!answer) superseded += answer.error().code == Code::Superseded;
-      else reached += answer->reached;
+      if (!answer)
+        superseded += answer.error().code == Code::Superseded;
+      else
+        reached += answer->reached;
     });
     Run(1ms);
   }

@@ -53,6 +53,8 @@ class RigTest : public ::testing::Test {
   std::unique_ptr<Rig> rig_;
 };
 
-inline Target At(double native) { return {.kind = Target::Kind::Native, .value = native, .from = {}}; }
+inline Target At(double native) {
+  return {.kind = Target::Kind::Native, .value = native, .from = {}};
+}
 
 }  // namespace lensd::rig

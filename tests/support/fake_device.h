@@ -14,15 +14,15 @@ namespace lensd::testing {
 
 /// What a test may turn while the device is in use, and what it may count.
 struct FakeControls {
-  double speed = 1000.0;       ///< native units per second
-  bool stalled = false;        ///< motors stand still whatever they are told
-  bool disconnected = false;   ///< every call fails
-  int lost_read_replies = 0;   ///< the next so many reads time out
-  int lost_move_replies = 0;   ///< the next so many moves time out, though obeyed
-  bool stale = false;          ///< reads repeat the last state, with its old time
-  bool dark = false;           ///< the camera gives no frames
-  double sharp_at = 600.0;     ///< focus position of the subject
-  double contrast = 0.5;       ///< of its texture; 0: blank
+  double speed = 1000.0;      ///< native units per second
+  bool stalled = false;       ///< motors stand still whatever they are told
+  bool disconnected = false;  ///< every call fails
+  int lost_read_replies = 0;  ///< the next so many reads time out
+  int lost_move_replies = 0;  ///< the next so many moves time out, though obeyed
+  bool stale = false;         ///< reads repeat the last state, with its old time
+  bool dark = false;          ///< the camera gives no frames
+  double sharp_at = 600.0;    ///< focus position of the subject
+  double contrast = 0.5;      ///< of its texture; 0: blank
   int moves = 0, reads = 0, stops = 0, homes = 0;
   int camera_starts = 0;
 };
@@ -121,9 +121,16 @@ class FakeCamera final : public drivers::Camera {
   static constexpr Duration kExposure = std::chrono::milliseconds(5);
 
   FakeCamera(const Clock& clock, std::shared_ptr<FakeControls> controls, const FakeLens* lens)
-      : Camera({.driver = "fake", .model = "fake", .serial = "1", .width = kSize, .height = kSize, .pixel_um = 5.0,
+      : Camera({.driver = "fake",
+                .model = "fake",
+                .serial = "1",
+                .width = kSize,
+                .height = kSize,
+                .pixel_um = 5.0,
                 .focus_region = {0.0, 0.0, 1.0, 1.0}}),
-        clock_(clock), controls_(std::move(controls)), lens_(lens) {}
+        clock_(clock),
+        controls_(std::move(controls)),
+        lens_(lens) {}
 
  private:
   Result<void> DoStart() override {
@@ -186,8 +193,11 @@ inline drivers::Device MakeFakeDevice(const Clock& clock, const std::shared_ptr<
   auto camera = std::make_unique<FakeCamera>(clock, controls, lens.get());
   return {.lens = std::move(lens),
           .camera = std::move(camera),
-          .optics = drivers::NominalOptics{.focal_length_m = 0.025, .min_f_number = 2.0, .max_f_number = 16.0,
-                                           .min_extension_m = 0.0, .max_extension_m = 1e-3}};
+          .optics = drivers::NominalOptics{.focal_length_m = 0.025,
+                                           .min_f_number = 2.0,
+                                           .max_f_number = 16.0,
+                                           .min_extension_m = 0.0,
+                                           .max_extension_m = 1e-3}};
 }
 
 }  // namespace lensd::testing

@@ -19,10 +19,10 @@ struct AxisConfig {
   bool near_positive = true;        ///< focus: larger native positions focus nearer
   bool approach_near = true;        ///< the last motion always goes toward near (other axes: toward larger positions)
   std::optional<double> backlash;   ///< native units to overshoot by when arriving from the other side; default unknown
-  Duration settle{};                ///< from standing still to a steady picture
+  std::optional<Duration> settle;   ///< from standing still to a steady picture; default what the driver says
   std::optional<double> tolerance;  ///< native units; default one resolution
   std::optional<std::pair<Native, Native>> limits;  ///< soft limits; default what the device takes
-  std::optional<double> speed;                      ///< native units per second; default the whole range in 60 s
+  std::optional<double> speed;  ///< native units per second; default what the driver says, or the whole range in 60 s
 };
 
 /// Everything a rig is told.

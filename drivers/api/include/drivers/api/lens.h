@@ -43,6 +43,8 @@ struct AxisCapabilities {
   bool can_home = false;    ///< StartHome() finds a reference
   bool needs_home = false;  ///< absolute moves are refused before homing
   bool can_stop = true;     ///< Stop() ends a motion midway
+  double speed = 0.0;       ///< native units per second as the data sheet has it; 0: not known
+  Duration settle{};        ///< from standing still to a steady picture, as far as the driver knows
 };
 
 /// What a lens is and can do. Immutable once the device is open.

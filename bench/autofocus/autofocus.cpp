@@ -1,0 +1,157 @@
+#include "bench/autofocus/autofocus.h"
+
+#include <sysexits.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "autofocus/session.h"
+#include "bench/autofocus/chart.h"
+#include "bench/autofocus/runs.h"
+#include "bench/autofocus/summary.h"
+#include "bench/command.h"
+#include "io/svg.h"
+#include "sim/scene.h"
+
+namespace lensd::bench {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct Options {
+  std::string scene, method = "auto", csv, svg;
+  int runs = 100;
+  std::uint64_t seed = 1;
+  bool as_json = false;
+};
+
+int Complain(const Error& error, int status) {
+  std::cerr << "lens-bench autofocus: " << error.message << "\n";
+  return status;
+}
+
+int StatusOf(Code code) {
+  if (code == Code::BadData) return EX_DATAERR;
+  if (code == Code::Io) return EX_IOERR;
+  if (code == Code::InvalidArgument) return EX_USAGE;
+  return EX_SOFTWARE;
+}
+
+std::vector<std::string> MethodsFrom(const std::string& asked) {
+  if (asked != "all") return {asked};
+  const auto names = autofocus::MethodNames();
+  return {names.begin(), names.end()};
+}
+
+ordered_json JsonOf(const AutofocusSummary& summary) {
+  const auto number = [](const std::optional<double>& value) { return value ? ordered_json(*value) : ordered_json(); };
+  return {{"method", summary.method},
+          {"runs", summary.runs},
+          {"within", summary.within},
+          {"withinLow", summary.within_low},
+          {"falseFocus", summary.false_focus},
+          {"refused", summary.refused},
+          {"framesP50", summary.frames_p50},
+          {"framesP95", summary.frames_p95},
+          {"movesP50", summary.moves_p50},
+          {"movesP95", summary.moves_p95},
+          {"elapsedMsP50", summary.elapsed_ms_p50},
+          {"elapsedMsP95", summary.elapsed_ms_p95},
+          {"errorDofP50", number(summary.error_dof_p50)},
+          {"errorDofP95", number(summary.error_dof_p95)},
+          {"errorDofMax", number(summary.error_dof_max)},
+          {"cpuMsPerFrame", summary.cpu_ms_per_frame}};
+}
+
+void PrintTable(const std::vector<AutofocusSummary>& summaries) {
+  std::printf("%-16s %6s %8s %8s %8s %8s %12s %12s %14s %22s %8s\n", "method", "runs", "within", ">= 95 %", "false",
+              "refused", "frames", "moves", "ms", "error in DoF", "cpu ms");
+  std::printf("%-16s %6s %8s %8s %8s %8s %12s %12s %14s %22s %8s\n", "", "", "", "", "", "", "p50 / p95", "p50 / p95",
+              "p50 / p95", "p50 / p95 / max", "/ frame");
+  for (const AutofocusSummary& s : summaries) {
+    std::printf("%-16s %6d %7.2f%% %7.2f%% %7.2f%% %7.2f%% %5.0f /%5.0f %5.0f /%5.0f %6.0f /%6.0f ", s.method.c_str(),
+                s.runs, 100 * s.within, 100 * s.within_low, 100 * s.false_focus, 100 * s.refused, s.frames_p50,
+                s.frames_p95, s.moves_p50, s.moves_p95, s.elapsed_ms_p50, s.elapsed_ms_p95);
+    if (s.error_dof_p50) {
+      std::printf("%6.3f /%6.3f /%6.3f", *s.error_dof_p50, *s.error_dof_p95, *s.error_dof_max);
+    } else {
+      std::printf("%22s", "-");
+    }
+    std::printf(" %8.3f\n", s.cpu_ms_per_frame);
+  }
+}
+
+Result<void> WriteCsv(const std::string& path, const std::vector<MethodRuns>& methods) {
+  std::ofstream file(path);
+  file << "method,run,startSteps,endSteps,focused,frames,moves,elapsedMs,cpuMs,errorD,halfDofD,errorDof,reason\n";
+  file.precision(17);
+  for (const auto& [method, runs] : methods) {
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      const AutofocusRunResult& run = runs[i];
+      const auto ms = [](Duration duration) { return std::chrono::duration<double, std::milli>(duration).count(); };
+      file << method << ',' << i << ',' << run.start_steps << ',' << run.end_steps << ',' << run.focused << ','
+           << run.frames << ',' << run.moves << ',' << ms(run.elapsed) << ',' << ms(run.cpu) << ',' << run.error_d
+           << ',' << run.half_dof_d << ',' << run.error_dof() << ",\"" << run.reason << "\"\n";
+    }
+  }
+  file.flush();
+  if (!file) return Fail(Code::Io, "cannot write " + path);
+  return {};
+}
+
+int Bench(const Options& options) {
+  auto scene = sim::LoadScene(options.scene);
+  if (!scene) return Complain(scene.error(), StatusOf(scene.error().code));
+  auto pictures = sim::Pictures::Create(std::make_shared<const sim::Scene>(*std::move(scene)));
+  if (!pictures) return Complain(pictures.error(), EX_DATAERR);
+
+  std::vector<MethodRuns> methods;
+  std::vector<AutofocusSummary> summaries;
+  for (const std::string& method : MethodsFrom(options.method)) {
+    AutofocusRuns wanted{.method = method, .runs = options.runs, .seed = options.seed};
+    auto runs = RunAutofocus(*pictures, wanted);
+    if (!runs) return Complain(runs.error(), StatusOf(runs.error().code));
+    summaries.push_back(Summarise(method, *runs));
+    methods.emplace_back(method, *std::move(runs));
+  }
+  if (!options.csv.empty()) {
+    if (auto written = WriteCsv(options.csv, methods); !written) return Complain(written.error(), EX_IOERR);
+  }
+  if (!options.svg.empty()) {
+    const std::string name = std::filesystem::path(options.scene).stem().string();
+    auto written = io::WriteSvg(options.svg, AutofocusChart(name, methods));
+    if (!written) return Complain(written.error(), EX_IOERR);
+  }
+  if (options.as_json) {
+    ordered_json all = ordered_json::array();
+    for (const AutofocusSummary& summary : summaries) all.push_back(JsonOf(summary));
+    std::cout << all.dump() << "\n";
+  } else {
+    PrintTable(summaries);
+  }
+  return EX_OK;
+}
+
+}  // namespace
+
+int RunAutofocusCommand(int argc, char** argv) {
+  CLI::App app(
+      "Runs autofocus methods on a scene on stepped clocks, each run from another start with other noise.\n"
+      "Errors are in whole depths of field: `within` means at most 0.5, `false` means focused and beyond 1.");
+  Options options;
+  app.add_option("--scene", options.scene, "scene file")->required();
+  app.add_option("--method", options.method, "a method's name, auto, or all")->capture_default_str();
+  app.add_option("--runs", options.runs, "runs of each method")->check(CLI::Range(1, 1000000))->capture_default_str();
+  app.add_option("--seed", options.seed, "of starts and noise")->capture_default_str();
+  app.add_option("--csv", options.csv, "file for one line a run");
+  app.add_option("--svg", options.svg, "file for the charts");
+  app.add_flag("--json", options.as_json, "one line of JSON instead of the table");
+  return ParseThen(app, argc, argv, [&] { return Bench(options); });
+}
+
+}  // namespace lensd::bench

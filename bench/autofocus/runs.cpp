@@ -1,0 +1,98 @@
+#include "bench/autofocus/runs.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "rig/rig.h"
+#include "sim/world.h"
+
+namespace lensd::bench {
+namespace {
+
+constexpr Duration kPatience = std::chrono::seconds(100);  // no run may last longer, on the simulated clock
+
+/// SplitMix64: a well mixed number from a counter.
+std::uint64_t Mixed(std::uint64_t value) {
+  value += 0x9E3779B97F4A7C15ULL;
+  value = (value ^ (value >> 30)) * 0xBF58476D1CE4E5B9ULL;
+  value = (value ^ (value >> 27)) * 0x94D049BB133111EBULL;
+  return value ^ (value >> 31);
+}
+
+void Score(const sim::Truth& truth, const sim::Scene& scene, AutofocusRunResult& result) {
+  const sim::TrueState state = truth.Now();
+  result.half_dof_d = sim::HalfDepthOfFieldD(scene.camera, state);
+  result.error_d = std::numeric_limits<double>::infinity();
+  for (const sim::SubjectDepth& subject : truth.subjects()) {
+    result.error_d = std::min(result.error_d, std::abs(state.focal_plane_d - subject.vergence_d));
+  }
+}
+
+Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& pictures, const std::string& method,
+                                   std::uint64_t seed) {
+  const sim::Scene& scene = pictures->scene();
+  AutofocusRunResult result;
+  result.start_steps = static_cast<double>(Mixed(seed) % static_cast<std::uint64_t>(scene.lens.steps));
+
+  SteppedClock clock;
+  sim::WorldOptions options{.seed = Mixed(seed + 1), .focus_start = Native{result.start_steps}, .pictures = pictures};
+  auto world = sim::OpenWorld(std::shared_ptr<const sim::Scene>(pictures, &scene), clock, options);
+  if (!world) return PassOn(std::move(world));
+  auto rig = rig::Rig::Create({}, std::move(world->device), clock);
+  if (!rig) return PassOn(std::move(rig));
+
+  std::optional<Result<rig::AutofocusOutcome>> end;
+  rig::AutofocusRequest request;
+  request.method = method;
+  (*rig)->Autofocus(request, nullptr, [&](Result<rig::AutofocusOutcome> outcome) { end = std::move(outcome); });
+  while (!end && clock.Now() < Instant{kPatience}) clock.AdvanceTo((*rig)->Step(clock.Now()));
+  if (!end) return Fail(Code::Internal, "an autofocus run did not end by itself");
+  if (!*end) return PassOn(*std::move(end));
+
+  const rig::AutofocusOutcome& outcome = **end;
+  result.end_steps = outcome.position.value;
+  result.focused = outcome.focused;
+  result.frames = outcome.frames;
+  result.moves = outcome.moves;
+  result.elapsed = outcome.elapsed;
+  result.cpu = outcome.cpu;
+  result.reason = outcome.reason;
+  Score(*world->truth, scene, result);
+  return result;
+}
+
+}  // namespace
+
+Result<std::vector<AutofocusRunResult>> RunAutofocus(const std::shared_ptr<sim::Pictures>& pictures,
+                                                     const AutofocusRuns& wanted) {
+  std::vector<AutofocusRunResult> results(static_cast<std::size_t>(wanted.runs));
+  std::atomic<std::size_t> next{0};
+  std::mutex mutex;
+  std::optional<Error> error;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < results.size(); i = next++) {
+      auto result = RunOnce(pictures, wanted.method, Mixed(wanted.seed) + 2 * i);
+      if (result) {
+        results[i] = *std::move(result);
+        continue;
+      }
+      const std::lock_guard lock(mutex);
+      if (!error) error = result.error();
+      next = results.size();
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    for (int i = 1; i < wanted.threads; ++i) threads.emplace_back(work);
+    work();
+  }
+  if (error) return std::unexpected(*error);
+  return results;
+}
+
+}  // namespace lensd::bench

@@ -1,0 +1,46 @@
+// Many autofocus runs on one scene, each on its own stepped clock, lens, camera and noise; only the rendered pictures
+// are shared. Truth is read after the run, for scoring alone.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/clock.h"
+#include "base/result.h"
+#include "sim/pictures.h"
+
+namespace lensd::bench {
+
+/// How one run ended and how far from the truth.
+struct AutofocusRunResult {
+  double start_steps = 0.0;
+  double end_steps = 0.0;  ///< as the lens reports it
+  bool focused = false;
+  int frames = 0;
+  int moves = 0;
+  Duration elapsed{};       ///< on the simulated clock
+  Duration cpu{};           ///< of the method itself
+  double error_d = 0.0;     ///< |U - U_true| where the lens stands, against the nearest subject of the region
+  double half_dof_d = 0.0;  ///< the vergence step that costs two pixels of blur there
+  std::string reason;
+
+  double error_dof() const { return error_d / (2.0 * half_dof_d); }
+  bool within() const { return focused && error_d <= half_dof_d; }
+  bool false_focus() const { return focused && error_d > 2.0 * half_dof_d; }
+};
+
+struct AutofocusRuns {
+  std::string method = "auto";
+  int runs = 100;
+  std::uint64_t seed = 1;
+  int threads = 2;
+};
+
+/// Run i starts at a place and with a noise seed that follow from `seed` and i alone, so that methods are compared on
+/// the same starts and the result does not depend on threads. The first error of any run ends them all.
+Result<std::vector<AutofocusRunResult>> RunAutofocus(const std::shared_ptr<sim::Pictures>& pictures,
+                                                     const AutofocusRuns& wanted);
+
+}  // namespace lensd::bench

@@ -1,0 +1,78 @@
+#include "bench/autofocus/summary.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace lensd::bench {
+namespace {
+
+double Milliseconds(Duration duration) {
+  return std::chrono::duration<double, std::milli>(duration).count();
+}
+
+std::vector<double> Values(const std::vector<AutofocusRunResult>& results,
+                           const std::function<double(const AutofocusRunResult&)>& of) {
+  std::vector<double> values;
+  for (const AutofocusRunResult& result : results) values.push_back(of(result));
+  return values;
+}
+
+}  // namespace
+
+double WilsonLow(int hits, int runs) {
+  constexpr double kZ = 1.959963984540054;  // 97.5 % point of the normal distribution
+  const double n = runs;
+  const double p = hits / n;
+  const double middle = p + kZ * kZ / (2 * n);
+  const double width = kZ * std::sqrt(p * (1 - p) / n + kZ * kZ / (4 * n * n));
+  return std::max(0.0, (middle - width) / (1 + kZ * kZ / n));
+}
+
+double Percentile(std::vector<double> values, double part) {
+  const auto rank = static_cast<std::ptrdiff_t>(std::ceil(part * static_cast<double>(values.size()))) - 1;
+  const auto at = values.begin() + std::clamp<std::ptrdiff_t>(rank, 0, std::ssize(values) - 1);
+  std::ranges::nth_element(values, at);
+  return *at;
+}
+
+AutofocusSummary Summarise(const std::string& method, const std::vector<AutofocusRunResult>& results) {
+  AutofocusSummary summary;
+  summary.method = method;
+  summary.runs = static_cast<int>(results.size());
+  if (results.empty()) return summary;
+  const auto share = [&](auto holds) {
+    return static_cast<double>(std::ranges::count_if(results, holds)) / summary.runs;
+  };
+  summary.within = share([](const auto& run) { return run.within(); });
+  summary.within_low = WilsonLow(static_cast<int>(std::lround(summary.within * summary.runs)), summary.runs);
+  summary.false_focus = share([](const auto& run) { return run.false_focus(); });
+  summary.refused = share([](const auto& run) { return !run.focused; });
+
+  const auto frames = Values(results, [](const auto& run) { return run.frames; });
+  const auto moves = Values(results, [](const auto& run) { return run.moves; });
+  const auto elapsed = Values(results, [](const auto& run) { return Milliseconds(run.elapsed); });
+  summary.frames_p50 = Percentile(frames, 0.50);
+  summary.frames_p95 = Percentile(frames, 0.95);
+  summary.moves_p50 = Percentile(moves, 0.50);
+  summary.moves_p95 = Percentile(moves, 0.95);
+  summary.elapsed_ms_p50 = Percentile(elapsed, 0.50);
+  summary.elapsed_ms_p95 = Percentile(elapsed, 0.95);
+
+  double cpu_ms = 0.0;
+  double all_frames = 0.0;
+  std::vector<double> errors;
+  for (const AutofocusRunResult& run : results) {
+    cpu_ms += Milliseconds(run.cpu);
+    all_frames += run.frames;
+    if (run.focused) errors.push_back(run.error_dof());
+  }
+  summary.cpu_ms_per_frame = all_frames > 0 ? cpu_ms / all_frames : 0.0;
+  if (errors.empty()) return summary;
+  summary.error_dof_p50 = Percentile(errors, 0.50);
+  summary.error_dof_p95 = Percentile(errors, 0.95);
+  summary.error_dof_max = Percentile(errors, 1.0);
+  return summary;
+}
+
+}  // namespace lensd::bench

@@ -1,0 +1,36 @@
+// What many runs of one method amount to.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/autofocus/runs.h"
+
+namespace lensd::bench {
+
+/// Shares are of all runs; errors are over the focused ones, absent where there is none. Depths of field are whole
+/// ones, so that `within` means an error of at most 0.5.
+struct AutofocusSummary {
+  std::string method;
+  int runs = 0;
+  double within = 0.0;       ///< focused within half a depth of field
+  double within_low = 0.0;   ///< lower end of its 95 % Wilson interval
+  double false_focus = 0.0;  ///< focused, and beyond twice that
+  double refused = 0.0;
+  double frames_p50 = 0.0, frames_p95 = 0.0;
+  double moves_p50 = 0.0, moves_p95 = 0.0;
+  double elapsed_ms_p50 = 0.0, elapsed_ms_p95 = 0.0;
+  std::optional<double> error_dof_p50, error_dof_p95, error_dof_max;
+  double cpu_ms_per_frame = 0.0;
+};
+
+AutofocusSummary Summarise(const std::string& method, const std::vector<AutofocusRunResult>& results);
+
+/// Lower end of the 95 % Wilson score interval of `hits` out of `runs` > 0.
+double WilsonLow(int hits, int runs);
+
+/// The smallest value that at least the share `part` of the values does not exceed. `values` must not be empty.
+double Percentile(std::vector<double> values, double part);
+
+}  // namespace lensd::bench

@@ -1,0 +1,102 @@
+// Autofocus in a closed loop over the shipped scenes: simulated lens, camera, noise, and truth that only the score
+// sees.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "bench/autofocus/runs.h"
+#include "bench/autofocus/summary.h"
+#include "sim/scene.h"
+#include "test_level.h"
+
+namespace lensd::bench {
+namespace {
+
+std::shared_ptr<sim::Pictures> PicturesOf(const std::string& name) {
+  auto scene = sim::LoadScene(std::string(LENSD_SOURCE_DIR) + "/scenes/" + name);
+  EXPECT_TRUE(scene) << scene.error().message;
+  auto pictures = sim::Pictures::Create(std::make_shared<const sim::Scene>(*std::move(scene)));
+  EXPECT_TRUE(pictures) << pictures.error().message;
+  return *pictures;
+}
+
+std::vector<AutofocusRunResult> Runs(const std::string& scene, int runs, std::uint64_t seed, int threads = 2) {
+  auto results = RunAutofocus(PicturesOf(scene), {.method = "auto", .runs = runs, .seed = seed, .threads = threads});
+  EXPECT_TRUE(results) << results.error().message;
+  return *results;
+}
+
+class ClosedLoop : public ::testing::TestWithParam<const char*> {};
+
+// 99 % of all runs end within half a depth of field or refuse; and since these scenes are easy, hardly any refuses.
+TEST_P(ClosedLoop, FocusesOrRefuses) {
+  const int runs = static_cast<int>(testing::ByLevel(10, 100, 1000));
+  const auto results = Runs(GetParam(), runs, 4711);
+  int wrong = 0, refused = 0;
+  for (const AutofocusRunResult& run : results) {
+    wrong += run.focused && !run.within();
+    if (run.focused) continue;
+    ++refused;
+    EXPECT_NEAR(run.end_steps, run.start_steps, 1.0) << run.reason;
+  }
+  EXPECT_LE(wrong, runs / 100);
+  EXPECT_LE(refused, runs / 20);
+}
+
+INSTANTIATE_TEST_SUITE_P(ShippedScenes, ClosedLoop, ::testing::Values("motorcycle.toml", "brick.toml"),
+                         [](const auto& scene) { return std::string(scene.param).substr(0, 5); });
+
+TEST(ClosedLoopTest, ABlankWallIsRefusedAndTheLensIsBackWhereItBegan) {
+  const auto results = Runs("blank.toml", static_cast<int>(testing::ByLevel(10, 100, 1000)), 4712);
+  for (const AutofocusRunResult& run : results) {
+    EXPECT_FALSE(run.focused) << "from " << run.start_steps;
+    EXPECT_NEAR(run.end_steps, run.start_steps, 1.0);
+    EXPECT_NE(run.reason, "");
+  }
+}
+
+TEST(ClosedLoopTest, RunsRepeatWhateverTheThreads) {
+  const auto once = Runs("brick.toml", 4, 5, 1);
+  const auto again = Runs("brick.toml", 4, 5, 2);
+  for (std::size_t i = 0; i < once.size(); ++i) {
+    EXPECT_EQ(once[i].start_steps, again[i].start_steps);
+    EXPECT_EQ(once[i].end_steps, again[i].end_steps);
+    EXPECT_EQ(once[i].error_d, again[i].error_d);
+    EXPECT_EQ(once[i].elapsed, again[i].elapsed);
+  }
+  EXPECT_NE(once[0].start_steps, once[1].start_steps);
+}
+
+TEST(SummaryTest, WilsonIntervalMatchesPublishedValues) {
+  // Closed form at the ends: 0 hits give 0, all hits give n/(n + z²).
+  EXPECT_NEAR(WilsonLow(0, 50), 0.0, 1e-15);
+  EXPECT_NEAR(WilsonLow(100, 100), 100.0 / (100.0 + 3.8414588), 1e-7);
+  // Brown, Cai, DasGupta: 18 of 20 has the interval 0.699 to 0.972.
+  EXPECT_NEAR(WilsonLow(18, 20), 0.699, 5e-4);
+}
+
+TEST(SummaryTest, PercentilesAreValuesThatOccurred) {
+  EXPECT_EQ(Percentile({5, 1, 4, 2, 3}, 0.5), 3);
+  EXPECT_EQ(Percentile({5, 1, 4, 2, 3}, 0.95), 5);
+  EXPECT_EQ(Percentile({1, 2}, 0.5), 1);
+}
+
+TEST(SummaryTest, CountsWhatWasReported) {
+  const auto run = [](bool focused, double error_d) {
+    AutofocusRunResult result;
+    result.focused = focused;
+    result.error_d = error_d;
+    result.half_dof_d = 0.01;
+    result.frames = 10;
+    return result;
+  };
+  const auto summary = Summarise("m", {run(true, 0.005), run(true, 0.015), run(true, 0.03), run(false, 1.0)});
+  EXPECT_EQ(summary.within, 0.25);
+  EXPECT_EQ(summary.false_focus, 0.25);
+  EXPECT_EQ(summary.refused, 0.25);
+  EXPECT_NEAR(*summary.error_dof_max, 1.5, 1e-12);
+  EXPECT_FALSE(Summarise("m", {run(false, 1.0)}).error_dof_p50);
+}
+
+}  // namespace
+}  // namespace lensd::bench
