@@ -11,6 +11,9 @@
 namespace lensd::sim {
 namespace {
 
+/// Of full scale: below the photon noise of a white pixel holding 10,000 electrons (1 %), and quick.
+constexpr double kTolerance = 2.0 / 255.0;
+
 Picture PictureFrom(const LightImage& image) {
   Picture picture;
   picture.light.resize(image.light.size());
@@ -77,7 +80,7 @@ const Scene& Pictures::scene() const {
 Result<std::shared_ptr<const Picture>> Pictures::At(const OpticalState& state) {
   const LensGrid::Key key = shelf_->grid.KeyOf(state);
   if (auto known = shelf_->Find(key)) return known;
-  auto rendered = shelf_->renderer.Render(shelf_->grid.StateOf(key));
+  auto rendered = shelf_->renderer.Render(shelf_->grid.StateOf(key), {.tolerance = kTolerance});
   if (!rendered) return PassOn(std::move(rendered));
   auto picture = std::make_shared<const Picture>(PictureFrom(rendered->image));
   shelf_->Keep(key, picture);

@@ -1,11 +1,11 @@
 #include "ray_tracer.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <numbers>
 #include <optional>
+
+#include "cell_walk.h"
 
 namespace lensd::sim {
 namespace {
@@ -43,48 +43,23 @@ std::optional<Hit> HitPlane(const Canvas& canvas, const Ray& ray) {
   return hit;
 }
 
-/// Steps from cell boundary to cell boundary along one axis, in the ray's parameter (0 near, 1 far).
-struct Walk {
-  int cell;
-  int step;
-  double next;   ///< parameter of the next boundary
-  double every;  ///< between boundaries
-
-  Walk(double from, double to) : cell(CellOf(from)), step(to > from ? 1 : -1) {
-    const double length = std::abs(to - from);
-    if (length == 0.0) {
-      next = every = std::numeric_limits<double>::infinity();
-      return;
-    }
-    const double boundary = step > 0 ? cell + 1 : cell;
-    every = 1.0 / length;
-    next = std::abs(boundary - from) * every;
-  }
-  void Advance() {
-    cell += step;
-    next += every;
-  }
-};
-
 /// A depth map is a field of columns, one a cell, rising from infinitely far to the cell's vergence. The ray goes down
 /// in vergence, cell by cell: it meets a column's top where that lies between the vergences at which it enters and
 /// leaves the cell, and the column's side where the top is nearer than where it enters.
 std::optional<Hit> HitDepthMap(const Canvas& canvas, const Ray& ray) {
   const double near = canvas.max_vergence();
   const double far = canvas.min_vergence();
-  Walk x(ray.XAt(near), ray.XAt(far));
-  Walk y(ray.YAt(near), ray.YAt(far));
+  CellWalk walk(ray.XAt(near), ray.YAt(near), ray.XAt(far), ray.YAt(far));
   double entered = near;
   for (;;) {
-    const double until = std::min({x.next, y.next, 1.0});
-    const double leaves = until >= 1.0 ? far : near + (far - near) * until;
-    if (canvas.Covers(x.cell, y.cell)) {
-      const double top = static_cast<double>(canvas.CellVergence(x.cell, y.cell));
-      if (top > entered) return Hit{entered, x.cell + 0.5, y.cell + 0.5, false};
-      if (top >= leaves) return Hit{top, x.cell + 0.5, y.cell + 0.5, true};
+    const double leaves = walk.AtEnd() ? far : near + (far - near) * walk.Until();
+    if (canvas.Covers(walk.x(), walk.y())) {
+      const double top = static_cast<double>(canvas.CellVergence(walk.x(), walk.y()));
+      if (top > entered) return Hit{entered, walk.x() + 0.5, walk.y() + 0.5, false};
+      if (top >= leaves) return Hit{top, walk.x() + 0.5, walk.y() + 0.5, true};
     }
-    if (until >= 1.0) return std::nullopt;
-    (x.next <= y.next ? x : y).Advance();
+    if (walk.AtEnd()) return std::nullopt;
+    walk.Advance();
     entered = leaves;
   }
 }

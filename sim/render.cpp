@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <utility>
 
@@ -9,7 +10,7 @@
 #include "canvas.h"
 #include "disk_kernel.h"
 #include "ray_tracer.h"
-#include "varying_blur.h"
+#include "view.h"
 
 namespace lensd::sim {
 
@@ -21,55 +22,77 @@ struct Renderer::Prepared {
 
 namespace {
 
-/// The picture without blur: in each cell the nearest surface's light and vergence.
-struct Picture {
-  Raster light;
-  Raster vergence;
+/// One way to make a picture, cheapest first in the table below.
+struct Way {
+  Algorithm algorithm;
+  std::string_view name;
+  bool (*can)(const View&);
+  double (*bound)(const View&);
+  Raster (*render)(const View&);
+  Raster (*render_by_rays)(const View&, const RayBudget&);  ///< instead of bound and render: as exact as asked
 };
 
-Picture PictureOver(const std::vector<Canvas>& canvases, PixelRect rect) {
-  Picture picture{Raster(rect), Raster(rect)};
-  bool first = true;
-  for (const Canvas& canvas : canvases) {
-    const Raster light = canvas.LightOver(rect);
-    const Raster vergence = canvas.VergenceOver(rect);
-    std::size_t i = 0;
-    for (int y = rect.y; y < rect.y + rect.height; ++y) {
-      for (int x = rect.x; x < rect.x + rect.width; ++x, ++i) {
-        const bool nearer = vergence.values[i] > picture.vergence.values[i] || (first && canvas.CoversAll());
-        if (!nearer || !canvas.Covers(x, y)) continue;
-        picture.light.values[i] = light.values[i];
-        picture.vergence.values[i] = vergence.values[i];
-      }
-    }
-    first = false;
-  }
-  return picture;
+constexpr double kRounding = 4e-6;  // of sums over a disk in single precision
+
+Raster JustLayers(const View& view) {
+  return RenderLayers(view);
 }
 
-Raster RenderRays(const std::vector<Canvas>& canvases, const BlurLine& line, PixelRect region, int rays_per_pixel) {
-  const RayTracer tracer(canvases, line, rays_per_pixel);
-  Raster image(region);
-  for (int y = region.y; y < region.y + region.height; ++y) {
-    for (int x = 0; x < region.width; ++x) {
-      image.Row(y)[x] = static_cast<float>(tracer.LightAt(region.x + x + 0.5, y + 0.5));
+constexpr Way kWays[] = {
+    {Algorithm::Fourier, "fourier", CanFourier, [](const View&) { return 1e-7; }, RenderFourier, nullptr},
+    {Algorithm::Wall, "wall", CanWall, [](const View&) { return kRounding; }, RenderWall, nullptr},
+    {Algorithm::Gather, "gather", CanGather, GatherBound, RenderGather, nullptr},
+    {Algorithm::Layers, "layers", CanLayers, LayersBound, JustLayers, nullptr},
+    {Algorithm::Hybrid, "hybrid", [](const View& view) { return CanLayers(view) && CanMarch(view); }, nullptr, nullptr,
+     RenderHybrid},
+    {Algorithm::March, "march", CanMarch, nullptr, nullptr, RenderMarch},
+    {Algorithm::Rays, "rays", [](const View&) { return true; }, nullptr, nullptr, RenderRays},
+    {Algorithm::Splat, "splat", CanSplat, [](const View&) { return 1.0; }, RenderSplat, nullptr},
+};
+
+Result<const Way*> Choose(const View& view, const RenderOptions& options) {
+  for (const Way& way : kWays) {
+    if (options.algorithm == Algorithm::Auto) {
+      if (way.can(view) && (way.bound == nullptr || way.bound(view) <= options.tolerance)) return &way;
+    } else if (way.algorithm == options.algorithm) {
+      if (way.can(view)) return &way;
+      return Fail(Code::Unsupported,
+                  "the renderer '" + std::string(way.name) + "' cannot render this scene; 'auto' can");
     }
   }
-  return image;
+  return Fail(Code::InvalidArgument, "there is no such renderer");
 }
 
-Raster RenderGather(const std::vector<Canvas>& canvases, const BlurLine& line, PixelRect region) {
-  Raster diameters = PictureOver(canvases, region).vergence;
-  float largest = 0.0f;
-  for (float& value : diameters.values) {
-    value = static_cast<float>(std::abs(line.At(static_cast<double>(value))));
-    largest = std::max(largest, value);
+struct Made {
+  Raster image;
+  double bound;
+};
+
+Made Make(const View& view, const Way& way, const RenderOptions& options) {
+  if (way.render_by_rays == nullptr) return {way.render(view), way.bound(view)};
+  const bool exactly = options.algorithm != Algorithm::Auto;
+  const RayBudget budget(view, options.tolerance, options.rays_per_pixel, exactly);
+  return {way.render_by_rays(view, budget), budget.Bound()};
+}
+
+/// Whether the wall hides everything of the other surface from every point of the sensor.
+bool Hides(const Canvas& wall, const Canvas& other) {
+  if (!wall.is_wall() || !wall.CoversAll() || (other.is_plane() && !other.is_wall())) return false;
+  return wall.min_vergence() >= other.max_vergence();
+}
+
+/// Drops what can never be seen. Of two walls in the same place the first stays.
+std::vector<Canvas> VisibleOf(std::vector<Canvas> canvases) {
+  std::vector<Canvas> visible;
+  for (std::size_t i = 0; i < canvases.size(); ++i) {
+    bool hidden = false;
+    for (std::size_t j = 0; j < canvases.size(); ++j) {
+      const bool tie = Hides(canvases[i], canvases[j]);
+      hidden = hidden || (j != i && Hides(canvases[j], canvases[i]) && !(tie && i < j));
+    }
+    if (!hidden) visible.push_back(canvases[i]);
   }
-  const int reach = ReachOf(static_cast<double>(largest));
-  const SummedRaster source(PictureOver(canvases, Grown(region, reach)).light);
-  Raster image(region);
-  BlurVarying(source, diameters, image);
-  return image;
+  return visible;
 }
 
 /// A point of light spreads its energy evenly over its disk, one pixel wide at least, wherever nothing stands between.
@@ -127,13 +150,8 @@ Result<PixelRect> RegionOf(const CameraSettings& camera, const RenderOptions& op
 }  // namespace
 
 std::string_view NameOf(Algorithm algorithm) {
-  switch (algorithm) {
-    case Algorithm::Auto:
-      return "auto";
-    case Algorithm::Rays:
-      return "rays";
-    case Algorithm::Gather:
-      return "gather";
+  for (const Way& way : kWays) {
+    if (way.algorithm == algorithm) return way.name;
   }
   return "auto";
 }
@@ -151,6 +169,7 @@ Result<Renderer> Renderer::Create(const Scene& scene) {
   prepared->camera = scene.camera;
   prepared->lights = scene.lights;
   for (const Surface& surface : scene.surfaces) prepared->canvases.emplace_back(surface, scene.camera);
+  prepared->canvases = VisibleOf(std::move(prepared->canvases));
   return Renderer(std::move(prepared));
 }
 
@@ -158,16 +177,17 @@ Result<Rendered> Renderer::Render(const OpticalState& state, const RenderOptions
   if (Result<void> checked = CheckState(state); !checked) return PassOn(std::move(checked));
   const Result<PixelRect> region = RegionOf(prepared_->camera, options);
   if (!region) return std::unexpected(region.error());
-  const BlurLine line = BlurLineOf(prepared_->camera, state);
-  const std::vector<Canvas>& canvases = prepared_->canvases;
-  const bool rays = options.algorithm == Algorithm::Rays;
-  Raster image =
-      rays ? RenderRays(canvases, line, *region, options.rays_per_pixel) : RenderGather(canvases, line, *region);
-  for (const LightPoint& light : prepared_->lights) AddLight(canvases, line, prepared_->camera, light, image);
-  return Rendered{.image = {region->width, region->height, std::move(image.values)},
+  const View view{prepared_->canvases, BlurLineOf(prepared_->camera, state), *region};
+  const Result<const Way*> way = Choose(view, options);
+  if (!way) return std::unexpected(way.error());
+  Made made = Make(view, **way, options);
+  for (const LightPoint& light : prepared_->lights) {
+    AddLight(view.canvases, view.line, prepared_->camera, light, made.image);
+  }
+  return Rendered{.image = {region->width, region->height, std::move(made.image.values)},
                   .region = *region,
-                  .algorithm = rays ? Algorithm::Rays : Algorithm::Gather,
-                  .error_bound = rays ? 0.0 : 1.0};
+                  .algorithm = (*way)->algorithm,
+                  .error_bound = made.bound};
 }
 
 }  // namespace lensd::sim

@@ -10,6 +10,9 @@ namespace lensd::sim {
 /// they are needed, results are interpolated. `source` must reach ReachOf(largest diameter) beyond `out`.
 void BlurVarying(const SummedRaster& source, const Raster& diameters, Raster& out);
 
+/// Interpolating between two rungs of the ladder acts like moving the light by at most so many pixels.
+inline constexpr double kLadderMove = 0.02;
+
 /// Cells beyond a pixel that BlurVarying may read for diameters up to this one.
 int ReachOf(double diameter_px);
 

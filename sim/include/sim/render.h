@@ -37,11 +37,18 @@ struct LightImage {
   std::vector<float> light;  ///< width * height values, >= 0 (a gradient's ramp may leave [0, 1] beyond the frame)
 };
 
-/// How a picture is made. Each says where it is right; `Auto` takes the cheapest whose error bound is within tolerance.
+/// How a picture is made. `Auto` takes the first of those below whose error bound for this scene and state of the lens
+/// is within tolerance. An explicit choice is refused where it cannot render the scene at all, whatever its error.
 enum class Algorithm {
   Auto,
-  Rays,    ///< reverse projection: rays from each sensor point through the aperture, with visibility: the oracle
-  Gather,  ///< each pixel averages its own disk: exact for one wall, good where blur changes slowly, no visibility
+  Fourier,  ///< one wall with a formula (sinusoid, ramp, one colour), in closed form
+  Wall,     ///< one textured wall: one disk for all pixels
+  Gather,   ///< each pixel averages its own disk; right on one surface whose blur changes slowly, ignores occlusion
+  Layers,   ///< walls blurred one by one and laid over each other; not exact where two blurred things meet
+  Hybrid,   ///< layers, with rays where those are not exact
+  March,    ///< walls and depth maps: rays of neighbouring pixels followed in step
+  Splat,    ///< forward projection, one surface: each scene point spreads over its disk. Slow; Auto never takes it
+  Rays,     ///< reverse projection: rays through the aperture, one by one, with visibility. Slow; the truth
 };
 
 /// The algorithm's name in lower case, as the bench prints it.
@@ -51,7 +58,7 @@ struct RenderOptions {
   double tolerance = 0.5 / 255.0;     ///< largest error Auto may accept, of full scale; 1 asks for the fastest
   std::optional<PixelRect> region{};  ///< only this part of the frame; none: all of it
   Algorithm algorithm = Algorithm::Auto;
-  int rays_per_pixel = 4096;  ///< Rays alone
+  int rays_per_pixel = 65536;  ///< Hybrid, March, Rays: at most (Auto), exactly or a little more (asked for by name)
 };
 
 struct Rendered {

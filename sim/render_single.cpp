@@ -1,0 +1,163 @@
+// Renderers of a single surface over the whole picture.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "disk_filter.h"
+#include "disk_kernel.h"
+#include "varying_blur.h"
+#include "view.h"
+
+namespace lensd::sim {
+namespace {
+
+bool IsSingle(const View& view) {
+  return view.canvases.size() == 1 && view.canvases.front().CoversAll();
+}
+
+bool HasTexture(const Canvas& canvas) {
+  return std::holds_alternative<TexturePaint>(canvas.paint());
+}
+
+/// 2 J1(x) / x, 1 at 0.
+double DiskTransfer(double x) {
+  return x < 1e-8 ? 1.0 : 2.0 * std::cyl_bessel_j(1.0, x) / x;
+}
+
+Raster BlurDiameters(const View& view) {
+  Raster diameters = view.canvases.front().VergenceOver(view.region);
+  for (float& value : diameters.values) value = static_cast<float>(std::abs(view.line.At(static_cast<double>(value))));
+  return diameters;
+}
+
+}  // namespace
+
+bool CanFourier(const View& view) {
+  return IsSingle(view) && view.canvases.front().is_wall() && !HasTexture(view.canvases.front());
+}
+
+Raster RenderFourier(const View& view) {
+  const Canvas& canvas = view.canvases.front();
+  double transfer = 1.0;
+  if (const auto* wave = std::get_if<SinusoidPaint>(&canvas.paint())) {
+    // A product of two cosines is half the sum of two plane waves of the same frequency.
+    const auto frequency = [](double period) { return period == 0.0 ? 0.0 : 1.0 / period; };
+    const double per_pixel = std::hypot(frequency(wave->period_x_px), frequency(wave->period_y_px));
+    transfer = DiskTransfer(std::numbers::pi * std::abs(view.line.At(canvas.PlaneVergence(0, 0))) * per_pixel);
+    if (per_pixel == 0.0) transfer = 1.0;
+  }
+  const bool waves = std::holds_alternative<SinusoidPaint>(canvas.paint());
+  Raster image(view.region);
+  for (int y = view.region.y; y < view.region.y + view.region.height; ++y) {
+    for (int x = 0; x < view.region.width; ++x) {
+      const double light = canvas.LightAt(view.region.x + x + 0.5, y + 0.5);
+      image.Row(y)[x] = static_cast<float>(waves ? 0.5 + transfer * (light - 0.5) : light);
+    }
+  }
+  return image;
+}
+
+bool CanWall(const View& view) {
+  return IsSingle(view) && view.canvases.front().is_wall() && HasTexture(view.canvases.front());
+}
+
+Raster RenderWall(const View& view) {
+  const Canvas& canvas = view.canvases.front();
+  const DiskFilter filter(std::abs(view.line.At(canvas.PlaneVergence(0, 0))));
+  Raster image(view.region);
+  filter.Blur(SummedRaster(canvas.LightOver(Grown(view.region, filter.reach()))), image);
+  return image;
+}
+
+bool CanGather(const View& view) {
+  return !view.canvases.empty();
+}
+
+double GatherBound(const View& view) {
+  if (!IsSingle(view)) return 1.0;
+  const Canvas& canvas = view.canvases.front();
+  const double largest = LargestBlur(view);
+  const PixelRect seen = Grown(view.region, static_cast<int>(std::ceil(0.5 * largest)));
+  const Liveliness lively = LivelinessOf(canvas.LightOver(seen));
+  // d changes by g a pixel. The true kernel is the disk with its points moved by d |h| |g . h| on a plane, 0.08 d g on
+  // average over the aperture; cells that face the camera shift the disk's middle by d g / 4 instead. A move changes
+  // the light by at most the neighbours' difference for each cell boundary it crosses (sqrt 2 of its length, at most).
+  double steepest = std::abs(view.line.per_dioptre_px) * std::hypot(canvas.slope_x(), canvas.slope_y());
+  double mean_move = 0.08;
+  if (!canvas.is_plane()) {
+    const Raster vergence = canvas.VergenceOver(seen);
+    float step = 0.0f;
+    for (int y = seen.y; y + 1 < seen.y + seen.height; ++y) {
+      const float* row = vergence.Row(y);
+      for (int x = 0; x + 1 < seen.width; ++x) {
+        step = std::max({step, std::abs(row[x + 1] - row[x]), std::abs(row[x + seen.width] - row[x])});
+      }
+    }
+    steepest = view.line.per_dioptre_px * static_cast<double>(step) * std::numbers::sqrt2;
+    mean_move = 0.25;
+  }
+  const double move = mean_move * largest * steepest * std::numbers::sqrt2;
+  if (steepest > 0.5) return lively.range;
+  return std::min(lively.range, (move + kLadderMove) * lively.variation);
+}
+
+Raster RenderGather(const View& view) {
+  if (IsSingle(view)) {
+    const Raster diameters = BlurDiameters(view);
+    const float largest = *std::max_element(diameters.values.begin(), diameters.values.end());
+    const int reach = ReachOf(static_cast<double>(largest));
+    const SummedRaster source(view.canvases.front().LightOver(Grown(view.region, reach)));
+    Raster image(view.region);
+    BlurVarying(source, diameters, image);
+    return image;
+  }
+  Raster diameters = SharpViewOver(view.canvases, view.region).vergence;
+  for (float& value : diameters.values) value = static_cast<float>(std::abs(view.line.At(static_cast<double>(value))));
+  const float largest = *std::max_element(diameters.values.begin(), diameters.values.end());
+  const SummedRaster source(
+      SharpViewOver(view.canvases, Grown(view.region, ReachOf(static_cast<double>(largest)))).light);
+  Raster image(view.region);
+  BlurVarying(source, diameters, image);
+  return image;
+}
+
+bool CanSplat(const View& view) {
+  return IsSingle(view);
+}
+
+Raster RenderSplat(const View& view) {
+  const Canvas& canvas = view.canvases.front();
+  const int reach = static_cast<int>(std::ceil(0.5 * LargestBlur(view))) + 2;
+  const double slope_x = view.line.per_dioptre_px * canvas.slope_x();
+  const double slope_y = view.line.per_dioptre_px * canvas.slope_y();
+  const PixelRect all = view.region;
+  std::vector<double> sums(static_cast<std::size_t>(all.width) * static_cast<std::size_t>(all.height));
+  std::vector<double> shares(sums.size());
+  const PixelRect from = Grown(all, reach);
+  for (int y = from.y; y < from.y + from.height; ++y) {
+    for (int x = from.x; x < from.x + from.width; ++x) {
+      const double away = view.line.At(static_cast<double>(canvas.CellVergence(x, y)));
+      const double diameter = std::max(std::abs(away), 1.0);
+      const double light = static_cast<double>(canvas.CellLight(x, y));
+      const int span = static_cast<int>(std::ceil(0.5 * diameter + 0.5));
+      for (int py = std::max(all.y, y - span); py <= std::min(all.y + all.height - 1, y + span); ++py) {
+        for (int px = std::max(all.x, x - span); px <= std::min(all.x + all.width - 1, x + span); ++px) {
+          double share =
+              DiskInRectangle(diameter, px - x - 0.5, py - y - 0.5, px - x + 0.5, py - y + 0.5) / (diameter * diameter);
+          if (share <= 0.0) continue;
+          if (std::abs(away) > 1.0) share *= 1.0 + ((px - x) * slope_x + (py - y) * slope_y) / away;
+          const auto i = static_cast<std::size_t>(py - all.y) * static_cast<std::size_t>(all.width) +
+                         static_cast<std::size_t>(px - all.x);
+          sums[i] += share * light;
+          shares[i] += share;
+        }
+      }
+    }
+  }
+  Raster image(all);
+  for (std::size_t i = 0; i < sums.size(); ++i) image.values[i] = static_cast<float>(sums[i] / shares[i]);
+  return image;
+}
+
+}  // namespace lensd::sim

@@ -1,0 +1,104 @@
+// Renderers against closed forms and against rays without end.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <tuple>
+
+#include "render_scenes.h"
+
+namespace lensd::sim {
+namespace {
+
+TEST(Render, BlurredWallAgreesWithRays) {
+  Scene scene = EmptyScene(24, 20);
+  scene.surfaces.push_back(Wall(1.0, Noise(30, 22, 2)));
+  for (const double diameter : {-1.7, 3.0, -9.3, 14.0}) {
+    const OpticalState state = Blurred(scene, diameter, 1.0);
+    EXPECT_NEAR(SignedBlurPx(scene.camera, state, 1.0), diameter, 1e-9);
+    const LightImage rays = Render(scene, state, {.algorithm = Algorithm::Rays, .rays_per_pixel = 30000});
+    const LightImage quick = Render(scene, state);
+    EXPECT_LT(LargestDifference(rays, quick), 1e-3) << diameter;
+  }
+}
+
+/// 2 J1(x) / x by its integral, the mean of cos(x t) over a disk's chords: (4 / pi) int_0^1 sqrt(1 - t^2) cos(x t) dt,
+/// with t = sin a, by the trapezoid rule, which converges at once for this periodic integrand.
+double DiskTransferByIntegral(double x) {
+  const int steps = 4000;
+  double sum = 0.0;
+  for (int i = 0; i < steps; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / steps;
+    sum += std::cos(angle) * std::cos(angle) * std::cos(x * std::sin(angle));
+  }
+  return 2.0 * sum / steps;
+}
+
+TEST(Render, SinusoidKeepsTheDisksTransfer) {
+  for (const auto& [period_x, period_y] : {std::pair(8.0, 0.0), std::pair(0.0, 5.5), std::pair(12.0, 7.0)}) {
+    Scene scene = EmptyScene(12, 8);
+    scene.surfaces.push_back(Wall(1.0, SinusoidPaint{period_x, period_y}));
+    const double frequency = std::hypot(period_x > 0.0 ? 1.0 / period_x : 0.0, period_y > 0.0 ? 1.0 / period_y : 0.0);
+    for (const double diameter : {-0.4, 3.0, -11.0, 20.0}) {
+      const OpticalState state = Blurred(scene, diameter, 1.0);
+      const double transfer = DiskTransferByIntegral(std::numbers::pi * diameter * frequency);
+      const LightImage closed = Render(scene, state);
+      const LightImage rays = Render(scene, state, {.algorithm = Algorithm::Rays, .rays_per_pixel = 28657});
+      for (int y = 0; y < 8; ++y) {
+        for (int x = 0; x < 12; ++x) {
+          const auto wave = [](double at, double period) {
+            return period > 0.0 ? std::cos(2.0 * std::numbers::pi * at / period) : 1.0;
+          };
+          const double expected = 0.5 + 0.5 * transfer * wave(x + 0.5, period_x) * wave(y + 0.5, period_y);
+          const auto i = static_cast<std::size_t>(y * 12 + x);
+          ASSERT_NEAR(static_cast<double>(closed.light[i]), expected, 1e-6) << diameter;
+          ASSERT_NEAR(static_cast<double>(rays.light[i]), expected, 1e-6) << diameter;
+        }
+      }
+    }
+  }
+}
+
+TEST(Render, ForwardAndReverseProjectionAgree) {
+  Scene wall = EmptyScene(24, 20);
+  wall.surfaces.push_back(Wall(1.0, Noise(24, 20, 5)));
+  Scene plane = EmptyScene(40, 20);
+  plane.surfaces.push_back({PlaneShape{1.0, 0.02, 0.01}, {}, Noise(10, 8, 6)});
+  std::get<TexturePaint>(plane.surfaces[0].paint).texture_px_per_image_px = 0.25;
+  for (const auto& [scene, diameter, limit] :
+       {std::tuple(wall, 7.3, 6e-4), std::tuple(plane, 9.0, 4e-3), std::tuple(plane, -6.0, 4e-3)}) {
+    const OpticalState state = Blurred(scene, diameter, 1.0);
+    const LightImage reverse = Render(scene, state, {.algorithm = Algorithm::Rays, .rays_per_pixel = 30000});
+    const LightImage forward = Render(scene, state, {.algorithm = Algorithm::Splat});
+    EXPECT_LT(LargestDifference(reverse, forward), limit) << diameter;
+  }
+}
+
+TEST(Render, AutoMatchesRaysWhereThingsHideEachOther) {
+  const double strip = 0.6;
+  const double wire = 2.0 / 72.0;
+  for (const double width : {strip, wire}) {
+    const Scene scene = TwoLayers(width, 10);
+    for (const double focus_d : {1.0, 0.75, 1.4}) {
+      OpticalState state = Blurred(scene, 0.0, focus_d);
+      state.aperture_diameter_m = 0.008;
+      const LightImage truth = Render(scene, state, {.algorithm = Algorithm::March, .rays_per_pixel = 150000});
+      auto renderer = Renderer::Create(scene);
+      const auto rendered = renderer->Render(state, {});
+      std::vector<char> boundary;
+      const double reach = 0.5 * std::max(std::abs(SignedBlurPx(scene.camera, state, 1.0)),
+                                          std::abs(SignedBlurPx(scene.camera, state, 0.5))) +
+                           1.0;
+      for (int i = 0; i < 72 * 48; ++i) {
+        const double x = i % 72 + 0.5;
+        boundary.push_back(std::abs(x - 29.0) < reach || (width == wire && std::abs(x - 31.0) < reach));
+      }
+      EXPECT_LT(Percentile(truth, rendered->image, 0.999, &boundary), 0.5 / 255.0) << width << ' ' << focus_d;
+      EXPECT_LT(Percentile(truth, rendered->image, 0.999), 0.5 / 255.0) << width << ' ' << focus_d;
+      EXPECT_LE(rendered->error_bound, 0.5 / 255.0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lensd::sim
