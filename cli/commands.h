@@ -9,11 +9,13 @@
 
 namespace lensd::cli {
 
+void AddPlan(CLI::App& root, Run& run);
 void AddBlur(CLI::App& root, Run& run);
 void AddDof(CLI::App& root, Run& run);
 void AddConjugate(CLI::App& root, Run& run);
 
 inline constexpr std::initializer_list<AddCommand> kCommands = {
+    AddPlan,
     AddBlur,
     AddDof,
     AddConjugate,

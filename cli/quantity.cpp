@@ -77,10 +77,42 @@ std::pair<std::string_view, std::string_view> SplitRange(std::string_view text) 
   return {text.substr(0, dots), text.substr(dots + 2)};
 }
 
+std::vector<std::string_view> SplitList(std::string_view text) {
+  std::vector<std::string_view> parts;
+  for (std::size_t start = 0; start <= text.size();) {
+    const auto comma = std::min(text.find(',', start), text.size());
+    parts.push_back(text.substr(start, comma - start));
+    start = comma + 1;
+  }
+  return parts;
+}
+
 /// Passes `exact` on where a double can hold it.
 Result<Decimal> Representable(Decimal exact, std::string_view text, std::string_view option) {
   if (!exact.Nearest()) return Wrong(option, text, "too large or too small to represent");
   return exact;
+}
+
+/// `A..B`, `A,B,C` or `A`, each read by `parse`.
+Result<Openings> ParseOpenings(std::string_view text, std::string_view option,
+                               Result<Decimal> (*parse)(std::string_view, std::string_view)) {
+  Openings openings;
+  std::vector<Decimal> values;
+  const bool list = text.find(',') != std::string_view::npos;
+  const auto [first, second] = SplitRange(text);
+  const auto parts = list ? SplitList(text) : std::vector{first, second};
+  for (const std::string_view part : parts) {
+    auto value = parse(part, option);
+    if (!value) return PassOn(std::move(value));
+    values.push_back(*std::move(value));
+  }
+  std::ranges::sort(values, std::less<>());
+  openings.range = {values.front(), values.back()};
+  if (!list) return openings;
+  const auto repeated = std::ranges::unique(values, [](const auto& a, const auto& b) { return !(a < b); });
+  values.erase(repeated.begin(), repeated.end());
+  openings.stops = std::move(values);
+  return openings;
 }
 
 Result<Depth> ParseSubject(std::string_view text, std::string_view option) {
@@ -167,30 +199,12 @@ Result<Decimal> ParseFNumber(std::string_view text, std::string_view option) {
   return Representable(measure->value, text, option);
 }
 
-Result<FNumbers> ParseFNumbers(std::string_view text, std::string_view option) {
-  FNumbers numbers;
-  if (text.find(',') == std::string_view::npos) {
-    const auto [first, second] = SplitRange(text);
-    auto low = ParseFNumber(first, option);
-    if (!low) return PassOn(std::move(low));
-    auto high = ParseFNumber(second, option);
-    if (!high) return PassOn(std::move(high));
-    if (*high < *low) std::swap(*low, *high);
-    numbers.range = {*std::move(low), *std::move(high)};
-    return numbers;
-  }
-  for (std::size_t start = 0; start <= text.size();) {
-    const auto comma = std::min(text.find(',', start), text.size());
-    const auto stop = ParseFNumber(text.substr(start, comma - start), option);
-    if (!stop) return std::unexpected(stop.error());
-    numbers.stops.push_back(*stop);
-    start = comma + 1;
-  }
-  std::ranges::sort(numbers.stops, std::less<>());
-  const auto repeated = std::ranges::unique(numbers.stops, [](const auto& a, const auto& b) { return !(a < b); });
-  numbers.stops.erase(repeated.begin(), repeated.end());
-  numbers.range = {numbers.stops.front(), numbers.stops.back()};
-  return numbers;
+Result<Openings> ParseFNumbers(std::string_view text, std::string_view option) {
+  return ParseOpenings(text, option, &ParseFNumber);
+}
+
+Result<Openings> ParseDiameters(std::string_view text, std::string_view option) {
+  return ParseOpenings(text, option, &ParsePositiveLength);
 }
 
 Result<Decimal> ParsePercent(std::string_view text, std::string_view option) {

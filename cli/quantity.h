@@ -42,8 +42,9 @@ struct Span {
   Unit high;
 };
 
-/// F-numbers as a range, or as the stops that exist (ascending, no duplicates). One value is a range of equal ends.
-struct FNumbers {
+/// Openings (f-numbers, or aperture diameters) as a range, or as the stops that exist (ascending, no duplicates). One
+/// value is a range of equal ends.
+struct Openings {
   Span<Decimal> range;
   std::vector<Decimal> stops;  ///< empty: everything in the range
 };
@@ -65,7 +66,9 @@ Result<Decimal> ParseBlurLimit(std::string_view text, const std::optional<Decima
 /// `2.8` or `f/2.8`, > 0.
 Result<Decimal> ParseFNumber(std::string_view text, std::string_view option);
 /// One f-number, a range `1.4..22`, or the stops `1.4,2,2.8`.
-Result<FNumbers> ParseFNumbers(std::string_view text, std::string_view option);
+Result<Openings> ParseFNumbers(std::string_view text, std::string_view option);
+/// The same as lengths > 0: `3mm..20mm`.
+Result<Openings> ParseDiameters(std::string_view text, std::string_view option);
 /// `2%` is 0.02; >= 0.
 Result<Decimal> ParsePercent(std::string_view text, std::string_view option);
 /// A duration > 0, rounded to the nanosecond.

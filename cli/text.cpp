@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <span>
 
 namespace lensd::cli {
 namespace {
@@ -11,8 +12,8 @@ std::size_t Characters(const std::string& text) {
   return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
 }
 
-bool LooksNumeric(const std::string& cell) {
-  return !cell.empty() && (cell[0] == '-' || cell[0] == '.' || (cell[0] >= '0' && cell[0] <= '9'));
+bool IsNumber(const std::string& cell) {
+  return cell.find_first_not_of("0123456789.eE+- %") == std::string::npos;
 }
 
 }  // namespace
@@ -44,9 +45,10 @@ std::string TableText(const std::vector<std::vector<std::string>>& rows) {
     widths.resize(std::max(widths.size(), row.size()));
     for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], Characters(row[i]));
   }
+  const auto body = std::span(rows).subspan(std::min<std::size_t>(rows.size(), 1));
   for (std::size_t i = 0; i < widths.size(); ++i) {
-    numeric.push_back(
-        std::ranges::any_of(rows, [i](const auto& row) { return i < row.size() && LooksNumeric(row[i]); }));
+    numeric.push_back(!body.empty() &&
+                      std::ranges::all_of(body, [i](const auto& row) { return i < row.size() && IsNumber(row[i]); }));
   }
   std::string table;
   for (const auto& row : rows) {

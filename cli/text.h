@@ -16,7 +16,7 @@ std::string LengthText(Metres length);
 /// A depth as "2.31 m (0.433 D)", "infinity (0 D)" or "past infinity (-0.1 D)".
 std::string DepthText(Dioptres vergence);
 
-/// Rows of cells as aligned columns; the first row is the heading. Text cells to the left, numbers to the right.
+/// Rows of cells as aligned columns. Columns that hold only numbers below the first row align to the right.
 std::string TableText(const std::vector<std::vector<std::string>>& rows);
 
 }  // namespace lensd::cli

@@ -6,7 +6,7 @@
 
 #include "cli/commands.h"
 #include "cli/exact_lens.h"
-#include "cli/offline/lens_options.h"
+#include "cli/lens_options.h"
 #include "cli/text.h"
 #include "optics/aperture.h"
 #include "optics/diffraction.h"
@@ -115,7 +115,7 @@ Result<Ratio> ParseExtensionOf(const BlurText& text, const Decimal& f, std::opti
   if (!text.focus.empty()) {
     const auto focus = ParseDepth(text.focus, "--focus");
     if (!focus) return std::unexpected(focus.error());
-    const auto centred = FocusFromCentre(f, *focus, from);
+    const auto centred = FocusFromCentre(f, *focus, ScaleOf(from));
     if (!centred) return std::unexpected(centred.error());
     return *ExtensionFocusedAt(f, *centred);
   }
@@ -154,7 +154,7 @@ Result<std::vector<BlurAt>> LensBlur(const BlurText& text, const Diffraction& di
   const double working = *n * (1.0 + *e / f->Nearest().value());
   std::vector<BlurAt> rows;
   for (const Depth& object : *objects) {
-    const auto centred = ObjectFromCentre(*f, Metres{*e}, object, from);
+    const auto centred = ObjectFromCentre(*f, Metres{*e}, object, ScaleOf(from));
     if (!centred) return std::unexpected(centred.error());
     const auto blur = SignedBlur({*f, *number, *extension}, *centred).Value();
     if (!blur) return std::unexpected(blur.error());
@@ -182,7 +182,7 @@ Result<std::vector<BlurAt>> HoleBlur(const BlurText& text, Model model, const Di
   std::vector<BlurAt> rows;
   for (const Depth& object : *objects) {
     // Without a lens "focal length plus extension" is simply where the sensor stands.
-    const auto centred = ObjectFromCentre(*distance, Metres{0.0}, object, from);
+    const auto centred = ObjectFromCentre(*distance, Metres{0.0}, object, ScaleOf(from));
     if (!centred) return std::unexpected(centred.error());
     const optics::ObjectDepth place =
         centred->IsDistance() ? optics::ObjectDepth(Metres{centred->value}) : optics::ObjectDepth(centred->Vergence());

@@ -6,7 +6,7 @@
 
 #include "cli/commands.h"
 #include "cli/exact_lens.h"
-#include "cli/offline/lens_options.h"
+#include "cli/lens_options.h"
 #include "cli/text.h"
 #include "proto/json.h"
 

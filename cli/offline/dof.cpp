@@ -5,7 +5,7 @@
 
 #include "cli/commands.h"
 #include "cli/exact_lens.h"
-#include "cli/offline/lens_options.h"
+#include "cli/lens_options.h"
 #include "cli/text.h"
 #include "proto/json.h"
 
@@ -41,7 +41,7 @@ Result<DofInput> Parse(const DofText& text, std::optional<From> from) {
     return Fail(Code::InvalidArgument,
                 "--focus '" + text.focus + "': past infinity nothing real is in focus; write inf");
   }
-  auto centred = FocusFromCentre(*f, *focus, from);
+  auto centred = FocusFromCentre(*f, *focus, ScaleOf(from));
   if (!centred) return PassOn(std::move(centred));
   return DofInput{*f, *n, *limit, *centred};
 }

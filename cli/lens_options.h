@@ -8,18 +8,23 @@
 #include "cli/exact_lens.h"
 #include "cli/quantity.h"
 #include "cli/session.h"
+#include "optics/focus_scale.h"
 
 namespace lensd::cli {
 
 /// `--focal-length`, > 0.
 Result<Decimal> ParseFocalLength(const std::string& text);
 
+/// Where distances on the command line start, as a scale of a lens with this gap between its principal planes.
+optics::FocusScale ScaleOf(std::optional<From> from, Metres principal_gap = Metres{0.0});
+
 /// The depth of a focal plane in metres from the lens centre; a distance may start elsewhere. Fails at and inside the
-/// focal length, naming the closest focus.
-Result<Depth> FocusFromCentre(const Decimal& focal_length, const Depth& focus, std::optional<From> from);
+/// focal length, naming the closest focus: that of `longest_extension` where it is known.
+Result<Depth> FocusFromCentre(const Decimal& focal_length, const Depth& focus, const optics::FocusScale& scale,
+                              std::optional<Metres> longest_extension = std::nullopt);
 
 /// The depth of an object while the sensor stands at `extension`, from the lens centre.
 Result<Depth> ObjectFromCentre(const Decimal& focal_length, Metres extension, const Depth& object,
-                               std::optional<From> from);
+                               const optics::FocusScale& scale);
 
 }  // namespace lensd::cli

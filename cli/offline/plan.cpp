@@ -1,0 +1,63 @@
+// lensctl plan: which extension and f-number give this focal plane and these blur limits.
+
+#include "cli/commands.h"
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "cli/plan/answer_text.h"
+#include "cli/plan/options.h"
+#include "cli/text.h"
+#include "optics/framing.h"
+#include "proto/plan_json.h"
+
+namespace lensd::cli {
+namespace {
+
+/// What the zoom was set to and what it frames, beside the plan.
+void AddFraming(const PlanQuestion& question, const optics::PlanAnswer& answer, proto::Json& json) {
+  const Metres f{question.request.focal_length.value};
+  json["focalLengthMm"] = f.value * 1e3;
+  if (!answer.feasible) return;
+  const auto& [sensor_width, distance] = *question.framing;
+  json["fieldWidthM"] = optics::FieldWidth(f, answer.extension, sensor_width, distance).value;
+}
+
+std::string FramingText(const PlanQuestion& question, const optics::PlanAnswer& answer) {
+  const Metres f{question.request.focal_length.value};
+  std::string text = "focal length " + LengthText(f);
+  if (answer.feasible) {
+    const auto& [sensor_width, distance] = *question.framing;
+    text += ", framing a field " + LengthText(optics::FieldWidth(f, answer.extension, sensor_width, distance)) +
+            " wide at " + LengthText(distance);
+  }
+  return text + "\n";
+}
+
+Outcome RunPlan(const PlanText& text, Session& session) {
+  const auto question = ReadPlan(text, PlanDefaults{}, session.globals().from);
+  if (!question) return Refuse(question);
+  const auto answer = optics::Plan(question->request);
+  if (!answer) return Refuse(answer);
+  if (session.json()) {
+    proto::Json json = proto::PlanAnswerJson(*answer, question->principal_gap);
+    if (question->framing) AddFraming(*question, *answer, json);
+    session.PrintJson(json);
+  } else {
+    const std::string framing = question->framing ? FramingText(*question, *answer) : "";
+    session.PrintText(framing + PlanAnswerText(*answer, question->principal_gap));
+  }
+  return answer->feasible ? Exit::Done : Exit::No;
+}
+
+}  // namespace
+
+void AddPlan(CLI::App& root, Run& run) {
+  auto text = std::make_shared<PlanText>();
+  CLI::App* command =
+      root.add_subcommand("plan", "f-number and focus that meet blur limits, or why none do")->group(kOffline);
+  AddPlanOptions(*command, *text);
+  command->callback([text, &run] { run = [text](Session& session) { return RunPlan(*text, session); }; });
+}
+
+}  // namespace lensd::cli

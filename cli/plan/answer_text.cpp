@@ -1,0 +1,60 @@
+#include "cli/plan/answer_text.h"
+
+#include "cli/text.h"
+
+namespace lensd::cli {
+namespace {
+
+std::string Joined(const std::vector<std::string>& names) {
+  std::string joined;
+  for (std::size_t i = 0; i < names.size(); ++i) joined += (i == 0 ? "" : ", ") + names[i];
+  return joined;
+}
+
+std::string Infeasible(const optics::PlanAnswer& answer) {
+  std::string text = "No setting meets all of this. In conflict: " + Joined(answer.conflict) +
+                     "; dropping any one of them leaves the rest possible.\n";
+  if (answer.relax) {
+    text += "With every sharp limit multiplied and every blurred one divided by " + Short(*answer.relax, 6) +
+            " it becomes possible.\n";
+  } else {
+    text += "No change of the blur limits alone makes it possible.\n";
+  }
+  return text;
+}
+
+std::string LimitTable(const std::vector<optics::LimitAnswer>& limits) {
+  std::vector<std::vector<std::string>> rows{{"limit", "from", "to", "limit [um]", "worst [um]", "at", "used"}};
+  for (const auto& limit : limits) {
+    rows.push_back({limit.name, DepthText(limit.near), DepthText(limit.far), Short(limit.limit.value * 1e6),
+                    Short(limit.worst.value * 1e6), DepthText(limit.at), Short(100.0 * limit.ratio) + " %"});
+  }
+  return TableText(rows);
+}
+
+}  // namespace
+
+std::string PlanAnswerText(const optics::PlanAnswer& answer, Metres principal_gap) {
+  const std::string note = answer.note.empty() ? "" : "Note: " + answer.note + "\n";
+  if (!answer.feasible) return Infeasible(answer) + note;
+  std::vector<std::vector<std::string>> rows{
+      {"f-number", "f/" + Short(answer.f_number.value, 6), "opening " + LengthText(answer.aperture_diameter)},
+      {"extension", LengthText(answer.extension),
+       "sensor " + LengthText(answer.sensor_distance) + " from the lens centre"},
+      {"focal plane", DepthText(answer.focal_plane),
+       answer.focal_plane.value > 0.0
+           ? LengthText(Metres{1.0 / answer.focal_plane.value} + answer.sensor_distance + principal_gap) +
+                 " from the sensor"
+           : ""},
+      {"magnification", Short(answer.magnification), "working f-number " + Short(answer.working_f_number.value)},
+      {"model", answer.model, "leaves out at most " + LengthText(answer.model_error)}};
+  if (answer.depth_of_field) {
+    rows.push_back({"sharp", DepthText(answer.depth_of_field->one_end.vergence()),
+                    "to " + DepthText(answer.depth_of_field->other_end.vergence())});
+  }
+  std::string text = TableText(rows);
+  if (!answer.limits.empty()) text += "\n" + LimitTable(answer.limits);
+  return text + note;
+}
+
+}  // namespace lensd::cli

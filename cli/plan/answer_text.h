@@ -1,0 +1,14 @@
+// A plan in words.
+#pragma once
+
+#include <string>
+
+#include "base/units.h"
+#include "optics/planner.h"
+
+namespace lensd::cli {
+
+/// The answer as a compact table, or why there is no plan.
+std::string PlanAnswerText(const optics::PlanAnswer& answer, Metres principal_gap);
+
+}  // namespace lensd::cli

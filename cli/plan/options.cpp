@@ -1,0 +1,373 @@
+#include "cli/plan/options.h"
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <utility>
+
+#include "cli/lens_options.h"
+#include "cli/plan/where.h"
+#include "optics/conjugates.h"
+#include "optics/focus_scale.h"
+#include "optics/framing.h"
+
+namespace lensd::cli {
+namespace {
+
+using optics::BlurLimit;
+using optics::LimitKind;
+using optics::Number;
+using optics::PlanDepth;
+using optics::PlanRequest;
+
+std::unexpected<Error> Usage(std::string message) {
+  return Fail(Code::InvalidArgument, std::move(message));
+}
+
+Number NumberOf(const Decimal& exact) {
+  return {exact.Nearest().value(), exact.Text()};
+}
+optics::NumberRange RangeOf(const Span<Decimal>& span) {
+  return {NumberOf(span.low), NumberOf(span.high)};
+}
+PlanDepth PlanDepthOf(const Depth& depth) {
+  return depth.IsDistance() ? PlanDepth::Distance(NumberOf(depth.exact)) : PlanDepth::Vergence(NumberOf(depth.exact));
+}
+
+/// A limit with its kind and its name settled.
+struct NamedLimit {
+  WrittenLimit written;
+  LimitKind kind = LimitKind::Sharp;
+};
+
+/// Everything the options say, before distances are turned into depths from the lens centre.
+struct Reading {
+  PlanRequest request;
+  Decimal focal_length;
+  std::optional<Decimal> pixel;
+  std::optional<Depth> focus;
+  std::vector<NamedLimit> limits;
+  std::optional<Framing> framing;
+};
+
+/// Parses an option into `place` where it is given.
+template <class Parse, class Place>
+Result<void> Optional(const std::string& text, std::string_view option, Parse parse, Place place) {
+  if (text.empty()) return {};
+  auto value = parse(text, option);
+  if (!value) return PassOn(std::move(value));
+  place(*std::move(value));
+  return {};
+}
+
+/// `W@D`: a field W wide at distance D.
+Result<optics::Field> ParseField(const std::string& text, const optics::FocusScale& scale) {
+  const auto at = text.find('@');
+  if (at == std::string::npos) return Usage("--field '" + text + "': write WIDTH@DISTANCE, such as 1.2m@3m");
+  const auto width = ParsePositiveLength(text.substr(0, at), "--field");
+  if (!width) return std::unexpected(width.error());
+  const auto distance = ParsePositiveLength(text.substr(at + 1), "--field");
+  if (!distance) return std::unexpected(distance.error());
+  return optics::Field{Metres{width->Nearest().value()}, Metres{distance->Nearest().value()}, scale};
+}
+
+/// Settles the focal length of a zoom by what it shall frame.
+Result<void> FrameField(const PlanText& text, const Span<Decimal>& zoom, const optics::FocusScale& scale,
+                        Reading& reading) {
+  if (text.field.empty() || text.sensor_width.empty()) {
+    return Usage("--focal-length '" + text.focal_length +
+                 "' leaves the focal length open: give one, or say what to frame with --field WIDTH@DISTANCE and "
+                 "--sensor-width W");
+  }
+  const auto field = ParseField(text.field, scale);
+  if (!field) return std::unexpected(field.error());
+  const auto width = ParsePositiveLength(text.sensor_width, "--sensor-width");
+  if (!width) return std::unexpected(width.error());
+  const Metres sensor_width{width->Nearest().value()};
+  const auto f =
+      optics::FramingFocalLength(*field, sensor_width, {{zoom.low.Nearest().value()}, {zoom.high.Nearest().value()}});
+  if (!f) return std::unexpected(f.error());
+  const auto place = optics::DepthInFocus(scale, *f, field->distance);
+  if (!place) return std::unexpected(place.error());
+  reading.focal_length = Decimal::Shortest(f->value);
+  reading.framing = Framing{sensor_width, place->distance().value_or(field->distance)};
+  return {};
+}
+
+Result<void> ReadFocalLength(const PlanText& text, const PlanDefaults& defaults, const optics::FocusScale& scale,
+                             Reading& reading) {
+  if (text.focal_length.empty()) {
+    if (!defaults.focal_length) return Usage("--focal-length is required, such as 50mm");
+    reading.focal_length = *defaults.focal_length;
+  } else {
+    const auto range = ParseLengthRange(text.focal_length, "--focal-length");
+    if (!range) return std::unexpected(range.error());
+    if (!range->low.IsPositive()) return Usage("--focal-length '" + text.focal_length + "': must be greater than zero");
+    if (range->low < range->high) return FrameField(text, *range, scale, reading);
+    reading.focal_length = range->low;
+  }
+  if (text.field.empty() && text.sensor_width.empty()) return {};
+  return Usage("--field and --sensor-width choose the focal length of a zoom: write --focal-length A..B");
+}
+
+Result<void> ReadOpenings(const PlanText& text, const PlanDefaults& defaults, PlanRequest& request) {
+  if (!text.f_number.empty() && !text.aperture_diameter.empty()) {
+    return Usage("give the opening once: --f-number or --aperture-diameter");
+  }
+  request.apertures_are_diameters = !text.aperture_diameter.empty();
+  if (text.f_number.empty() && text.aperture_diameter.empty()) {
+    if (!defaults.f_numbers)
+      return Usage("--f-number is required, such as 1.4..22 or 1.4,2,2.8 (or --aperture-diameter)");
+    request.f_numbers = RangeOf(*defaults.f_numbers);
+    return {};
+  }
+  const auto openings = request.apertures_are_diameters ? ParseDiameters(text.aperture_diameter, "--aperture-diameter")
+                                                        : ParseFNumbers(text.f_number, "--f-number");
+  if (!openings) return std::unexpected(openings.error());
+  request.f_numbers = RangeOf(openings->range);
+  for (const Decimal& stop : openings->stops) request.stops.push_back(NumberOf(stop));
+  return {};
+}
+
+Result<void> ReadExtensions(const PlanText& text, const PlanDefaults& defaults, const Decimal& focal_length,
+                            PlanRequest& request) {
+  if (!text.extension.empty() && !text.sensor_distance.empty()) {
+    return Usage("say once where the sensor may stand: --extension or --sensor-distance");
+  }
+  if (text.extension.empty() && text.sensor_distance.empty()) {
+    if (!defaults.extensions) return Usage("--extension is required, such as 0mm..8mm (or --sensor-distance)");
+    request.extensions = RangeOf(*defaults.extensions);
+    return {};
+  }
+  const bool direct = !text.extension.empty();
+  auto range = direct ? ParseLengthRange(text.extension, "--extension")
+                      : ParseLengthRange(text.sensor_distance, "--sensor-distance");
+  if (!range) return PassOn(std::move(range));
+  if (!direct) range = Span<Decimal>{range->low - focal_length, range->high - focal_length};
+  request.extensions = RangeOf(*range);
+  return {};
+}
+
+Result<void> ReadDiffraction(const PlanText& text, PlanRequest& request) {
+  auto done = Optional(text.wavelength, "--wavelength", ParsePositiveLength,
+                       [&](const Decimal& length) { request.wavelength = NumberOf(length); });
+  if (!done || text.diffraction.empty()) return done;
+  if (!request.wavelength) return Usage("--diffraction needs --wavelength, such as 550nm");
+  if (text.diffraction != "airy" && text.diffraction != "mtf50") {
+    return Usage("--diffraction '" + text.diffraction + "': say airy or mtf50");
+  }
+  request.diffraction =
+      text.diffraction == "airy" ? optics::DiffractionConvention::Airy : optics::DiffractionConvention::Mtf50;
+  return {};
+}
+
+Result<void> ReadObjective(const PlanText& text, const std::optional<Decimal>& pixel, PlanRequest& request) {
+  constexpr std::string_view kNames[] = {"light", "sharp", "depth"};
+  if (!text.objective.empty()) {
+    const auto* found = std::ranges::find(kNames, text.objective);
+    if (found == std::end(kNames)) return Usage("--objective '" + text.objective + "': say light, sharp or depth");
+    request.objective = static_cast<optics::Objective>(found - kNames);
+  }
+  const bool depth = request.objective == optics::Objective::Depth;
+  if (depth && (text.focus.empty() || text.blur_limit.empty())) {
+    return Usage("--objective depth needs --focus and --blur-limit");
+  }
+  if (!depth && !text.blur_limit.empty()) return Usage("--blur-limit is for --objective depth");
+  const auto limit = [&pixel](std::string_view value, std::string_view option) {
+    return ParseBlurLimit(value, pixel, option);
+  };
+  auto done = Optional(text.blur_limit, "--blur-limit", limit,
+                       [&](const Decimal& length) { request.depth_limit = NumberOf(length); });
+  if (!done) return done;
+  return Optional(text.model_tolerance, "--model-tolerance", limit,
+                  [&](const Decimal& length) { request.model_tolerance = Metres{length.Nearest().value()}; });
+}
+
+Result<void> ReadTolerances(const PlanText& text, const PlanDefaults& defaults, PlanRequest& request) {
+  auto done = Optional(text.sensor_tolerance, "--sensor-tolerance", ParseExactLength,
+                       [&](const Decimal& length) { request.sensor_tolerance = NumberOf(length); });
+  if (!done) return done;
+  done = Optional(text.f_number_tolerance, "--f-number-tolerance", ParsePercent,
+                  [&](const Decimal& ratio) { request.f_number_tolerance = NumberOf(ratio); });
+  if (!done) return done;
+  if (defaults.pupil_factor) request.pupil_factor = NumberOf(*defaults.pupil_factor);
+  return Optional(text.pupil_factor, "--pupil-factor", ParseNumber,
+                  [&](const Decimal& factor) { request.pupil_factor = NumberOf(factor); });
+}
+
+/// Reads the limits and settles their names: as given, or by their place among the options of their kind.
+Result<void> ReadLimits(const std::vector<std::string>& texts, LimitKind kind, Reading& reading) {
+  const std::string prefix = kind == LimitKind::Sharp ? "sharp" : "blurred";
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    auto written = ParseLimit(texts[i], kind, reading.pixel);
+    if (!written) return PassOn(std::move(written));
+    if (written->name.empty()) written->name = prefix + "[" + std::to_string(i) + "]";
+    if (!written->limit && !reading.pixel) {
+      return Usage("--" + prefix + " '" + texts[i] + "': add a blur limit such as :8um, or give --pixel for 1px");
+    }
+    if (!written->limit) written->limit = reading.pixel;
+    reading.limits.push_back({*std::move(written), kind});
+  }
+  return {};
+}
+
+Result<Reading> ReadOptions(const PlanText& text, const PlanDefaults& defaults, const optics::FocusScale& scale) {
+  Reading reading;
+  PlanRequest& request = reading.request;
+  reading.pixel = defaults.pixel;
+  auto done =
+      Optional(text.pixel, "--pixel", ParsePositiveLength, [&](const Decimal& length) { reading.pixel = length; });
+  if (done) done = ReadFocalLength(text, defaults, scale, reading);
+  if (done) done = ReadOpenings(text, defaults, request);
+  if (done) done = ReadExtensions(text, defaults, reading.focal_length, request);
+  if (done) done = Optional(text.focus, "--focus", ParseDepth, [&](const Depth& depth) { reading.focus = depth; });
+  if (done) done = ReadDiffraction(text, request);
+  if (done) done = ReadObjective(text, reading.pixel, request);
+  if (done) done = ReadTolerances(text, defaults, request);
+  if (done) done = ReadLimits(text.sharp, LimitKind::Sharp, reading);
+  if (done) done = ReadLimits(text.blurred, LimitKind::Blurred, reading);
+  if (!done) return PassOn(std::move(done));
+  request.focal_length = NumberOf(reading.focal_length);
+  if (reading.pixel) request.pixel = Metres{reading.pixel->Nearest().value()};
+  return reading;
+}
+
+/// The occupied depths of one limit with the sensor at `extension`.
+Result<std::vector<optics::DepthInterval>> DepthsOf(const WrittenLimit& written, const Reading& reading,
+                                                    const optics::FocusScale& scale, Metres extension) {
+  if (const auto* plane = std::get_if<TiltedPlane>(&written.where)) {
+    auto interval = optics::DepthsOfPlane(NumberOf(plane->u0), NumberOf(plane->ux), NumberOf(plane->uy));
+    if (!interval) return PassOn(std::move(interval));
+    return std::vector{*std::move(interval)};
+  }
+  if (std::holds_alternative<MaskClass>(written.where)) return Usage("classes such as @1 need --depth-map");
+  const auto& range = std::get<DepthRange>(written.where);
+  const auto near = ObjectFromCentre(reading.focal_length, extension, range.near, scale);
+  if (!near) return std::unexpected(near.error());
+  const auto far = ObjectFromCentre(reading.focal_length, extension, range.far, scale);
+  if (!far) return std::unexpected(far.error());
+  return std::vector{optics::DepthInterval{PlanDepthOf(*near), PlanDepthOf(*far)}};
+}
+
+/// The question with all depths from the lens centre, if the sensor stands at `extension`.
+Result<PlanRequest> Centred(const Reading& reading, const optics::FocusScale& scale, Metres extension) {
+  PlanRequest request = reading.request;
+  if (reading.focus) {
+    const auto focus =
+        FocusFromCentre(reading.focal_length, *reading.focus, scale, Metres{reading.request.extensions.high.value});
+    if (!focus) return std::unexpected(focus.error());
+    request.focus = PlanDepthOf(*focus);
+  }
+  for (const NamedLimit& limit : reading.limits) {
+    auto depths = DepthsOf(limit.written, reading, scale, extension);
+    if (!depths) return PassOn(std::move(depths));
+    request.limits.push_back({.name = limit.written.name,
+                              .kind = limit.kind,
+                              .depths = *std::move(depths),
+                              .limit = NumberOf(*limit.written.limit),
+                              .side = limit.written.side});
+  }
+  return request;
+}
+
+/// Where the sensor stands for the answer to `request`: of the plan, or, where there is none, of the plan for limits
+/// relaxed just enough. Nothing where even that does not exist.
+Result<std::optional<Metres>> AnswerExtension(PlanRequest request) {
+  auto answer = optics::Plan(request);
+  if (!answer) return PassOn(std::move(answer));
+  if (answer->feasible) return answer->extension;
+  if (!answer->relax) return std::nullopt;
+  const double factor = *answer->relax * (1.0 + 1e-9);
+  for (BlurLimit& limit : request.limits) {
+    limit.limit = Number(limit.kind == LimitKind::Sharp ? limit.limit.value * factor : limit.limit.value / factor);
+  }
+  auto relaxed = optics::Plan(request);
+  if (!relaxed) return PassOn(std::move(relaxed));
+  return relaxed->feasible ? std::optional(relaxed->extension) : std::nullopt;
+}
+
+/// Distances from the sensor move with it. Since a subject's image moves far less than the subject (by the square of
+/// the magnification), solving and converting again settles within a few rounds.
+Result<PlanRequest> SettledFromSensor(const Reading& reading, const optics::FocusScale& scale) {
+  constexpr int kMostRounds = 60;
+  Metres extension{0.5 * (reading.request.extensions.low.value + reading.request.extensions.high.value)};
+  auto request = Centred(reading, scale, extension);
+  for (int round = 0; round < kMostRounds && request; ++round) {
+    const auto moved = AnswerExtension(*request);
+    if (!moved) return std::unexpected(moved.error());
+    if (!*moved || **moved == extension) break;
+    extension = **moved;
+    request = Centred(reading, scale, extension);
+  }
+  return request;
+}
+
+}  // namespace
+
+Result<PlanQuestion> ReadPlan(const PlanText& text, const PlanDefaults& defaults, std::optional<From> from) {
+  const optics::FocusScale scale = ScaleOf(from, defaults.principal_gap);
+  const auto reading = ReadOptions(text, defaults, scale);
+  if (!reading) return std::unexpected(reading.error());
+  Metres extension{0.0};
+  bool settled = scale.from != optics::DistanceFrom::Sensor;
+  if (reading->focus) {
+    const auto focus =
+        FocusFromCentre(reading->focal_length, *reading->focus, scale, Metres{reading->request.extensions.high.value});
+    if (!focus) return std::unexpected(focus.error());
+    const auto stands = ExtensionFocusedAt(reading->focal_length, *focus)->Value();
+    if (!stands) return std::unexpected(stands.error());
+    extension = Metres{*stands};
+    settled = true;
+  }
+  auto request = settled ? Centred(*reading, scale, extension) : SettledFromSensor(*reading, scale);
+  if (!request) return PassOn(std::move(request));
+  return PlanQuestion{*std::move(request), defaults.principal_gap, reading->framing};
+}
+
+void AddPlanOptions(CLI::App& command, PlanText& text) {
+  const auto add = [&command](const char* name, std::string& place, const char* type, const char* help) {
+    return command.add_option(name, place, help)->type_name(type);
+  };
+  const auto add_limits = [&command](const char* name, std::vector<std::string>& place, const char* help) {
+    command.add_option(name, place, help)
+        ->type_name("LIMIT")
+        ->allow_extra_args(false)
+        ->group("What must be sharp or blurred");
+  };
+  const char* const lens = "The lens";
+  add("--focal-length", text.focal_length, "F", "50mm; of a zoom 24mm..70mm, with --field")->group(lens);
+  add("--f-number", text.f_number, "N", "range 1.4..22, or the stops 1.4,2,2.8")->group(lens);
+  add("--aperture-diameter", text.aperture_diameter, "A", "the same as diameters, such as 3mm..20mm")->group(lens);
+  add("--extension", text.extension, "E", "sensor distance beyond the focal length, 0mm..8mm")->group(lens);
+  add("--sensor-distance", text.sensor_distance, "Z", "the same from the lens centre, 50mm..58mm")->group(lens);
+  add("--pixel", text.pixel, "SIZE", "size of a pixel, for limits in px")->group(lens);
+  add("--pupil-factor", text.pupil_factor, "P", "exit over entrance pupil diameter (default 1)")->group(lens);
+  add("--field", text.field, "W@D", "zoom: frame a field W wide at distance D")->group(lens);
+  add("--sensor-width", text.sensor_width, "W", "zoom: width of the sensor")->group(lens);
+  add_limits("--sharp", text.sharp, "[NAME=]WHERE[:LIMIT], blur at most LIMIT everywhere in WHERE; repeatable");
+  add_limits("--blurred", text.blurred, "[NAME=]WHERE[:LIMIT][:behind|:front], blur at least LIMIT; repeatable");
+  const char* const wanted = "What is wanted";
+  add("--focus", text.focus, "D", "keep the focal plane at this distance or vergence")->group(wanted);
+  add("--objective", text.objective, "WHAT",
+      "light: smallest f-number (default); sharp: smallest blur against the limits; depth: with --focus and "
+      "--blur-limit, the greatest depth of field")
+      ->group(wanted);
+  add("--blur-limit", text.blur_limit, "C", "blur that still counts as sharp, for --objective depth")->group(wanted);
+  const char* const certain = "What must be counted with";
+  add("--sensor-tolerance", text.sensor_tolerance, "T", "the sensor stands within this of where it should, 2um")
+      ->group(certain);
+  add("--f-number-tolerance", text.f_number_tolerance, "T", "the f-number is within this of its value, 2%")
+      ->group(certain);
+  add("--wavelength", text.wavelength, "L", "count diffraction at this wavelength, 550nm")->group(certain);
+  add("--diffraction", text.diffraction, "KIND", "its convention: airy (default) or mtf50")->group(certain);
+  add("--model-tolerance", text.model_tolerance, "T",
+      "what the camera model may leave out (default: a tenth of the tightest limit, or a quarter pixel if larger)")
+      ->group(certain);
+  command.footer(
+      "WHERE is NEAR..FAR, one distance or vergence, plane(U0,UX,UY) (vergence U0 + UX x + UY y in dioptres, x and y "
+      "in\n"
+      "[-1,1] across the frame) or @K (class K of the mask). LIMIT is a blur diameter on the sensor, 8um or 1.5px; "
+      "1px\n"
+      "when left out. NAME says what answers shall call it.");
+}
+
+}  // namespace lensd::cli

@@ -1,0 +1,55 @@
+// From the options of `plan` to a question for the planner: read once, for the offline command and for the daemon's
+// lenses alike.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/quantity.h"
+#include "cli/session.h"
+#include "optics/planner.h"
+
+namespace lensd::cli {
+
+/// The options as written; empty: not given.
+struct PlanText {
+  std::string focal_length, f_number, aperture_diameter, extension, sensor_distance, focus;
+  std::string sensor_tolerance, f_number_tolerance, wavelength, diffraction, pixel, pupil_factor;
+  std::vector<std::string> sharp, blurred;
+  std::string objective, blur_limit, model_tolerance;
+  std::string field, sensor_width;
+};
+
+/// Adds the options above to a command.
+void AddPlanOptions(CLI::App& command, PlanText& text);
+
+/// What a lens of the daemon answers for options that are not given. Offline all of it is empty.
+struct PlanDefaults {
+  std::optional<Decimal> focal_length;      ///< metres
+  std::optional<Span<Decimal>> f_numbers;   ///< range
+  std::optional<Span<Decimal>> extensions;  ///< metres
+  std::optional<Decimal> pixel;             ///< metres
+  std::optional<Decimal> pupil_factor;      ///< exit over entrance pupil
+  Metres principal_gap{0.0};                ///< for distances from the sensor
+};
+
+/// A field to frame with a zoom, reported with the answer.
+struct Framing {
+  Metres sensor_width;
+  Metres distance;  ///< from the lens centre
+};
+
+/// A question to the planner, all depths from the lens centre.
+struct PlanQuestion {
+  optics::PlanRequest request;
+  Metres principal_gap{0.0};
+  std::optional<Framing> framing;
+};
+
+/// Reads the options. Distances of limits that start at the sensor depend on where the sensor will stand: with --focus
+/// that is known, without it the question is solved again until the sensor stands where the distances assume it.
+/// Errors: InvalidArgument, OutOfRange (one line naming the option), BadData and Io of depth maps.
+Result<PlanQuestion> ReadPlan(const PlanText& text, const PlanDefaults& defaults, std::optional<From> from);
+
+}  // namespace lensd::cli
