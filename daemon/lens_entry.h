@@ -6,7 +6,7 @@
 #include <string>
 
 #include "lens_service.h"
-#include "rig/optics_table.h"
+#include "planning.h"
 
 namespace lensd::daemon {
 
@@ -15,6 +15,7 @@ struct LensService::Lens {
   std::string info;                           ///< LensInfo, serialised
   std::string text;                           ///< LensStatus, serialised
   std::shared_ptr<const rig::Status> status;  ///< what `text` says
+  std::optional<Planning> planning;           ///< none: the optics are not known
   std::string published;                      ///< the worker's thread: last state it told of, to see changes
   std::unique_ptr<Worker> worker;
 };

@@ -14,10 +14,10 @@ using proto::Json;
 
 LensService::LensService(EventLoop& loop, const Clock& clock)
     : loop_(loop), clock_(clock), definition_(BuiltInDefinition(proto::LensInterfaceText())) {
-  handlers_ = {{"List", &LensService::List},           {"Status", &LensService::Status},
-               {"Monitor", &LensService::Monitor},     {"Move", &LensService::Move},
-               {"Home", &LensService::Home},           {"Stop", &LensService::Stop},
-               {"Autofocus", &LensService::Autofocus}, {"Snapshot", &LensService::Snapshot}};
+  handlers_ = {
+      {"List", &LensService::List}, {"Status", &LensService::Status},       {"Monitor", &LensService::Monitor},
+      {"Move", &LensService::Move}, {"Home", &LensService::Home},           {"Stop", &LensService::Stop},
+      {"Plan", &LensService::Plan}, {"Autofocus", &LensService::Autofocus}, {"Snapshot", &LensService::Snapshot}};
 }
 
 LensService::~LensService() = default;
@@ -34,6 +34,7 @@ Result<void> LensService::AddLens(const LensConfig& config, drivers::Device devi
   text["readAtMs"] = std::chrono::duration<double, std::milli>(status->sampled_at.time_since_epoch()).count();
   entry.text = proto::WriteJson(text);
   entry.status = std::move(status);
+  entry.planning = PlanningOf(**rig, config.rig);
   lenses_.push_back(std::move(lens));
   entry.worker = std::make_unique<Worker>(*std::move(rig), clock_,
                                           [this, &entry](const rig::Status& now, std::vector<Worker::Task> later) {
@@ -108,6 +109,10 @@ void LensService::Announce(const Lens& lens, std::string_view field, const std::
   for (auto& [key, watcher] : watchers_) {
     if (watcher.wants_events && (watcher.only == nullptr || watcher.only == &lens)) watcher.exchange->Continue(event);
   }
+}
+
+void LensService::AnnounceMoves(const Lens& lens, const Json& moves) {
+  for (const Json& move : moves) Announce(lens, "move", proto::WriteJson(move));
 }
 
 void LensService::Refuse(const ExchangePointer& exchange, const Error& error) {

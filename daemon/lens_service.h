@@ -12,6 +12,7 @@
 #include "base/clock.h"
 #include "config.h"
 #include "event_loop.h"
+#include "optics/planner.h"
 #include "rig/rig.h"
 #include "router.h"
 #include "task_thread.h"
@@ -50,6 +51,8 @@ class LensService final : public Service {
   void Move(const ExchangePointer& exchange);
   void Home(const ExchangePointer& exchange);
   void Stop(const ExchangePointer& exchange);
+  void Plan(const ExchangePointer& exchange);
+  void Apply(const ExchangePointer& exchange, Lens& lens, const optics::PlanAnswer& plan);
   void Autofocus(const ExchangePointer& exchange);
   void Snapshot(const ExchangePointer& exchange);
 
@@ -60,6 +63,7 @@ class LensService final : public Service {
   void Watch(Watcher watcher);
   void Unwatch(const Exchange* exchange) { watchers_.erase(exchange); }
   void Announce(const Lens& lens, std::string_view field, const std::string& result);
+  void AnnounceMoves(const Lens& lens, const proto::Json& moves);
   void ShowProgress(const ExchangePointer& exchange, const Lens& lens, drivers::Axis axis);
   /// Ends a call with an error of the rig.
   void Refuse(const ExchangePointer& exchange, const Error& error);

@@ -7,6 +7,7 @@
 #include "lens_entry.h"
 #include "lens_json.h"
 #include "lens_service.h"
+#include "move_group.h"
 
 namespace lensd::daemon {
 namespace {
@@ -114,36 +115,21 @@ void LensService::Home(const ExchangePointer& exchange) {
   if (lens == nullptr) return;
   const Json* named = Given(exchange->parameters(), "axis");
   const std::optional<Axis> only = named ? std::optional(AxisOf(*named)) : std::nullopt;
-  // Answers when the last axis has ended; the first error is the answer.
-  struct Homing {
-    std::size_t left = 0;
-    Json moves = Json::array();
-    std::optional<Error> error;
-  };
-  auto homing = std::make_shared<Homing>();
-  auto answer = [this, exchange, lens, homing] {
-    if (homing->error) return Refuse(exchange, *homing->error);
-    for (const Json& move : homing->moves) Announce(*lens, "move", proto::WriteJson(move));
-    exchange->Finish(Wrap("moves", proto::WriteJson(homing->moves)));
-  };
-  lens->worker->Submit([lens, only, homing, answer](rig::Rig& rig) {
+  auto group = std::make_shared<MoveGroup>(*lens->worker, lens->name);
+  group->OnEnd([this, exchange, lens](const MoveGroup& ended) {
+    if (ended.error()) return Refuse(exchange, *ended.error());
+    AnnounceMoves(*lens, ended.moves());
+    exchange->Finish(Wrap("moves", proto::WriteJson(ended.moves())));
+  });
+  lens->worker->Submit([only, group](rig::Rig& rig) {
     std::vector<Axis> axes;
     for (const Axis axis : drivers::kAxes) {
       const auto& can = rig.lens().axes[axis];
       if (only ? axis == *only : can && can->can_home) axes.push_back(axis);
     }
-    homing->left = axes.size();
-    if (axes.empty()) {
-      homing->error = Error{Code::Unsupported, "no axis of this lens has a reference to search for"};
-      return lens->worker->Later(answer);
-    }
-    for (const Axis axis : axes) {
-      rig.Home(axis, [lens, homing, answer](const Result<rig::MoveOutcome>& outcome) {
-        if (outcome) homing->moves.push_back(MoveJson(lens->name, *outcome));
-        if (!outcome && !homing->error) homing->error = outcome.error();
-        if (--homing->left == 0) lens->worker->Later(answer);
-      });
-    }
+    if (axes.empty()) return group->Fail({Code::Unsupported, "no axis of this lens has a reference to search for"});
+    for (const Axis axis : axes) rig.Home(axis, group->Add());
+    group->Complete();
   });
 }
 

@@ -115,4 +115,9 @@ std::expected<Json, Failure> Link::Follow(std::string_view method, Json paramete
   }
 }
 
+void StopNow(Session& session, const Json& lens, const Json& axis) {
+  auto link = Link::Open(session);
+  if (link && link->Ask(MethodOfLens("Stop"), {{"lens", lens}, {"axis", axis}})) session.Remark("stopped");
+}
+
 }  // namespace lensd::cli

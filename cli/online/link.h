@@ -41,4 +41,8 @@ class Link {
 /// The interface's methods by their short name.
 std::string MethodOfLens(std::string_view method);
 
+/// Stops an axis (null: everything the lens does) on a connection of its own, because the call that is ended occupies
+/// the other.
+void StopNow(Session& session, const proto::Json& lens, const proto::Json& axis);
+
 }  // namespace lensd::cli

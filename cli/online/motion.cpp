@@ -18,12 +18,6 @@ using proto::Json;
 constexpr std::array<std::string_view, 4> kAxes = {"focus", "iris", "zoom", "filter"};
 constexpr std::array<const char*, 3> kOrigins = {"lens", "sensor", "front"};
 
-/// On a connection of its own, because the call that is ended occupies the other.
-void StopNow(Session& session, const Json& lens, const Json& axis) {
-  auto link = Link::Open(session);
-  if (link && link->Ask(MethodOfLens("Stop"), {{"lens", lens}, {"axis", axis}})) session.Remark("stopped");
-}
-
 /// Moves one axis and prints the result. Control-C stops the axis.
 Outcome Move(Session& session, Json lens, const char* axis, Json target) {
   auto link = Link::Open(session);
