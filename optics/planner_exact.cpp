@@ -7,6 +7,7 @@
 
 #include "planner_diffraction.h"
 #include "planner_solve.h"
+#include "rational.h"
 
 namespace lensd::optics {
 
@@ -14,7 +15,6 @@ namespace {
 
 namespace mp = boost::multiprecision;
 using Integer = mp::number<mp::cpp_int_backend<>, mp::et_off>;
-using Rational = mp::number<mp::rational_adaptor<mp::cpp_int_backend<>>, mp::et_off>;
 using Real = mp::number<mp::cpp_bin_float<100>, mp::et_off>;
 
 /// mantissa * 10^exponent as written.
@@ -50,12 +50,6 @@ Decimal DecimalOf(const Number& number) {
   char text[40];
   const std::to_chars_result end = std::to_chars(text, text + sizeof text, number.value);
   return Read(std::string_view(text, static_cast<std::size_t>(end.ptr - text)));
-}
-
-Rational ToRational(const Number& number) {
-  const Decimal decimal = DecimalOf(number);
-  const Integer scale = mp::pow(Integer(10), static_cast<unsigned>(std::abs(decimal.exponent)));
-  return decimal.exponent < 0 ? Rational(decimal.mantissa, scale) : Rational(Integer(decimal.mantissa * scale));
 }
 
 Real ToReal(const Rational& rational) {
@@ -117,7 +111,7 @@ Decimal Magnitude(Decimal decimal, int sign) {
 
 Solved SolveForNExactly(const Task& task, bool largest) {
   Programme<Rational> programme;
-  Write(programme, task, ToRational);
+  Write(programme, task, RationalOf);
   Solved solved;
   SmallestNResult<Rational> result;
   if (!programme.never && !programme.focus_outside) {
@@ -143,7 +137,7 @@ Solved SolveForNExactly(const Task& task, bool largest) {
 
 std::optional<Solved> SolveForRatioExactly(const Task& task) {
   Programme<Rational> programme;
-  Write(programme, task, ToRational);
+  Write(programme, task, RationalOf);
   if (programme.never || programme.focus_outside) return std::nullopt;
   Programme<Real> fine;
   Copy(programme, fine);
@@ -155,10 +149,10 @@ std::optional<Solved> SolveForRatioExactly(const Task& task) {
 Solved SolveDiffractedForNExactly(const Task& task, double start_at) {
   const PlanRequest& request = *task.request;
   Programme<Rational> programme;
-  Write(programme, task, ToRational);
+  Write(programme, task, RationalOf);
   Programme<Real> lines;
   Copy(programme, lines);
-  const auto to_real = [](const Number& number) { return ToReal(ToRational(number)); };
+  const auto to_real = [](const Number& number) { return ToReal(RationalOf(number)); };
   const Real factor = Real(std::lround(DiffractionFactor(request.diffraction) * 100)) / 100;
   const DiffractionStrip<Real> strip = WriteCurves(lines, task, Real(factor * to_real(*request.wavelength)), to_real);
   Real end = lines.strip.n_high;
@@ -193,8 +187,8 @@ Solved SolveDiffractedForNExactly(const Task& task, double start_at) {
 }
 
 int CompareFocalPower(const Number& focal_length, const PlanDepth& depth) {
-  const Rational f = ToRational(focal_length);
-  const Rational value = ToRational(depth.number);
+  const Rational f = RationalOf(focal_length);
+  const Rational value = RationalOf(depth.number);
   return depth.is_vergence ? Rational(f * value).compare(1) : f.compare(value);
 }
 

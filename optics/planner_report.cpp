@@ -18,22 +18,29 @@ ObjectDepth ToObjectDepth(const PlanDepth& depth) {
   return Metres{depth.number.value};
 }
 
-double BlurAt(const PlanRequest& request, const PlanDepth& depth, bool sharp, double n, double e) {
+/// Blur that counts for a limit: with diffraction for a sharp one; for a blurred one geometric, and none on the wrong
+/// side.
+double BlurAt(const PlanRequest& request, const BlurLimit& limit, const PlanDepth& depth, double n, double e) {
   const Metres f{request.focal_length.value};
   const ObjectDepth object = ToObjectDepth(depth);
   const double pupil = request.pupil_factor.value;
-  const Metres geometric{Blur(ThinLens{f, {n}, {e}}, object).value / PupilDivisor(f, object, pupil)};
-  if (!sharp || !request.wavelength) return geometric.value;
+  const double signed_blur = SignedBlur(ThinLens{f, {n}, {e}}, object).value / PupilDivisor(f, object, pupil);
+  if (limit.kind == LimitKind::Blurred) {
+    if (limit.side == Side::Either) return std::abs(signed_blur);
+    return std::max(limit.side == Side::Behind ? signed_blur : -signed_blur, 0.0);
+  }
+  const Metres geometric{std::abs(signed_blur)};
+  if (!request.wavelength) return geometric.value;
   const FNumber working = WorkingFNumber({n}, Magnification(f, {e}), pupil);
   return TotalBlur(geometric, DiffractionBlur(request.diffraction, {request.wavelength->value}, working)).value;
 }
 
 /// Largest (sharp) or smallest (blurred) blur at a depth over the tolerances.
-double WorstBlurAt(const PlanRequest& request, const PlanDepth& depth, bool sharp, double n, double e) {
+double WorstBlurAt(const PlanRequest& request, const BlurLimit& limit, const PlanDepth& depth, double n, double e) {
   const double delta = request.sensor_tolerance.value, epsilon = request.f_number_tolerance.value;
-  const double out = BlurAt(request, depth, sharp, n, e + delta);
-  const double in = BlurAt(request, depth, sharp, n, e - delta);
-  return sharp ? std::max(in, out) / (1.0 - epsilon) : std::min(in, out) / (1.0 + epsilon);
+  const double out = BlurAt(request, limit, depth, n, e + delta);
+  const double in = BlurAt(request, limit, depth, n, e - delta);
+  return limit.kind == LimitKind::Sharp ? std::max(in, out) / (1.0 - epsilon) : std::min(in, out) / (1.0 + epsilon);
 }
 
 }  // namespace
@@ -50,14 +57,15 @@ LimitAnswer Fare(const PlanRequest& request, const BlurLimit& limit, double n, d
     if (first || near > fares.near) fares.near = near;
     if (first || far < fares.far) fares.far = far;
     for (const PlanDepth* depth : {ends.near, ends.far}) {
-      const double blur = WorstBlurAt(request, *depth, sharp, n, e);
+      const double blur = WorstBlurAt(request, limit, *depth, n, e);
       if (!first && (sharp ? blur <= fares.worst.value : blur >= fares.worst.value)) continue;
       first = false;
       fares.worst = {blur};
       fares.at = depth->vergence();
     }
   }
-  fares.ratio = sharp ? fares.worst / fares.limit : fares.limit / fares.worst;
+  constexpr double kMostRatio = 1e9;  // no blur at all where there should be some
+  fares.ratio = sharp ? fares.worst / fares.limit : std::min(fares.limit / fares.worst, kMostRatio);
   return fares;
 }
 

@@ -8,7 +8,7 @@ namespace lensd::optics {
 /// Fills everything of a feasible answer but the model and the note from its f-number and extension.
 void Describe(const PlanRequest& request, double n, double e, PlanAnswer& answer);
 
-/// The worst ratio of all limits at (N, e); infinite where a blurred limit's least blur is zero.
+/// The worst ratio of all limits at (N, e).
 double WorstRatioAt(const PlanRequest& request, double n, double e);
 
 /// How one limit fares at (N, e).

@@ -123,6 +123,69 @@ TEST(Planner, PlanesAreAddedExactlyAndCutAtInfinity) {
   EXPECT_EQ(DepthsOfPlane(-1.0, 0.3, 0.0).error().code, Code::OutOfRange);
 }
 
+/// Steps of 1/8192 of the extension range, and the stops of an iris in sixths.
+struct Hardware {
+  std::vector<double> extensions, f_numbers;
+  explicit Hardware(int steps) {
+    for (int i = 0; i <= steps; ++i) extensions.push_back(0.002 * i / steps);
+    for (int i = 6; i <= 48; ++i) f_numbers.push_back(std::pow(2.0, i / 12.0));
+  }
+};
+
+TEST(PlannerGrid, TheBestReachablePointHoldsAndNoneIsBetter) {
+  const Hardware hardware(400);
+  PlanRequest request = Demo();
+  request.sensor_tolerance = 1e-6;
+  for (const Objective objective : {Objective::Light, Objective::Sharp}) {
+    request.objective = objective;
+    const Result<GridAnswer> answer = PlanOnGrid(request, hardware.extensions, hardware.f_numbers);
+    ASSERT_TRUE(answer.has_value());
+    ASSERT_TRUE(answer->continuous_feasible && answer->plan.feasible);
+    EXPECT_EQ(answer->plan.extension.value, hardware.extensions[answer->extension_index]);
+    EXPECT_EQ(answer->plan.f_number.value, hardware.f_numbers[answer->f_number_index]);
+    EXPECT_LE(answer->plan.worst_ratio, 1.0);
+    PlanRequest there = request;
+    for (const double n : hardware.f_numbers) {  // every point of the grid, one by one
+      for (const double e : hardware.extensions) {
+        there.f_numbers = {n, n};
+        there.extensions = {e, e};
+        const PlanAnswer point = *Plan(there);
+        if (!point.feasible) continue;
+        if (objective == Objective::Light) {
+          EXPECT_GE(n, answer->plan.f_number.value);
+        }
+        if (objective == Objective::Sharp || n == answer->plan.f_number.value) {
+          EXPECT_GE(point.worst_ratio, answer->plan.worst_ratio * (1 - 1e-12));
+        }
+      }
+    }
+  }
+}
+
+TEST(PlannerGrid, SaysSoWhenStepsAreCoarserThanTheDepthOfField) {
+  PlanRequest request = Demo();
+  request.f_numbers = {1.5, 2.1};
+  const Hardware hardware(3);
+  const Result<GridAnswer> answer = PlanOnGrid(request, hardware.extensions, hardware.f_numbers);
+  ASSERT_TRUE(answer.has_value());
+  EXPECT_TRUE(answer->continuous_feasible);
+  EXPECT_FALSE(answer->plan.feasible);
+  EXPECT_GT(answer->plan.worst_ratio, 1.0);
+  EXPECT_TRUE(answer->plan.conflict.empty());
+  EXPECT_EQ(answer->plan.limits.size(), 2u);
+}
+
+TEST(PlannerGrid, AFixedFocusTakesTheNearestStep) {
+  PlanRequest request = Demo();
+  request.limits.clear();
+  request.focus = PlanDepth::Distance(2.55);  // e = 0.001
+  const Hardware hardware(9);
+  const Result<GridAnswer> answer = PlanOnGrid(request, hardware.extensions, hardware.f_numbers);
+  ASSERT_TRUE(answer.has_value() && answer->plan.feasible);
+  EXPECT_NEAR(answer->plan.extension.value, 0.001, 0.0002 * 0.75);
+  EXPECT_FALSE(PlanOnGrid(request, {}, hardware.f_numbers).has_value());
+}
+
 struct Refused {
   const char* why;
   void (*spoil)(PlanRequest&);

@@ -106,7 +106,7 @@ struct LimitAnswer {
   Metres limit;
   Metres worst;      ///< greatest blur for a sharp limit, least for a blurred one
   Dioptres at;       ///< the vergence where that is
-  double ratio = 0;  ///< worst/limit, or limit/worst for a blurred limit: holds when at most 1
+  double ratio = 0;  ///< worst/limit, or limit/worst (at most 1e9) for a blurred limit: holds when at most 1
 };
 
 /// The f-number and extension, or why there are none.
@@ -154,11 +154,11 @@ struct GridAnswer {
   size_t f_number_index = 0;
 };
 
-/// Solves `request` over the product of the extensions (metres, in any monotone order) and f-numbers (any order) that
-/// the hardware can reach; both non-empty, values the request's ranges exclude are passed over. Every limit is
-/// re-checked exactly at the point returned, with the request's tolerances, which should hold the actuator's own
-/// bounds. A fixed focus means the reachable extension nearest to it. Infeasible as a continuous request: as Plan()
-/// says it.
+/// Solves `request` over the product of the extensions (metres) and f-numbers that the hardware can reach, both
+/// non-empty and in any order. Values the request's ranges exclude are passed over; a range that holds none, and each
+/// stop, means the reachable value nearest to it, and a fixed focus the reachable extension nearest to it. Whether
+/// every limit holds at the point returned is decided exactly, with the request's tolerances, which should hold the
+/// actuator's own bounds. Infeasible as a continuous request: as Plan() says it.
 Result<GridAnswer> PlanOnGrid(const PlanRequest& request, std::span<const double> extensions,
                               std::span<const double> f_numbers);
 
