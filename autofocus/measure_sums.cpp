@@ -1,116 +1,277 @@
-// The sums behind the focus measures, one sample at a time: what the vector kernels must equal.
-#include <cstdlib>
+// The sums behind the focus measures of 8-bit pictures, a vector of pixels at a time. Integers throughout, so that
+// every instruction set finds the same sums.
+//
+// Rows are taken in blocks of eight, which a vector of columns walks down keeping the rows' slopes in registers: each
+// row is widened once, and ten streams of memory run in step. Squares are summed in 32 bits, two to a lane, and emptied
+// into 64 bits before they can overflow: a Sobel slope is at most 1020, so a step down a block adds at most 16 x 2 x
+// 1020^2.
+#include <cstddef>
+#include <cstdint>
 
-#include "autofocus/measures.h"
+#include "measure_scalar.h"
 
-namespace lensd::autofocus {
-namespace {
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "measure_sums.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
 
-/// The 3 x 3 neighbourhood of a sample.
-template <class Sample>
-struct Patch {
-  const Sample* above;
-  const Sample* here;
-  const Sample* below;
+HWY_BEFORE_NAMESPACE();
+namespace lensd::autofocus::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
 
-  std::int64_t SobelX() const {
-    return (std::int64_t{above[1]} - above[-1]) + 2 * (std::int64_t{here[1]} - here[-1]) + below[1] - below[-1];
-  }
-  std::int64_t SobelY() const {
-    return (std::int64_t{below[-1]} - above[-1]) + 2 * (std::int64_t{below[0]} - above[0]) + below[1] - above[1];
-  }
-  std::int64_t Laplacian() const {
-    return std::int64_t{above[0]} + below[0] + here[-1] + here[1] - 4 * std::int64_t{here[0]};
-  }
-  std::int64_t SecondDifference() const {
-    return (std::int64_t{above[-1]} - 2 * above[0] + above[1]) - 2 * (std::int64_t{here[-1]} - 2 * here[0] + here[1]) +
-           (std::int64_t{below[-1]} - 2 * below[0] + below[1]);
-  }
+using Words = hn::ScalableTag<std::int16_t>;
+using Sums = hn::ScalableTag<std::int32_t>;
+using Bytes = hn::Rebind<std::uint8_t, Words>;
+using WordVec = hn::Vec<Words>;
+using SumVec = hn::Vec<Sums>;
+using View = GreyView<std::uint8_t>;
+
+constexpr int kBlock = 8;   // rows
+constexpr int kSteps = 32;  // down a block between emptyings: 32 x 8 x 2 x 1020^2 < 2^31
+
+HWY_INLINE WordVec Load(const std::uint8_t* samples) {
+  return hn::PromoteTo(Words(), hn::LoadU(Bytes(), samples));
+}
+
+HWY_INLINE void AddSquares(WordVec v, SumVec& even, SumVec& odd) {
+  even = hn::ReorderWidenMulAccumulate(Sums(), v, v, even, odd);
+}
+
+HWY_INLINE void AddValues(WordVec v, SumVec& even, SumVec& odd) {
+  even = hn::ReorderWidenMulAccumulate(Sums(), v, hn::Set(Words(), 1), even, odd);
+}
+
+HWY_INLINE std::int64_t Empty(SumVec& sum) {
+  HWY_ALIGN std::int32_t lanes[HWY_MAX_BYTES / sizeof(std::int32_t)];
+  hn::Store(sum, Sums(), lanes);
+  sum = hn::Zero(Sums());
+  std::int64_t total = 0;
+  for (std::size_t i = 0; i < hn::Lanes(Sums()); ++i) total += lanes[i];
+  return total;
+}
+
+/// A row's slope along x, and its smoothed values and second difference for the slopes along y.
+struct RowSlopes {
+  WordVec slope;
+  WordVec smooth;
+  WordVec bend;
 };
 
-template <class Sample, class Visit>
-void ForInner(GreyView<Sample> view, Visit visit) {
-  for (int y = 1; y + 1 < view.height; ++y) {
-    const Sample* row = view.samples + y * view.stride;
-    for (int x = 1; x + 1 < view.width; ++x)
-      visit(Patch<Sample>{row + x - view.stride, row + x, row + x + view.stride});
+template <bool kNoise>
+HWY_INLINE RowSlopes SlopesAt(const std::uint8_t* samples) {
+  const WordVec left = Load(samples - 1);
+  const WordVec right = Load(samples + 1);
+  const WordVec twice = hn::ShiftLeft<1>(Load(samples));
+  const WordVec sides = hn::Add(left, right);
+  return {hn::Sub(right, left), hn::Add(sides, twice), kNoise ? hn::Sub(sides, twice) : sides};
+}
+
+/// Columns from 1 on that whole vectors cover.
+int WholeColumns(View view) {
+  const int lanes = static_cast<int>(hn::Lanes(Words()));
+  return (view.width - 2) / lanes * lanes;
+}
+
+template <bool kNoise>
+HWY_INLINE FocusSums SumSlopes(View view) {
+  const int lanes = static_cast<int>(hn::Lanes(Words()));
+  const int end = 1 + WholeColumns(view);
+  FocusSums sums;
+  SumVec along_x[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
+  SumVec along_y[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
+  SumVec bends[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
+  const auto empty = [&] {
+    for (SumVec& sum : along_x) sums.gradient += static_cast<std::uint64_t>(Empty(sum));
+    for (SumVec& sum : along_y) sums.gradient += static_cast<std::uint64_t>(Empty(sum));
+    for (SumVec& sum : bends) sums.noise += static_cast<std::uint64_t>(Empty(sum));
+  };
+  for (int top = 1; top + 1 < view.height; top += kBlock) {
+    const int rows = HWY_MIN(kBlock, view.height - 1 - top);
+    int step = 0;
+    for (int x = 1; x < end; x += lanes) {
+      const std::uint8_t* at = view.samples + (top - 1) * view.stride + x;
+      RowSlopes above = SlopesAt<kNoise>(at);
+      RowSlopes here = SlopesAt<kNoise>(at += view.stride);
+      WordVec noise = hn::Zero(Words());
+      for (int row = 0; row < rows; ++row) {
+        const RowSlopes below = SlopesAt<kNoise>(at += view.stride);
+        const WordVec gx = hn::Add(hn::Add(above.slope, below.slope), hn::ShiftLeft<1>(here.slope));
+        AddSquares(gx, along_x[0], along_x[1]);
+        AddSquares(hn::Sub(below.smooth, above.smooth), along_y[0], along_y[1]);
+        if constexpr (kNoise) {
+          const WordVec bend = hn::Sub(hn::Add(above.bend, below.bend), hn::ShiftLeft<1>(here.bend));
+          noise = hn::Add(noise, hn::Abs(bend));
+        }
+        above = here;
+        here = below;
+      }
+      if constexpr (kNoise) AddValues(noise, bends[0], bends[1]);
+      if (++step % kSteps == 0) empty();
+    }
+    empty();
   }
-}
-
-std::uint64_t Square(std::int64_t value) {
-  return static_cast<std::uint64_t>(value * value);
-}
-
-template <class Sample>
-std::uint64_t GradientOf(GreyView<Sample> view) {
-  std::uint64_t sum = 0;
-  ForInner(view, [&](Patch<Sample> at) { sum += Square(at.SobelX()) + Square(at.SobelY()); });
-  return sum;
-}
-
-template <class Sample>
-std::uint64_t BrennerOf(GreyView<Sample> view) {
-  std::uint64_t sum = 0;
-  for (int y = 0; y < view.height; ++y) {
-    const Sample* row = view.samples + y * view.stride;
-    for (int x = 0; x + 2 < view.width; ++x) sum += Square(std::int64_t{row[x + 2]} - row[x]);
-  }
-  return sum;
-}
-
-template <class Sample>
-LaplacianSums LaplacianOf(GreyView<Sample> view) {
-  LaplacianSums sums;
-  ForInner(view, [&](Patch<Sample> at) {
-    const std::int64_t value = at.Laplacian();
-    sums.value += value;
-    sums.square += Square(value);
-  });
   return sums;
 }
 
-template <class Sample>
-FocusSums FocusOf(GreyView<Sample> view, Sample full_scale) {
-  FocusSums sums;
-  ForInner(view, [&](Patch<Sample> at) {
-    sums.gradient += Square(at.SobelX()) + Square(at.SobelY());
-    sums.noise += static_cast<std::uint64_t>(std::abs(at.SecondDifference()));
-  });
+FocusSums SumSlopesAndNoise(View view) {
+  return SumSlopes<true>(view);
+}
+
+std::uint64_t SumSlopesAlone(View view) {
+  return SumSlopes<false>(view).gradient;
+}
+
+LaplacianSums SumLaplacians(View view) {
+  const int lanes = static_cast<int>(hn::Lanes(Words()));
+  const int end = 1 + WholeColumns(view);
+  LaplacianSums sums;
+  SumVec squares[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
+  SumVec values[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
+  const auto empty = [&] {
+    for (SumVec& sum : squares) sums.square += static_cast<std::uint64_t>(Empty(sum));
+    for (SumVec& sum : values) sums.value += Empty(sum);
+  };
+  for (int top = 1; top + 1 < view.height; top += kBlock) {
+    const int rows = HWY_MIN(kBlock, view.height - 1 - top);
+    int step = 0;
+    for (int x = 1; x < end; x += lanes) {
+      const std::uint8_t* at = view.samples + top * view.stride + x;
+      WordVec above = Load(at - view.stride);
+      WordVec here = Load(at);
+      WordVec value = hn::Zero(Words());
+      for (int row = 0; row < rows; ++row, at += view.stride) {
+        const WordVec below = Load(at + view.stride);
+        const WordVec sides = hn::Add(Load(at - 1), Load(at + 1));
+        const WordVec laplacian = hn::Sub(hn::Add(hn::Add(above, below), sides), hn::ShiftLeft<2>(here));
+        AddSquares(laplacian, squares[0], squares[1]);
+        value = hn::Add(value, laplacian);
+        above = here;
+        here = below;
+      }
+      AddValues(value, values[0], values[1]);
+      if (++step % kSteps == 0) empty();
+    }
+    empty();
+  }
+  return sums;
+}
+
+/// Pairs two apart in every row, as many columns as whole vectors hold.
+std::uint64_t SumPairs(View view) {
+  const int lanes = static_cast<int>(hn::Lanes(Words()));
+  const int end = WholeColumns(view);
+  std::uint64_t total = 0;
+  SumVec squares[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
+  const auto empty = [&] {
+    for (SumVec& sum : squares) total += static_cast<std::uint64_t>(Empty(sum));
+  };
+  int step = 0;
   for (int y = 0; y < view.height; ++y) {
-    const Sample* row = view.samples + y * view.stride;
-    for (int x = 0; x < view.width; ++x) {
-      sums.saturated += row[x] >= full_scale;
-      sums.light += row[x];
+    const std::uint8_t* row = view.samples + y * view.stride;
+    for (int x = 0; x < end; x += lanes) {
+      AddSquares(hn::Sub(Load(row + x + 2), Load(row + x)), squares[0], squares[1]);
+      if (++step % 8192 == 0) empty();  // a step adds at most 2 x 255^2 to a lane: 2^31 holds 16,512
+    }
+  }
+  empty();
+  return total;
+}
+
+void AddRowLevels(const std::uint8_t* row, int width, std::uint8_t full_scale, FocusSums& sums) {
+  const hn::ScalableTag<std::uint8_t> d;
+  const hn::ScalableTag<std::uint64_t> d64;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto below_full = hn::Set(d, static_cast<std::uint8_t>(full_scale - 1));
+  auto light = hn::Zero(d64);
+  int x = 0;
+  for (; x + lanes <= width; x += lanes) {
+    const auto v = hn::LoadU(d, row + x);
+    light = hn::Add(light, hn::SumsOf8(v));
+    sums.saturated += hn::CountTrue(d, hn::Ne(hn::SaturatedSub(v, below_full), hn::Zero(d)));
+  }
+  HWY_ALIGN std::uint64_t parts[HWY_MAX_BYTES / sizeof(std::uint64_t)];
+  hn::Store(light, d64, parts);
+  for (std::size_t i = 0; i < hn::Lanes(d64); ++i) sums.light += parts[i];
+  scalar::AddLevels(row + x, width - x, full_scale, sums);
+}
+
+}  // namespace lensd::autofocus::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace lensd::autofocus {
+namespace {
+
+HWY_EXPORT(WholeColumns);
+HWY_EXPORT(SumSlopesAndNoise);
+HWY_EXPORT(SumSlopesAlone);
+HWY_EXPORT(SumLaplacians);
+HWY_EXPORT(SumPairs);
+HWY_EXPORT(AddRowLevels);
+
+/// The part of a view right of its first `columns` columns.
+GreyView<std::uint8_t> RestOf(GreyView<std::uint8_t> view, int columns) {
+  return {view.samples + columns, view.width - columns, view.height, view.stride};
+}
+
+}  // namespace
+
+std::uint64_t SumGradient(GreyView<std::uint8_t> view) {
+  const int whole = HWY_DYNAMIC_DISPATCH(WholeColumns)(view);
+  return HWY_DYNAMIC_DISPATCH(SumSlopesAlone)(view) + scalar::GradientOf(RestOf(view, whole));
+}
+
+std::uint64_t SumBrenner(GreyView<std::uint8_t> view) {
+  const int whole = HWY_DYNAMIC_DISPATCH(WholeColumns)(view);
+  return HWY_DYNAMIC_DISPATCH(SumPairs)(view) + scalar::BrennerOf(RestOf(view, whole));
+}
+
+LaplacianSums SumLaplacian(GreyView<std::uint8_t> view) {
+  LaplacianSums sums = HWY_DYNAMIC_DISPATCH(SumLaplacians)(view);
+  const LaplacianSums rest = scalar::LaplacianOf(RestOf(view, HWY_DYNAMIC_DISPATCH(WholeColumns)(view)));
+  sums.value += rest.value;
+  sums.square += rest.square;
+  return sums;
+}
+
+FocusSums SumFocus(GreyView<std::uint8_t> view, std::uint8_t full_scale) {
+  FocusSums sums;
+  constexpr int kRows = 16;  // taken twice while they are in the cache: slopes, then levels
+  const int whole = HWY_DYNAMIC_DISPATCH(WholeColumns)(view);
+  for (int top = 0; top < view.height; top += kRows) {
+    const int first = top == 0 ? 0 : top - 1;
+    const int last = HWY_MIN(top + kRows + 1, view.height);
+    const GreyView<std::uint8_t> band{view.samples + first * view.stride, view.width, last - first, view.stride};
+    if (band.height >= 3) {
+      const FocusSums slopes = HWY_DYNAMIC_DISPATCH(SumSlopesAndNoise)(band);
+      const FocusSums rest = scalar::SlopesOf(RestOf(band, whole));
+      sums.gradient += slopes.gradient + rest.gradient;
+      sums.noise += slopes.noise + rest.noise;
+    }
+    for (int y = top; y < HWY_MIN(top + kRows, view.height); ++y) {
+      HWY_DYNAMIC_DISPATCH(AddRowLevels)(view.samples + y * view.stride, view.width, full_scale, sums);
     }
   }
   return sums;
 }
 
-}  // namespace
-
 std::uint64_t SumGradient(GreyView<std::uint16_t> view) {
-  return GradientOf(view);
+  return scalar::GradientOf(view);
 }
+
 std::uint64_t SumBrenner(GreyView<std::uint16_t> view) {
-  return BrennerOf(view);
+  return scalar::BrennerOf(view);
 }
+
 LaplacianSums SumLaplacian(GreyView<std::uint16_t> view) {
-  return LaplacianOf(view);
+  return scalar::LaplacianOf(view);
 }
+
 FocusSums SumFocus(GreyView<std::uint16_t> view, std::uint16_t full_scale) {
-  return FocusOf(view, full_scale);
-}
-std::uint64_t SumGradient(GreyView<std::uint8_t> view) {
-  return GradientOf(view);
-}
-std::uint64_t SumBrenner(GreyView<std::uint8_t> view) {
-  return BrennerOf(view);
-}
-LaplacianSums SumLaplacian(GreyView<std::uint8_t> view) {
-  return LaplacianOf(view);
-}
-FocusSums SumFocus(GreyView<std::uint8_t> view, std::uint8_t full_scale) {
-  return FocusOf(view, full_scale);
+  FocusSums sums = scalar::SlopesOf(view);
+  for (int y = 0; y < view.height; ++y) scalar::AddLevels(view.samples + y * view.stride, view.width, full_scale, sums);
+  return sums;
 }
 
 }  // namespace lensd::autofocus
+#endif

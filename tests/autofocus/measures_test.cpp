@@ -6,6 +6,8 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 namespace lensd::autofocus {
 namespace {
@@ -57,6 +59,28 @@ TEST(Measures, NoiseOfNormalSamples) {
 TEST(Measures, CountsSaturatedSamples) {
   const auto frame = MakeFrame(20, 10, 12, [](int x, int y) { return y == 4 && x < 6 ? 4095 : 4094; });
   EXPECT_NEAR(ScoreFocus(frame, {0, 0, 20, 10})->saturated_fraction, 6.0 / 200.0, 1e-15);
+}
+
+TEST(Measures, VectorsSumWhatSingleSamplesSum) {
+  std::uint32_t state = 9;
+  for (const auto& [width, height] : {std::pair(3, 3), {17, 4}, {34, 9}, {129, 35}, {1923, 21}}) {
+    for (const bool extreme : {false, true}) {
+      std::vector<std::uint8_t> bytes;
+      std::vector<std::uint16_t> words;
+      for (int i = 0; i < width * height; ++i) {
+        state = state * 1664525u + 1013904223u;
+        const std::uint32_t random = extreme ? (i / 2 + i / width / 2) % 2 * 255 : state >> 24;
+        bytes.push_back(static_cast<std::uint8_t>(random));
+        words.push_back(static_cast<std::uint16_t>(random));
+      }
+      const GreyView<std::uint8_t> narrow{bytes.data(), width, height, width};
+      const GreyView<std::uint16_t> wide{words.data(), width, height, width};
+      EXPECT_EQ(SumFocus(narrow, 250), SumFocus(wide, 250)) << width;
+      EXPECT_EQ(SumGradient(narrow), SumGradient(wide)) << width;
+      EXPECT_EQ(SumBrenner(narrow), SumBrenner(wide)) << width;
+      EXPECT_EQ(SumLaplacian(narrow), SumLaplacian(wide)) << width;
+    }
+  }
 }
 
 TEST(Measures, WindowMustFit) {

@@ -1,0 +1,94 @@
+// The sums behind the focus measures, one sample at a time: what the vector kernels must equal, and what they leave at
+// the right edge is summed with.
+#pragma once
+
+#include <cstdlib>
+
+#include "autofocus/measures.h"
+
+namespace lensd::autofocus::scalar {
+
+/// The 3 x 3 neighbourhood of a sample.
+template <class Sample>
+struct Patch {
+  const Sample* above;
+  const Sample* here;
+  const Sample* below;
+
+  std::int64_t SobelX() const {
+    return (std::int64_t{above[1]} - above[-1]) + 2 * (std::int64_t{here[1]} - here[-1]) + below[1] - below[-1];
+  }
+  std::int64_t SobelY() const {
+    return (std::int64_t{below[-1]} - above[-1]) + 2 * (std::int64_t{below[0]} - above[0]) + below[1] - above[1];
+  }
+  std::int64_t Laplacian() const {
+    return std::int64_t{above[0]} + below[0] + here[-1] + here[1] - 4 * std::int64_t{here[0]};
+  }
+  std::int64_t SecondDifference() const {
+    return (std::int64_t{above[-1]} - 2 * above[0] + above[1]) - 2 * (std::int64_t{here[-1]} - 2 * here[0] + here[1]) +
+           (std::int64_t{below[-1]} - 2 * below[0] + below[1]);
+  }
+};
+
+template <class Sample, class Visit>
+void ForInner(GreyView<Sample> view, Visit visit) {
+  for (int y = 1; y + 1 < view.height; ++y) {
+    const Sample* row = view.samples + y * view.stride;
+    for (int x = 1; x + 1 < view.width; ++x)
+      visit(Patch<Sample>{row + x - view.stride, row + x, row + x + view.stride});
+  }
+}
+
+inline std::uint64_t Square(std::int64_t value) {
+  return static_cast<std::uint64_t>(value * value);
+}
+
+template <class Sample>
+std::uint64_t GradientOf(GreyView<Sample> view) {
+  std::uint64_t sum = 0;
+  ForInner(view, [&](Patch<Sample> at) { sum += Square(at.SobelX()) + Square(at.SobelY()); });
+  return sum;
+}
+
+template <class Sample>
+std::uint64_t BrennerOf(GreyView<Sample> view) {
+  std::uint64_t sum = 0;
+  for (int y = 0; y < view.height; ++y) {
+    const Sample* row = view.samples + y * view.stride;
+    for (int x = 0; x + 2 < view.width; ++x) sum += Square(std::int64_t{row[x + 2]} - row[x]);
+  }
+  return sum;
+}
+
+template <class Sample>
+LaplacianSums LaplacianOf(GreyView<Sample> view) {
+  LaplacianSums sums;
+  ForInner(view, [&](Patch<Sample> at) {
+    const std::int64_t value = at.Laplacian();
+    sums.value += value;
+    sums.square += Square(value);
+  });
+  return sums;
+}
+
+/// FocusSums::gradient and ::noise.
+template <class Sample>
+FocusSums SlopesOf(GreyView<Sample> view) {
+  FocusSums sums;
+  ForInner(view, [&](Patch<Sample> at) {
+    sums.gradient += Square(at.SobelX()) + Square(at.SobelY());
+    sums.noise += static_cast<std::uint64_t>(std::abs(at.SecondDifference()));
+  });
+  return sums;
+}
+
+/// Adds FocusSums::saturated and ::light of a row's samples.
+template <class Sample>
+void AddLevels(const Sample* row, int width, Sample full_scale, FocusSums& sums) {
+  for (int x = 0; x < width; ++x) {
+    sums.saturated += row[x] >= full_scale;
+    sums.light += row[x];
+  }
+}
+
+}  // namespace lensd::autofocus::scalar
