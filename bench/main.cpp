@@ -9,6 +9,7 @@
 
 #include "bench/autofocus/autofocus.h"
 #include "bench/command.h"
+#include "bench/plan/plan.h"
 #include "bench/verify/verify.h"
 
 namespace lensd::bench {
@@ -18,6 +19,7 @@ namespace {
 const std::vector<Command>& Commands() {
   static const std::vector<Command> commands = {
       {"autofocus", "methods side by side on one scene: frames, time, error, refusals", RunAutofocusCommand},
+      {"plan", "the planner against its peers: time and error on the same problems", RunPlan},
       {"verify", "does a picture keep its blur limits? judged from frames alone", RunVerify},
   };
   return commands;

@@ -1,0 +1,90 @@
+#include "bench/plan/plan.h"
+
+#include <sysexits.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "bench/command.h"
+#include "bench/plan/report.h"
+
+namespace lensd::bench {
+namespace {
+
+struct Options {
+  int rounds = 7;
+  std::uint64_t seed = 1;
+  bool quick = false;
+  bool json = false;
+  std::string csv;
+  std::string svg;
+};
+
+std::vector<ProblemSet> Sets(const Options& options) {
+  std::vector<ProblemSet> sets;
+  sets.push_back(MixedLimits("up to 8 limits", options.seed, options.quick ? 50 : 500, 1, 8));
+  sets.push_back(MixedLimits("100 limits", options.seed + 1, options.quick ? 3 : 20, 100, 100));
+  const std::size_t samples = options.quick ? 10'000 : 1'000'000;
+  const std::string count = options.quick ? "10,000" : "1,000,000";
+  sets.push_back(DepthSamples(count + " depth samples, one limit", options.seed + 2, samples, false));
+  sets.push_back(DepthSamples(count + " distinct limits", options.seed + 3, samples, true));
+  return sets;
+}
+
+std::vector<Method> AllMethods() {
+  std::vector<Method> methods = OurMethods();
+  methods.push_back(TextbookFormula());
+  methods.push_back(ImageMidpoint());
+  methods.push_back(GridSearch(100));
+  methods.push_back(GridSearch(1000));
+  methods.push_back(Bisection());
+  methods.push_back(NloptSlsqp());
+  methods.push_back(ClpDual());
+  methods.push_back(ExactReference());
+  return methods;
+}
+
+int Bench(const Options& options) {
+  const std::vector<Method> methods = AllMethods();
+  for (const Method& method : methods) {
+    if (!method.missing.empty()) {
+      std::cerr << "lens-bench plan: without " << method.name << ": build with " << method.missing
+                << " (script/bootstrap bench installs it)\n";
+    }
+  }
+  std::vector<Measured> rows;
+  for (const ProblemSet& set : Sets(options)) {
+    const std::vector<Measured> more = Measure(set, methods, options.rounds);
+    rows.insert(rows.end(), more.begin(), more.end());
+  }
+  for (const auto& [path, write] : {std::pair{options.csv, &WritePlanCsv}, {options.svg, &WritePlanSvg}}) {
+    if (path.empty()) continue;
+    if (const auto written = write(rows, path); !written) {
+      std::cerr << "lens-bench plan: " << written.error().message << "\n";
+      return EX_IOERR;
+    }
+  }
+  if (options.json) {
+    std::cout << PlanJson(rows) << "\n";
+  } else {
+    PrintTable(rows, std::cout);
+  }
+  return EX_OK;
+}
+
+}  // namespace
+
+int RunPlan(int argc, char** argv) {
+  CLI::App app(
+      "time against error of the planner and its peers; error is the f-number's, relative to exact arithmetic");
+  Options options;
+  app.add_option("--rounds", options.rounds, "rounds; medians over them are reported")->check(CLI::Range(1, 1000));
+  app.add_option("--seed", options.seed, "seed of the problems");
+  app.add_flag("--quick", options.quick, "fewer and smaller problems");
+  app.add_option("--csv", options.csv, "write the table as CSV");
+  app.add_option("--svg", options.svg, "draw time against error");
+  app.add_flag("--json", options.json, "print the table as one line of JSON");
+  return ParseThen(app, argc, argv, [&] { return Bench(options); });
+}
+
+}  // namespace lensd::bench
