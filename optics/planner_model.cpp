@@ -9,7 +9,7 @@ namespace lensd::optics {
 
 namespace {
 
-/// Smallest and largest f-number that may be chosen.
+/// Smallest and largest f-number that may be chosen, before its tolerance.
 std::pair<double, double> FNumberRange(const PlanRequest& request) {
   double low = request.f_numbers.low.value, high = request.f_numbers.high.value;
   if (!request.stops.empty()) {
@@ -27,11 +27,12 @@ std::pair<double, double> FNumberRange(const PlanRequest& request) {
 
 ChosenModel ModelFor(const PlanRequest& request) {
   const auto [n_low, n_high] = FNumberRange(request);
+  const double delta = request.sensor_tolerance.value, epsilon = request.f_number_tolerance.value;
   LadderRanges ranges{.focal_length = {request.focal_length.value},
-                      .f_number_low = {n_low},
-                      .f_number_high = {n_high},
-                      .extension_low = {request.extensions.low.value},
-                      .extension_high = {request.extensions.high.value},
+                      .f_number_low = {n_low * (1.0 - epsilon)},
+                      .f_number_high = {n_high * (1.0 + epsilon)},
+                      .extension_low = {request.extensions.low.value - delta},
+                      .extension_high = {request.extensions.high.value + delta},
                       .far = {0.0},
                       .near = {0.0},
                       .convention = request.diffraction,

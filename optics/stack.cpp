@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "optics/conjugates.h"
+#include "planner_check.h"
 #include "stack_cover.h"
 #include "stack_exact.h"
 #include "stack_reach.h"
@@ -182,28 +183,21 @@ StackAnswer Answer(const StackTask& task, const Found& found) {
   return answer;
 }
 
-ObjectDepth Depth(const PlanDepth& depth) {
-  return depth.is_vergence ? ObjectDepth(Dioptres{depth.number.value}) : ObjectDepth(Metres{depth.number.value});
-}
-
-Result<Needs> NeedsOf(const PlanRequest& request) {
+/// The conjugate extensions of all sharp depths, none of them twice.
+Needs NeedsOf(const PlanRequest& request) {
   const Metres f{request.focal_length.value};
+  const auto conjugate = [&](const PlanDepth& depth) {
+    const double value = depth.number.value;
+    return Extension(f, depth.is_vergence ? ObjectDepth(Dioptres{value}) : ObjectDepth(Metres{value})).value;
+  };
   Needs needs;
   for (const BlurLimit& limit : request.limits) {
-    if (limit.kind != LimitKind::Sharp) {
-      return Fail(Code::InvalidArgument,
-                  "a focus stack only makes things sharp: leave out the blurred limit " + limit.name);
-    }
-    if (!(limit.limit.value > 0.0)) return Fail(Code::InvalidArgument, limit.name + ": the limit must be above zero");
     for (const DepthInterval& depths : limit.depths) {
-      const auto one = FocusExtension(f, Depth(depths.one_end));
-      const auto other = FocusExtension(f, Depth(depths.other_end));
-      if (!one || !other)
-        return Fail((!one ? one : other).error().code, limit.name + ": " + (!one ? one : other).error().message);
-      needs.push_back({std::min(one->value, other->value), std::max(one->value, other->value), limit.limit.value});
+      const double one = conjugate(depths.one_end);
+      const double other = conjugate(depths.other_end);
+      needs.push_back({std::min(one, other), std::max(one, other), limit.limit.value});
     }
   }
-  if (needs.empty()) return Fail(Code::InvalidArgument, "a focus stack needs at least one sharp limit");
   return Disjoint(needs);
 }
 
@@ -229,25 +223,16 @@ StackLens LensOf(const PlanRequest& request) {
   return lens;
 }
 
-Result<void> Check(const PlanRequest& request) {
-  const auto bad = [](const char* what) { return Fail(Code::InvalidArgument, what); };
-  const StackLens lens = LensOf(request);
+/// What a stack refuses beyond what no plan can do.
+std::optional<Error> CheckStack(const PlanRequest& request) {
+  const auto bad = [](std::string what) { return Error{Code::InvalidArgument, std::move(what)}; };
   if (request.focus) return bad("a focus stack chooses its own focal planes: leave out the fixed focus");
-  if (!(lens.f > 0.0) || !(lens.scale > 0.0)) return bad("the focal length and the pupil factor must be above zero");
-  if (!(lens.low > -lens.f) || !(lens.low <= lens.high)) {
-    return bad("the extension range must rise and start above minus the focal length");
+  if (request.limits.empty()) return bad("a focus stack needs at least one sharp limit");
+  for (const BlurLimit& limit : request.limits) {
+    if (limit.kind == LimitKind::Sharp) continue;
+    return bad("a focus stack only makes things sharp: leave out the blurred limit " + limit.name);
   }
-  if (!(lens.delta >= 0.0) || !(lens.epsilon >= 0.0 && lens.epsilon < 1.0)) {
-    return bad("the sensor tolerance must not be negative and the f-number tolerance must be below 100 %");
-  }
-  for (const Number& stop : request.stops) {
-    if (!(stop.value > 0.0)) return bad("f-numbers must be above zero");
-  }
-  if (request.stops.empty() &&
-      (!(request.f_numbers.low.value > 0.0) || !(request.f_numbers.low.value <= request.f_numbers.high.value))) {
-    return bad("the f-number range must rise and lie above zero");
-  }
-  return {};
+  return Check(request);
 }
 
 /// The range of f-numbers worth searching: diffraction closes its upper end.
@@ -264,10 +249,8 @@ void SetRange(StackTask& task) {
 }  // namespace
 
 Result<StackAnswer> PlanStack(const PlanRequest& request) {
-  if (auto good = Check(request); !good) return PassOn(std::move(good));
-  auto needs = NeedsOf(request);
-  if (!needs) return PassOn(std::move(needs));
-  StackTask task{.request = request, .lens = LensOf(request), .needs = std::move(*needs)};
+  if (auto error = CheckStack(request)) return std::unexpected(*std::move(error));
+  StackTask task{.request = request, .lens = LensOf(request), .needs = NeedsOf(request)};
   SetRange(task);
   if (task.n_high < task.n_low) return Impossible("at every f-number diffraction alone exceeds a limit");
   const auto found = request.stops.empty() ? FewestOverRange(task) : FewestOverStops(task);
