@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "cli/online/plan.h"
 #include "cli/plan/answer_text.h"
 #include "cli/plan/options.h"
 #include "cli/text.h"
@@ -53,11 +54,24 @@ Outcome RunPlan(const PlanText& text, Session& session) {
 }  // namespace
 
 void AddPlan(CLI::App& root, Run& run) {
-  auto text = std::make_shared<PlanText>();
+  struct Options {
+    PlanText text;
+    std::string lens;
+    bool apply = false;
+  };
+  auto options = std::make_shared<Options>();
   CLI::App* command =
       root.add_subcommand("plan", "f-number and focus that meet blur limits, or why none do")->group(kOffline);
-  AddPlanOptions(*command, *text);
-  command->callback([text, &run] { run = [text](Session& session) { return RunPlan(*text, session); }; });
+  command->add_option("NAME", options->lens, "lens of the daemon; also asked when there is no --focal-length");
+  command->add_flag("--apply", options->apply, "move that lens there and report what was reached");
+  AddPlanOptions(*command, options->text);
+  command->callback([options, &run] {
+    run = [options](Session& session) {
+      const bool online = options->apply || !options->lens.empty() || options->text.focal_length.empty();
+      return online ? RunPlanOnline(options->text, options->lens, options->apply, session)
+                    : RunPlan(options->text, session);
+    };
+  });
 }
 
 }  // namespace lensd::cli

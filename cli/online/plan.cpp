@@ -1,36 +1,158 @@
 #include "cli/online/plan.h"
 
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "cli/online/arguments.h"
 #include "cli/online/link.h"
+#include "cli/online/texts.h"
+#include "cli/plan/answer_text.h"
+#include "proto/plan_json.h"
 
 namespace lensd::cli {
+namespace {
 
 using proto::Json;
 
-std::expected<Json, Failure> PlanOnline(Session& session, const std::string& lens, Json request, bool apply) {
-  auto link = Link::Open(session);
-  if (!link) return std::unexpected(link.error());
-  Json parameters{{"lens", LensOf(lens)}, {"request", std::move(request)}, {"apply", apply}};
-  if (!apply) return link->Ask(MethodOfLens("Plan"), std::move(parameters));
-  return link->Follow(
-      MethodOfLens("Plan"), std::move(parameters), [](const Json&) { return true; },
-      [&] { StopNow(session, LensOf(lens), nullptr); });
-}
-
-std::expected<Json, Failure> LensInfoOnline(Session& session, const std::string& lens) {
-  auto link = Link::Open(session);
-  if (!link) return std::unexpected(link.error());
-  auto reply = link->Ask(MethodOfLens("List"), Json::object());
+std::expected<Json, Failure> FindInfo(Link& link, const std::string& lens) {
+  auto reply = link.Ask(MethodOfLens("List"), Json::object());
   if (!reply) return std::unexpected(reply.error());
   const Json& lenses = (*reply)["lenses"];
   for (const Json& info : lenses) {
     if (lens.empty() ? lenses.size() == 1 : info.value("name", "") == lens) return info;
   }
-  if (!lens.empty()) return Refuse(Exit::Unavailable, "there is no lens \"" + lens + "\"");
-  if (lenses.empty()) return Refuse(Exit::Unavailable, "no lens is configured");
-  return Refuse(Exit::Usage, "say which lens: several are configured");
+  if (!lens.empty()) return Refuse(Exit::Unavailable, "there is no lens \"" + lens + "\"; see lensctl list");
+  if (lenses.empty())
+    return Refuse(Exit::Unavailable,
+                  "no lens is configured; for a plan without one give "
+                  "--focal-length");
+  return Refuse(Exit::Usage, "say which lens; see lensctl list");
+}
+
+/// A number of the daemon, in metres or plain, as the decimal it was sent as.
+std::optional<Decimal> Exact(const Json& object, const char* key, int exponent = 0) {
+  const auto found = object.find(key);
+  if (found == object.end() || !found->is_number()) return std::nullopt;
+  return Decimal::Shortest(found->get<double>()) * Decimal(1, exponent);
+}
+
+std::optional<Span<Decimal>> ExactSpan(const Json& object, const char* low, const char* high, int exponent = 0) {
+  auto from = Exact(object, low, exponent);
+  auto to = Exact(object, high, exponent);
+  if (!from || !to) return std::nullopt;
+  return Span<Decimal>{*std::move(from), *std::move(to)};
+}
+
+PlanDefaults DefaultsOf(const Json& info) {
+  PlanDefaults defaults;
+  if (const auto camera = info.find("camera"); camera != info.end() && camera->is_object()) {
+    defaults.pixel = Exact(*camera, "pixelUm", -6);
+  }
+  const auto optics = info.find("optics");
+  if (optics == info.end() || !optics->is_object()) return defaults;
+  defaults.focal_length = Exact(*optics, "focalLengthMm", -3);
+  defaults.f_numbers = ExactSpan(*optics, "fNumberMin", "fNumberMax");
+  defaults.extensions = ExactSpan(*optics, "extensionMinMm", "extensionMaxMm", -3);
+  defaults.pupil_factor = Exact(*optics, "pupilFactor");
+  defaults.principal_gap = Metres{optics->value("principalGapMm", 0.0) * 1e-3};
+  return defaults;
+}
+
+/// --from, else where the lens' configuration says that distances start.
+std::optional<From> OriginOf(const Session& session, const Json& info) {
+  if (session.globals().from) return session.globals().from;
+  const auto optics = info.find("optics");
+  if (optics == info.end() || !optics->is_object()) return std::nullopt;
+  const std::string from = optics->value("distanceFrom", "lens");
+  return from == "sensor" ? From::Sensor : from == "front" ? From::Front : From::Lens;
+}
+
+double Value(const Json& object, const char* key, double scale = 1.0) {
+  const auto found = object.find(key);
+  if (found == object.end() || !found->is_number()) return std::numeric_limits<double>::quiet_NaN();
+  return found->get<double>() * scale;
+}
+
+optics::LimitAnswer LimitOf(const Json& json) {
+  return {.name = json.value("name", ""),
+          .near = {Value(json, "nearD")},
+          .far = {Value(json, "farD")},
+          .limit = {Value(json, "limitUm", 1e-6)},
+          .worst = {Value(json, "worstUm", 1e-6)},
+          .at = {Value(json, "atD")},
+          .ratio = Value(json, "ratio")};
+}
+
+/// The daemon's answer as the planner gave it, for the same words as offline.
+optics::PlanAnswer AnswerOf(const Json& json) {
+  optics::PlanAnswer answer;
+  answer.feasible = json.value("feasible", false);
+  answer.note = json.value("note", "");
+  if (!answer.feasible) {
+    answer.conflict = json.value("conflict", std::vector<std::string>{});
+    if (const double relax = Value(json, "relax"); std::isfinite(relax)) answer.relax = relax;
+    return answer;
+  }
+  answer.f_number = {Value(json, "fNumber")};
+  answer.extension = {Value(json, "extensionMm", 1e-3)};
+  answer.aperture_diameter = {Value(json, "apertureDiameterMm", 1e-3)};
+  answer.sensor_distance = {Value(json, "sensorDistanceMm", 1e-3)};
+  answer.focal_plane = {Value(json, "focalPlaneD")};
+  answer.magnification = Value(json, "magnification");
+  answer.working_f_number = {Value(json, "workingFNumber")};
+  answer.worst_ratio = Value(json, "worstRatio");
+  answer.model = json.value("model", "");
+  answer.model_error = {Value(json, "modelErrorUm", 1e-6)};
+  for (const Json& limit : json.value("limits", Json::array())) answer.limits.push_back(LimitOf(limit));
+  if (const auto depth = json.find("depthOfField"); depth != json.end() && depth->is_object()) {
+    answer.depth_of_field = optics::DepthInterval{optics::PlanDepth::Vergence(Value(*depth, "nearD")),
+                                                  optics::PlanDepth::Vergence(Value(*depth, "farD"))};
+  }
+  return answer;
+}
+
+void Print(Session& session, const Json& reply, Metres principal_gap) {
+  const Json& plan = reply["plan"];
+  const Json applied = reply.value("applied", Json());
+  if (session.json()) {
+    Json merged = plan;
+    if (!applied.is_null()) merged["applied"] = applied;
+    return session.PrintJson(merged);
+  }
+  session.PrintText(PlanAnswerText(AnswerOf(plan), principal_gap));
+  for (const Json& move : applied) session.PrintText(MoveText(move));
+}
+
+/// Done when there is a plan and, where it was applied, every axis reached it.
+Exit StatusOf(const Json& reply) {
+  bool good = reply["plan"].value("feasible", false);
+  for (const Json& move : reply.value("applied", Json())) good &= move.value("reached", false);
+  return good ? Exit::Done : Exit::No;
+}
+
+}  // namespace
+
+Outcome RunPlanOnline(const PlanText& text, const std::string& lens, bool apply, Session& session) {
+  auto link = Link::Open(session);
+  if (!link) return std::unexpected(link.error());
+  const auto info = FindInfo(*link, lens);
+  if (!info) return std::unexpected(info.error());
+  const auto question = ReadPlan(text, DefaultsOf(*info), OriginOf(session, *info));
+  if (!question) return Refuse(question);
+  Json request = proto::PlanRequestJson(question->request);
+  // What the user does not say about the motors the daemon knows.
+  if (text.sensor_tolerance.empty()) request.erase("sensorToleranceUm");
+  if (text.f_number_tolerance.empty()) request.erase("fNumberTolerance");
+  const Json name = (*info)["name"];
+  Json parameters{{"lens", name}, {"request", std::move(request)}, {"apply", apply}};
+  const auto reply = apply ? link->Follow(
+                                 MethodOfLens("Plan"), std::move(parameters), [](const Json&) { return true; },
+                                 [&] { StopNow(session, name, nullptr); })
+                           : link->Ask(MethodOfLens("Plan"), std::move(parameters));
+  if (!reply) return std::unexpected(reply.error());
+  Print(session, *reply, question->principal_gap);
+  return StatusOf(*reply);
 }
 
 }  // namespace lensd::cli
