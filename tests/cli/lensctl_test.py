@@ -377,7 +377,10 @@ class Plan(Case):
 
     def test_refusals(self):
         lens = self.LENS
-        self.refused(64, "--focal-length is required", "plan", "--f-number", "2", "--extension", "0mm..8mm")
+        nowhere = ["--socket", "/nonexistent/socket"]
+        self.refused(69, "/nonexistent/socket", "plan", "--f-number", "2", "--extension", "0mm..8mm", *nowhere)
+        self.refused(69, "/nonexistent/socket", *lens, "station3", *nowhere)
+        self.refused(69, "/nonexistent/socket", *lens, "--apply", *nowhere)
         self.refused(64, "--f-number is required", "plan", "--focal-length", "50mm", "--extension", "0mm..8mm")
         self.refused(64, "--extension is required", "plan", "--focal-length", "50mm", "--f-number", "2")
         self.refused(64, "bare number", "plan", "--focal-length", "50", "--f-number", "2", "--extension", "0mm..8mm")
