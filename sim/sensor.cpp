@@ -15,29 +15,30 @@ using Block = std::array<float, kBlock>;
 
 constexpr float kFewElectrons = 16.0f;
 
+/// One continuous draw from one normal; see sensor.h.
+float Drawn(float mean, float read_variance, float z) {
+  const float variance = std::max(mean + read_variance, 1e-6f);
+  const float skew = mean / variance * (1.0f / 6.0f);
+  return mean + std::sqrt(std::max(variance - 2.0f * skew * skew, 0.0f)) * z + skew * (z * z - 1.0f);
+}
+
 /// Turns mean electrons into drawn electrons.
 void AddNoise(std::span<float> electrons, float read_noise_e, std::uint64_t key) {
-  Block buffer;
-  const std::span<float> normals(buffer.data(), electrons.size());
-  FillNormals(key, normals);
-  Block means;
+  Block normals;
+  FillNormals(key, {normals.data(), electrons.size()});
+  Block drawn;
   const float read_variance = read_noise_e * read_noise_e;
-  float fewest = kFewElectrons;
+  int few = 0;
   for (std::size_t i = 0; i < electrons.size(); ++i) {
-    const float mean = electrons[i];
-    means[i] = mean;
-    fewest = std::min(fewest, mean);
-    const float variance = std::max(mean + read_variance, 1e-6f);
-    const float skew = mean / variance * (1.0f / 6.0f);
-    const float z = normals[i];
-    electrons[i] = mean + std::sqrt(std::max(variance - 2.0f * skew * skew, 0.0f)) * z + skew * (z * z - 1.0f);
+    few |= electrons[i] < kFewElectrons ? 1 : 0;
+    drawn[i] = Drawn(electrons[i], read_variance, normals[i]);
   }
-  if (fewest >= kFewElectrons) return;
-  for (std::size_t i = 0; i < electrons.size(); ++i) {
-    if (means[i] >= kFewElectrons) continue;
+  for (std::size_t i = 0; few != 0 && i < electrons.size(); ++i) {
+    if (electrons[i] >= kFewElectrons) continue;
     const auto uniform = static_cast<std::uint32_t>(Mix(~key + i));
-    electrons[i] = static_cast<float>(SmallPoisson(means[i], uniform)) + read_noise_e * normals[i];
+    drawn[i] = static_cast<float>(SmallPoisson(electrons[i], uniform)) + read_noise_e * normals[i];
   }
+  std::copy_n(drawn.begin(), electrons.size(), electrons.begin());
 }
 
 void ApplyGamma(std::span<float> signal, double gamma) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <utility>
 #include <vector>
 
@@ -291,8 +292,12 @@ Settings DriverSettings(const std::string& text) {
 
 TEST(SimDriver, OpensEveryShippedScene) {
   SteppedClock clock;
-  for (const std::string name : {"motorcycle", "brick", "blank"}) {
-    auto device = OpenSim(DriverSettings("scene = \"" + name + ".toml\"\nseed = 3\n"), clock);
+  int scenes = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(LENSD_SOURCE_DIR "/scenes")) {
+    if (entry.path().extension() != ".toml") continue;
+    ++scenes;
+    const std::string name = entry.path().string();
+    auto device = OpenSim(DriverSettings("scene = \"" + name + "\"\nseed = 3\n"), clock);
     ASSERT_TRUE(device.has_value()) << device.error().message;
     ASSERT_TRUE(device->optics.has_value());
     ASSERT_TRUE(device->camera->Start().has_value());
@@ -302,6 +307,7 @@ TEST(SimDriver, OpensEveryShippedScene) {
     EXPECT_GT(MeanLevel(**frame), 10.0) << name;
     EXPECT_LT(MeanLevel(**frame), 200.0) << name;
   }
+  EXPECT_GE(scenes, 12);
 }
 
 TEST(SimDriver, ExplainsItsSettings) {

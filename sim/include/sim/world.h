@@ -20,7 +20,7 @@ namespace lensd::sim {
 
 struct WorldOptions {
   std::uint64_t seed = 1;                ///< of the noise
-  std::optional<Native> focus_start;     ///< count, homed and come to rest there; none: 0
+  std::optional<Native> focus_start{};   ///< count, homed and come to rest there; none: 0
   std::shared_ptr<Pictures> pictures{};  ///< of the same scene, to share; none: its own
 };
 
