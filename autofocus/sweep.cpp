@@ -19,11 +19,14 @@ constexpr double kClearProminence = 6.0;  ///< standard deviations of the noise
 constexpr double kClearContrast = 0.1;    ///< of the peak over the rest of the range
 constexpr double kPlateau = 0.7;          ///< neighbours at this share of the peak: the step is below its width
 constexpr double kHalfDepthOfFieldPx = 2.0;
+constexpr double kOverexposed = 1e-3;  ///< of the region: more than so many more clipped pixels in some frames
+constexpr double kSigmas = 3.0;
 
-double Median(std::vector<CurvePoint> curve) {
-  const auto middle = curve.begin() + static_cast<std::ptrdiff_t>(curve.size() / 2);
-  std::ranges::nth_element(curve, middle, {}, &CurvePoint::value);
-  return middle->value;
+/// What the curve comes down to away from its top. The finer passes crowd around the top, so not the median.
+double LowerQuartile(std::vector<CurvePoint> curve) {
+  const auto quarter = curve.begin() + static_cast<std::ptrdiff_t>(curve.size() / 4);
+  std::ranges::nth_element(curve, quarter, {}, &CurvePoint::value);
+  return quarter->value;
 }
 
 Verdict Refuse(std::string reason) {
@@ -82,7 +85,7 @@ Advice Sweep::Next(const Look& look) {
   const std::vector<CurvePoint> curve = Curve();
   const auto top = std::ranges::max_element(curve, {}, &CurvePoint::value);
   const auto best = static_cast<std::size_t>(top - curve.begin());
-  const double rest = Median(curve);
+  const double rest = LowerQuartile(curve);
   const double prominence = (top->value - rest) / top->sigma;
   if (prominence < kClearProminence || top->value - rest < kClearContrast * top->value) {
     return Refuse("nothing in the region changes with focus: no texture, too much noise, or too little light");
@@ -131,26 +134,62 @@ std::vector<CurvePoint> Sweep::Around(const std::vector<CurvePoint>& curve, doub
   return near;
 }
 
+/// Whether clipping comes and goes with focus: then gradients are cut off just where they would be steepest.
+bool Sweep::Overexposed() const {
+  const auto [least, most] =
+      std::ranges::minmax(samples_, {}, [](const Sample& sample) { return sample.score.saturated_fraction; });
+  return most.score.saturated_fraction - least.score.saturated_fraction > kOverexposed;
+}
+
+/// The end of the range where the top of the curve lies, if it does: there sharpness is level and then falls, while
+/// short of a subject beyond the range it still climbs. Blur falls evenly with position, so a curve that climbs loses
+/// about as much in its last step as in the one before.
+std::optional<double> Sweep::FlatEnd(const std::vector<CurvePoint>& curve, double top) const {
+  constexpr double kAsSharp = 0.97;
+  constexpr double kLevel = 0.25;  ///< of the fall three steps away: straight would be a third, a parabola a ninth
+  const auto flat = [&](auto begin, auto end) {
+    const CurvePoint& last = *begin;
+    const CurvePoint& next = *std::next(begin);
+    const auto off = std::find_if(
+        begin, end, [&](const CurvePoint& point) { return std::abs(point.position - last.position) > 2.5 * step_; });
+    if (off == end || last.value < kAsSharp * top) return false;
+    const double noise = kSigmas * std::hypot(last.sigma, next.sigma);
+    return std::max(last.value - next.value, 0.0) + noise < kLevel * (last.value - off->value);
+  };
+  if (flat(curve.begin(), curve.end())) return curve.front().position;
+  if (flat(curve.rbegin(), curve.rend())) return curve.back().position;
+  return std::nullopt;
+}
+
 Verdict Sweep::Conclude(const std::vector<CurvePoint>& curve, std::size_t best, double prominence) const {
   const double top = curve[best].position;
-  const auto fit = FitPeak(Around(curve, top));
-  const bool at_end = best == 0 || best + 1 == curve.size();
+  const double allowed = setup_.blur_px ? kHalfDepthOfFieldPx * *setup_.blur_px : 2 * step_;
   const std::string beyond =
       "sharpest at the end of the focus range: the subject may lie beyond what this lens reaches";
-  if (!fit) return Refuse(at_end ? beyond : "the sharpest frames do not form a peak");
-  if (fit->position < setup_.lowest - 0.5 * step_ || fit->position > setup_.highest + 0.5 * step_)
+  PeakFit peak;
+  if (const auto end = FlatEnd(curve, curve[best].value)) {
+    peak = {*end, 0.5 * step_};
+  } else if (best == 0 || best + 1 == curve.size()) {
     return Refuse(beyond);
-  if (std::abs(fit->position - top) > 2 * step_) return Refuse("the sharpest frames do not agree on one peak");
+  } else {
+    const auto fit = FitPeak(Around(curve, top));
+    if (!fit) return Refuse("the sharpest frames do not form a peak");
+    if (kSigmas * fit->sigma > allowed) return Refuse("noise leaves open where the sharpest place is");
+    if (std::abs(fit->position - top) > 2 * step_) return Refuse("the sharpest frames do not agree on one peak");
+    peak = {std::clamp(fit->position, setup_.lowest, setup_.highest), fit->sigma};
+  }
+  if (Overexposed()) {
+    return Refuse("too much of the region is clipped when sharp: a clipped light looks sharpest out of focus");
+  }
 
   Verdict verdict;
   verdict.focused = true;
-  verdict.position = std::clamp(fit->position, setup_.lowest, setup_.highest);
-  verdict.sigma = std::max(fit->sigma, setup_.resolution / std::sqrt(12.0));
-  const double allowed = setup_.blur_px ? kHalfDepthOfFieldPx * *setup_.blur_px : 2 * step_;
+  verdict.position = peak.position;
+  verdict.sigma = std::max(peak.sigma, setup_.resolution / std::sqrt(12.0));
   verdict.confidence = std::erf(allowed / (std::sqrt(2.0) * verdict.sigma));
   std::ostringstream reason;
   reason.precision(3);
-  reason << "one peak inside the range, " << prominence << " times the noise above the rest, checked by a last frame";
+  reason << "one peak in the range, " << prominence << " times the noise above the rest, checked by a last frame";
   verdict.reason = reason.str();
   return verdict;
 }

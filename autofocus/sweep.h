@@ -31,6 +31,8 @@ class Sweep final : public Method {
   std::vector<CurvePoint> Curve() const;
   std::vector<CurvePoint> Around(const std::vector<CurvePoint>& curve, double centre) const;
   bool FineEnough(const std::vector<CurvePoint>& curve, std::size_t best) const;
+  bool Overexposed() const;
+  std::optional<double> FlatEnd(const std::vector<CurvePoint>& curve, double top) const;
   void PlanPass(double from, double to, int intervals, bool with_ends);
   Verdict Conclude(const std::vector<CurvePoint>& curve, std::size_t best, double prominence) const;
 
