@@ -1,5 +1,6 @@
 #include "disk_filter.h"
 
+#include <algorithm>
 #include <array>
 #include <numeric>
 
@@ -86,31 +87,43 @@ HWY_EXPORT(FilterRowRuns);
 
 constexpr double kLargestDirect = 8.0;  // px; above, runs are as fast and the running sums exact enough
 
+/// Each sum waits for the one before it; four rows do not wait for each other.
+void SumFourRows(std::array<const float*, 4> from, float mean, int width, std::array<float*, 4> to) {
+  const auto [a, b, c, d] = from;
+  const auto [p, q, r, s] = to;
+  double sum_a = 0.0;
+  double sum_b = 0.0;
+  double sum_c = 0.0;
+  double sum_d = 0.0;
+  *p = *q = *r = *s = 0.0f;
+  for (int x = 0; x < width; ++x) {
+    p[x + 1] = static_cast<float>(sum_a += static_cast<double>(a[x] - mean));
+    q[x + 1] = static_cast<float>(sum_b += static_cast<double>(b[x] - mean));
+    r[x + 1] = static_cast<float>(sum_c += static_cast<double>(c[x] - mean));
+    s[x + 1] = static_cast<float>(sum_d += static_cast<double>(d[x] - mean));
+  }
+}
+
 }  // namespace
 
 SummedRaster::SummedRaster(Raster cells) : cells_(std::move(cells)) {
+  const int width = cells_.rect.width;
+  const int height = cells_.rect.height;
+  // A rough mean serves: every fourth row.
   double total = 0.0;
-  for (int y = 0; y < cells_.rect.height; ++y) {
+  int rows = 0;
+  for (int y = 0; y < height; y += 4, ++rows) {
     const float* row = cells_.Row(cells_.rect.y + y);
-    std::array<float, 8> parts{};
-    int x = 0;
-    for (; x + 8 <= cells_.rect.width; x += 8) {
-      for (std::size_t k = 0; k < 8; ++k) parts[k] += row[x + static_cast<int>(k)];
-    }
-    for (; x < cells_.rect.width; ++x) parts[0] += row[x];
-    total += static_cast<double>(std::accumulate(parts.begin(), parts.end(), 0.0f));
+    total += static_cast<double>(std::accumulate(row, row + width, 0.0f));
   }
-  mean_ = static_cast<float>(total / static_cast<double>(cells_.values.size()));
-  sums_.resize(static_cast<std::size_t>(cells_.rect.width + 1) * static_cast<std::size_t>(cells_.rect.height));
-  float* out = sums_.data();
-  for (int y = 0; y < cells_.rect.height; ++y) {
-    const float* row = cells_.Row(cells_.rect.y + y);
-    double sum = 0.0;
-    *out++ = 0.0f;
-    for (int x = 0; x < cells_.rect.width; ++x) {
-      sum += static_cast<double>(row[x] - mean_);
-      *out++ = static_cast<float>(sum);
-    }
+  mean_ = static_cast<float>(total / (static_cast<double>(rows) * width));
+  const auto stride = static_cast<std::size_t>(width) + 1;
+  sums_ = std::make_unique_for_overwrite<float[]>(stride * static_cast<std::size_t>(height));
+  for (int y = 0; y < height; y += 4) {
+    const int last = height - 1 - y;
+    const auto from = [&](int k) { return cells_.Row(cells_.rect.y + y + std::min(k, last)); };
+    const auto to = [&](int k) { return sums_.get() + static_cast<std::size_t>(y + std::min(k, last)) * stride; };
+    SumFourRows({from(0), from(1), from(2), from(3)}, mean_, width, {to(0), to(1), to(2), to(3)});
   }
 }
 

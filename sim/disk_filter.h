@@ -1,6 +1,7 @@
 // Blur by one disk over a rectangle of the picture, by sums that every instruction set forms in the same order.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "disk_kernel.h"
@@ -17,13 +18,13 @@ class SummedRaster {
   float mean() const { return mean_; }
   /// Sum of the cells left of column x, less their mean, at Sums(y)[x - cells().rect.x]; one more than cells.
   const float* Sums(int y) const {
-    return sums_.data() + static_cast<std::ptrdiff_t>(y - cells_.rect.y) * (cells_.rect.width + 1);
+    return sums_.get() + static_cast<std::ptrdiff_t>(y - cells_.rect.y) * (cells_.rect.width + 1);
   }
 
  private:
   Raster cells_;
   float mean_ = 0.0f;
-  std::vector<float> sums_;
+  std::unique_ptr<float[]> sums_;
 };
 
 /// Convolution with a disk's area-coverage kernel. Small disks cell by cell; larger ones row by row: in each row the

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "disk_filter.h"
+#include "disk_fourier.h"
 #include "disk_kernel.h"
 #include "varying_blur.h"
 #include "view.h"
@@ -63,9 +64,18 @@ bool CanWall(const View& view) {
 }
 
 Raster RenderWall(const View& view) {
+  // Runs cost as the diameter, the transform as the area whatever the diameter, and its kernel as much again.
+  constexpr double kFourierFrom = 24.0;
+  constexpr int kManyPixels = 1 << 17;
   const Canvas& canvas = view.canvases.front();
-  const DiskFilter filter(std::abs(view.line.At(canvas.PlaneVergence(0, 0))));
+  const double diameter = std::abs(view.line.At(canvas.PlaneVergence(0, 0)));
   Raster image(view.region);
+  if (diameter >= kFourierFrom && view.region.width * view.region.height >= kManyPixels) {
+    const DiskFourier fourier(diameter, view.region.width, view.region.height);
+    fourier.Blur(canvas.LightOver(Grown(view.region, fourier.reach())), image);
+    return image;
+  }
+  const DiskFilter filter(diameter);
   filter.Blur(SummedRaster(canvas.LightOver(Grown(view.region, filter.reach()))), image);
   return image;
 }

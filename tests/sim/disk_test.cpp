@@ -1,0 +1,122 @@
+// Blur by disks against the sum itself, in double precision, over the kernel's exact areas.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+#include "disk_filter.h"
+#include "disk_fourier.h"
+#include "varying_blur.h"
+
+namespace lensd::sim {
+namespace {
+
+Raster NoiseOver(PixelRect rect, std::uint32_t seed) {
+  Raster raster(rect);
+  for (float& value : raster.values) {
+    seed = seed * 1664525u + 1013904223u;
+    value = static_cast<float>(seed >> 8) / 16777216.0f;
+  }
+  return raster;
+}
+
+double SumAt(const Raster& source, const DiskKernel& kernel, int x, int y) {
+  double sum = 0.0;
+  for (int dy = -kernel.reach; dy <= kernel.reach; ++dy) {
+    for (int dx = -kernel.reach; dx <= kernel.reach; ++dx) {
+      sum += kernel.At(dx, dy) * static_cast<double>(source.At(x + dx, y + dy));
+    }
+  }
+  return sum;
+}
+
+TEST(DiskKernel, CoversWhatItsAreaIs) {
+  // Against the area summed over thin strips, for a disk somewhere on the grid.
+  for (const double diameter : {1.3, 5.0, 12.7}) {
+    for (const auto& [x0, y0] : {std::pair(-0.5, -0.5), {0.2, 1.1}, {1.0, -2.9}, {-5.1, 2.0}}) {
+      const int strips = 200000;
+      double area = 0.0;
+      for (int i = 0; i < strips; ++i) {
+        const double x = x0 + (i + 0.5) / strips;
+        const double half = 0.25 * diameter * diameter - x * x;
+        if (half <= 0.0) continue;
+        const double h = std::sqrt(half);
+        area += std::max(0.0, std::min(h, y0 + 1.0) - std::max(-h, y0)) / strips;
+      }
+      EXPECT_NEAR(DiskInRectangle(diameter, x0, y0, x0 + 1.0, y0 + 1.0), area, 1e-6);
+    }
+    EXPECT_NEAR(DiskInRectangle(diameter, -50, -50, 50, 50), std::numbers::pi * diameter * diameter / 4.0, 1e-9);
+  }
+}
+
+TEST(DiskFilter, EveryMethodIsTheSum) {
+  const PixelRect rect{3, -2, 70, 37};
+  for (const double diameter : {0.5, 1.0, 2.3, 5.0, 15.0, 40.6}) {
+    const DiskKernel kernel(diameter);
+    const Raster source = NoiseOver(Grown(rect, kernel.reach), 5);
+    const SummedRaster summed(source);
+    Raster direct(rect);
+    Raster runs(rect);
+    Raster fourier(rect);
+    DiskFilter(diameter, DiskFilter::Method::Direct).Blur(summed, direct);
+    DiskFilter(diameter, DiskFilter::Method::Runs).Blur(summed, runs);
+    DiskFourier(diameter, rect.width, rect.height).Blur(source, fourier);
+    for (int y = rect.y; y < rect.y + rect.height; ++y) {
+      for (int x = rect.x; x < rect.x + rect.width; ++x) {
+        const double expected = SumAt(source, kernel, x, y);
+        ASSERT_NEAR(static_cast<double>(direct.At(x, y)), expected, 1e-6) << diameter;
+        ASSERT_NEAR(static_cast<double>(runs.At(x, y)), expected, 2e-6) << diameter;
+        ASSERT_NEAR(static_cast<double>(fourier.At(x, y)), expected, 1e-6) << diameter;
+      }
+    }
+  }
+}
+
+/// A sinusoid keeps its shape under any symmetric kernel: it is multiplied by the kernel's transfer function.
+TEST(DiskFilter, SinusoidKeepsTheKernelsTransfer) {
+  const PixelRect rect{0, 0, 64, 20};
+  for (const double diameter : {3.0, 9.5, 24.0}) {
+    const DiskKernel kernel(diameter);
+    for (const double period : {5.3, 17.0}) {
+      const double w = 2.0 * std::numbers::pi / period;
+      double transfer = 0.0;
+      for (int y = -kernel.reach; y <= kernel.reach; ++y) {
+        for (int x = -kernel.reach; x <= kernel.reach; ++x) transfer += kernel.At(x, y) * std::cos(w * x);
+      }
+      Raster source(Grown(rect, kernel.reach));
+      for (int y = source.rect.y; y < source.rect.y + source.rect.height; ++y) {
+        for (int i = 0; i < source.rect.width; ++i) {
+          source.Row(y)[i] = static_cast<float>(0.5 + 0.5 * std::cos(w * (source.rect.x + i)));
+        }
+      }
+      Raster quick(rect);
+      Raster fourier(rect);
+      DiskFilter(diameter).Blur(SummedRaster(source), quick);
+      DiskFourier(diameter, rect.width, rect.height).Blur(source, fourier);
+      for (int x = 0; x < rect.width; ++x) {
+        const double expected = 0.5 + 0.5 * transfer * std::cos(w * x);
+        ASSERT_NEAR(static_cast<double>(quick.At(x, 9)), expected, 1e-6);
+        ASSERT_NEAR(static_cast<double>(fourier.At(x, 9)), expected, 1e-6);
+      }
+    }
+  }
+}
+
+TEST(VaryingBlur, EveryPixelHasItsOwnDisk) {
+  const PixelRect rect{0, 0, 300, 24};
+  const Raster source = NoiseOver(Grown(rect, ReachOf(41.0)), 6);
+  Raster diameters(rect);
+  for (int y = 0; y < rect.height; ++y) {
+    for (int x = 0; x < rect.width; ++x) diameters.Row(y)[x] = 41.0f * static_cast<float>(x) / 299.0f;
+  }
+  Raster image(rect);
+  BlurVarying(SummedRaster(source), diameters, image);
+  for (int x = 0; x < rect.width; ++x) {
+    const double expected = SumAt(source, DiskKernel(static_cast<double>(diameters.At(x, 11))), x, 11);
+    EXPECT_NEAR(static_cast<double>(image.At(x, 11)), expected, 0.25 / 255.0) << diameters.At(x, 11);
+  }
+}
+
+}  // namespace
+}  // namespace lensd::sim
