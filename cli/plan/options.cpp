@@ -1,10 +1,13 @@
 #include "cli/plan/options.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "cli/lens_options.h"
+#include "cli/plan/depth_classes.h"
 #include "cli/plan/where.h"
 #include "optics/conjugates.h"
 #include "optics/focus_scale.h"
@@ -46,6 +49,7 @@ struct Reading {
   std::optional<Decimal> pixel;
   std::optional<Depth> focus;
   std::vector<NamedLimit> limits;
+  std::map<int, OccupiedDepths> classes;
   std::optional<Framing> framing;
 };
 
@@ -210,6 +214,26 @@ Result<void> ReadLimits(const std::vector<std::string>& texts, LimitKind kind, R
   return {};
 }
 
+/// Reads the depth map where limits speak of its classes.
+Result<void> ReadClasses(const PlanText& text, Reading& reading) {
+  std::vector<int> wanted;
+  for (const NamedLimit& limit : reading.limits) {
+    const auto* mask_class = std::get_if<MaskClass>(&limit.written.where);
+    if (mask_class != nullptr && std::ranges::find(wanted, mask_class->number) == wanted.end()) {
+      wanted.push_back(mask_class->number);
+    }
+  }
+  if (text.depth_map.empty()) {
+    if (!wanted.empty()) return Usage("classes such as @" + std::to_string(wanted[0]) + " need --depth-map F.png");
+    return text.mask.empty() ? Result<void>() : Usage("--mask needs --depth-map F.png");
+  }
+  if (wanted.empty()) return Usage("--depth-map: no limit uses it; write --sharp @1 for class 1 of the mask");
+  auto classes = ReadDepthClasses(text.depth_map, text.mask, wanted);
+  if (!classes) return PassOn(std::move(classes));
+  reading.classes = *std::move(classes);
+  return {};
+}
+
 Result<Reading> ReadOptions(const PlanText& text, const PlanDefaults& defaults, const optics::FocusScale& scale) {
   Reading reading;
   PlanRequest& request = reading.request;
@@ -225,27 +249,76 @@ Result<Reading> ReadOptions(const PlanText& text, const PlanDefaults& defaults, 
   if (done) done = ReadTolerances(text, defaults, request);
   if (done) done = ReadLimits(text.sharp, LimitKind::Sharp, reading);
   if (done) done = ReadLimits(text.blurred, LimitKind::Blurred, reading);
+  if (done) done = ReadClasses(text, reading);
   if (!done) return PassOn(std::move(done));
   request.focal_length = NumberOf(reading.focal_length);
   if (reading.pixel) request.pixel = Metres{reading.pixel->Nearest().value()};
   return reading;
 }
 
+/// Widest blur difference per dioptre that the ranges allow, A Z_s.
+double WidestSlope(const PlanRequest& request) {
+  const double f = request.focal_length.value;
+  const double widest =
+      request.apertures_are_diameters ? request.f_numbers.high.value : f / request.f_numbers.low.value;
+  return widest * (f + request.extensions.high.value);
+}
+
+/// Runs of depths between which the focal plane cannot stand: where even the widest opening blurs both neighbours by
+/// less than the limit together, one of them breaks it, and the run counts as one interval. Exact, and keeps the
+/// planner from thousands of gaps that cannot matter. A pupil factor above 1 may blur more, so it gets every gap.
+std::vector<std::pair<int, int>> Runs(const OccupiedDepths& depths, const NamedLimit& limit,
+                                      const PlanRequest& request) {
+  if (limit.kind == LimitKind::Sharp || limit.written.side != optics::Side::Either) {
+    return {{depths.front(), depths.back()}};
+  }
+  const double slope = request.pupil_factor.value > 1.0 ? HUGE_VAL : WidestSlope(request);
+  const double needed = 2.0 * limit.written.limit->Nearest().value() * (1.0 - 1e-9) / slope;
+  std::vector<std::pair<int, int>> runs{{depths.front(), depths.front()}};
+  for (const int depth : depths) {
+    const int last = runs.back().second;
+    if (1000.0 / last - 1000.0 / depth >= needed && depth != last) runs.emplace_back(depth, depth);
+    runs.back().second = depth;
+  }
+  return runs;
+}
+
+Result<optics::DepthInterval> IntervalFromCentre(const Depth& near, const Depth& far, const Reading& reading,
+                                                 const optics::FocusScale& scale, Metres extension) {
+  const auto nearer = ObjectFromCentre(reading.focal_length, extension, near, scale);
+  if (!nearer) return std::unexpected(nearer.error());
+  const auto farther = ObjectFromCentre(reading.focal_length, extension, far, scale);
+  if (!farther) return std::unexpected(farther.error());
+  return optics::DepthInterval{PlanDepthOf(*nearer), PlanDepthOf(*farther)};
+}
+
+Depth Millimetres(int depth) {
+  return {Depth::Form::Distance, depth / 1000.0, Decimal(depth, -3)};
+}
+
 /// The occupied depths of one limit with the sensor at `extension`.
-Result<std::vector<optics::DepthInterval>> DepthsOf(const WrittenLimit& written, const Reading& reading,
+Result<std::vector<optics::DepthInterval>> DepthsOf(const NamedLimit& limit, const Reading& reading,
                                                     const optics::FocusScale& scale, Metres extension) {
-  if (const auto* plane = std::get_if<TiltedPlane>(&written.where)) {
+  if (const auto* plane = std::get_if<TiltedPlane>(&limit.written.where)) {
     auto interval = optics::DepthsOfPlane(NumberOf(plane->u0), NumberOf(plane->ux), NumberOf(plane->uy));
-    if (!interval) return PassOn(std::move(interval));
+    if (!interval) return Fail(interval.error().code, limit.written.name + ": " + interval.error().message);
     return std::vector{*std::move(interval)};
   }
-  if (std::holds_alternative<MaskClass>(written.where)) return Usage("classes such as @1 need --depth-map");
-  const auto& range = std::get<DepthRange>(written.where);
-  const auto near = ObjectFromCentre(reading.focal_length, extension, range.near, scale);
-  if (!near) return std::unexpected(near.error());
-  const auto far = ObjectFromCentre(reading.focal_length, extension, range.far, scale);
-  if (!far) return std::unexpected(far.error());
-  return std::vector{optics::DepthInterval{PlanDepthOf(*near), PlanDepthOf(*far)}};
+  std::vector<DepthRange> ranges;
+  if (const auto* mask_class = std::get_if<MaskClass>(&limit.written.where)) {
+    for (const auto& [near, far] : Runs(reading.classes.at(mask_class->number), limit, reading.request)) {
+      ranges.push_back({Millimetres(near), Millimetres(far)});
+    }
+  } else {
+    ranges.push_back(std::get<DepthRange>(limit.written.where));
+  }
+  std::vector<optics::DepthInterval> depths;
+  for (const DepthRange& range : ranges) {
+    auto interval = IntervalFromCentre(range.near, range.far, reading, scale, extension);
+    if (!interval) return Fail(interval.error().code, limit.written.name + ": " + interval.error().message);
+    depths.push_back(*std::move(interval));
+  }
+  return depths;
 }
 
 /// The question with all depths from the lens centre, if the sensor stands at `extension`.
@@ -258,7 +331,7 @@ Result<PlanRequest> Centred(const Reading& reading, const optics::FocusScale& sc
     request.focus = PlanDepthOf(*focus);
   }
   for (const NamedLimit& limit : reading.limits) {
-    auto depths = DepthsOf(limit.written, reading, scale, extension);
+    auto depths = DepthsOf(limit, reading, scale, extension);
     if (!depths) return PassOn(std::move(depths));
     request.limits.push_back({.name = limit.written.name,
                               .kind = limit.kind,
@@ -345,6 +418,11 @@ void AddPlanOptions(CLI::App& command, PlanText& text) {
   add("--sensor-width", text.sensor_width, "W", "zoom: width of the sensor")->group(lens);
   add_limits("--sharp", text.sharp, "[NAME=]WHERE[:LIMIT], blur at most LIMIT everywhere in WHERE; repeatable");
   add_limits("--blurred", text.blurred, "[NAME=]WHERE[:LIMIT][:behind|:front], blur at least LIMIT; repeatable");
+  add("--depth-map", text.depth_map, "F.png", "depths in mm, 16-bit grey PNG, 0 where unknown")
+      ->group("What must be sharp or blurred");
+  add("--mask", text.mask, "F.png",
+      "classes of the depth map's pixels, 8-bit grey PNG, 0 ignored; without it all are @1")
+      ->group("What must be sharp or blurred");
   const char* const wanted = "What is wanted";
   add("--focus", text.focus, "D", "keep the focal plane at this distance or vergence")->group(wanted);
   add("--objective", text.objective, "WHAT",

@@ -19,6 +19,7 @@ struct PlanText {
   std::vector<std::string> sharp, blurred;
   std::string objective, blur_limit, model_tolerance;
   std::string field, sensor_width;
+  std::string depth_map, mask;
 };
 
 /// Adds the options above to a command.

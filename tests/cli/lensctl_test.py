@@ -3,9 +3,13 @@
 figures against exact rational arithmetic on the decimals written on the command line."""
 import json
 import math
+import os
+import struct
 import subprocess
 import sys
+import tempfile
 import unittest
+import zlib
 from fractions import Fraction as Q
 
 LENSCTL = sys.argv.pop(1)
@@ -403,6 +407,89 @@ class Plan(Case):
         self.refused(64, "@1 to @255", *lens, "--sharp", "@0:1um")
         self.refused(64, "own", *lens, "--sharp", "a=1m:1um", "--sharp", "a=2m:1um")
         self.refused(64, "taken", *lens, "--sharp", "focus=1m:1um")
+
+
+def write_png(path, rows, bits=16, colour=0):
+    """A PNG of grey rows (or of RGB ones, their samples in a row)."""
+    channels = 3 if colour == 2 else 1
+    raw = b"".join(b"\0" + struct.pack(">" + ("H" if bits == 16 else "B") * len(row), *row) for row in rows)
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", len(rows[0]) // channels, len(rows), bits, colour, 0, 0, 0)
+    with open(path, "wb") as out:
+        out.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(raw)) +
+                  chunk(b"IEND", b""))
+
+
+class DepthMaps(Case):
+    LENS = ["plan", "--focal-length", "50mm", "--f-number", "1.4..16", "--extension", "0mm..8mm"]
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def png(self, name, rows, bits=16, colour=0):
+        path = os.path.join(self.folder, name)
+        write_png(path, rows, bits, colour)
+        return path
+
+    def test_classes_are_their_depths(self):
+        depths = self.png("depths.png", [[0, 2000, 2100], [2300, 900, 9000], [65535, 0, 2500]])
+        mask = self.png("mask.png", [[1, 1, 1], [1, 2, 3], [0, 3, 1]], bits=8)
+        maps = ["--depth-map", depths, "--mask", mask]
+        by_map = self.answer(*self.LENS, *maps, "--sharp", "@1:40um", "--blurred", "@3:40um:behind")
+        by_range = self.answer(*self.LENS, "--sharp", "2000mm..2500mm:40um", "--blurred", "9m:40um:behind")
+        self.assertEqual(by_map, by_range)
+        without_mask = self.png("one.png", [[2000, 0], [2250, 2500]])
+        self.assertEqual(self.answer(*self.LENS, "--depth-map", without_mask, "--sharp", "@1:40um"),
+                         self.answer(*self.LENS, "--sharp", "2m..2.5m:40um"))
+
+    def test_a_class_on_both_sides_of_the_subject(self):
+        around = [1000 + 7 * i for i in range(60)] + [4000 + 50 * i for i in range(60)]
+        depths = self.png("depths.png", [[2000, 2010] + around[:58], around[58:118]])
+        mask = self.png("mask.png", [[1, 1] + [2] * 58, [2] * 60], bits=8)
+        maps = ["--depth-map", depths, "--mask", mask]
+        limits = ["--sharp", "@1:20um", "--blurred", "@2:200um"]
+        self.assertEqual(self.answer(*self.LENS, "--sharp", "2m..2.01m:20um", "--blurred", "1m..6.85m:200um", status=1)
+                         ["feasible"], False)
+        answer = self.answer(*self.LENS, *maps, *limits)
+        f, n, e = Q("0.05"), Q(answer["fNumber"]), Q(answer["extensionMm"]) / 1000
+        for depth in around[:118]:
+            blur = abs(f / n * ((f + e) * (1 / f - Q(1000, depth)) - 1))
+            self.assertGreaterEqual(blur, Q("200e-6") * (1 - Q("1e-12")))
+        for depth in (2000, 2010):
+            blur = abs(f / n * ((f + e) * (1 / f - Q(1000, depth)) - 1))
+            self.assertLessEqual(blur, Q("20e-6") * (1 + Q("1e-12")))
+
+    def test_refusals(self):
+        depths = self.png("depths.png", [[2000, 2100], [0, 0]])
+        mask = self.png("mask.png", [[1, 1], [2, 2]], bits=8)
+        sharp = ["--sharp", "@1:40um"]
+        self.refused(64, "--depth-map", *self.LENS, *sharp)
+        self.refused(64, "--depth-map", *self.LENS, "--mask", mask, "--sharp", "2m:40um")
+        self.refused(64, "no limit uses it", *self.LENS, "--depth-map", depths, "--sharp", "2m:40um")
+        plan = [*self.LENS, "--depth-map", depths, "--mask", mask]
+        self.refused(65, "mask.png: class @3", *plan, "--sharp", "@3:40um")
+        self.refused(65, "mask.png: class @2", *plan, "--sharp", "@2:40um")
+        wide = self.png("wide.png", [[1, 1, 1], [1, 1, 1]], bits=8)
+        self.refused(65, "wide.png: the mask is 3x2 px", *self.LENS, "--depth-map", depths, "--mask", wide, *sharp)
+        self.refused(65, "mask.png: a depth map must be a grey PNG of 16 bits", *self.LENS, "--depth-map", mask, *sharp)
+        self.refused(65, "depths.png: a mask must be a grey PNG of 8 bits", *self.LENS, "--depth-map", depths,
+                     "--mask", depths, *sharp)
+        colour = self.png("colour.png", [[1, 2, 3, 4, 5, 6]], colour=2)
+        self.refused(65, "colour.png", *self.LENS, "--depth-map", colour, *sharp)
+        full = self.png("full.png", [[65535, 2000]])
+        self.refused(65, "full.png: class @1 holds 65535 mm", *self.LENS, "--depth-map", full, *sharp)
+        text = os.path.join(self.folder, "text.png")
+        with open(text, "w", encoding="ascii") as out:
+            out.write("not a picture")
+        self.refused(65, "text.png: not a PNG", *self.LENS, "--depth-map", text, *sharp)
+        self.refused(74, "missing.png", *self.LENS, "--depth-map", os.path.join(self.folder, "missing.png"), *sharp)
+        near = self.png("near.png", [[40, 2000]])
+        self.refused(64, "focal length", *self.LENS, "--depth-map", near, *sharp)
 
 
 if __name__ == "__main__":
