@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "defocus/defocus.h"
 #include "sweep.h"
 
 namespace lensd::autofocus {
@@ -13,14 +14,15 @@ constexpr int kSmallestWindow = 16;  ///< px
 
 struct MethodRow {
   std::string_view name;
+  bool needs_calibration;
   std::unique_ptr<Method> (*make)(const Setup& setup);
 };
 
-/// Every method. "auto" is whatever is most dependable for this setup.
+/// Every method; "auto" tries them in this order, as far as the lens allows.
 constexpr MethodRow kMethods[] = {
-    {"sweep", [](const Setup& setup) -> std::unique_ptr<Method> { return std::make_unique<Sweep>(setup); }},
+    {"defocus", true, [](const Setup& setup) -> std::unique_ptr<Method> { return std::make_unique<Defocus>(setup); }},
+    {"sweep", false, [](const Setup& setup) -> std::unique_ptr<Method> { return std::make_unique<Sweep>(setup); }},
 };
-constexpr std::string_view kAuto = "sweep";
 
 }  // namespace
 
@@ -48,13 +50,24 @@ Result<Window> WindowOf(const drivers::Region& region, int width, int height) {
 }
 
 Result<Session> Session::Create(std::string_view method, const Setup& setup) {
-  const std::string_view wanted = method == "auto" ? kAuto : method;
+  std::vector<std::string_view> names;
   for (const MethodRow& row : kMethods) {
-    if (row.name == wanted) return Session(row.name, row.make(setup));
+    const bool fits = setup.blur_px || !row.needs_calibration;
+    if (method == "auto" ? fits : row.name == method) names.push_back(row.name);
   }
+  if (!names.empty()) return Session(setup, std::move(names));
   std::string known;
   for (const std::string_view name : MethodNames()) known += " " + std::string(name);
   return Fail(Code::InvalidArgument, "there is no autofocus method '" + std::string(method) + "'; there are:" + known);
+}
+
+Session::Session(const Setup& setup, std::vector<std::string_view> names) : setup_(setup), names_(std::move(names)) {
+  StartMethod();
+}
+
+void Session::StartMethod() {
+  frames_before_ = std::max(frames() - 1, 0);
+  method_ = std::ranges::find(kMethods, names_[running_], &MethodRow::name)->make(setup_);
 }
 
 Result<Advice> Session::Next(double position, const drivers::Frame& frame, const drivers::Region& region) {
@@ -65,16 +78,35 @@ Result<Advice> Session::Next(double position, const drivers::Frame& frame, const
   bits_ = frame.bits;
   pixels_ = window->width * window->height;
   scores_.push_back(*score);
-  if (to_check_) return Check();
-  Advice advice = method_->Next({.position = position, .frame = &frame, .window = *window, .score = *score});
-  auto* verdict = std::get_if<Verdict>(&advice);
+  const Look look{.position = position, .frame = &frame, .window = *window, .score = *score};
+  Advice advice = to_check_ ? Advice(Check()) : Ask(look);
+  // The next method begins where the last one gave up.
+  while (Refused(advice) && running_ + 1 < names_.size()) {
+    to_check_.reset();
+    ++running_;
+    StartMethod();
+    advice = Ask(look);
+  }
+  return advice;
+}
+
+bool Session::Refused(const Advice& advice) {
+  const auto* verdict = std::get_if<Verdict>(&advice);
+  return verdict != nullptr && !verdict->focused;
+}
+
+/// The method's advice; an answer becomes a frame at its position, unless this one is just that.
+Advice Session::Ask(const Look& look) {
+  Advice advice = method_->Next(look);
+  const auto* verdict = std::get_if<Verdict>(&advice);
   if (verdict == nullptr || !verdict->focused) return advice;
   to_check_ = *verdict;
+  if (verdict->position == look.position) return Check();
   return GoAndLook{verdict->position};
 }
 
 int Session::frames_expected() const {
-  return std::max(method_->FramesExpected() + 1, frames());
+  return std::max(frames_before_ + method_->FramesExpected() + 1, frames());
 }
 
 std::vector<Sharpness> Session::Sharpnesses() const {

@@ -33,7 +33,9 @@ TEST_F(RigAutofocusTest, FindsTheSubject) {
   EXPECT_GT(outcome.sigma->value, 0.0);
   EXPECT_EQ(outcome.frames, static_cast<int>(progress_.size()));
   EXPECT_EQ(outcome.moves, controls_->moves);
-  EXPECT_GE(progress_.front().frames_expected, progress_.back().frames - 8);
+  // A camera that only loses contrast is not what blur does: the sweep has to take over from the optics.
+  EXPECT_EQ(outcome.method, "sweep");
+  EXPECT_GE(progress_.at(8).frames_expected, progress_.back().frames - 8);
 }
 
 TEST_F(RigAutofocusTest, WorksInNativeUnitsWithoutOptics) {

@@ -50,7 +50,7 @@ class Method {
   virtual ~Method() = default;
   /// Called with the first frame, taken where the lens happened to stand, then with each frame it asked for.
   virtual Advice Next(const Look& look) = 0;
-  /// Frames it expects to need in all, as far as it can tell.
+  /// Frames it expects to need in all before the one at its answer, as far as it can tell.
   virtual int FramesExpected() const = 0;
 };
 

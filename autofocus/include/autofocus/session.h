@@ -29,8 +29,8 @@ class Session {
   /// InvalidArgument: the window does not fit the frame.
   Result<Advice> Next(double position, const drivers::Frame& frame, const drivers::Region& region);
 
-  /// The method that is running: "auto" names the one it chose.
-  std::string_view method() const { return method_name_; }
+  /// The method that is running: "auto" names the one it has come to.
+  std::string_view method() const { return names_[running_]; }
   /// Frames taken so far, and how many it will be in all as far as can be told.
   int frames() const { return static_cast<int>(scores_.size()); }
   int frames_expected() const;
@@ -38,13 +38,18 @@ class Session {
   double relative_sharpness() const;
 
  private:
-  Session(std::string_view method_name, std::unique_ptr<Method> method)
-      : method_name_(method_name), method_(std::move(method)) {}
+  Session(const Setup& setup, std::vector<std::string_view> names);
+  void StartMethod();
+  static bool Refused(const Advice& advice);
+  Advice Ask(const Look& look);
   std::vector<Sharpness> Sharpnesses() const;
   Verdict Check() const;
 
-  std::string_view method_name_;
+  Setup setup_;
+  std::vector<std::string_view> names_;  ///< to be tried in this order
+  std::size_t running_ = 0;
   std::unique_ptr<Method> method_;
+  int frames_before_ = 0;  ///< it began
   std::vector<FocusScore> scores_;
   int bits_ = 8;
   int pixels_ = 1;

@@ -1,0 +1,141 @@
+#include "defocus/posterior.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lensd::autofocus::defocus {
+namespace {
+
+constexpr double kSlopes[] = {0.80, 0.85, 0.90, 0.95, 1.0, 1.05, 1.10, 1.15, 1.20};
+constexpr double kKnownWell = 0.025;  // standard deviation of the slope of half of all lenses
+constexpr double kKnownBadly = 0.12;  // and of the others
+constexpr double kFineReach = 3.0;    // px
+constexpr double kFineStep = 0.25;    // px
+
+double LogSlopePrior(double slope) {
+  const auto bell = [&](double sigma) { return std::exp(-0.5 * std::pow((slope - 1.0) / sigma, 2)) / sigma; };
+  return std::log(bell(kKnownWell) + bell(kKnownBadly));
+}
+
+/// Grid over the range: steps grow with the distance from the nearest frame.
+std::vector<double> CoarseGrid(std::span<const double> positions, Range range) {
+  std::vector<double> places;
+  double at = range.lowest;
+  while (at < range.highest) {
+    places.push_back(at);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const double position : positions) nearest = std::min(nearest, std::abs(at - position));
+    at += std::clamp(0.05 * nearest, 0.75, 3.0);
+  }
+  places.push_back(range.highest);
+  return places;
+}
+
+}  // namespace
+
+Posterior::Posterior(const Likelihood& likelihood, Range range) {
+  Evaluate(likelihood, CoarseGrid(likelihood.positions(), range));
+  const auto better = [](const Sample& a, const Sample& b) {
+    return a.fit.log_likelihood + a.fit.log_prior + a.log_slope_prior <
+           b.fit.log_likelihood + b.fit.log_prior + b.log_slope_prior;
+  };
+  const double best = std::ranges::max_element(samples_, better)->focus;
+  std::vector<double> fine;
+  for (double at = best - kFineReach; at <= best + kFineReach; at += kFineStep) {
+    if (at >= range.lowest && at <= range.highest) fine.push_back(at);
+  }
+  Evaluate(likelihood, fine);
+  misfit_ = std::ranges::max_element(samples_, better)->fit.excess;
+  weakening_ = std::max(1.0, 1.0 + misfit_);
+  Describe();
+}
+
+void Posterior::Evaluate(const Likelihood& likelihood, const std::vector<double>& places) {
+  for (const double place : places) {
+    for (const double slope : kSlopes)
+      samples_.push_back({place, slope, LogSlopePrior(slope), likelihood.At(place, slope)});
+  }
+}
+
+/// The samples as probabilities of intervals, slopes summed, in order of focus.
+std::vector<Posterior::Cell> Posterior::Cells() const {
+  std::vector<std::pair<double, double>> logs;  // focus, log density times slope
+  double top = -std::numeric_limits<double>::infinity();
+  for (const Sample& sample : samples_) {
+    const double value = sample.fit.log_likelihood / weakening_ + sample.fit.log_prior + sample.log_slope_prior;
+    logs.emplace_back(sample.focus, value);
+    top = std::max(top, value);
+  }
+  std::ranges::sort(logs);
+  std::vector<Cell> cells;
+  for (const auto& [focus, value] : logs) {
+    if (cells.empty() || focus != cells.back().focus) cells.push_back({focus, 0.0, 0.0});
+    cells.back().mass += std::exp(value - top);
+  }
+  double total = 0.0;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const double low = i > 0 ? cells[i - 1].focus : cells[i].focus;
+    const double high = i + 1 < cells.size() ? cells[i + 1].focus : cells[i].focus;
+    cells[i].width = 0.5 * (high - low);
+    cells[i].mass *= cells[i].width;
+    total += cells[i].mass;
+  }
+  for (Cell& cell : cells) cell.mass /= total;
+  return cells;
+}
+
+void Posterior::Describe() {
+  cells_ = Cells();
+  const auto top =
+      std::ranges::max_element(cells_, {}, [](const Cell& cell) { return cell.mass / (cell.width + 1e-12); });
+  double mass = 0.0;
+  double sum = 0.0;
+  double square = 0.0;
+  for (const Cell& cell : cells_) {
+    const double off = cell.focus - top->focus;
+    if (std::abs(off) > kFineReach) continue;
+    mass += cell.mass;
+    sum += cell.mass * off;
+    square += cell.mass * (off * off + cell.width * cell.width / 12.0);
+  }
+  focus_ = top->focus + sum / mass;
+  sigma_ = std::sqrt(std::max(square / mass - std::pow(sum / mass, 2), 0.0));
+  double best = -std::numeric_limits<double>::infinity();
+  for (const Sample& sample : samples_) {
+    const double value = sample.fit.log_likelihood / weakening_ + sample.fit.log_prior + sample.log_slope_prior;
+    if (value <= best) continue;
+    best = value;
+    slope_ = sample.slope;
+  }
+}
+
+double Posterior::MassNear(double position, double reach) const {
+  double mass = 0.0;
+  for (const Cell& cell : cells_) {
+    if (std::abs(cell.focus - position) <= reach) mass += cell.mass;
+  }
+  return mass;
+}
+
+double Posterior::MassBelow(double position) const {
+  double mass = 0.0;
+  for (const Cell& cell : cells_) {
+    if (cell.focus < position) mass += cell.mass;
+  }
+  return mass;
+}
+
+double Posterior::TypicalDistance(double position) const {
+  std::vector<std::pair<double, double>> distances;
+  for (const Cell& cell : cells_) distances.emplace_back(std::abs(cell.focus - position), cell.mass);
+  std::ranges::sort(distances);
+  double mass = 0.0;
+  for (const auto& [distance, part] : distances) {
+    mass += part;
+    if (mass >= 0.5) return distance;
+  }
+  return distances.back().first;
+}
+
+}  // namespace lensd::autofocus::defocus

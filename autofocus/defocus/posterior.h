@@ -1,0 +1,61 @@
+// Where the subject is in focus, as a density over positions.
+//
+// The likelihood is taken on a grid that is fine near the frames, where little blur tells much, and wide far from them;
+// then finely around the best place. The slope of blur against position is not known exactly (focal length and aperture
+// are nominal), so every place is judged under several slopes and the sum counts. Where even the best place explains
+// the frames badly, all likelihoods are made as much weaker as it fits worse than chance allows.
+#pragma once
+
+#include <vector>
+
+#include "defocus/likelihood.h"
+
+namespace lensd::autofocus::defocus {
+
+struct Range {
+  double lowest = 0.0;
+  double highest = 0.0;
+};
+
+class Posterior {
+ public:
+  /// Over `range`, in pixels of blur.
+  Posterior(const Likelihood& likelihood, Range range);
+
+  double focus() const { return focus_; }    ///< mean of the highest peak
+  double sigma() const { return sigma_; }    ///< standard deviation of it
+  double slope() const { return slope_; }    ///< the most likely at the highest peak
+  double misfit() const { return misfit_; }  ///< Fit::excess at the best place
+  /// Probability that the focus is within `reach` of `position`.
+  double MassNear(double position, double reach) const;
+  /// Probability that it is below `position`.
+  double MassBelow(double position) const;
+  /// Median distance of the focus from `position`.
+  double TypicalDistance(double position) const;
+
+ private:
+  struct Cell {
+    double focus = 0.0;
+    double width = 0.0;
+    double mass = 0.0;
+  };
+  void Evaluate(const Likelihood& likelihood, const std::vector<double>& places);
+  std::vector<Cell> Cells() const;
+  void Describe();
+
+  struct Sample {
+    double focus = 0.0;
+    double slope = 0.0;
+    double log_slope_prior = 0.0;
+    Fit fit;
+  };
+  std::vector<Sample> samples_;
+  double weakening_ = 1.0;
+  std::vector<Cell> cells_;
+  double focus_ = 0.0;
+  double sigma_ = 0.0;
+  double slope_ = 1.0;
+  double misfit_ = 0.0;
+};
+
+}  // namespace lensd::autofocus::defocus

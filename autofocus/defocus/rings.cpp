@@ -1,0 +1,100 @@
+#include "defocus/rings.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lensd::autofocus::defocus {
+namespace {
+
+constexpr double kFirstBin = 2.5;          // below, the window's own shape shows
+constexpr double kHighest = 0.33;          // cycles per px: beyond, texture folds back
+constexpr double kFolding = 0.22;          // cycles per px: from here on, folding makes rings tell less
+constexpr double kOneBinRings = 16.0;      // up to here rings are one bin wide, then a constant part of their radius
+constexpr double kHannCorrelation = 3.78;  // modes under a Hann window that are worth one independent mode
+constexpr double kVisible = 3.0;           // standard deviations over the noise
+
+int RingOf(double bins) {
+  if (bins < kFirstBin) return -1;
+  if (bins < kOneBinRings + kFirstBin) return static_cast<int>(bins - kFirstBin);
+  return static_cast<int>(kOneBinRings + kOneBinRings * std::log(bins / (kOneBinRings + kFirstBin)));
+}
+
+struct Sums {
+  double modes = 0.0;
+  double frequency = 0.0;
+  double light = 0.0;   ///< power over noise, all frames
+  double square = 0.0;  ///< of that
+  Matrix power{};
+};
+
+/// Photon noise relative to the mean goes with 1/mean; the frame that shows least texture tells the noise of all.
+std::array<double, kMostFrames> NoiseOf(std::span<const Spectrum* const> spectra) {
+  double least = spectra[0]->noise * spectra[0]->mean;
+  for (const Spectrum* spectrum : spectra) least = std::min(least, spectrum->noise * spectrum->mean);
+  std::array<double, kMostFrames> noise{};
+  for (std::size_t i = 0; i < spectra.size(); ++i) noise[i] = least / spectra[i]->mean;
+  return noise;
+}
+
+std::vector<Sums> SumRings(std::span<const Spectrum* const> spectra, const std::array<double, kMostFrames>& noise) {
+  const Spectrum& first = *spectra[0];
+  const int n = static_cast<int>(spectra.size());
+  const double side = std::min(first.width, first.height);
+  std::vector<Sums> rings(static_cast<std::size_t>(RingOf(std::max(kHighest * side, kFirstBin)) + 1));
+  for (int j = 0; j < first.height; ++j) {
+    const double fy = (j <= first.height / 2 ? j : j - first.height) / static_cast<double>(first.height);
+    for (int i = 0; i < first.columns(); ++i) {
+      if (i == 0 && fy < 0) continue;  // the mirror image of a mode already counted
+      const double f = std::hypot(static_cast<double>(i) / first.width, fy);
+      if (f > kHighest) continue;
+      const int index = RingOf(f * side);
+      if (index < 0) continue;
+      Sums& ring = rings[static_cast<std::size_t>(index)];
+      const auto mode = static_cast<std::size_t>(j * first.columns() + i);
+      double light = 0.0;
+      for (int a = 0; a < n; ++a) {
+        const std::complex<float> ya = spectra[static_cast<std::size_t>(a)]->modes[mode];
+        light += std::norm(ya) / noise[static_cast<std::size_t>(a)];
+        for (int b = a; b < n; ++b) {
+          const std::complex<float> yb = spectra[static_cast<std::size_t>(b)]->modes[mode];
+          ring.power[static_cast<std::size_t>(a * kMostFrames + b)] += ya.real() * yb.real() + ya.imag() * yb.imag();
+        }
+      }
+      ring.modes += 1.0;
+      ring.frequency += f;
+      ring.light += light;
+      ring.square += light * light;
+    }
+  }
+  return rings;
+}
+
+}  // namespace
+
+RingStack StackRings(std::span<const Spectrum* const> spectra) {
+  RingStack stack;
+  stack.frames = static_cast<int>(spectra.size());
+  stack.noise = NoiseOf(spectra);
+  const double bin = 1.0 / std::min(spectra[0]->width, spectra[0]->height);
+  for (const Sums& sums : SumRings(spectra, stack.noise)) {
+    if (sums.modes < 1) continue;
+    Ring ring;
+    ring.frequency = sums.frequency / sums.modes;
+    ring.spread = bin;
+    // Texture along one direction puts all its power into a few modes of a ring: no more than those count.
+    ring.count = std::min(sums.modes, 2.0 * sums.light * sums.light / sums.square) / kHannCorrelation;
+    ring.count /= 1.0 + std::pow(ring.frequency / kFolding, 4);
+    double clearest = 0.0;
+    for (std::size_t a = 0; a < spectra.size(); ++a) {
+      for (std::size_t b = a; b < spectra.size(); ++b) {
+        const double mean = sums.power[a * kMostFrames + b] / sums.modes;
+        ring.power[a * kMostFrames + b] = ring.power[b * kMostFrames + a] = mean;
+      }
+      clearest = std::max(clearest, ring.power[a * kMostFrames + a] / stack.noise[a] - 1.0);
+    }
+    if (clearest * std::sqrt(ring.count) >= kVisible) stack.rings.push_back(ring);
+  }
+  return stack;
+}
+
+}  // namespace lensd::autofocus::defocus

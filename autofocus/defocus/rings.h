@@ -1,0 +1,33 @@
+// Rings of equal frequency: the statistics of a few spectra of one scene that the likelihood needs, and no more.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "defocus/spectrum.h"
+
+namespace lensd::autofocus::defocus {
+
+constexpr int kMostFrames = 4;  ///< taken together
+
+/// Symmetric n x n, n <= kMostFrames, row-major with stride kMostFrames.
+using Matrix = std::array<double, kMostFrames * kMostFrames>;
+
+struct Ring {
+  double frequency = 0.0;  ///< cycles per px, mean over its modes
+  double spread = 0.0;     ///< cycles per px: how far the window's own blur in frequency reaches (one bin)
+  double count = 0.0;      ///< independent modes it is worth
+  Matrix power{};          ///< [i][j]: mean of Re(Y_i Y_j*)
+};
+
+struct RingStack {
+  int frames = 0;
+  std::array<double, kMostFrames> noise{};  ///< power of each frame's noise in every mode
+  std::vector<Ring> rings;                  ///< those where some frame shows more than noise
+};
+
+/// The spectra are of equal size, 1 to kMostFrames of them, of one window of a scene that stood still.
+RingStack StackRings(std::span<const Spectrum* const> spectra);
+
+}  // namespace lensd::autofocus::defocus

@@ -1,0 +1,169 @@
+// The defocus estimator against frames whose blur is known in closed form.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "autofocus/session.h"
+#include "defocus/defocus.h"
+#include "defocus/disc.h"
+#include "defocus/posterior.h"
+#include "defocus_scene.h"
+#include "test_level.h"
+
+namespace lensd::autofocus {
+namespace {
+
+using testing::NaturalWaves;
+using testing::Picture;
+using testing::Wave;
+
+/// What a uniform disc leaves of cos(2 pi f x), by adding up its chords.
+double DiscByChords(double turns) {
+  constexpr int kChords = 40000;
+  double sum = 0.0;
+  for (int i = 0; i < kChords; ++i) {
+    const double angle = std::numbers::pi * (i + 0.5) / kChords;  // x = cos(angle)/2, chord sin(angle), dx = sin/2
+    const double chord = std::sin(angle) * std::sin(angle);
+    sum += chord * std::cos(std::numbers::pi * turns * std::cos(angle));
+  }
+  return 2.0 * sum / kChords;
+}
+
+TEST(DiscResponse, EqualsTheSumOverChords) {
+  for (const double turns : {0.0, 0.01, 0.3, 1.0, 1.2197, 2.5, 6.2, 6.5, 17.3, 80.1, 199.0}) {
+    EXPECT_NEAR(defocus::DiscResponse(turns), DiscByChords(turns), 2e-5) << turns;
+    EXPECT_EQ(defocus::DiscResponse(-turns), defocus::DiscResponse(turns));
+  }
+}
+
+struct Estimate {
+  double focus = 0.0;
+  double sigma = 0.0;
+};
+
+/// From frames at `positions` of a subject in focus at `focus`, all in pixels of blur.
+Estimate EstimateFrom(const std::vector<Wave>& waves, double focus, const std::vector<double>& positions, double noise,
+                      unsigned seed, double slope = 1.0) {
+  std::vector<defocus::Spectrum> spectra;
+  for (const double position : positions) {
+    const auto frame = Picture(waves, slope * (position - focus), noise, seed++);
+    spectra.push_back(defocus::SpectrumOf(frame, {0, 0, frame.width, frame.height}));
+  }
+  std::vector<const defocus::Spectrum*> pointers;
+  for (const auto& spectrum : spectra) pointers.push_back(&spectrum);
+  const auto stack = defocus::StackRings(pointers);
+  const defocus::Posterior posterior(defocus::Likelihood(stack, positions), {-60.0, 60.0});
+  return {posterior.focus(), posterior.sigma()};
+}
+
+TEST(DefocusEstimate, TwoFramesGiveSizeAndSide) {
+  for (const double focus : {-30.0, -17.0, -9.0, 4.0, 13.0, 26.0}) {
+    const Estimate estimate = EstimateFrom(NaturalWaves(11), focus, {0.0, 10.0}, 0.005, 5);
+    EXPECT_NEAR(estimate.focus, focus, 0.06 * std::abs(focus) + 0.3);
+  }
+}
+
+TEST(DefocusEstimate, AThirdFrameNearbyRemovesTheErrorOfTheSlope) {
+  for (const double slope : {0.9, 1.0, 1.1}) {
+    const Estimate estimate = EstimateFrom(NaturalWaves(12), 20.0, {0.0, 12.0, 20.6}, 0.005, 6, slope);
+    EXPECT_NEAR(estimate.focus, 20.0, 0.4) << slope;
+  }
+}
+
+TEST(DefocusEstimate, TruthLiesWithinThreeSigma) {
+  const long trials = lensd::testing::ByLevel(20, 60, 1000);
+  long inside = 0;
+  std::mt19937 random(2024);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  for (long i = 0; i < trials; ++i) {
+    const auto seed = static_cast<unsigned>(1000 + 10 * i);
+    const double focus = -25.0 + 50.0 * uniform(random);
+    const double offset = -0.8 + 1.6 * uniform(random);
+    const auto waves = NaturalWaves(seed, 2.0 + 0.8 * uniform(random), 250);
+    const Estimate estimate = EstimateFrom(waves, focus, {0.0, 10.0, focus + offset}, 0.01, seed);
+    inside += std::abs(estimate.focus - focus) <= 3.0 * estimate.sigma + 1e-9;
+  }
+  // 99 % at least: of 60 trials, three outside would have a chance of 2 % at exactly that rate.
+  EXPECT_GE(static_cast<double>(inside), 0.99 * static_cast<double>(trials) - 1.5) << inside << " of " << trials;
+}
+
+/// Drives the method itself on such frames until its verdict.
+struct Ending {
+  Verdict verdict;
+  int frames = 0;
+};
+Ending RunOn(const std::vector<Wave>& waves, double start, double focus, double noise, double highest = 60.0) {
+  Defocus method({.lowest = -60.0, .highest = highest, .resolution = 0.02, .blur_px = 1.0, .ascending = true});
+  Ending run;
+  double position = start;
+  while (true) {
+    const auto frame = Picture(waves, position - focus, noise, static_cast<unsigned>(77 + ++run.frames));
+    const Window window{0, 0, frame.width, frame.height};
+    const Advice advice = method.Next({.position = position, .frame = &frame, .window = window, .score = {}});
+    if (const auto* verdict = std::get_if<Verdict>(&advice)) {
+      run.verdict = *verdict;
+      return run;
+    }
+    position = std::get<GoAndLook>(advice).position;
+    EXPECT_GE(position, -60.0);
+    EXPECT_LE(position, highest);
+    if (run.frames > 20) return run;
+  }
+}
+
+TEST(DefocusMethod, FocusesInThreeFrames) {
+  for (const double start : {-40.0, -15.0, 5.0, 35.0}) {
+    const Ending run = RunOn(NaturalWaves(21), start, 3.0, 0.005);
+    EXPECT_TRUE(run.verdict.focused) << run.verdict.reason;
+    EXPECT_NEAR(run.verdict.position, 3.0, 1.5);
+    EXPECT_GT(run.verdict.confidence, 0.99);
+    EXPECT_LE(run.frames, 4);
+  }
+}
+
+TEST(DefocusMethod, RefusesABlankWall) {
+  const Ending run = RunOn({}, 10.0, 0.0, 0.01);
+  EXPECT_FALSE(run.verdict.focused);
+  EXPECT_NE(run.verdict.reason.find("too little texture"), std::string::npos) << run.verdict.reason;
+  EXPECT_LE(run.frames, 4);
+}
+
+TEST(DefocusMethod, RefusesAGradient) {
+  const std::vector<Wave> ramp = {{0.0008, 0.0, -0.5 * std::numbers::pi, 0.6}};
+  EXPECT_FALSE(RunOn(ramp, 10.0, 0.0, 0.01).verdict.focused);
+}
+
+TEST(DefocusMethod, RefusesASinusoidOrFindsIt) {
+  // One frequency tells its own contrast alone: where discs of several sizes leave the same, nothing decides.
+  for (const double start : {-30.0, 12.0, 25.0}) {
+    const Ending run = RunOn({{0.125, 0.0, 0.3, 0.5}}, start, 0.0, 0.01);
+    if (run.verdict.focused) {
+      EXPECT_NEAR(run.verdict.position, 0.0, 2.0) << start;
+    }
+  }
+}
+
+TEST(DefocusMethod, RefusesASubjectBeyondTheRange) {
+  const Ending run = RunOn(NaturalWaves(23), -20.0, 30.0, 0.005, 20.0);
+  EXPECT_FALSE(run.verdict.focused) << run.verdict.position;
+}
+
+TEST(DefocusMethod, RefusesLightsTooBrightForTheSensor) {
+  auto waves = NaturalWaves(24);
+  for (Wave& wave : waves) wave.amplitude *= 5.0;
+  const Ending run = RunOn(waves, -20.0, 0.0, 0.005);
+  EXPECT_FALSE(run.verdict.focused);
+  EXPECT_NE(run.verdict.reason.find("too bright"), std::string::npos) << run.verdict.reason;
+}
+
+TEST(DefocusMethod, NeedsToKnowTheOptics) {
+  Defocus method({.lowest = 0.0, .highest = 100.0, .resolution = 1.0, .blur_px = std::nullopt, .ascending = true});
+  const auto frame = Picture(NaturalWaves(25), 0.0, 0.01, 1);
+  const Advice advice = method.Next({.position = 5.0, .frame = &frame, .window = {0, 0, 192, 192}, .score = {}});
+  ASSERT_TRUE(std::holds_alternative<Verdict>(advice));
+  EXPECT_FALSE(std::get<Verdict>(advice).focused);
+}
+
+}  // namespace
+}  // namespace lensd::autofocus
