@@ -80,26 +80,19 @@ bool Connection::MayServe() const {
 void Connection::Serve() {
   if (serving_) return;
   serving_ = true;
-  int served = 0;
-  bool waiting = false;  // a whole message is left for the next turn
-  while (MayServe()) {
-    if (served++ == kCallsPerTurn) {
-      waiting = true;
-      break;
-    }
+  bool more_to_come = true;  // whole messages may be left
+  for (int served = 0; served < kCallsPerTurn && more_to_come && MayServe(); ++served) {
     const auto message = frames_.Next();
-    if (!message) {
-      Close(message.error().message);
-      break;
-    }
-    if (!*message) break;
-    ServeOne(**message);
+    more_to_come = message && *message;
+    if (!message) Close(message.error().message);
+    if (more_to_come) ServeOne(**message);
   }
   serving_ = false;
-  if (socket_ < 0) return;
-  sd_event_source_set_enabled(turn_.get(), waiting ? SD_EVENT_ONESHOT : SD_EVENT_OFF);
-  Flush();
-  if (socket_ >= 0 && peer_done_ && !current_ && !waiting && output_.empty()) Close("");
+  if (socket_ >= 0) Flush();
+  // Others first: what is left has to wait for the next turn, unless a reply or the peer has to come first anyway.
+  const bool again = more_to_come && MayServe();
+  if (socket_ >= 0) sd_event_source_set_enabled(turn_.get(), again ? SD_EVENT_ONESHOT : SD_EVENT_OFF);
+  if (socket_ >= 0 && peer_done_ && !current_ && !more_to_come && output_.empty()) Close("");
 }
 
 void Connection::ServeOne(std::string_view message) {

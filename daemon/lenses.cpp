@@ -5,11 +5,12 @@
 namespace lensd::daemon {
 namespace {
 
-/// Names the lens, and the place too unless the message begins with one of its own.
+/// Names the lens, and the place too unless the message begins with one of its own. A file that is named and cannot be
+/// read is a mistake of the configuration.
 Error AtLens(const LensConfig& config, Error error) {
-  const bool has_place = error.code == Code::BadData;
-  const std::string place = has_place ? "" : config.where.Text() + ": ";
-  return {error.code, place + "lens \"" + config.name + "\": " + error.message};
+  const std::string place = error.code == Code::BadData ? "" : config.where.Text() + ": ";
+  const Code code = error.code == Code::Io ? Code::BadData : error.code;
+  return {code, place + "lens \"" + config.name + "\": " + error.message};
 }
 
 Result<std::unique_ptr<drivers::Camera>> OpenCamera(const DeviceConfig& config, const Clock& clock) {

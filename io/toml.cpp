@@ -76,8 +76,9 @@ Result<Settings> ParseToml(std::string_view text, const std::string& name) {
 Result<Settings> ReadTomlFile(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) return Fail(Code::Io, path + ": " + std::strerror(errno));
+  in.peek();  // fails for a folder, and merely ends for an empty file
   const std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (in.bad() || (text.empty() && !in.eof())) return Fail(Code::Io, path + ": cannot be read as a file");
+  if (in.bad()) return Fail(Code::Io, path + ": cannot be read as a file");
   return ParseToml(text, path);
 }
 

@@ -163,14 +163,16 @@ class DefinitionParser {
     else if (!word.empty() && std::isupper(static_cast<unsigned char>(word[0]))) {
       type.kind = Kind::Named;
       type.name = word;
-      named_.push_back(word);
+      named_.emplace_back(word, at_);
     } else {
       Reject("\"" + word + "\" is not a type");
     }
   }
   void CheckNamed() {
-    for (const std::string& name : named_) {
-      if (!result_.types_.contains(name)) error_ = "the type " + name + " is used and not defined";
+    for (const auto& [name, used_at] : named_) {
+      if (result_.types_.contains(name)) continue;
+      at_ = used_at;
+      return Reject("the type " + name + " is used and not defined");
     }
   }
 
@@ -178,7 +180,7 @@ class DefinitionParser {
   std::size_t at_ = 0;
   int depth_ = 0;
   std::string error_;
-  std::vector<std::string> named_;
+  std::vector<std::pair<std::string, std::size_t>> named_;  // where each is used
   InterfaceDefinition result_;
 };
 

@@ -50,9 +50,11 @@ class SignalWatch {
     sigaddset(&watched, SIGINT);
     sigaddset(&watched, SIGTERM);
     sigprocmask(SIG_BLOCK, &watched, &before_);
-    descriptor_ = signalfd(-1, &watched, SFD_CLOEXEC);
+    descriptor_ = signalfd(-1, &watched, SFD_CLOEXEC | SFD_NONBLOCK);
   }
   ~SignalWatch() {
+    signalfd_siginfo taken;
+    while (read(descriptor_, &taken, sizeof taken) > 0) continue;  // or it would strike when unblocked
     close(descriptor_);
     sigprocmask(SIG_SETMASK, &before_, nullptr);
   }

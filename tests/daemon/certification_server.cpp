@@ -1,4 +1,5 @@
-// The daemon's own server code serving org.varlink.certification instead of lenses, for foreign clients to test.
+// The daemon's own server code serving org.varlink.certification instead of lenses, for foreign clients to test,
+// and io.lensd.test, which floods a client.
 //   certification_server SOCKET
 #include <signal.h>
 
@@ -114,6 +115,24 @@ class Certification final : public Service {
   std::size_t at_ = steps_.size();
 };
 
+/// Answers with as many mebibytes as asked for, all at once, whether they are read or not.
+class Flood final : public Service {
+ public:
+  const proto::InterfaceDefinition& definition() const override { return definition_; }
+
+  void Serve(std::string_view, const ExchangePointer& exchange) override {
+    const std::string kibibyte = proto::WriteJson({{"text", std::string(1000, 'x')}});
+    for (int left = exchange->parameters()["megabytes"].get<int>() * 1024; left > 0; --left) {
+      exchange->Continue(kibibyte);
+    }
+    exchange->Finish(kibibyte);
+  }
+
+ private:
+  const proto::InterfaceDefinition definition_ =
+      BuiltInDefinition("interface io.lensd.test\nmethod Flood(megabytes: int) -> (text: string)\n");
+};
+
 int Main(const std::string& path) {
   sigset_t blocked;
   sigemptyset(&blocked);
@@ -124,8 +143,10 @@ int Main(const std::string& path) {
   auto listener = Listener::Open(path);
   if (!loop || !listener || !(*loop)->QuitOnSignals()) return std::fprintf(stderr, "cannot serve\n"), 1;
   Certification certification;
+  Flood flood;
   Router router({"lensd", "certification server", "1", "https://lensd.io"});
   router.Add(certification);
+  router.Add(flood);
   auto server = Server::Create(**loop, listener->descriptor(), router, Limits{}, "org.varlink.certification.Busy",
                                [](std::string_view notice) { std::fprintf(stderr, "%s\n", notice.data()); });
   if (!server) return std::fprintf(stderr, "cannot serve\n"), 1;

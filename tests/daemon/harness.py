@@ -1,0 +1,137 @@
+"""Starts lensd on a private socket and talks to it in raw bytes: this client shares no code with the server."""
+import contextlib
+import json
+import os
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+import unittest
+
+BIN = os.environ["LENSD_BIN"]
+HERE = os.path.dirname(os.path.abspath(__file__))
+LENS = "io.lensd.Lens."
+# Sanitizers and busy machines make everything slower; limits on time below are multiplied by this.
+PATIENCE = float(os.environ.get("LENSD_TEST_PATIENCE", "1"))
+
+
+class Client:
+    """One connection. Messages are decoded, errors are returned as they are."""
+
+    def __init__(self, path, timeout=30):
+        self.socket = socket.socket(socket.AF_UNIX)
+        self.socket.settimeout(timeout)
+        try:
+            self.socket.connect(path)
+        except OSError:
+            self.socket.close()
+            raise
+        self.buffer = b""
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *unused):
+        self.socket.close()
+
+    def send_bytes(self, data):
+        self.socket.sendall(data)
+
+    def send(self, method, parameters=None, **flags):
+        message = {"method": method, **flags}
+        if parameters is not None:
+            message["parameters"] = parameters
+        self.send_bytes(json.dumps(message).encode() + b"\0")
+
+    def receive(self):
+        """The next message, or None when the server has closed."""
+        while b"\0" not in self.buffer:
+            try:
+                data = self.socket.recv(65536)
+            except ConnectionResetError:
+                return None
+            if not data:
+                return None
+            self.buffer += data
+        message, self.buffer = self.buffer.split(b"\0", 1)
+        return json.loads(message.decode())
+
+    def call(self, method, parameters=None, **flags):
+        self.send(method, parameters, **flags)
+        return self.receive()
+
+
+class Daemon:
+    """lensd with the given lenses over tests/daemon/small.toml."""
+
+    def __init__(self, lenses=("a", "b"), config=None):
+        self.folder = tempfile.TemporaryDirectory(prefix="lensd-test-")
+        self.socket = os.path.join(self.folder.name, "s")
+        self.config = os.path.join(self.folder.name, "lensd.toml")
+        scene = os.path.join(HERE, "small.toml")
+        text = "version = 1\n" + "".join(
+            f'[[lens]]\nname = "{name}"\ndriver = "sim"\nscene = "{scene}"\n' for name in lenses)
+        with open(self.config, "w", encoding="utf-8") as file:
+            file.write(text if config is None else config)
+        self.errors = open(os.path.join(self.folder.name, "stderr"), "w+", encoding="utf-8")
+        self.process = subprocess.Popen([os.path.join(BIN, "lensd"), "--config", self.config, "--socket", self.socket],
+                                        stderr=self.errors)
+        self.wait_until_ready()
+
+    def wait_until_ready(self):
+        deadline = time.monotonic() + 20 * PATIENCE
+        while time.monotonic() < deadline and self.process.poll() is None:
+            with contextlib.suppress(OSError), Client(self.socket) as client:
+                if client.call("org.varlink.service.GetInfo"):
+                    return
+            time.sleep(0.02)
+        raise AssertionError("lensd does not answer: " + self.log())
+
+    def log(self):
+        self.errors.flush()
+        with open(self.errors.name, encoding="utf-8") as file:
+            return file.read()
+
+    def client(self, timeout=30):
+        return Client(self.socket, timeout)
+
+    def lensctl(self, *arguments, **options):
+        return subprocess.run([os.path.join(BIN, "lensctl"), "--socket", self.socket, *arguments],
+                              capture_output=True, text=True, timeout=120, check=False, **options)
+
+    def stop(self):
+        """Ends the daemon and returns its exit status."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+        status = self.process.wait(timeout=30 * PATIENCE)
+        self.errors.close()
+        self.folder.cleanup()
+        return status
+
+
+class DaemonTest(unittest.TestCase):
+    """One daemon for all tests of a class; at the end it must go in peace."""
+    lenses = ("a", "b")
+
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon(cls.lenses)
+
+    @classmethod
+    def tearDownClass(cls):
+        log = cls.daemon.log()
+        status = cls.daemon.stop()
+        if status != 0:
+            raise AssertionError(f"lensd ended with {status}: {log}")
+
+    def position(self, lens="a", axis="focus"):
+        with self.daemon.client() as client:
+            status = client.call(LENS + "Status", {"lens": lens})["parameters"]["lenses"][0]
+        return next(a for a in status["axes"] if a["axis"] == axis)
+
+    def wait_for(self, condition, seconds=10):
+        deadline = time.monotonic() + seconds * PATIENCE
+        while not condition():
+            self.assertLess(time.monotonic(), deadline, "it never happened")
+            time.sleep(0.005)
