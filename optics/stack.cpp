@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numbers>
 
 #include "optics/conjugates.h"
 #include "planner_check.h"
@@ -21,21 +22,22 @@ namespace {
 
 using Needs = std::vector<Need<double>>;
 
-Cover<double> CoverWith(const Needs& needs, const StackLens& lens, double n_low, double n_high) {
-  return GreedyCover(needs, StretchReach(lens, n_low, n_high), lens.low, lens.high);
+Cover<double> CoverWith(const Needs& needs, const StackLens& lens, double n_low, double n_high,
+                        std::size_t most_shots = kMostShots) {
+  return GreedyCover(needs, StretchReach(lens, n_low, n_high), lens.low, lens.high, most_shots);
 }
 
-bool Within(const Cover<double>& cover, std::size_t shots) {
-  return cover.end == CoverEnd::Covered && cover.extensions.size() <= shots;
+bool Within(const Needs& needs, const StackLens& lens, double n_low, double n_high, std::size_t shots) {
+  return CoverWith(needs, lens, n_low, n_high, shots).end == CoverEnd::Covered;
 }
 
 /// The smallest f-number of [low, high] that needs at most `shots`; nothing where none does.
 std::optional<double> SmallestN(const Needs& needs, const StackLens& lens, double low, double high, std::size_t shots) {
-  if (!Within(CoverWith(needs, lens, low, high), shots)) return std::nullopt;
-  if (Within(CoverWith(needs, lens, low, low), shots)) return low;
+  if (!Within(needs, lens, low, high, shots)) return std::nullopt;
+  if (Within(needs, lens, low, low, shots)) return low;
   constexpr double kResolution = 1e-14;
   if (high - low <= kResolution * high) {
-    return Within(CoverWith(needs, lens, high, high), shots) ? std::optional(high) : std::nullopt;
+    return Within(needs, lens, high, high, shots) ? std::optional(high) : std::nullopt;
   }
   const double middle = low + 0.5 * (high - low);
   if (const auto found = SmallestN(needs, lens, low, middle, shots)) return found;
@@ -100,6 +102,18 @@ std::optional<Found> FewestOverStops(const StackTask& task) {
   return found;
 }
 
+/// Where diffraction and geometric blur share each limit alike: f-numbers that are likely to need few shots, so that
+/// the search starts close to its end.
+std::vector<double> LikelyBest(const StackTask& task) {
+  std::vector<double> likely;
+  if (task.lens.airy == 0.0) return likely;
+  for (const Need<double>& need : task.needs) {
+    const double share = need.limit / (std::numbers::sqrt2 * task.lens.airy * (1.0 + need.far / task.lens.scale));
+    likely.push_back(std::clamp(share, task.n_low, task.n_high));
+  }
+  return likely;
+}
+
 /// Fewest shots over the range of f-numbers, then the smallest f-number.
 std::optional<Found> FewestOverRange(const StackTask& task) {
   const bool diameters = task.request.apertures_are_diameters;
@@ -107,6 +121,10 @@ std::optional<Found> FewestOverRange(const StackTask& task) {
   std::optional<Found> found;
   const Cover<double> at_end = CertainCover(task, task.n_high, last);
   if (Better(at_end, found)) found = Found{task.n_high, at_end};
+  for (const double n : LikelyBest(task)) {
+    const Cover<double> cover = CoverWith(task.needs, task.lens, n, n);
+    if (Better(cover, found)) found = Found{n, cover};
+  }
   for (;;) {
     const std::size_t fewer = found ? found->cover.extensions.size() - 1 : kMostShots;
     if (fewer == 0) break;

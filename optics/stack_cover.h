@@ -95,9 +95,10 @@ bool Take(const Need<T>& need, Open<T>& open, const Reach& reach, const T& e) {
 
 }  // namespace stack_detail
 
-/// The fewest extensions within [low, high] that cover the needs; needs do not overlap.
+/// The fewest extensions within [low, high] that cover the needs, given up beyond `most_shots`; needs do not overlap.
 template <class T, class Reach>
-Cover<T> GreedyCover(const std::vector<Need<T>>& needs, const Reach& reach, const T& low, const T& high) {
+Cover<T> GreedyCover(const std::vector<Need<T>>& needs, const Reach& reach, const T& low, const T& high,
+                     std::size_t most_shots = kMostShots) {
   Cover<T> cover;
   std::vector<stack_detail::Open<T>> open(needs.size());
   for (std::size_t i = 0; i < needs.size(); ++i) open[i].from = needs[i].far;
@@ -111,7 +112,7 @@ Cover<T> GreedyCover(const std::vector<Need<T>>& needs, const Reach& reach, cons
     if (e < low) return cover.end = CoverEnd::TooFar, cover;
     if (lowest > high) return cover.end = CoverEnd::TooNear, cover;
     if (high < e) e = high;
-    if (cover.extensions.size() == kMostShots) return cover.end = CoverEnd::TooMany, cover;
+    if (cover.extensions.size() == most_shots) return cover.end = CoverEnd::TooMany, cover;
     const T forced_by = open[*urgent].from;
     bool progress = false;
     for (std::size_t i = 0; i < needs.size(); ++i) {

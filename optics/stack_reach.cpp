@@ -4,87 +4,78 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numbers>
 
 namespace lensd::optics {
 
+StretchReach::StretchReach(const StackLens& lens, double n_low, double n_high) : lens_(lens) {
+  // The f-number's own tolerance: geometric blur is worst at its low end, diffraction at its high end.
+  stretches_[0] = {n_low * (1.0 - lens.epsilon), n_high * (1.0 - lens.epsilon)};
+  if (lens.airy > 0.0 && lens.epsilon > 0.0)
+    stretches_[1] = {n_low * (1.0 + lens.epsilon), n_high * (1.0 + lens.epsilon)};
+}
+
 double StretchReach::HighestFor(double a, double limit) const {
-  double highest = std::numeric_limits<double>::infinity();
-  for (const double scaled : Scales()) highest = std::min(highest, Highest(a, limit, scaled));
-  return highest - lens_.delta;
+  double t = Root(stretches_[0], a, limit, 1.0);
+  if (stretches_[1]) t = std::min(t, Root(stretches_[1], a, limit, 1.0));
+  return a + (lens_.scale + a) * t - lens_.delta;
 }
 
 double StretchReach::LowestFor(double a, double limit) const {
-  double lowest = -std::numeric_limits<double>::infinity();
-  for (const double scaled : Scales()) lowest = std::max(lowest, Lowest(a, limit, scaled));
-  return lowest + lens_.delta;
+  double t = Root(stretches_[0], a, limit, -1.0);
+  if (stretches_[1]) t = std::max(t, Root(stretches_[1], a, limit, -1.0));
+  return a + (lens_.scale + a) * t + lens_.delta;
 }
 
 std::optional<double> StretchReach::NearestAt(double e, double limit) const {
-  double part = std::numeric_limits<double>::infinity();
-  for (const double scaled : Scales()) part = std::min(part, Part(e - lens_.delta, limit, scaled));
+  const double part = Part(e - lens_.delta, limit);
   if (!(part < 1.0)) return std::nullopt;
   return (e - lens_.delta + part * lens_.scale) / (1.0 - part);
 }
 
 double StretchReach::FarthestAt(double e, double limit) const {
-  double part = std::numeric_limits<double>::infinity();
-  for (const double scaled : Scales()) part = std::min(part, Part(e + lens_.delta, limit, scaled));
+  const double part = Part(e + lens_.delta, limit);
   return (e + lens_.delta - part * lens_.scale) / (1.0 + part);
 }
 
-/// The f-number's own tolerance: geometric blur is worst at the smallest, diffraction at the largest.
-std::vector<double> StretchReach::Scales() const {
-  if (lens_.airy == 0.0) return {1.0 - lens_.epsilon};
-  return lens_.epsilon == 0.0 ? std::vector{1.0} : std::vector{1.0 - lens_.epsilon, 1.0 + lens_.epsilon};
-}
-
-/// The two roots t at one f-number; both NaN where diffraction alone exceeds the limit.
-std::pair<double, double> StretchReach::Roots(double a, double limit, double n) const {
+/// The upper (side 1) or lower (side -1) root t at one f-number; NaN where diffraction alone exceeds the limit.
+double StretchReach::RootAt(double n, double a, double limit, double side) const {
   const double g = lens_.scale / n;
+  if (lens_.airy == 0.0) return side * limit / g;
   const double h = lens_.airy * n * (1.0 + a / lens_.scale);
-  if (h == 0.0) return {-limit / g, limit / g};
   const double sum = g * g + h * h;
-  const double root = std::sqrt(limit * limit * sum - g * g * h * h);
-  return {(-h * h - root) / sum, (-h * h + root) / sum};
+  return (side * std::sqrt(limit * limit * sum - g * g * h * h) - h * h) / sum;
 }
 
-double StretchReach::Highest(double a, double limit, double scaled) const {
-  double t = -1.0;
-  for (const double n : Candidates(a, limit, scaled, 1.0)) t = std::max(t, Roots(a, limit, n).second);
-  return a + (lens_.scale + a) * t;
-}
-
-double StretchReach::Lowest(double a, double limit, double scaled) const {
-  double t = std::numeric_limits<double>::infinity();
-  for (const double n : Candidates(a, limit, scaled, -1.0)) t = std::min(t, Roots(a, limit, n).first);
-  return a + (lens_.scale + a) * t;
-}
-
-/// Both ends of the stretch, and between them the f-number that reaches farthest up (side 1) or down (side -1): where
-/// geometric blur and diffraction are both c/√2, k λ y N (1 ± c N/(√2 f p)) = c/√2 with y = 1 + a/(f p).
-std::vector<double> StretchReach::Candidates(double a, double limit, double scaled, double side) const {
-  const double low = low_ * scaled;
-  const double high = high_ * scaled;
-  if (low == high || lens_.airy == 0.0) return {low, high};
-  const double share = limit / std::sqrt(2.0);
+/// The root that reaches farthest over the stretch: at an end, or between them where geometric blur and diffraction are
+/// both c/√2, that is k λ y N (1 ± c N/(√2 f p)) = c/√2 with y = 1 + a/(f p).
+double StretchReach::Root(const Stretch& stretch, double a, double limit, double side) const {
+  const double at_high = RootAt(stretch.high, a, limit, side);
+  if (stretch.low == stretch.high) return at_high;
+  double farthest = side * std::max(side * RootAt(stretch.low, a, limit, side), side * at_high);
+  if (lens_.airy == 0.0) return farthest;
+  const double share = limit * std::numbers::sqrt2 / 2.0;
   const double linear = lens_.airy * (1.0 + a / lens_.scale);
   const double root = std::sqrt(linear * linear + side * 4.0 * share * share * linear / lens_.scale);
   const double best = 2.0 * share / (linear + root);
-  return {low, high, std::isnan(best) ? high : std::clamp(best, low, high)};
+  if (best > stretch.low && best < stretch.high) {
+    farthest = side * std::max(side * farthest, side * RootAt(best, a, limit, side));
+  }
+  return farthest;
 }
 
 /// The largest c' N/(f p) over the stretch, c' being what diffraction at extension e leaves of the limit.
-double StretchReach::Part(double e, double limit, double scaled) const {
+double StretchReach::Part(double e, double limit) const {
   const double disk = lens_.airy * (1.0 + e / lens_.scale);
   const auto part = [&](double n) {
     return std::sqrt(std::max(0.0, (limit - disk * n) * (limit + disk * n))) * n / lens_.scale;
   };
-  const double low = low_ * scaled;
-  const double high = high_ * scaled;
-  double most = std::max(part(low), part(high));
-  if (disk > 0.0) most = std::max(most, part(std::clamp(limit / (std::sqrt(2.0) * disk), low, high)));
-  return most;
+  const auto largest = [&](const Stretch& stretch) {
+    const double best = disk > 0.0 ? limit / (std::numbers::sqrt2 * disk) : stretch.high;
+    return part(std::clamp(best, stretch.low, stretch.high));
+  };
+  const double first = largest(stretches_[0]);
+  return stretches_[1] ? std::min(first, largest(stretches_[1])) : first;
 }
 
 }  // namespace lensd::optics

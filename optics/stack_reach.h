@@ -1,9 +1,8 @@
 // What a shot of a focus stack can keep sharp, over a stretch of f-numbers and with diffraction.
 #pragma once
 
+#include <array>
 #include <optional>
-#include <utility>
-#include <vector>
 
 namespace lensd::optics {
 
@@ -23,7 +22,7 @@ struct StackLens {
 /// limits.
 class StretchReach {
  public:
-  StretchReach(const StackLens& lens, double n_low, double n_high) : lens_(lens), low_(n_low), high_(n_high) {}
+  StretchReach(const StackLens& lens, double n_low, double n_high);
 
   double HighestFor(double a, double limit) const;
   double LowestFor(double a, double limit) const;
@@ -31,16 +30,18 @@ class StretchReach {
   double FarthestAt(double e, double limit) const;
 
  private:
-  std::vector<double> Scales() const;
-  std::pair<double, double> Roots(double a, double limit, double n) const;
-  double Highest(double a, double limit, double scaled) const;
-  double Lowest(double a, double limit, double scaled) const;
-  std::vector<double> Candidates(double a, double limit, double scaled, double side) const;
-  double Part(double e, double limit, double scaled) const;
+  struct Stretch {
+    double low = 0.0;
+    double high = 0.0;
+    explicit operator bool() const { return high > 0.0; }
+  };
+
+  double RootAt(double n, double a, double limit, double side) const;
+  double Root(const Stretch& stretch, double a, double limit, double side) const;
+  double Part(double e, double limit) const;
 
   const StackLens& lens_;
-  double low_;
-  double high_;
+  std::array<Stretch, 2> stretches_ = {};
 };
 
 }  // namespace lensd::optics
