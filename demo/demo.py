@@ -64,7 +64,7 @@ class Bench:
     def lensctl(self, *arguments, expect=0, quiet=False):
         """Runs lensctl, shows the command, and returns its JSON answer."""
         if not quiet:
-            say("   $ lensctl " + " ".join(arguments))
+            say("   $ lensctl " + " ".join(os.path.relpath(a, ROOT) if a.startswith("/") else a for a in arguments))
         done = subprocess.run([os.path.join(BIN, "lensctl"), "--json", "--socket", self.socket, *arguments],
                               capture_output=True, text=True, timeout=120, check=False)
         if done.returncode != expect:
@@ -83,9 +83,9 @@ def snapshot(bench, name):
 def plan_and_apply(bench, summary):
     step(1, f"Plan: {NEAR[0]} to {NEAR[1]} m sharp to 1 px, everything beyond {FAR_FROM} m blurred by 4 px or more")
     snapshot(bench, "before.png")
-    limits = ["--pixel", f"{PIXEL_UM}um", "--sharp", f"near={NEAR[0]}m..{NEAR[1]}m:1px",
+    asked = ["--pixel", f"{PIXEL_UM}um", "--sharp", f"near={NEAR[0]}m..{NEAR[1]}m:1px",
               "--blurred", f"far={FAR_FROM}m..inf:4px:behind"]
-    plan = bench.lensctl("plan", "bike", *limits)
+    plan = bench.lensctl("plan", "bike", *asked)
     if not plan["feasible"]:
         raise Failed(f"the plan should be feasible: {plan}")
     say(f"   f/{plan['fNumber']:.3f}, sensor {plan['sensorDistanceMm']:.4f} mm behind the lens centre,"
@@ -93,14 +93,18 @@ def plan_and_apply(bench, summary):
     summary["planned"] = plan
 
     step(2, "Apply: turn focus and iris there")
-    applied = bench.lensctl("plan", "bike", *limits, "--apply")
+    applied = bench.lensctl("plan", "bike", *asked, "--apply")
     summary["applied"] = applied
-    say("   " + json.dumps(applied.get("applied", applied)))
-    return limits
+    for move in applied["applied"]:
+        where = f"f/{move['fNumber']:.4g}" if move["axis"] == "iris" else f"{1 / move['vergenceD']:.4g} m"
+        say(f"   {move['axis']} at {move['steps']:g} steps, {where}: reached {move['reached']}, verified {move['verified']},"
+            f" {move['elapsedMs']:.0f} ms")
+        if not (move["reached"] and move["verified"]):
+            raise Failed(f"{move['axis']} did not arrive: {move['reason']}")
 
 
 def predicted_blur(bench, plan, path):
-    """The planned blur over distance, from lensctl blur, for the chart."""
+    """The blur that lensctl blur expects at every distance, for the chart."""
     distances = [2.0 + 0.05 * i for i in range(63)]
     arguments = ["blur", "--focal-length", "50mm", "--f-number", repr(plan["fNumber"]),
                  "--extension", f"{plan['extensionMm']!r}mm"]
@@ -117,7 +121,7 @@ def measure(bench, summary):
     bench.lensctl("aperture", "bike", "16")
     references = [snapshot(bench, "reference-a.png"), snapshot(bench, "reference-b.png")]
     predicted = os.path.join(OUT, "predicted.json")
-    predicted_blur(bench, summary["applied"]["plan"] if "plan" in summary["applied"] else summary["planned"], predicted)
+    predicted_blur(bench, summary["applied"], predicted)
     command = [os.path.join(BIN, "lens-bench"), "verify", "--json", "--reference-a", references[0],
                "--reference-b", references[1], "--picture", picture, "--depth-map", DEPTH_MAP,
                "--sharp", str(NEAR[0]), str(NEAR[1]), "1", "--blurred", str(FAR_FROM), "100", "4",
@@ -172,7 +176,8 @@ def main():
     bench = Bench()
     try:
         status = bench.lensctl("status", "bike")
-        say(f"   {json.dumps(status)[:300]}")
+        say(f"   it stands at f/{status['fNumber']:.3g}, focused at "
+            + (f"{status['focusM']:.3g} m" if status["focusM"] else "infinity"))
         plan_and_apply(bench, summary)
         measure(bench, summary)
         autofocus(bench, summary)
