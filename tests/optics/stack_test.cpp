@@ -318,7 +318,7 @@ Interval SharpWithDiffraction(const PlanRequest& r, double u, double limit, doub
 
 TEST(StackTest, WithDiffractionNoScannedFNumberDoesBetter) {
   Draw draw(55);
-  for (long i = 0; i < lensd::testing::ByLevel(5, 30, 1000); ++i) {
+  for (long i = 0; i < lensd::testing::ByLevel(3, 10, 1000); ++i) {
     PlanRequest request;
     request.focal_length = 0.05;
     request.extensions = {0.0, 0.02};
