@@ -28,7 +28,7 @@ class WidthError {
     p_ = Largest(strip.lower.p, Largest(strip.upper.p, std::max(std::abs(strip.low), std::abs(strip.high))));
     q_ = Largest(strip.lower.q, Largest(strip.upper.q));
     const double pupil = std::max(programme.lens.pupil, 1.0 / programme.lens.pupil);
-    constexpr double kUlps = 16.0;
+    constexpr double kUlps = 12.0;
     unit_ = kUlps * (pupil == 1.0 ? 1.0 : 1.0 + pupil) * (1.0 + p_ / programme.lens.f) *
             std::numeric_limits<double>::epsilon();
     p_ += programme.lens.delta;
@@ -42,7 +42,7 @@ class WidthError {
 
 /// Whether rounding leaves e and the ratio as good as the limits ask: a small part of the tightest line's reach.
 inline bool RatioIsGood(const Strip<double>& strip, const WidthError& error, double n) {
-  constexpr double kPart = 2e-13;
+  constexpr double kPart = 2e-12;
   double least = std::numeric_limits<double>::infinity();
   for (const double q : strip.upper.q) least = std::min(least, std::abs(q));
   for (const double q : strip.lower.q) least = std::min(least, std::abs(q));

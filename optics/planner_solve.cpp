@@ -29,7 +29,7 @@ double ZeroError(const WidthError& error, const Facing<double>& facing, double n
 Verdict CertifyFeasible(const Strip<double>& strip, const SmallestNResult<double>& result, const WidthError& error) {
   if (!result.last) return Verdict::Feasible;
   if (!result.before) return result.last->width > error.at(result.n) ? Verdict::Feasible : Verdict::Unsure;
-  constexpr double kRelative = 1e-13;
+  constexpr double kRelative = 1e-12;
   const double off = ZeroError(error, *result.before, result.n);
   if (!(off <= kRelative * std::abs(result.n))) return Verdict::Unsure;
   const double beyond = result.n + 2.0 * off;

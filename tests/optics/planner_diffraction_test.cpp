@@ -71,6 +71,9 @@ std::optional<Real> Width(const PlanRequest& request, const Optics& o, const Rea
   return high - low;
 }
 
+/// Exact ties come out of 60 digits with an error this small.
+const Real kTie("1e-50");
+
 /// Whether some f-number of the range leaves something, by ternary search of the concave width.
 bool Feasible60(const PlanRequest& request, const Optics& o, const Real& ratio = 1) {
   Real a = ToReal(request.f_numbers.low), b = ToReal(request.f_numbers.high);
@@ -78,7 +81,7 @@ bool Feasible60(const PlanRequest& request, const Optics& o, const Real& ratio =
     const Real left = a + (b - a) / 3, right = b - (b - a) / 3;
     const auto at_a = Width(request, o, a, ratio), at_left = Width(request, o, left, ratio),
                at_right = Width(request, o, right, ratio);
-    if ((at_a && *at_a >= 0) || (at_left && *at_left >= 0) || (at_right && *at_right >= 0)) return true;
+    if ((at_a && *at_a >= -kTie) || (at_left && *at_left >= -kTie) || (at_right && *at_right >= -kTie)) return true;
     if (!at_left) {
       b = left;
     } else if (!at_right || *at_left > *at_right) {
