@@ -58,6 +58,19 @@ std::vector<ChartPoint> Extremes(const Chart& chart) {
   return all;
 }
 
+/// A tick label in its one or two lines.
+std::pair<std::string, std::string> TwoLines(const std::string& label) {
+  const auto end = label.find('\n');
+  if (end == std::string::npos) return {label, ""};
+  return {label.substr(0, end), label.substr(end + 1)};
+}
+
+/// Room that second lines of the x axis's own ticks take.
+double SecondLinePx(const Axis& axis) {
+  const bool two = std::ranges::any_of(axis.ticks, [](const auto& tick) { return tick.second.contains('\n'); });
+  return two ? 15.0 : 0.0;
+}
+
 AxisMap MapOf(const Axis& axis, const std::vector<ChartPoint>& points, double ChartPoint::* coordinate) {
   std::vector<double> data;
   for (const ChartPoint& point : points) data.push_back(point.*coordinate);
@@ -128,6 +141,7 @@ class Painter {
   void PaintBar(const ChartBar& bar);
   void PaintRule(const ChartRule& rule);
   void PaintLine(const ChartLine& line, const std::string& colour);
+  void BlockAlong(const Pixel& from, const Pixel& to);
   void AddLineLabel(const ChartLine& line, const std::string& colour, const std::vector<Pixel>& visible);
   void PaintInterval(const ChartInterval& interval);
   void PaintPoints(const ChartPoints& points, const std::string& colour);
@@ -182,7 +196,7 @@ std::size_t Painter::LegendColumns() const {
 
 void Painter::LayOut() {
   plot_.top = 16.0 + (chart_.title.empty() ? 0.0 : 24.0) + (chart_.subtitle.empty() ? 0.0 : 18.0);
-  plot_.bottom = chart_.height - 24.0 - (chart_.x.label.empty() ? 6.0 : 26.0);
+  plot_.bottom = chart_.height - 24.0 - (chart_.x.label.empty() ? 6.0 : 26.0) - SecondLinePx(chart_.x);
   if (LegendAt(LegendPlace::Below)) {
     plot_.bottom -= kLegendRowPx * static_cast<double>((legend_.size() - 1) / LegendColumns() + 1) + 8.0;
   }
@@ -209,13 +223,19 @@ void Painter::Grid() {
   const int wanted_x = std::clamp(static_cast<int>((plot_.right - plot_.left) / 85.0), 2, 10);
   const int wanted_y = std::clamp(static_cast<int>((plot_.bottom - plot_.top) / 45.0), 2, 8);
   double last_end = -1e9;
-  for (const Tick& tick : x_.Ticks(wanted_x)) {
+  auto ticks = x_.Ticks(wanted_x);
+  std::ranges::sort(ticks, {}, &Tick::value);
+  for (const Tick& tick : ticks) {
     const double x = x_.Pixel(tick.value);
     svg_ += DrawLine({x, plot_.top}, {x, plot_.bottom}, tick.label.empty() ? kMinorGridColour : kGridColour, 1.0);
-    const double half = 0.5 * TextWidth(tick.label);
+    const auto [upper, lower] = TwoLines(tick.label);
+    const double half = 0.5 * std::max(TextWidth(upper), TextWidth(lower));
     if (tick.label.empty() || x - half < last_end + 4.0) continue;
-    svg_ += DrawText({x, plot_.bottom + 18.0}, tick.label, {.anchor = "middle"});
-    last_end = x + half;
+    const double middle = std::min(x, chart_.width - 4.0 - half);
+    svg_ += DrawText({middle, plot_.bottom + 18.0}, upper, {.anchor = "middle"});
+    if (!lower.empty())
+      svg_ += DrawText({middle, plot_.bottom + 33.0}, lower, {.colour = "#555555", .anchor = "middle"});
+    last_end = middle + half;
   }
   for (const Tick& tick : y_.Ticks(wanted_y)) {
     const double y = y_.Pixel(tick.value);
@@ -230,7 +250,8 @@ void Painter::Frame() {
           "\" fill=\"none\" stroke=\"#444444\"/>\n";
   const double middle_x = 0.5 * (plot_.left + plot_.right), middle_y = 0.5 * (plot_.top + plot_.bottom);
   if (!chart_.x.label.empty()) {
-    svg_ += DrawText({middle_x, plot_.bottom + 40.0}, AxisTitle(chart_.x), {.size = 13.5, .anchor = "middle"});
+    svg_ += DrawText({middle_x, plot_.bottom + 40.0 + SecondLinePx(chart_.x)}, AxisTitle(chart_.x),
+                     {.size = 13.5, .anchor = "middle"});
   }
   if (!chart_.y.label.empty()) {
     svg_ += DrawText({20.0, middle_y}, AxisTitle(chart_.y), {.size = 13.5, .anchor = "middle", .rotate = -90.0});
@@ -312,6 +333,17 @@ void Painter::PaintRule(const ChartRule& rule) {
   if (!rule.label.empty()) labels_.push_back(std::move(label));
 }
 
+/// Keeps labels off a line.
+void Painter::BlockAlong(const Pixel& from, const Pixel& to) {
+  constexpr double kStepPx = 6.0;
+  const int steps = static_cast<int>(std::hypot(to.x - from.x, to.y - from.y) / kStepPx) + 1;
+  for (int i = 0; i < steps; ++i) {
+    const double part = (i + 0.5) / steps;
+    const Pixel at{from.x + part * (to.x - from.x), from.y + part * (to.y - from.y)};
+    blocked_.push_back({at.x - 2.0, at.y - 2.0, at.x + 2.0, at.y + 2.0});
+  }
+}
+
 void Painter::PaintLine(const ChartLine& line, const std::string& colour) {
   std::string path;
   std::vector<Pixel> visible;
@@ -325,6 +357,7 @@ void Painter::PaintLine(const ChartLine& line, const std::string& colour) {
     pen = to;
     if (visible.empty()) visible.push_back(from);
     visible.push_back(to);
+    BlockAlong(from, to);
   }
   if (!path.empty()) {
     svg_ += "<path d=\"" + path + "\" fill=\"none\" stroke=\"" + colour + "\" stroke-width=\"" + Number(line.width) +
@@ -417,7 +450,7 @@ void Painter::PaintLegend() {
   const std::size_t columns = right ? 1 : LegendColumns();
   const double step = LegendEntryWidth() + kLegendGapPx;
   const double left = right ? plot_.right + kLegendGapPx : plot_.left;
-  double y = right ? plot_.top + 10.0 : plot_.bottom + (chart_.x.label.empty() ? 36.0 : 62.0);
+  double y = right ? plot_.top + 10.0 : plot_.bottom + SecondLinePx(chart_.x) + (chart_.x.label.empty() ? 36.0 : 62.0);
   for (std::size_t i = 0; i < legend_.size(); ++i) {
     const Pixel at{left + step * static_cast<double>(i % columns), y};
     svg_ += legend_[i].swatch(at);

@@ -8,8 +8,12 @@
 #include "cli/online/plan.h"
 #include "cli/plan/answer_text.h"
 #include "cli/plan/options.h"
+#include "cli/plan/plot.h"
+#include "cli/plan/stack_answer.h"
 #include "cli/text.h"
+#include "io/svg.h"
 #include "optics/framing.h"
+#include "optics/stack.h"
 #include "proto/plan_json.h"
 
 namespace lensd::cli {
@@ -35,11 +39,29 @@ std::string FramingText(const PlanQuestion& question, const optics::PlanAnswer& 
   return text + "\n";
 }
 
+Outcome RunStack(const PlanQuestion& question, Session& session) {
+  const auto answer = optics::PlanStack(question.request);
+  if (!answer) return Refuse(answer);
+  if (session.json()) {
+    session.PrintJson(StackJson(*answer));
+  } else {
+    session.PrintText(StackText(*answer));
+  }
+  return answer->feasible ? Exit::Done : Exit::No;
+}
+
 Outcome RunPlan(const PlanText& text, Session& session) {
+  if (text.stack && !text.plot.empty())
+    return Refuse(Exit::Usage, "--plot draws one plan; leave --stack or --plot out");
   const auto question = ReadPlan(text, PlanDefaults{}, session.globals().from);
   if (!question) return Refuse(question);
+  if (text.stack) return RunStack(*question, session);
   const auto answer = optics::Plan(question->request);
   if (!answer) return Refuse(answer);
+  if (!text.plot.empty()) {
+    const auto written = io::WriteSvg(text.plot, PlanPlot(question->request, *answer));
+    if (!written) return Refuse(written);
+  }
   if (session.json()) {
     proto::Json json = proto::PlanAnswerJson(*answer, question->principal_gap);
     if (question->framing) AddFraming(*question, *answer, json);
@@ -68,6 +90,9 @@ void AddPlan(CLI::App& root, Run& run) {
   command->callback([options, &run] {
     run = [options](Session& session) {
       const bool online = options->apply || !options->lens.empty() || options->text.focal_length.empty();
+      if (online && options->text.stack) {
+        return Outcome(Refuse(Exit::Usage, "--stack plans for a lens described by --focal-length and its ranges"));
+      }
       return online ? RunPlanOnline(options->text, options->lens, options->apply, session)
                     : RunPlan(options->text, session);
     };

@@ -51,6 +51,7 @@ struct Reading {
   std::vector<NamedLimit> limits;
   std::map<int, OccupiedDepths> classes;
   std::optional<Framing> framing;
+  bool in_focus = false;  // distances of limits are those of subjects in focus
 };
 
 /// Parses an option into `place` where it is given.
@@ -238,6 +239,7 @@ Result<Reading> ReadOptions(const PlanText& text, const PlanDefaults& defaults, 
   Reading reading;
   PlanRequest& request = reading.request;
   reading.pixel = defaults.pixel;
+  reading.in_focus = text.stack;
   auto done =
       Optional(text.pixel, "--pixel", ParsePositiveLength, [&](const Decimal& length) { reading.pixel = length; });
   if (done) done = ReadFocalLength(text, defaults, scale, reading);
@@ -285,9 +287,13 @@ std::vector<std::pair<int, int>> Runs(const OccupiedDepths& depths, const NamedL
 
 Result<optics::DepthInterval> IntervalFromCentre(const Depth& near, const Depth& far, const Reading& reading,
                                                  const optics::FocusScale& scale, Metres extension) {
-  const auto nearer = ObjectFromCentre(reading.focal_length, extension, near, scale);
+  const auto centred = [&](const Depth& depth) {
+    return reading.in_focus ? FocusFromCentre(reading.focal_length, depth, scale)
+                            : ObjectFromCentre(reading.focal_length, extension, depth, scale);
+  };
+  const auto nearer = centred(near);
   if (!nearer) return std::unexpected(nearer.error());
-  const auto farther = ObjectFromCentre(reading.focal_length, extension, far, scale);
+  const auto farther = centred(far);
   if (!farther) return std::unexpected(farther.error());
   return optics::DepthInterval{PlanDepthOf(*nearer), PlanDepthOf(*farther)};
 }
@@ -381,7 +387,7 @@ Result<PlanQuestion> ReadPlan(const PlanText& text, const PlanDefaults& defaults
   const auto reading = ReadOptions(text, defaults, scale);
   if (!reading) return std::unexpected(reading.error());
   Metres extension{0.0};
-  bool settled = scale.from != optics::DistanceFrom::Sensor;
+  bool settled = scale.from != optics::DistanceFrom::Sensor || reading->in_focus;
   if (reading->focus) {
     const auto focus =
         FocusFromCentre(reading->focal_length, *reading->focus, scale, Metres{reading->request.extensions.high.value});
@@ -430,6 +436,8 @@ void AddPlanOptions(CLI::App& command, PlanText& text) {
       "--blur-limit, the greatest depth of field")
       ->group(wanted);
   add("--blur-limit", text.blur_limit, "C", "blur that still counts as sharp, for --objective depth")->group(wanted);
+  command.add_flag("--stack", text.stack, "the fewest shots that together keep every sharp limit")->group(wanted);
+  add("--plot", text.plot, "F.svg", "draw the settings that meet the limits, and blur against vergence")->group(wanted);
   const char* const certain = "What must be counted with";
   add("--sensor-tolerance", text.sensor_tolerance, "T", "the sensor stands within this of where it should, 2um")
       ->group(certain);

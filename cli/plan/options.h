@@ -19,7 +19,8 @@ struct PlanText {
   std::vector<std::string> sharp, blurred;
   std::string objective, blur_limit, model_tolerance;
   std::string field, sensor_width;
-  std::string depth_map, mask;
+  std::string depth_map, mask, plot;
+  bool stack = false;
 };
 
 /// Adds the options above to a command.
@@ -49,7 +50,8 @@ struct PlanQuestion {
 };
 
 /// Reads the options. Distances of limits that start at the sensor depend on where the sensor will stand: with --focus
-/// that is known, without it the question is solved again until the sensor stands where the distances assume it.
+/// that is known, without it the question is solved again until the sensor stands where the distances assume it. For a
+/// stack each distance is that of a subject in focus.
 /// Errors: InvalidArgument, OutOfRange (one line naming the option), BadData and Io of depth maps.
 Result<PlanQuestion> ReadPlan(const PlanText& text, const PlanDefaults& defaults, std::optional<From> from);
 

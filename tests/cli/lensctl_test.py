@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import xml.etree.ElementTree
 import zlib
 from fractions import Fraction as Q
 
@@ -407,6 +408,74 @@ class Plan(Case):
         self.refused(64, "@1 to @255", *lens, "--sharp", "@0:1um")
         self.refused(64, "own", *lens, "--sharp", "a=1m:1um", "--sharp", "a=2m:1um")
         self.refused(64, "taken", *lens, "--sharp", "focus=1m:1um")
+
+
+class Stacks(Case):
+    LENS = ["plan", "--focal-length", "50mm", "--f-number", "1.4..16", "--extension", "0mm..8mm", "--stack"]
+
+    def check(self, near, far, limit_um, tolerance_um, *extra):
+        answer = self.answer(*self.LENS, "--sharp", f"{near}..{far}:{limit_um}um", "--sensor-tolerance",
+                             f"{tolerance_um}um", *extra)
+        self.assertEqual(set(answer), {"feasible", "shots"})
+        f, shots = Q("0.05"), answer["shots"]
+        for shot in shots:
+            self.assertEqual(set(shot), {"fNumber", "extensionMm", "nearD", "farD", "magnification"})
+            n, e = Q(shot["fNumber"]), Q(shot["extensionMm"]) / 1000
+            self.near(shot["magnification"], e / f)
+            # Both ends of what it claims are sharp wherever the sensor stands within its tolerance.
+            for u in (Q(shot["nearD"]), Q(shot["farD"])):
+                for error in (-1, 1):
+                    stands = e + error * Q(tolerance_um) / 10**6
+                    blur = abs(f / n * ((f + stands) * (1 / f - u) - 1)) * 10**6
+                    self.assertLessEqual(blur, Q(limit_um) * (1 + Q("1e-9")))
+        covered = sorted((Q(shot["farD"]), Q(shot["nearD"])) for shot in shots)
+        self.near(covered[0][0], vergence(far), absolute=1e-12)
+        self.near(covered[-1][1], vergence(near), absolute=1e-12)
+        for (_, end), (start, _) in zip(covered, covered[1:]):
+            self.assertLessEqual(start, end + Q("1e-12"))
+        return shots
+
+    def test_covers_everything_with_the_fewest(self):
+        shots = self.check("0.5m", "2m", 20, 0)
+        # With N at most 16 each shot covers at most 2 c N W/f² of vergence: fewer shots cannot reach.
+        f, c = Q("0.05"), Q("20e-6")
+        reach = 2 * c * 16 * (1 - f / 2) / f**2
+        self.assertEqual(len(shots), math.ceil((Q(2) - Q("0.5")) / reach))
+        self.assertGreater(len(self.check("0.5m", "2m", 20, 60)), len(shots))
+        self.assertEqual(len(self.check("1m", "1.001m", 20, 0)), 1)
+        self.check("1m", "inf", 30, 1, "--wavelength", "550nm")
+
+    def test_refusals(self):
+        answer = self.answer(*self.LENS, "--sharp", "1m..2m:10um", "--sensor-tolerance", "1mm", status=1)
+        self.assertEqual((answer["feasible"], answer["shots"]), (False, []))
+        self.assertTrue(answer["reason"])
+        self.refused(64, "blurred", *self.LENS, "--sharp", "1m:10um", "--blurred", "2m:10um")
+        self.refused(64, "focus", *self.LENS, "--sharp", "1m:10um", "--focus", "1m")
+
+
+class Plots(Case):
+    LENS = ["plan", "--focal-length", "50mm", "--f-number", "1.4..4", "--extension", "0mm..8mm", "--pixel", "50um"]
+
+    def draw(self, status, *limits):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "plan.svg")
+            self.answer(*self.LENS, *limits, "--plot", path, status=status)
+            texts = [text.text for text in xml.etree.ElementTree.parse(path).iter("{http://www.w3.org/2000/svg}text")]
+            self.assertEqual(os.listdir(folder), ["plan.svg"])
+            return texts
+
+    def test_names_limits_and_axes(self):
+        texts = self.draw(0, "--sharp", "near=2.1m..2.5m", "--blurred", "far=4.3m..inf:4px:behind")
+        for text in ("f-number", "sensor distance from the lens centre [mm]", "blur diameter [px]", "near ≤ 1 px",
+                     "near ≤ 1 px (near end)", "near ≤ 1 px (far end)", "far ≥ 4 px (behind)", "in focus", "infinity"):
+            self.assertIn(text, texts)
+        texts = self.draw(1, "--sharp", "near=2.1m..2.5m", "--sharp", "wall=5m")
+        self.assertIn("No setting meets every limit", texts)
+        self.assertTrue(any(text.startswith("in conflict: near, wall") for text in texts), texts)
+        self.assertIn("depth of field", self.draw(0, "--focus", "2m", "--objective", "depth", "--blur-limit", "1px"))
+
+    def test_a_file_that_cannot_be_written(self):
+        self.refused(74, "/nonexistent/plan.svg", *self.LENS, "--sharp", "2m", "--plot", "/nonexistent/plan.svg")
 
 
 def write_png(path, rows, bits=16, colour=0):

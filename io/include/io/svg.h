@@ -27,14 +27,15 @@ struct ChartPoint {
 
 enum class Scale { Linear, Log };
 
-/// One axis. Ends that are not given enclose the data (linear ends widen to whole ticks).
+/// One axis. Ends that are not given enclose the data (linear ends widen to whole ticks). Labels of own ticks on the x
+/// axis may have a second line after a newline.
 struct Axis {
   std::string label = {};
   std::string unit = {};  ///< shown in brackets after the label; empty: a plain number
   Scale scale = Scale::Linear;
   std::optional<double> low = {};
   std::optional<double> high = {};
-  std::vector<std::pair<double, std::string>> ticks = {};  ///< own ticks with their labels; empty: chosen
+  std::vector<std::pair<double, std::string>> ticks = {};  ///< own ticks; empty: chosen
 };
 
 /// Colours that stay apart for colour-blind readers; names "#rrggbb" may be given instead wherever a colour is asked.
