@@ -12,7 +12,7 @@
 #include "base/clock.h"
 #include "config.h"
 #include "event_loop.h"
-#include "optics/planner.h"
+#include "planning.h"
 #include "rig/rig.h"
 #include "router.h"
 #include "task_thread.h"
@@ -52,7 +52,7 @@ class LensService final : public Service {
   void Home(const ExchangePointer& exchange);
   void Stop(const ExchangePointer& exchange);
   void Plan(const ExchangePointer& exchange);
-  void Apply(const ExchangePointer& exchange, Lens& lens, const optics::PlanAnswer& plan);
+  void Apply(const ExchangePointer& exchange, Lens& lens, optics::PlanRequest request, const LensPlan& plan);
   void Autofocus(const ExchangePointer& exchange);
   void Snapshot(const ExchangePointer& exchange);
 

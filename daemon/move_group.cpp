@@ -7,7 +7,10 @@ namespace lensd::daemon {
 rig::MoveCallback MoveGroup::Add() {
   ++outstanding_;
   return [self = shared_from_this()](const Result<rig::MoveOutcome>& outcome) {
-    if (outcome) self->moves_.push_back(MoveJson(self->lens_, *outcome));
+    if (outcome) {
+      self->moves_.push_back(MoveJson(self->lens_, *outcome));
+      self->outcomes_.push_back(*outcome);
+    }
     if (!outcome && !self->error_) self->error_ = outcome.error();
     self->EndOne();
   };

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "proto/json.h"
 #include "worker.h"
@@ -27,6 +28,7 @@ class MoveGroup : public std::enable_shared_from_this<MoveGroup> {
   void Fail(Error error);
 
   const proto::Json& moves() const { return moves_; }
+  const std::vector<rig::MoveOutcome>& outcomes() const { return outcomes_; }
   const std::optional<Error>& error() const { return error_; }
 
  private:
@@ -37,6 +39,7 @@ class MoveGroup : public std::enable_shared_from_this<MoveGroup> {
   std::function<void(const MoveGroup&)> ended_;
   int outstanding_ = 1;  // Complete() is one
   proto::Json moves_ = proto::Json::array();
+  std::vector<rig::MoveOutcome> outcomes_;
   std::optional<Error> error_;
 };
 

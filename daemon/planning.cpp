@@ -2,23 +2,59 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <span>
+#include <utility>
 
 namespace lensd::daemon {
 namespace {
 
 using drivers::Axis;
 
-/// Half the extension between neighbouring steps, which are evenly spaced.
-double HalfStep(const rig::OpticsTable& optics, const drivers::AxisCapabilities& focus) {
-  const Native next{focus.minimum.value + focus.resolution};
-  return 0.5 * std::abs((optics.ExtensionFromNative(next) - optics.ExtensionFromNative(focus.minimum)).value);
+/// Every position within the soft limits, with its meaning.
+Positions PositionsOf(const rig::Rig& rig, Axis axis, const std::function<double(Native)>& meaning) {
+  const drivers::AxisCapabilities& can = *rig.lens().axes[axis];
+  const rig::AxisStatus limits = *rig.GetStatus().axes[axis];
+  Positions positions;
+  const double first = std::ceil((limits.minimum.value - can.minimum.value) / can.resolution - 1e-9);
+  for (double step = first;; ++step) {
+    const Native native{can.minimum.value + step * can.resolution};
+    if (native.value > limits.maximum.value + 1e-9 * can.resolution) break;
+    positions.native.push_back(native);
+    positions.values.push_back(meaning(native));
+  }
+  if (positions.values.size() > 1 && positions.values.front() > positions.values.back()) {
+    std::ranges::reverse(positions.native);
+    std::ranges::reverse(positions.values);
+  }
+  return positions;
 }
 
-/// Steps are evenly spaced in log(f-number): half a step is the same ratio everywhere.
-double HalfStepRatio(const rig::OpticsTable& optics, const drivers::AxisCapabilities& iris) {
-  const Native next{iris.minimum.value + iris.resolution};
-  const double step = std::abs(std::log(optics.FNumberFromNative(next) / optics.FNumberFromNative(iris.minimum)));
-  return std::expm1(0.5 * step);
+/// A motor that is not there stands at one end for ever.
+Positions Fixed(double value) {
+  return {{}, {value}};
+}
+
+/// Half the largest distance between neighbours.
+double HalfStep(const std::vector<double>& values) {
+  double widest = 0.0;
+  for (std::size_t i = 1; i < values.size(); ++i) widest = std::max(widest, values[i] - values[i - 1]);
+  return 0.5 * widest;
+}
+
+/// Half the largest ratio between neighbours, as a relative tolerance.
+double HalfRatio(const std::vector<double>& values) {
+  double widest = 1.0;
+  for (std::size_t i = 1; i < values.size(); ++i) widest = std::max(widest, values[i] / values[i - 1]);
+  return std::sqrt(widest) - 1.0;
+}
+
+void RaiseTo(optics::Number& tolerance, const optics::Number& least) {
+  if (tolerance.value < least.value) tolerance = least;
+}
+
+std::optional<Native> NativeAt(const Positions& positions, std::size_t index) {
+  return positions.native.empty() ? std::nullopt : std::optional(positions.native[index]);
 }
 
 }  // namespace
@@ -27,21 +63,43 @@ std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& co
   const rig::OpticsTable* optics = rig.optics();
   if (optics == nullptr) return std::nullopt;
   const drivers::NominalOptics& nominal = optics->nominal();
+  const auto extension = [optics](Native native) { return optics->ExtensionFromNative(native).value; };
+  const auto f_number = [optics](Native native) { return optics->FNumberFromNative(native).value; };
   Planning planning;
   planning.principal_gap = config.scale.principal_gap;
-  planning.has_focus = optics->has_focus();
-  planning.has_iris = optics->has_iris();
+  planning.focus = optics->has_focus() ? PositionsOf(rig, Axis::Focus, extension) : Fixed(nominal.min_extension_m);
+  planning.iris = optics->has_iris() ? PositionsOf(rig, Axis::Iris, f_number) : Fixed(nominal.min_f_number);
   optics::PlanRequest& request = planning.defaults;
   request.focal_length = nominal.focal_length_m;
   request.f_numbers = {nominal.min_f_number, nominal.max_f_number};
   request.extensions = {nominal.min_extension_m, nominal.max_extension_m};
   request.pupil_factor = config.pupil_factor;
-  if (planning.has_focus) request.sensor_tolerance = HalfStep(*optics, *rig.lens().axes[Axis::Focus]);
-  if (planning.has_iris) request.f_number_tolerance = HalfStepRatio(*optics, *rig.lens().axes[Axis::Iris]);
+  request.sensor_tolerance = HalfStep(planning.focus.values);
+  request.f_number_tolerance = HalfRatio(planning.iris.values);
   if (const auto* camera = rig.camera(); camera != nullptr && camera->pixel_um > 0.0) {
     request.pixel = Metres{camera->pixel_um * 1e-6};
   }
   return planning;
+}
+
+Result<LensPlan> PlanFor(const Planning& planning, optics::PlanRequest request) {
+  RaiseTo(request.sensor_tolerance, planning.defaults.sensor_tolerance);
+  RaiseTo(request.f_number_tolerance, planning.defaults.f_number_tolerance);
+  auto answer = optics::PlanOnGrid(request, planning.focus.values, planning.iris.values);
+  if (!answer) return PassOn(std::move(answer));
+  LensPlan plan{*std::move(answer), std::nullopt, std::nullopt};
+  plan.focus = NativeAt(planning.focus, plan.answer.extension_index);
+  plan.iris = NativeAt(planning.iris, plan.answer.f_number_index);
+  return plan;
+}
+
+Result<optics::PlanAnswer> PlanAt(const Planning& planning, optics::PlanRequest request, Metres extension, Metres bound,
+                                  FNumber f_number) {
+  request.sensor_tolerance = bound.value;
+  RaiseTo(request.f_number_tolerance, planning.defaults.f_number_tolerance);
+  auto answer = optics::PlanOnGrid(request, std::span(&extension.value, 1), std::span(&f_number.value, 1));
+  if (!answer) return PassOn(std::move(answer));
+  return std::move(answer->plan);
 }
 
 }  // namespace lensd::daemon

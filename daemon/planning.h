@@ -2,22 +2,44 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
+#include "base/result.h"
 #include "optics/planner.h"
 #include "rig/rig.h"
 
 namespace lensd::daemon {
 
-/// Constant for the life of a lens.
-struct Planning {
-  optics::PlanRequest defaults;  ///< what a request leaves out
-  Metres principal_gap{0.0};
-  bool has_focus = false;
-  bool has_iris = false;
+/// The positions one motor can take, and what they mean. Both in the same order, `values` rising.
+struct Positions {
+  std::vector<Native> native;
+  std::vector<double> values;  ///< metres of extension, or f-numbers
 };
 
-/// Nothing where the optics are not known. The tolerances are half a step of each motor: a plan that keeps them holds
-/// wherever rounding to a step puts the lens.
+/// Constant for the life of a lens.
+struct Planning {
+  optics::PlanRequest defaults;  ///< what a request leaves out; tolerances: what the motors keep, half a step
+  Metres principal_gap{0.0};
+  Positions focus;  ///< one value and no native position where it does not move
+  Positions iris;
+};
+
+/// Nothing where the optics are not known.
 std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& config);
+
+/// A plan on the positions of a lens.
+struct LensPlan {
+  optics::GridAnswer answer;
+  std::optional<Native> focus;  ///< where to move; none: that motor does not exist
+  std::optional<Native> iris;
+};
+
+/// Solves the request on the lens' positions. Tolerances below what the motors keep are raised to it. Errors as
+/// optics::Plan.
+Result<LensPlan> PlanFor(const Planning& planning, optics::PlanRequest request);
+
+/// How the request fares where the lens stands: `bound` is how far the true extension may be from the one stated.
+Result<optics::PlanAnswer> PlanAt(const Planning& planning, optics::PlanRequest request, Metres extension, Metres bound,
+                                  FNumber f_number);
 
 }  // namespace lensd::daemon

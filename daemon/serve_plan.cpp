@@ -18,6 +18,23 @@ bool WantsApply(const ExchangePointer& exchange) {
   return apply != exchange->parameters().end() && apply->is_boolean() && apply->get<bool>();
 }
 
+/// The reply's `plan`, and `nearest` where only the lens' steps stand in the way.
+Json PlanReply(const optics::GridAnswer& answer, Metres principal_gap) {
+  if (answer.plan.feasible || !answer.continuous_feasible) {
+    return {{"plan", proto::PlanAnswerJson(answer.plan, principal_gap)}};
+  }
+  optics::PlanAnswer plan = answer.plan;
+  plan.conflict = {"positions"};
+  plan.relax = plan.worst_ratio;
+  plan.note = "some setting meets every limit, but none of the positions this lens can take does; see the nearest";
+  Json reply{{"plan", proto::PlanAnswerJson(plan, principal_gap)}};
+  plan = answer.plan;
+  plan.feasible = true;  // to be written with its setting
+  reply["nearest"] = proto::PlanAnswerJson(plan, principal_gap);
+  reply["nearest"]["feasible"] = false;
+  return reply;
+}
+
 }  // namespace
 
 void LensService::Plan(const ExchangePointer& exchange) {
@@ -27,29 +44,37 @@ void LensService::Plan(const ExchangePointer& exchange) {
     return Refuse(exchange, {Code::Unsupported, "the optics of lens \"" + lens->name +
                                                     "\" are not known; give it a [lens.optics] section"});
   }
-  const auto request =
-      proto::PlanRequestFromJson(exchange->parameters().find("request").value(), lens->planning->defaults);
+  auto request = proto::PlanRequestFromJson(exchange->parameters().find("request").value(), lens->planning->defaults);
   if (!request) return Refuse(exchange, request.error());
-  const auto answer = optics::Plan(*request);
-  if (!answer) return Refuse(exchange, answer.error());
-  if (answer->feasible && WantsApply(exchange)) return Apply(exchange, *lens, *answer);
-  const Json plan = proto::PlanAnswerJson(*answer, lens->planning->principal_gap);
-  exchange->Finish("{\"plan\":" + proto::WriteJson(plan) + "}");
+  const auto plan = PlanFor(*lens->planning, *request);
+  if (!plan) return Refuse(exchange, plan.error());
+  if (plan->answer.plan.feasible && WantsApply(exchange)) return Apply(exchange, *lens, *std::move(request), *plan);
+  exchange->Finish(proto::WriteJson(PlanReply(plan->answer, lens->planning->principal_gap)));
 }
 
-void LensService::Apply(const ExchangePointer& exchange, Lens& lens, const optics::PlanAnswer& plan) {
+void LensService::Apply(const ExchangePointer& exchange, Lens& lens, optics::PlanRequest request,
+                        const LensPlan& plan) {
   auto group = std::make_shared<MoveGroup>(*lens.worker, lens.name);
-  const Json json = proto::PlanAnswerJson(plan, lens.planning->principal_gap);
-  group->OnEnd([this, exchange, &lens, json](const MoveGroup& ended) {
+  group->OnEnd([this, exchange, &lens, request = std::move(request), plan](const MoveGroup& ended) {
     if (ended.error()) return Refuse(exchange, *ended.error());
     AnnounceMoves(lens, ended.moves());
-    exchange->Finish(proto::WriteJson({{"plan", json}, {"applied", ended.moves()}}));
+    Json reply = PlanReply(plan.answer, lens.planning->principal_gap);
+    reply["applied"] = ended.moves();
+    Metres extension = plan.answer.plan.extension, bound{lens.planning->defaults.sensor_tolerance.value};
+    FNumber f_number = plan.answer.plan.f_number;
+    for (const rig::MoveOutcome& outcome : ended.outcomes()) {
+      extension = outcome.extension.value_or(extension);
+      bound = outcome.extension_bound.value_or(bound);
+      f_number = outcome.f_number.value_or(f_number);
+    }
+    if (const auto reached = PlanAt(*lens.planning, request, extension, bound, f_number)) {
+      reply["reached"] = PlanReply({*reached, false, 0, 0}, lens.planning->principal_gap)["plan"];
+    }
+    exchange->Finish(proto::WriteJson(reply));
   });
-  const rig::Target focus{rig::Target::Kind::Extension, plan.extension.value, std::nullopt};
-  const rig::Target iris{rig::Target::Kind::FNumber, plan.f_number.value, std::nullopt};
-  lens.worker->Submit([group, focus, iris, planning = &*lens.planning](rig::Rig& rig) {
-    if (planning->has_focus) rig.Move(Axis::Focus, focus, group->Add());
-    if (planning->has_iris) rig.Move(Axis::Iris, iris, group->Add());
+  lens.worker->Submit([group, focus = plan.focus, iris = plan.iris](rig::Rig& rig) {
+    if (focus) rig.Move(Axis::Focus, {rig::Target::Kind::Native, focus->value, std::nullopt}, group->Add());
+    if (iris) rig.Move(Axis::Iris, {rig::Target::Kind::Native, iris->value, std::nullopt}, group->Add());
     group->Complete();
   });
 }

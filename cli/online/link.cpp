@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <utility>
 
 #include "proto/interfaces.h"
@@ -83,7 +84,11 @@ std::string MethodOfLens(std::string_view method) {
 
 std::expected<Link, Failure> Link::Open(const Session& session) {
   const auto& globals = session.globals();
-  auto client = proto::Client::Connect(globals.socket ? *globals.socket : std::string(proto::kDefaultSocket));
+  const std::string path = globals.socket ? *globals.socket : std::string(proto::kDefaultSocket);
+  auto client = proto::Client::Connect(path);
+  if (!client && access(path.c_str(), W_OK) != 0 && errno == EACCES) {
+    return Refuse(Exit::NotPermitted, "you may not use the socket " + path + "; ask for membership of its group");
+  }
   if (!client) return Refuse(client);
   return Link(*std::move(client), globals.timeout);
 }

@@ -87,7 +87,7 @@ optics::LimitAnswer LimitOf(const Json& json) {
 /// The daemon's answer as the planner gave it, for the same words as offline.
 optics::PlanAnswer AnswerOf(const Json& json) {
   optics::PlanAnswer answer;
-  answer.feasible = json.value("feasible", false);
+  answer.feasible = json.value("feasible", false) || json.contains("fNumber");
   answer.note = json.value("note", "");
   if (!answer.feasible) {
     answer.conflict = json.value("conflict", std::vector<std::string>{});
@@ -117,10 +117,13 @@ void Print(Session& session, const Json& reply, Metres principal_gap) {
   const Json applied = reply.value("applied", Json());
   if (session.json()) {
     Json merged = plan;
-    if (!applied.is_null()) merged["applied"] = applied;
+    for (const char* key : {"applied", "reached", "nearest"}) {
+      if (reply.contains(key)) merged[key] = reply[key];
+    }
     return session.PrintJson(merged);
   }
   session.PrintText(PlanAnswerText(AnswerOf(plan), principal_gap));
+  if (reply.contains("nearest")) session.PrintText(PlanAnswerText(AnswerOf(reply["nearest"]), principal_gap));
   for (const Json& move : applied) session.PrintText(MoveText(move));
 }
 
@@ -128,6 +131,7 @@ void Print(Session& session, const Json& reply, Metres principal_gap) {
 Exit StatusOf(const Json& reply) {
   bool good = reply["plan"].value("feasible", false);
   for (const Json& move : reply.value("applied", Json())) good &= move.value("reached", false);
+  if (reply.contains("reached")) good &= reply["reached"].value("feasible", false);
   return good ? Exit::Done : Exit::No;
 }
 

@@ -153,6 +153,9 @@ class Motion(DaemonTest):
             plan, applied = answer["parameters"]["plan"], answer["parameters"]["applied"]
             by_axis = {move["axis"]: move for move in applied}
             self.assertTrue(plan["feasible"] and all(move["reached"] for move in applied))
+            self.assertTrue(answer["parameters"]["reached"]["feasible"])
+            self.assertEqual(by_axis["focus"]["extensionMm"], plan["extensionMm"])  # planned on a step, not rounded to
+            self.assertEqual(by_axis["iris"]["fNumber"], plan["fNumber"])
             # What was reached meets the limit by the textbook formula, not only what was planned.
             extension = by_axis["focus"]["extensionMm"] / 1e3
             f_number, f = by_axis["iris"]["fNumber"], 0.025
