@@ -8,6 +8,8 @@
 #include "cli/online/link.h"
 #include "cli/online/texts.h"
 #include "cli/plan/answer_text.h"
+#include "cli/plan/plot.h"
+#include "io/svg.h"
 #include "proto/plan_json.h"
 
 namespace lensd::cli {
@@ -155,6 +157,10 @@ Outcome RunPlanOnline(const PlanText& text, const std::string& lens, bool apply,
                                  [&] { StopNow(session, name, nullptr); })
                            : link->Ask(MethodOfLens("Plan"), std::move(parameters));
   if (!reply) return std::unexpected(reply.error());
+  if (!text.plot.empty()) {
+    const auto drawn = io::WriteSvg(text.plot, PlanPlot(question->request, AnswerOf((*reply)["plan"])));
+    if (!drawn) return Refuse(drawn);
+  }
   Print(session, *reply, question->principal_gap);
   return StatusOf(*reply);
 }
