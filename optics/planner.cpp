@@ -2,6 +2,7 @@
 #include "optics/planner.h"
 
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "planner_cases.h"
@@ -63,13 +64,14 @@ Outcome SolveAll(const Cases& cases, const PlanRequest& request) {
 }
 
 std::optional<double> Relax(const Cases& cases, const PlanRequest& request) {
-  std::optional<double> relax;
-  cases.ForEach(Everything(request), [&](Task& task) {
+  double relax = std::numeric_limits<double>::infinity();
+  const auto visit = [&](Task& task) {
     const std::optional<Solved> solved = SolveForRatio(task);
-    if (solved && (!relax || solved->ratio < *relax)) relax = solved->ratio;
+    if (solved) relax = std::min(relax, solved->ratio);
     return true;
-  });
-  return relax;
+  };
+  cases.ForEach(Everything(request), visit, relax);
+  return std::isfinite(relax) ? std::optional(relax) : std::nullopt;
 }
 
 }  // namespace

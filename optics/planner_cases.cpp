@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 namespace lensd::optics {
 
@@ -59,11 +60,65 @@ void AddLimit(const BlurLimit& limit, int name, std::vector<RowSpec>& rows) {
   AddExtremes(depths, true, row, rows);
 }
 
-/// Whether, the one just in front of the focal plane and the other just behind it, no focal plane fits between.
-bool Overlap(const OrderedInterval& front, const OrderedInterval& behind) {
-  constexpr double kRounding = 1.0 + 1e-12;
-  return Vergence(*front.far) * kRounding < Vergence(*behind.near);
-}
+/// The open intervals of one limit, nearest first, the first `in_front` of them in front of the focal plane. Of those
+/// only the farthest ends matter, of the others only the nearest: blur grows with the distance from the plane.
+class OpenLimit {
+ public:
+  OpenLimit(const Number* limit, int name) : limit_(limit), name_(name) {}
+
+  void Add(const OrderedInterval& interval) { intervals_.push_back(interval); }
+
+  /// Moves the nearest interval that is behind the focal plane to its front.
+  void Advance() {
+    const PlanDepth* far = intervals_[in_front_++].far;
+    const bool apart = !farthest_.empty() && !TooCloseToTell(*far, *farthest_.front());
+    if (apart && !Nearer(*farthest_.front(), *far)) return;
+    if (apart) farthest_.clear();
+    farthest_.push_back(far);
+  }
+
+  void AddRows(std::vector<RowSpec>& rows) const {
+    for (const PlanDepth* far : farthest_) rows.push_back({RowKind::Front, far, limit_, name_});
+    for (std::size_t i = in_front_; i < intervals_.size(); ++i) {
+      const PlanDepth* near = intervals_[i].near;
+      if (i > in_front_ && !TooCloseToTell(*near, *intervals_[in_front_].near)) break;
+      rows.push_back({RowKind::Behind, near, limit_, name_});
+    }
+  }
+
+ private:
+  const Number* limit_;
+  int name_;
+  std::vector<OrderedInterval> intervals_;
+  std::size_t in_front_ = 0;
+  std::vector<const PlanDepth*> farthest_;
+};
+
+/// Where in e a focal plane can be between two intervals, roughly: a cheap test that spares most gaps of a depth map.
+class GapTest {
+ public:
+  explicit GapTest(const PlanRequest& request)
+      : f_(request.focal_length.value),
+        skew_(f_ * (1.0 / request.pupil_factor.value - 1.0)),
+        delta_(request.sensor_tolerance.value),
+        widen_(1.0 + request.f_number_tolerance.value) {}
+
+  /// Whether, at this N and all larger ones, no focal plane fits with `front` just before it and `behind` just after,
+  /// by more than rounding.
+  bool TooNarrow(double n, const PlanDepth& front, double front_limit, const PlanDepth& behind,
+                 double behind_limit) const {
+    const double u = Vergence(front), v = Vergence(behind);
+    const double w_front = 1.0 - f_ * u, w_behind = 1.0 - f_ * v;
+    constexpr double kRounding = 1e-9;
+    if (w_front < kRounding || w_behind < kRounding) return false;
+    const double high = (f_ * f_ * u - front_limit * n * widen_ * (1.0 + skew_ * u)) / w_front - delta_;
+    const double low = (f_ * f_ * v + behind_limit * n * widen_ * (1.0 + skew_ * v)) / w_behind + delta_;
+    return high < low - kRounding * (f_ * f_ * (u / w_front + v / w_behind) + delta_);
+  }
+
+ private:
+  double f_, skew_, delta_, widen_;
+};
 
 }  // namespace
 
@@ -98,7 +153,7 @@ Cases::Cases(const PlanRequest& request) : request_(request) {
   });
 }
 
-void Cases::ForEach(const InForce& in_force, const std::function<bool(Task&)>& visit) const {
+void Cases::ForEach(const InForce& in_force, const std::function<bool(Task&)>& visit, const double& most_ratio) const {
   const auto binds = [&](int name) {
     return name < 0 ? in_force.depth : in_force.limits[static_cast<std::size_t>(name)];
   };
@@ -110,28 +165,53 @@ void Cases::ForEach(const InForce& in_force, const std::function<bool(Task&)>& v
   std::copy_if(rows_.begin(), rows_.end(), std::back_inserter(task.rows),
                [&](const RowSpec& row) { return binds(row.name); });
   const std::size_t given = task.rows.size();
-  std::vector<OpenInterval> open;
-  std::copy_if(open_.begin(), open_.end(), std::back_inserter(open),
-               [&](const OpenInterval& o) { return binds(o.limit); });
+  std::vector<const OpenInterval*> open;
+  std::map<int, OpenLimit> limits;
+  for (const OpenInterval& interval : open_) {
+    if (!binds(interval.limit)) continue;
+    open.push_back(&interval);
+    limits.try_emplace(interval.limit, &LimitOf(interval), interval.limit).first->second.Add(interval.ends);
+  }
+  const GapTest gap(request_);
+  const double smallest_n = in_force.f_number ? SmallestN() : 0.0;
 
   for (std::size_t in_front = 0; in_front <= open.size(); ++in_front) {
-    if (in_front > 0 && in_front < open.size() && Overlap(open[in_front - 1].ends, open[in_front].ends)) continue;
+    if (in_front > 0) {
+      const OpenInterval& last = *open[in_front - 1];
+      limits.at(last.limit).Advance();
+      if (in_front < open.size()) {
+        const OpenInterval& next = *open[in_front];
+        if (gap.TooNarrow(smallest_n / most_ratio, *last.ends.far, LimitOf(last).value, *next.ends.near,
+                          LimitOf(next).value))
+          continue;
+      }
+    }
     task.rows.resize(given);
-    for (std::size_t i = 0; i < open.size(); ++i) {
-      const bool front = i < in_front;
-      task.rows.push_back({front ? RowKind::Front : RowKind::Behind, front ? open[i].ends.far : open[i].ends.near,
-                           &request_.limits[static_cast<std::size_t>(open[i].limit)].limit, open[i].limit});
-    }
-    if (stops_.empty() || !in_force.f_number) {
-      task.stop = nullptr;
-      if (!visit(task)) return;
-      continue;
-    }
-    for (const Number* stop : stops_) {
-      task.stop = stop;
-      if (!visit(task)) return;
-    }
+    for (const auto& [name, limit] : limits) limit.AddRows(task.rows);
+    if (!VisitStops(task, visit)) return;
   }
+}
+
+bool Cases::VisitStops(Task& task, const std::function<bool(Task&)>& visit) const {
+  task.stop = nullptr;
+  if (stops_.empty() || !task.f_number_binds) return visit(task);
+  for (const Number* stop : stops_) {
+    task.stop = stop;
+    if (!visit(task)) return false;
+  }
+  return true;
+}
+
+const Number& Cases::LimitOf(const OpenInterval& interval) const {
+  return request_.limits[static_cast<std::size_t>(interval.limit)].limit;
+}
+
+double Cases::SmallestN() const {
+  const bool diameters = request_.apertures_are_diameters;
+  const double widest = !stops_.empty() ? stops_.front()->value
+                        : diameters     ? request_.f_numbers.high.value
+                                        : request_.f_numbers.low.value;
+  return diameters ? request_.focal_length.value / widest : widest;
 }
 
 }  // namespace lensd::optics

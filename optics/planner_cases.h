@@ -26,6 +26,8 @@ struct OrderedInterval {
 };
 OrderedInterval Ordered(const DepthInterval& interval);
 
+inline constexpr double kHolds = 1.0;
+
 /// A request reduced to the depths that matter. Points into the request, which must outlive it.
 class Cases {
  public:
@@ -33,14 +35,20 @@ class Cases {
 
   /// Calls `visit(task)` for every assignment of the open intervals to sides that any focal plane can make: it lies in
   /// one of the gaps between them, so that k intervals make at most k + 1 cases. Stops when `visit` returns false.
-  /// `visit` gets its own stop or range of N through the task.
-  void ForEach(const InForce& in_force, const std::function<bool(Task&)>& visit) const;
+  /// Cases that need a worst ratio above `most_ratio`, which `visit` may lower as it goes, may be passed over.
+  void ForEach(const InForce& in_force, const std::function<bool(Task&)>& visit,
+               const double& most_ratio = kHolds) const;
 
  private:
   struct OpenInterval {
     OrderedInterval ends;
     int limit;
   };
+  /// Each stop in turn, or the range; false when the visitor has had enough.
+  bool VisitStops(Task& task, const std::function<bool(Task&)>& visit) const;
+  const Number& LimitOf(const OpenInterval& interval) const;
+  double SmallestN() const;
+
   const PlanRequest& request_;
   std::vector<RowSpec> rows_;         ///< of limits whose sides are given
   std::vector<OpenInterval> open_;    ///< nearest first

@@ -37,7 +37,12 @@ bool AtInfinity(const PlanDepth& depth) {
 
 /// Whether the depth is at or inside the focal length.
 bool ReachesFocalLength(const Number& focal_length, const PlanDepth& depth) {
-  return !AtInfinity(depth) && CompareFocalPower(focal_length, depth) >= 0;
+  if (AtInfinity(depth)) return false;
+  const double value = depth.number.value,
+               power = depth.is_vergence ? focal_length.value * value : focal_length.value / value;
+  constexpr double kRounding = 1e-12;
+  if (std::abs(power - 1.0) > kRounding) return power > 1.0;
+  return CompareFocalPower(focal_length, depth) >= 0;
 }
 
 Problem CheckDepth(const PlanDepth& depth, const std::string& what, bool may_be_past_infinity) {

@@ -2,7 +2,7 @@
 // reachable extension is one of the two beside the best of all; whether it holds is then decided exactly at that point.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <limits>
 
 #include "optics/conjugates.h"
 #include "planner_cases.h"
@@ -14,6 +14,8 @@
 namespace lensd::optics {
 
 namespace {
+
+constexpr double kAnyRatio = std::numeric_limits<double>::infinity();
 
 /// One reachable setting.
 struct Point {
@@ -100,10 +102,11 @@ class Grid {
     request_.f_numbers = {f_numbers_[n], f_numbers_[n]};
     request_.extensions = {extensions_[by_extension_.front()], extensions_[by_extension_.back()]};
     std::vector<double> targets;
-    cases_.ForEach(in_force_, [&](Task& task) {
+    const auto visit = [&](Task& task) {
       if (const std::optional<Solved> solved = SolveForRatio(task)) targets.push_back(solved->e);
       return true;
-    });
+    };
+    cases_.ForEach(in_force_, visit, kAnyRatio);
     std::optional<Point> best;
     for (const double e : targets) {
       const auto above = std::lower_bound(by_extension_.begin(), by_extension_.end(), e,
