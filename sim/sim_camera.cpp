@@ -133,16 +133,15 @@ Result<std::shared_ptr<const std::vector<std::uint16_t>>> SimCamera::Take(const 
   if (const Fault* wrong = faults.ActiveAt(FaultKind::WrongExposure, exposure.start)) {
     length = Duration(std::llround(static_cast<double>(length.count()) * wrong->factor));
   }
-  auto light = Collect(exposure.start, std::max(length, Duration(1)));
-  if (!light) return PassOn(std::move(light));
+  if (auto done = Collect(exposure.start, std::max(length, Duration(1))); !done) return PassOn(std::move(done));
   const CameraSettings& camera = mechanics_->scene().camera;
   const double gain = kWhite * Seconds(length) / (camera.exposure_ms * 1e-3) *
                       FlickerOver(camera.flicker, exposure.start, std::max(length, Duration(1)));
   const std::uint64_t key = Mix(Mix(seed_) ^ exposure.sequence);
-  return std::make_shared<const std::vector<std::uint16_t>>(Expose(camera, *light, static_cast<float>(gain), key));
+  return std::make_shared<const std::vector<std::uint16_t>>(Expose(camera, light_, static_cast<float>(gain), key));
 }
 
-Result<std::vector<float>> SimCamera::Collect(Duration start, Duration length) {
+Result<void> SimCamera::Collect(Duration start, Duration length) {
   const Scene& scene = mechanics_->scene();
   std::vector<TrueState> states;
   double least_m = 1e9;
@@ -157,15 +156,14 @@ Result<std::vector<float>> SimCamera::Collect(Duration start, Duration length) {
   const double smear_px =
       (most_m - least_m) * optics.aperture_diameter_m / optics.sensor_distance_m / (scene.camera.pixel_um * 1e-6);
   if (smear_px <= kSmear_px) states = {mechanics_->StateAt(start + length / 2)};
-  std::vector<float> light(static_cast<std::size_t>(scene.camera.width) *
-                           static_cast<std::size_t>(scene.camera.height));
+  light_.assign(static_cast<std::size_t>(scene.camera.width) * static_cast<std::size_t>(scene.camera.height), 0.0f);
   for (const TrueState& state : states) {
     auto picture = pictures_->At(state.optics);
     if (!picture) return PassOn(std::move(picture));
     const double weight = GatheredBy(scene.lens, state) / static_cast<double>(states.size());
-    AddPicture(light, **picture, static_cast<float>(weight));
+    AddPicture(light_, **picture, static_cast<float>(weight));
   }
-  return light;
+  return {};
 }
 
 }  // namespace lensd::sim

@@ -26,8 +26,8 @@ class SimCamera final : public drivers::Camera {
   Result<void> CheckLink() const;
   /// The newest exposure not handed out and not lost.
   std::optional<Exposure> Newest();
-  /// Light on the sensor over the exposure, 1 is a full well.
-  Result<std::vector<float>> Collect(Duration start, Duration length);
+  /// Fills light_ with what the sensor gathers over an exposure of the nominal length.
+  Result<void> Collect(Duration start, Duration length);
   Result<std::shared_ptr<const std::vector<std::uint16_t>>> Take(const Exposure& exposure);
 
   const std::shared_ptr<Mechanics> mechanics_;
@@ -36,6 +36,7 @@ class SimCamera final : public drivers::Camera {
   FrameGrid grid_;
   std::uint64_t next_sequence_ = 0;  ///< the lowest not handed out
   std::shared_ptr<const std::vector<std::uint16_t>> last_samples_;
+  std::vector<float> light_;  ///< 1 is white; kept between frames, for its memory
 };
 
 }  // namespace lensd::sim
