@@ -2,13 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace lensd::sim {
 namespace {
 
 Duration FromMs(double ms) {
   return Duration(std::llround(ms * 1e6));
+}
+
+Duration TimeOf(const Fault& fault) {
+  return FromMs(fault.at_ms);
+}
+Duration TimeOf(const FaultLine::Event& event) {
+  return event.at;
+}
+
+/// Keeps `list` in order of time, and what happens at one time in the order it came.
+template <class T>
+void InsertByTime(std::vector<T>& list, const T& added) {
+  const auto earlier = [](const T& a, const T& b) { return TimeOf(a) < TimeOf(b); };
+  list.insert(std::upper_bound(list.begin(), list.end(), added, earlier), added);
 }
 
 bool IsMechanical(FaultKind kind) {
@@ -25,16 +38,14 @@ Duration EndOf(const Fault& fault) {
   return fault.for_ms == 0.0 ? Duration::max() : FromMs(fault.at_ms + fault.for_ms);
 }
 
-FaultLine::FaultLine(std::vector<Fault> faults) : faults_(std::move(faults)) {
-  const auto earlier = [](const Fault& a, const Fault& b) { return a.at_ms < b.at_ms; };
-  std::stable_sort(faults_.begin(), faults_.end(), earlier);
+FaultLine::FaultLine(const std::vector<Fault>& faults) {
+  for (const Fault& fault : faults) InsertByTime(faults_, fault);
   for (const Fault& fault : faults_) {
     if (!IsMechanical(fault.kind)) continue;
-    mechanical_.push_back({BeginOf(fault), fault, true});
+    InsertByTime<Event>(mechanical_, {BeginOf(fault), fault, true});
     const bool ends = fault.kind != FaultKind::Jump && EndOf(fault) != Duration::max();
-    if (ends) mechanical_.push_back({EndOf(fault), fault, false});
+    if (ends) InsertByTime<Event>(mechanical_, {EndOf(fault), fault, false});
   }
-  std::stable_sort(mechanical_.begin(), mechanical_.end(), [](const Event& a, const Event& b) { return a.at < b.at; });
 }
 
 const Fault* FaultLine::ActiveAt(FaultKind kind, Duration at, std::optional<drivers::Axis> axis) const {

@@ -12,7 +12,7 @@ namespace lensd::sim {
 /// Answers which fault is in force when. Times count from the making of the world.
 class FaultLine {
  public:
-  explicit FaultLine(std::vector<Fault> faults);
+  explicit FaultLine(const std::vector<Fault>& faults);
 
   /// The fault of that kind in force at `at`, the latest begun; nullptr: none. `axis` where the kind is about one.
   const Fault* ActiveAt(FaultKind kind, Duration at, std::optional<drivers::Axis> axis = std::nullopt) const;

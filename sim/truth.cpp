@@ -68,8 +68,10 @@ std::vector<SubjectDepth> SubjectsIn(const Scene& scene) {
     begin = end;
   }
   if (subjects.empty() && !vergences.empty()) subjects.push_back({vergences[vergences.size() / 2], 1.0});
-  std::stable_sort(subjects.begin(), subjects.end(),
-                   [](const SubjectDepth& a, const SubjectDepth& b) { return a.share > b.share; });
+  // Pieces do not overlap, so that no two have the same vergence.
+  std::sort(subjects.begin(), subjects.end(), [](const SubjectDepth& a, const SubjectDepth& b) {
+    return a.share != b.share ? a.share > b.share : a.vergence_d < b.vergence_d;
+  });
   return subjects;
 }
 
