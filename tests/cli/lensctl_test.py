@@ -370,6 +370,48 @@ class Plan(Case):
         self.near(depth["depthOfField"]["nearD"], Q("0.5") + reach)
         self.near(depth["depthOfField"]["farD"], Q("0.5") - reach)
 
+    def smallest(self, near, far, c_near, c_far, slack):
+        """N where the upper and the lower bound on e meet: both ends of the subject are just sharp."""
+        f = Q("0.05")
+        w_near, w_far = 1 - f * near, 1 - f * far
+        return (f**2 * (near / w_near - far / w_far) + 2 * slack) / (c_near / w_near + c_far / w_far)
+
+    def test_tolerances_tighten(self):
+        answer = self.plan("--sharp", "2.1m..2.5m:50um", "--sensor-tolerance", "5um", "--f-number-tolerance", "2%")
+        near, far, c = 1 / Q("2.1"), 1 / Q("2.5"), Q("50e-6") * Q("0.98")
+        self.near(answer["fNumber"], self.smallest(near, far, c, c, Q("5e-6")))
+        self.near(answer["limits"][0]["ratio"], Q(1))
+
+    def test_pupil_factor(self):
+        answer = self.plan("--sharp", "0.5m..0.52m:30um", "--pupil-factor", "0.7")
+        near, far, f, p = Q(2), 1 / Q("0.52"), Q("0.05"), Q("0.7")
+        c_near, c_far = (Q("30e-6") * (1 + f * u * (1 / p - 1)) for u in (near, far))
+        self.near(answer["fNumber"], self.smallest(near, far, c_near, c_far, 0))
+        m = Q(answer["magnification"])
+        self.near(answer["workingFNumber"], Q(answer["fNumber"]) * (1 + m / p))
+
+    def test_diffraction(self):
+        for convention, factor in (("airy", 2.44), ("mtf50", 1.75)):
+            answer = self.plan("--sharp", "2m..2.2m:20um", "--wavelength", "550nm", "--diffraction", convention)
+            n, stands = answer["fNumber"], answer["sensorDistanceMm"] / 1000
+            disk = factor * 550e-9 * stands / (0.05 / n)
+            blurs = [math.hypot(0.05 / n * (stands * (20 - u) - 1), disk) for u in (1 / 2, 1 / 2.2)]
+            self.assertAlmostEqual(max(blurs) / 20e-6, 1, places=10)
+            self.assertEqual(answer["model"], "diffraction")
+        answer = self.answer(*self.LENS[:3], "--f-number", "22", *self.LENS[5:], "--sharp", "2m:5um", "--wavelength",
+                             "550nm", status=1)
+        self.assertEqual(set(answer["conflict"]), {"sharp[0]", "fNumber"})
+
+    def test_the_simplest_model_within_the_tolerance(self):
+        ask = ["--sharp", "2m..2.2m:20um", "--wavelength", "550nm", "--model-tolerance"]
+        errors = {}
+        for tolerance in ("0.1um", "30um", "100mm"):
+            answer = self.plan(*ask, tolerance)
+            self.assertLessEqual(answer["modelErrorUm"], float(metres(tolerance) * 10**6))
+            errors[answer["model"]] = answer["modelErrorUm"]
+        self.assertEqual(list(errors), ["diffraction", "thin", "pinhole"])
+        self.assertEqual(self.plan("--sharp", "2m..2.2m:20um")["model"], "thin")
+
     def test_zoom(self):
         zoom = ["plan", "--focal-length", "24mm..70mm", "--f-number", "4", "--extension", "0mm..8mm"]
         answer = self.plan("--field", "2.4m@3m", "--sensor-width", "36mm", "--focus", "3m", lens=zoom)
