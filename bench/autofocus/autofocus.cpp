@@ -27,6 +27,7 @@ struct Options {
   std::string scene, method = "auto", csv, svg;
   int runs = 100;
   std::uint64_t seed = 1;
+  double f_number_error = 1.0;
   bool as_json = false;
 };
 
@@ -113,7 +114,8 @@ int Bench(const Options& options) {
   std::vector<MethodRuns> methods;
   std::vector<AutofocusSummary> summaries;
   for (const std::string& method : MethodsFrom(options.method)) {
-    AutofocusRuns wanted{.method = method, .runs = options.runs, .seed = options.seed};
+    AutofocusRuns wanted{
+        .method = method, .runs = options.runs, .seed = options.seed, .f_number_error = options.f_number_error};
     auto runs = RunAutofocus(*pictures, wanted);
     if (!runs) return Complain(runs.error(), StatusOf(runs.error().code));
     summaries.push_back(Summarise(method, *runs));
@@ -148,6 +150,9 @@ int RunAutofocusCommand(int argc, char** argv) {
   app.add_option("--method", options.method, "a method's name, auto, or all")->capture_default_str();
   app.add_option("--runs", options.runs, "runs of each method")->check(CLI::Range(1, 1000000))->capture_default_str();
   app.add_option("--seed", options.seed, "of starts and noise")->capture_default_str();
+  app.add_option("--f-number-error", options.f_number_error, "what the lens believes of its f-numbers over the truth")
+      ->check(CLI::Range(0.5, 2.0))
+      ->capture_default_str();
   app.add_option("--csv", options.csv, "file for one line a run");
   app.add_option("--svg", options.svg, "file for the charts");
   app.add_flag("--json", options.as_json, "one line of JSON instead of the table");

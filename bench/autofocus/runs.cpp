@@ -33,7 +33,7 @@ void Score(const sim::Truth& truth, const sim::Scene& scene, AutofocusRunResult&
   }
 }
 
-Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& pictures, const std::string& method,
+Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& pictures, const AutofocusRuns& wanted,
                                    std::uint64_t seed) {
   const sim::Scene& scene = pictures->scene();
   AutofocusRunResult result;
@@ -43,12 +43,16 @@ Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& picture
   sim::WorldOptions options{.seed = Mixed(seed + 1), .focus_start = Native{result.start_steps}, .pictures = pictures};
   auto world = sim::OpenWorld(std::shared_ptr<const sim::Scene>(pictures, &scene), clock, options);
   if (!world) return PassOn(std::move(world));
-  auto rig = rig::Rig::Create({}, std::move(world->device), clock);
+  rig::RigConfig believed;
+  believed.optics = world->device.optics;
+  believed.optics->min_f_number *= wanted.f_number_error;
+  believed.optics->max_f_number *= wanted.f_number_error;
+  auto rig = rig::Rig::Create(std::move(believed), std::move(world->device), clock);
   if (!rig) return PassOn(std::move(rig));
 
   std::optional<Result<rig::AutofocusOutcome>> end;
   rig::AutofocusRequest request;
-  request.method = method;
+  request.method = wanted.method;
   (*rig)->Autofocus(request, nullptr, [&](Result<rig::AutofocusOutcome> outcome) { end = std::move(outcome); });
   while (!end && clock.Now() < Instant{kPatience}) clock.AdvanceTo((*rig)->Step(clock.Now()));
   if (!end) return Fail(Code::Internal, "an autofocus run did not end by itself");
@@ -76,7 +80,7 @@ Result<std::vector<AutofocusRunResult>> RunAutofocus(const std::shared_ptr<sim::
   std::optional<Error> error;
   const auto work = [&] {
     for (std::size_t i = next++; i < results.size(); i = next++) {
-      auto result = RunOnce(pictures, wanted.method, Mixed(wanted.seed) + 2 * i);
+      auto result = RunOnce(pictures, wanted, Mixed(wanted.seed) + 2 * i);
       if (result) {
         results[i] = *std::move(result);
         continue;

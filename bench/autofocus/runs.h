@@ -36,6 +36,7 @@ struct AutofocusRuns {
   int runs = 100;
   std::uint64_t seed = 1;
   int threads = 2;
+  double f_number_error = 1.0;  ///< what the rig believes of f-numbers, over the truth
 };
 
 /// Run i starts at a place and with a noise seed that follow from `seed` and i alone, so that methods are compared on
