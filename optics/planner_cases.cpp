@@ -144,7 +144,7 @@ Cases::Cases(const PlanRequest& request) : request_(request) {
     rows_.push_back({RowKind::SharpFar, &*request.focus, &*request.depth_limit, kDepthName});
     rows_.push_back({RowKind::SharpNear, &*request.focus, &*request.depth_limit, kDepthName});
   }
-  std::stable_sort(open_.begin(), open_.end(), [](const OpenInterval& a, const OpenInterval& b) {
+  std::sort(open_.begin(), open_.end(), [](const OpenInterval& a, const OpenInterval& b) {
     return Vergence(*a.ends.near) > Vergence(*b.ends.near);
   });
   for (const Number& stop : request.stops) stops_.push_back(&stop);

@@ -139,11 +139,12 @@ class Solver {
     const double box = std::max(std::abs(lens.e_low), std::abs(lens.e_high));
     constexpr double kUlps = 12.0;
     unit_ = kUlps * (1.0 + lines.p_size / lens.focal_length) * kEpsilon;
-    size_ = std::max(lines.p_size, box) + lens.sensor_tolerance;
+    size_ = lines.p_size + lens.sensor_tolerance;
+    box_error_ = kEpsilon * box;
   }
 
   /// How far a computed width at N may be off.
-  double Error(double n) const { return unit_ * (size_ + lines_.q_size * n); }
+  double Error(double n) const { return unit_ * (size_ + lines_.q_size * n) + box_error_; }
 
   Settled SmallestN() const {
     Settled settled;
@@ -287,7 +288,7 @@ class Solver {
 
   const ColumnLens& lens_;
   const Lines& lines_;
-  double unit_ = 0.0, size_ = 0.0;
+  double unit_ = 0.0, size_ = 0.0, box_error_ = 0.0;
 };
 
 /// A limit in a working set.
@@ -347,7 +348,7 @@ class Checker {
  private:
   template <class Excess>
   void Blocks(std::size_t count, std::uint32_t kind, std::vector<Index>& broken, const Excess& excess) const {
-    constexpr std::size_t kBlock = 4096;
+    constexpr std::size_t kBlock = 512;
     const auto two = [](std::span<const double> column, std::size_t i) { return Load(column.data() + i); };
     const auto one = [](std::span<const double> column, std::size_t i) { return column[i]; };
     for (std::size_t start = 0; start < count; start += kBlock) {
@@ -461,18 +462,36 @@ Extremes ExtremesOf(std::span<const double> values) {
 
 DepthExtremes ExtremesOfClass(std::span<const std::uint16_t> depths, std::span<const std::uint8_t> classes,
                               std::uint8_t wanted) {
-  // Samples that do not count become 65535 for the nearest and 0 for the farthest: no branch, so it vectorises. The
-  // farthest tells whether any counted.
+  // Samples that do not count become 65535 for the nearest and 0 for the farthest: no branch. One subtraction turns the
+  // unknown depth 0 into 65535, so that one comparison serves for the nearest.
+  using Depths = std::uint16_t __attribute__((vector_size(16)));
+  using Labels = std::uint8_t __attribute__((vector_size(8)));
+  constexpr std::size_t kLanes = sizeof(Depths) / sizeof(std::uint16_t);
+  Depths least{}, greatest{};
+  least = ~least;
+  std::size_t i = 0;
+  for (; i + kLanes <= depths.size(); i += kLanes) {
+    Depths depth;
+    Labels label;
+    __builtin_memcpy(&depth, depths.data() + i, sizeof depth);
+    __builtin_memcpy(&label, classes.data() + i, sizeof label);
+    depth &= (Depths)(__builtin_convertvector(label, Depths) == wanted);
+    const Depths known = depth - 1;
+    least = known < least ? known : least;
+    greatest = depth > greatest ? depth : greatest;
+  }
   std::uint16_t nearest = 65535, farthest = 0;
-  for (std::size_t i = 0; i < depths.size(); ++i) {
-    const std::uint16_t depth = depths[i];
-    const bool counts = classes[i] == wanted && depth != 0;
-    const std::uint16_t low = counts ? depth : std::uint16_t{65535}, high = counts ? depth : std::uint16_t{0};
-    nearest = low < nearest ? low : nearest;
-    farthest = high > farthest ? high : farthest;
+  const auto take = [&](std::uint16_t below, std::uint16_t depth) {
+    nearest = std::min(nearest, below);
+    farthest = std::max(farthest, depth);
+  };
+  for (std::size_t lane = 0; lane < kLanes; ++lane) take(least[lane], greatest[lane]);
+  for (; i < depths.size(); ++i) {
+    const std::uint16_t depth = classes[i] == wanted ? depths[i] : std::uint16_t{0};
+    take(static_cast<std::uint16_t>(depth - 1), depth);
   }
   if (farthest == 0) return {};
-  return {nearest, farthest};
+  return {static_cast<std::uint16_t>(nearest + 1), farthest};
 }
 
 }  // namespace lensd::optics

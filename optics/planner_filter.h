@@ -25,7 +25,10 @@ class WidthError {
  public:
   explicit WidthError(const Programme<double>& programme) {
     const Strip<double>& strip = programme.strip;
-    p_ = Largest(strip.lower.p, Largest(strip.upper.p, std::max(std::abs(strip.low), std::abs(strip.high))));
+    const double box = std::max(std::abs(strip.low), std::abs(strip.high));
+    const bool computed = programme.low_name == kFocusName;  // else its ends are given, and only rounded
+    box_ = std::numeric_limits<double>::epsilon() * box;
+    p_ = Largest(strip.lower.p, Largest(strip.upper.p, computed ? box : 0.0));
     q_ = Largest(strip.lower.q, Largest(strip.upper.q));
     const double pupil = std::max(programme.lens.pupil, 1.0 / programme.lens.pupil);
     constexpr double kUlps = 12.0;
@@ -33,11 +36,11 @@ class WidthError {
             std::numeric_limits<double>::epsilon();
     p_ += programme.lens.delta;
   }
-  double at(double n) const { return unit_ * (p_ + q_ * std::abs(n)); }
+  double at(double n) const { return unit_ * (p_ + q_ * std::abs(n)) + box_; }
   double slope() const { return unit_ * q_; }
 
  private:
-  double p_ = 0.0, q_ = 0.0, unit_ = 0.0;
+  double p_ = 0.0, q_ = 0.0, unit_ = 0.0, box_ = 0.0;
 };
 
 /// Whether rounding leaves e and the ratio as good as the limits ask: a small part of the tightest line's reach.

@@ -157,7 +157,7 @@ void CheckBest(const PlanRequest& request, const Optics& o, const PlanAnswer& an
 }
 
 TEST(PlannerDiffraction, AgreesWithSixtyDigits) {
-  const long count = testing::ByLevel(100, 1000, 100000);
+  const long count = testing::ByLevel(60, 600, 100000);
   long feasible = 0, infeasible = 0, diffracted = 0;
   for (long seed = 0; seed < count; ++seed) {
     const PlanRequest request = Request(static_cast<std::uint64_t>(seed));
