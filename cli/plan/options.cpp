@@ -2,57 +2,26 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
-#include <map>
 #include <utility>
 
 #include "cli/lens_options.h"
-#include "cli/plan/depth_classes.h"
-#include "cli/plan/where.h"
-#include "optics/conjugates.h"
+#include "cli/plan/reading.h"
 #include "optics/focus_scale.h"
 #include "optics/framing.h"
 
 namespace lensd::cli {
 namespace {
 
-using optics::BlurLimit;
 using optics::LimitKind;
-using optics::Number;
-using optics::PlanDepth;
 using optics::PlanRequest;
 
 std::unexpected<Error> Usage(std::string message) {
   return Fail(Code::InvalidArgument, std::move(message));
 }
 
-Number NumberOf(const Decimal& exact) {
-  return {exact.Nearest().value(), exact.Text()};
-}
 optics::NumberRange RangeOf(const Span<Decimal>& span) {
   return {NumberOf(span.low), NumberOf(span.high)};
 }
-PlanDepth PlanDepthOf(const Depth& depth) {
-  return depth.IsDistance() ? PlanDepth::Distance(NumberOf(depth.exact)) : PlanDepth::Vergence(NumberOf(depth.exact));
-}
-
-/// A limit with its kind and its name settled.
-struct NamedLimit {
-  WrittenLimit written;
-  LimitKind kind = LimitKind::Sharp;
-};
-
-/// Everything the options say, before distances are turned into depths from the lens centre.
-struct Reading {
-  PlanRequest request;
-  Decimal focal_length;
-  std::optional<Decimal> pixel;
-  std::optional<Depth> focus;
-  std::vector<NamedLimit> limits;
-  std::map<int, OccupiedDepths> classes;
-  std::optional<Framing> framing;
-  bool in_focus = false;  // distances of limits are those of subjects in focus
-};
 
 /// Parses an option into `place` where it is given.
 template <class Parse, class Place>
@@ -258,146 +227,13 @@ Result<Reading> ReadOptions(const PlanText& text, const PlanDefaults& defaults, 
   return reading;
 }
 
-/// Widest blur difference per dioptre that the ranges allow, A Z_s.
-double WidestSlope(const PlanRequest& request) {
-  const double f = request.focal_length.value;
-  const double widest =
-      request.apertures_are_diameters ? request.f_numbers.high.value : f / request.f_numbers.low.value;
-  return widest * (f + request.extensions.high.value);
-}
-
-/// Runs of depths between which the focal plane cannot stand: where even the widest opening blurs both neighbours by
-/// less than the limit together, one of them breaks it, and the run counts as one interval. Exact, and keeps the
-/// planner from thousands of gaps that cannot matter. A pupil factor above 1 may blur more, so it gets every gap.
-std::vector<std::pair<int, int>> Runs(const OccupiedDepths& depths, const NamedLimit& limit,
-                                      const PlanRequest& request) {
-  if (limit.kind == LimitKind::Sharp || limit.written.side != optics::Side::Either) {
-    return {{depths.front(), depths.back()}};
-  }
-  const double slope = request.pupil_factor.value > 1.0 ? HUGE_VAL : WidestSlope(request);
-  const double needed = 2.0 * limit.written.limit->Nearest().value() * (1.0 - 1e-9) / slope;
-  std::vector<std::pair<int, int>> runs{{depths.front(), depths.front()}};
-  for (const int depth : depths) {
-    const int last = runs.back().second;
-    if (1000.0 / last - 1000.0 / depth >= needed && depth != last) runs.emplace_back(depth, depth);
-    runs.back().second = depth;
-  }
-  return runs;
-}
-
-Result<optics::DepthInterval> IntervalFromCentre(const Depth& near, const Depth& far, const Reading& reading,
-                                                 const optics::FocusScale& scale, Metres extension) {
-  const auto centred = [&](const Depth& depth) {
-    return reading.in_focus ? FocusFromCentre(reading.focal_length, depth, scale)
-                            : ObjectFromCentre(reading.focal_length, extension, depth, scale);
-  };
-  const auto nearer = centred(near);
-  if (!nearer) return std::unexpected(nearer.error());
-  const auto farther = centred(far);
-  if (!farther) return std::unexpected(farther.error());
-  return optics::DepthInterval{PlanDepthOf(*nearer), PlanDepthOf(*farther)};
-}
-
-Depth Millimetres(int depth) {
-  return {Depth::Form::Distance, depth / 1000.0, Decimal(depth, -3)};
-}
-
-/// The occupied depths of one limit with the sensor at `extension`.
-Result<std::vector<optics::DepthInterval>> DepthsOf(const NamedLimit& limit, const Reading& reading,
-                                                    const optics::FocusScale& scale, Metres extension) {
-  if (const auto* plane = std::get_if<TiltedPlane>(&limit.written.where)) {
-    auto interval = optics::DepthsOfPlane(NumberOf(plane->u0), NumberOf(plane->ux), NumberOf(plane->uy));
-    if (!interval) return Fail(interval.error().code, limit.written.name + ": " + interval.error().message);
-    return std::vector{*std::move(interval)};
-  }
-  std::vector<DepthRange> ranges;
-  if (const auto* mask_class = std::get_if<MaskClass>(&limit.written.where)) {
-    for (const auto& [near, far] : Runs(reading.classes.at(mask_class->number), limit, reading.request)) {
-      ranges.push_back({Millimetres(near), Millimetres(far)});
-    }
-  } else {
-    ranges.push_back(std::get<DepthRange>(limit.written.where));
-  }
-  std::vector<optics::DepthInterval> depths;
-  for (const DepthRange& range : ranges) {
-    auto interval = IntervalFromCentre(range.near, range.far, reading, scale, extension);
-    if (!interval) return Fail(interval.error().code, limit.written.name + ": " + interval.error().message);
-    depths.push_back(*std::move(interval));
-  }
-  return depths;
-}
-
-/// The question with all depths from the lens centre, if the sensor stands at `extension`.
-Result<PlanRequest> Centred(const Reading& reading, const optics::FocusScale& scale, Metres extension) {
-  PlanRequest request = reading.request;
-  if (reading.focus) {
-    const auto focus =
-        FocusFromCentre(reading.focal_length, *reading.focus, scale, Metres{reading.request.extensions.high.value});
-    if (!focus) return std::unexpected(focus.error());
-    request.focus = PlanDepthOf(*focus);
-  }
-  for (const NamedLimit& limit : reading.limits) {
-    auto depths = DepthsOf(limit, reading, scale, extension);
-    if (!depths) return PassOn(std::move(depths));
-    request.limits.push_back({.name = limit.written.name,
-                              .kind = limit.kind,
-                              .depths = *std::move(depths),
-                              .limit = NumberOf(*limit.written.limit),
-                              .side = limit.written.side});
-  }
-  return request;
-}
-
-/// Where the sensor stands for the answer to `request`: of the plan, or, where there is none, of the plan for limits
-/// relaxed just enough. Nothing where even that does not exist.
-Result<std::optional<Metres>> AnswerExtension(PlanRequest request) {
-  auto answer = optics::Plan(request);
-  if (!answer) return PassOn(std::move(answer));
-  if (answer->feasible) return answer->extension;
-  if (!answer->relax) return std::nullopt;
-  const double factor = *answer->relax * (1.0 + 1e-9);
-  for (BlurLimit& limit : request.limits) {
-    limit.limit = Number(limit.kind == LimitKind::Sharp ? limit.limit.value * factor : limit.limit.value / factor);
-  }
-  auto relaxed = optics::Plan(request);
-  if (!relaxed) return PassOn(std::move(relaxed));
-  return relaxed->feasible ? std::optional(relaxed->extension) : std::nullopt;
-}
-
-/// Distances from the sensor move with it. Since a subject's image moves far less than the subject (by the square of
-/// the magnification), solving and converting again settles within a few rounds.
-Result<PlanRequest> SettledFromSensor(const Reading& reading, const optics::FocusScale& scale) {
-  constexpr int kMostRounds = 60;
-  Metres extension{0.5 * (reading.request.extensions.low.value + reading.request.extensions.high.value)};
-  auto request = Centred(reading, scale, extension);
-  for (int round = 0; round < kMostRounds && request; ++round) {
-    const auto moved = AnswerExtension(*request);
-    if (!moved) return std::unexpected(moved.error());
-    if (!*moved || **moved == extension) break;
-    extension = **moved;
-    request = Centred(reading, scale, extension);
-  }
-  return request;
-}
-
 }  // namespace
 
 Result<PlanQuestion> ReadPlan(const PlanText& text, const PlanDefaults& defaults, std::optional<From> from) {
   const optics::FocusScale scale = ScaleOf(from, defaults.principal_gap);
   const auto reading = ReadOptions(text, defaults, scale);
   if (!reading) return std::unexpected(reading.error());
-  Metres extension{0.0};
-  bool settled = scale.from != optics::DistanceFrom::Sensor || reading->in_focus;
-  if (reading->focus) {
-    const auto focus =
-        FocusFromCentre(reading->focal_length, *reading->focus, scale, Metres{reading->request.extensions.high.value});
-    if (!focus) return std::unexpected(focus.error());
-    const auto stands = ExtensionFocusedAt(reading->focal_length, *focus)->Value();
-    if (!stands) return std::unexpected(stands.error());
-    extension = Metres{*stands};
-    settled = true;
-  }
-  auto request = settled ? Centred(*reading, scale, extension) : SettledFromSensor(*reading, scale);
+  auto request = RequestFromCentre(*reading, scale);
   if (!request) return PassOn(std::move(request));
   return PlanQuestion{*std::move(request), defaults.principal_gap, reading->framing};
 }
