@@ -4,6 +4,7 @@ figures against exact rational arithmetic on the decimals written on the command
 import json
 import math
 import os
+import random
 import struct
 import subprocess
 import sys
@@ -518,6 +519,55 @@ class Plots(Case):
 
     def test_a_file_that_cannot_be_written(self):
         self.refused(74, "/nonexistent/plan.svg", *self.LENS, "--sharp", "2m", "--plot", "/nonexistent/plan.svg")
+
+
+class Extremes(Case):
+    """Whatever the sizes, the answer is JSON without NaN or infinity, or one line that says why not."""
+
+    def number(self, rng):
+        return f"{rng.choice(['', '', '', '-'])}{rng.uniform(0.1, 10):.3g}e{rng.choice([-320, -150, -12, -3, 0, 0, 0, 1, 6, 100, 308])}"
+
+    def depth(self, rng):
+        return rng.choice(["inf", self.number(rng) + "m", self.number(rng) + "D", f"{rng.uniform(0.01, 9):.3g}m"])
+
+    def test_any_size(self):
+        rng = random.Random(20)
+        answered = 0
+        for _ in range(150):
+            f = rng.choice(["50mm", "50mm", self.number(rng) + "m"])
+            lens = ["--focal-length", f, "--f-number", rng.choice(["2.8", self.number(rng)])]
+            command = rng.choice([
+                ["blur", *lens, "--focus", self.depth(rng), "--at", self.depth(rng), "--at", self.depth(rng)],
+                ["blur", *lens, "--extension", self.number(rng) + "mm", "--at", self.depth(rng)],
+                ["dof", *lens, "--focus", self.depth(rng), "--blur-limit", self.number(rng) + "um"],
+                ["conjugate", "--focal-length", f, "--point", ",".join(self.number(rng) for _ in range(4))],
+                ["plan", *lens, "--extension", "-1mm.." + self.number(rng) + "mm", "--sharp",
+                 f"{self.depth(rng)}..{self.depth(rng)}:{self.number(rng)}um"],
+                ["plan", *lens, "--extension", "0mm..8mm", "--focus", self.depth(rng), "--blurred",
+                 f"{self.depth(rng)}:{self.number(rng)}um"],
+            ])
+            code, out, err = run(*command, "--json")
+            if code in (0, 1):
+                json.loads(out, parse_constant=no_constant)
+                self.assertEqual((out.count("\n"), err), (1, ""), command)
+                answered += 1
+            else:
+                self.assertEqual((code, out), (64, ""), (command, err))
+                self.assertRegex(err, r"^lensctl: [^\n]+\n$")
+        self.assertGreater(answered, 15)
+
+    def test_a_full_disk(self):
+        with open("/dev/full", "w", encoding="ascii") as full:
+            done = subprocess.run([LENSCTL, "dof", *DOF], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        self.assertEqual(done.returncode, 74)
+        self.assertIn("stdout", done.stderr)
+
+    def test_negative_ends(self):
+        answer = self.answer("plan", "--focal-length", "50mm", "--f-number", "2", "--extension", "-0.1mm..0.2mm",
+                             "--focus", "-0.02D")
+        self.near(answer["focalPlaneD"], Q("-0.02"))
+        self.assertLess(answer["extensionMm"], 0)
+        self.assertEqual((answer["focalPlaneM"], answer["focusFromSensorM"]), (None, None))
 
 
 def write_png(path, rows, bits=16, colour=0):
