@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "defocus/defocus.h"
+#include "searches.h"
 #include "sweep.h"
 
 namespace lensd::autofocus {
@@ -18,17 +19,25 @@ struct MethodRow {
   std::unique_ptr<Method> (*make)(const Setup& setup);
 };
 
-/// Every method; "auto" tries them in this order, as far as the lens allows.
+/// What "auto" tries, in this order, as far as the lens allows.
 constexpr MethodRow kMethods[] = {
     {"defocus", true, [](const Setup& setup) -> std::unique_ptr<Method> { return std::make_unique<Defocus>(setup); }},
     {"sweep", false, [](const Setup& setup) -> std::unique_ptr<Method> { return std::make_unique<Sweep>(setup); }},
 };
+
+/// `name` is one of MethodNames() other than "auto".
+std::unique_ptr<Method> MakeMethod(std::string_view name, const Setup& setup) {
+  const auto row = std::ranges::find(kMethods, name, &MethodRow::name);
+  if (row != std::end(kMethods)) return row->make(setup);
+  return MakeSearch(*std::ranges::find(Searches(), name, &Search::name), setup);
+}
 
 }  // namespace
 
 std::vector<std::string_view> MethodNames() {
   std::vector<std::string_view> names = {"auto"};
   for (const MethodRow& row : kMethods) names.push_back(row.name);
+  for (const Search& search : Searches()) names.push_back(search.name);
   return names;
 }
 
@@ -51,9 +60,13 @@ Result<Window> WindowOf(const drivers::Region& region, int width, int height) {
 
 Result<Session> Session::Create(std::string_view method, const Setup& setup) {
   std::vector<std::string_view> names;
-  for (const MethodRow& row : kMethods) {
-    const bool fits = setup.blur_px || !row.needs_calibration;
-    if (method == "auto" ? fits : row.name == method) names.push_back(row.name);
+  if (method == "auto") {
+    for (const MethodRow& row : kMethods) {
+      if (setup.blur_px || !row.needs_calibration) names.push_back(row.name);
+    }
+  } else {
+    const auto all = MethodNames();
+    if (const auto found = std::ranges::find(all, method); found != all.end()) names.push_back(*found);
   }
   if (!names.empty()) return Session(setup, std::move(names));
   std::string known;
@@ -67,7 +80,7 @@ Session::Session(const Setup& setup, std::vector<std::string_view> names) : setu
 
 void Session::StartMethod() {
   frames_before_ = std::max(frames() - 1, 0);
-  method_ = std::ranges::find(kMethods, names_[running_], &MethodRow::name)->make(setup_);
+  method_ = MakeMethod(names_[running_], setup_);
 }
 
 Result<Advice> Session::Next(double position, const drivers::Frame& frame, const drivers::Region& region) {
@@ -122,11 +135,12 @@ double Session::relative_sharpness() const {
   return sharpness.front().value > 0 ? sharpness.back().value / sharpness.front().value : 0.0;
 }
 
-/// The frame at the answer must be no worse than the one before the run began, and no frame of the run may be clearly
-/// sharper than it.
+/// Something must have changed with focus, the frame at the answer must be no worse than the one before the run began,
+/// and no frame of the run may be clearly sharper than it.
 Verdict Session::Check() const {
   constexpr double kSharpestShare = 0.8;  ///< of the sharpest frame seen: less is another place than the peak
   constexpr double kSigmas = 4.0;
+  constexpr double kClearRise = 6.0;  ///< sigmas
   const auto sharpness = Sharpnesses();
   const Sharpness& last = sharpness.back();
   Verdict verdict = *to_check_;
@@ -139,6 +153,10 @@ Verdict Session::Check() const {
   const auto clearly_below = [&](const Sharpness& other, double share) {
     return last.value + kSigmas * std::hypot(last.sigma, other.sigma) < share * other.value;
   };
+  const auto dullest = std::ranges::min_element(sharpness, {}, &Sharpness::value);
+  if (last.value - dullest->value < kClearRise * std::hypot(last.sigma, dullest->sigma)) {
+    return refuse("nothing in the region changes with focus: no texture, too much noise, or too little light");
+  }
   if (clearly_below(sharpness.front(), 1.0)) return refuse("the check frame is less sharp than the first frame was");
   const auto sharpest = std::ranges::max_element(sharpness, {}, &Sharpness::value);
   if (clearly_below(*sharpest, kSharpestShare)) {

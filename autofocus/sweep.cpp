@@ -164,19 +164,24 @@ std::optional<double> Sweep::FlatEnd(const std::vector<CurvePoint>& curve, doubl
 Verdict Sweep::Conclude(const std::vector<CurvePoint>& curve, std::size_t best, double prominence) const {
   const double top = curve[best].position;
   const double allowed = setup_.blur_px ? kHalfDepthOfFieldPx * *setup_.blur_px : 2 * step_;
-  const std::string beyond =
-      "sharpest at the end of the focus range: the subject may lie beyond what this lens reaches";
-  PeakFit peak;
-  if (const auto end = FlatEnd(curve, curve[best].value)) {
+  const bool at_end = best == 0 || best + 1 == curve.size();
+  std::string trouble = "sharpest at the end of the focus range: the subject may lie beyond what this lens reaches";
+  std::optional<PeakFit> peak;
+  if (!at_end) {
+    peak = FitPeak(Around(curve, top));
+    if (!peak) trouble = "the sharpest frames do not form a peak";
+    if (peak && kSigmas * peak->sigma > allowed) {
+      trouble = "noise leaves open where the sharpest place is";
+      peak.reset();
+    } else if (peak && std::abs(peak->position - top) > 2 * step_) {
+      trouble = "the sharpest frames do not agree on one peak";
+      peak.reset();
+    }
+  }
+  if (!peak) {
+    const auto end = FlatEnd(curve, curve[best].value);
+    if (!end) return Refuse(trouble);
     peak = {*end, 0.5 * step_};
-  } else if (best == 0 || best + 1 == curve.size()) {
-    return Refuse(beyond);
-  } else {
-    const auto fit = FitPeak(Around(curve, top));
-    if (!fit) return Refuse("the sharpest frames do not form a peak");
-    if (kSigmas * fit->sigma > allowed) return Refuse("noise leaves open where the sharpest place is");
-    if (std::abs(fit->position - top) > 2 * step_) return Refuse("the sharpest frames do not agree on one peak");
-    peak = {std::clamp(fit->position, setup_.lowest, setup_.highest), fit->sigma};
   }
   if (Overexposed()) {
     return Refuse("too much of the region is clipped when sharp: a clipped light looks sharpest out of focus");
@@ -184,8 +189,8 @@ Verdict Sweep::Conclude(const std::vector<CurvePoint>& curve, std::size_t best, 
 
   Verdict verdict;
   verdict.focused = true;
-  verdict.position = peak.position;
-  verdict.sigma = std::max(peak.sigma, setup_.resolution / std::sqrt(12.0));
+  verdict.position = std::clamp(peak->position, setup_.lowest, setup_.highest);
+  verdict.sigma = std::max(peak->sigma, setup_.resolution / std::sqrt(12.0));
   verdict.confidence = std::erf(allowed / (std::sqrt(2.0) * verdict.sigma));
   std::ostringstream reason;
   reason.precision(3);

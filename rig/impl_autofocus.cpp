@@ -12,7 +12,7 @@ namespace {
 using drivers::Axis;
 
 /// Of the focus range: taken up at every reversal of an autofocus run while the true backlash is not known.
-constexpr double kAssumedBacklash = 0.06;
+constexpr double kAssumedBacklash = 0.1;
 
 }  // namespace
 

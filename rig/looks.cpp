@@ -1,6 +1,7 @@
 #include "looks.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace lensd::rig {
@@ -20,14 +21,14 @@ Result<void> Looks::SetStreaming(bool wanted) {
   if (wanted == streaming_) return {};
   auto done = wanted ? camera_->Start() : camera_->Stop();
   streaming_ = wanted && done;
+  last_start_.reset();
   return done;
 }
 
 Result<void> Looks::Poll(Instant now, std::optional<Instant> steady_since, bool keep) {
   if (camera_ == nullptr) return {};
   if (auto streaming = SetStreaming(anyone() || keep); !streaming) return streaming;
-  // No frame exposed while the lens is steady can be ready before one exposure has passed.
-  if (!anyone() || frame_ || !steady_since || now < *steady_since + exposure_) return {};
+  if (!anyone() || frame_ || !steady_since || now < EarliestFrame(*steady_since)) return {};
   auto polled = camera_->Poll();
   if (!polled) {
     const bool transient = polled.error().code == Code::Timeout || polled.error().code == Code::Protocol;
@@ -36,7 +37,10 @@ Result<void> Looks::Poll(Instant now, std::optional<Instant> steady_since, bool 
   }
   failures_ = 0;
   frame_ = *std::move(polled);
-  if (frame_) exposure_ = frame_->exposure_end - frame_->exposure_start;
+  if (frame_) {
+    exposure_ = frame_->exposure_end - frame_->exposure_start;
+    last_start_ = frame_->exposure_start;
+  }
   return {};
 }
 
@@ -66,8 +70,22 @@ std::vector<SnapshotCallback> Looks::TakeAll() {
   return all;
 }
 
+/// When the first frame that can satisfy anybody may be ready: exposed wholly after the lens became steady and somebody
+/// asked, and where the camera keeps its rate, on the beat of the frames before it. Asking earlier would only fetch
+/// frames to throw away.
+Instant Looks::EarliestFrame(Instant steady_since) const {
+  Instant from = steady_since;
+  if (anyone()) from = std::max(from, std::ranges::min_element(waiting_, {}, &Waiting::since)->since);
+  const double rate = camera_->capabilities().frame_rate_hz;
+  if (!last_start_ || !(rate > 0)) return from + exposure_;
+  if (*last_start_ >= from) return *last_start_ + exposure_;
+  const auto period = std::chrono::duration<double>(1.0 / rate);
+  const double beats = std::ceil((from - *last_start_) / period - 1e-3);
+  return *last_start_ + std::chrono::duration_cast<Duration>(beats * period) + exposure_;
+}
+
 Instant Looks::NextPoll(Instant now, Instant steady_since) const {
-  return std::max(now + kPollPeriod, steady_since + exposure_);
+  return std::max(now + kPollPeriod, EarliestFrame(steady_since));
 }
 
 }  // namespace lensd::rig

@@ -41,11 +41,13 @@ class Looks {
 
  private:
   Result<void> SetStreaming(bool wanted);
+  Instant EarliestFrame(Instant steady_since) const;
 
   drivers::Camera* camera_;
   bool streaming_ = false;
-  int failures_ = 0;     ///< polls in a row
-  Duration exposure_{};  ///< of the newest frame
+  int failures_ = 0;                   ///< polls in a row
+  std::optional<Instant> last_start_;  ///< exposure start of the newest frame of this stream
+  Duration exposure_{};                ///< and its length
   std::optional<drivers::Frame> frame_;
   std::vector<Waiting> waiting_;
 };

@@ -32,10 +32,11 @@ drivers::Frame FrameOf(const std::function<double(int x, int y)>& light, double 
   return frame;
 }
 
-/// A checked texture whose contrast falls with the blur as a Gaussian of 3 px.
+/// A checked texture whose contrast falls with the blur as a Gaussian.
 struct Scene {
   double sharp_at = 0.5e-3;  // metres of extension
   double blur_px = 7e-6;     // metres of extension a pixel of blur
+  double width_px = 3.0;     // standard deviation of that Gaussian
   double contrast = 0.3;
   double noise = 0.01;
   double exposure_scatter = 0.0;
@@ -43,7 +44,7 @@ struct Scene {
 
   drivers::Frame At(double position, std::mt19937& random) const {
     const double blur = (position - sharp_at) / blur_px;
-    const double seen = contrast * (0.05 + 0.95 * std::exp(-blur * blur / 18.0));
+    const double seen = contrast * (0.05 + 0.95 * std::exp(-0.5 * std::pow(blur / width_px, 2)));
     const double exposure = 1.0 + exposure_scatter * std::normal_distribution<double>(0.0, 1.0)(random);
     const auto light = [&](int x, int y) {
       const double check = ((x / 2 + y / 2) % 2 == 0 ? 0.5 : -0.5) * seen;
@@ -62,9 +63,10 @@ Setup Calibrated() {
   return {.lowest = 0.0, .highest = 1e-3, .resolution = 0.25e-6, .blur_px = 7e-6, .ascending = true};
 }
 
-End Drive(const Scene& scene, const Setup& setup, double start, unsigned seed, double backlash = 0.0) {
+End Drive(const Scene& scene, const Setup& setup, double start, unsigned seed, double backlash = 0.0,
+          std::string_view method = "sweep") {
   std::mt19937 random(seed);
-  auto session = Session::Create("sweep", setup);
+  auto session = Session::Create(method, setup);
   EXPECT_TRUE(session);
   End end;
   double position = start;
@@ -86,13 +88,13 @@ End Drive(const Scene& scene, const Setup& setup, double start, unsigned seed, d
   return end;
 }
 
-// Half a depth of field is two pixels of blur; over 200 subjects none may be missed, and the claimed sigma must be
+// Half a depth of field is two pixels of blur; over 100 subjects none may be missed, and the claimed sigma must be
 // honest.
 TEST(SweepTest, FindsSubjectsAnywhere) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> anywhere(0.03e-3, 0.97e-3);
   double squared = 0.0;
-  for (unsigned seed = 0; seed < 200; ++seed) {
+  for (unsigned seed = 0; seed < 100; ++seed) {
     Scene scene;
     scene.sharp_at = anywhere(random);
     const End end = Drive(scene, Calibrated(), anywhere(random), seed);
@@ -102,7 +104,7 @@ TEST(SweepTest, FindsSubjectsAnywhere) {
     squared += std::pow(error / end.verdict.sigma, 2);
     EXPECT_EQ(end.visited.back(), end.verdict.position);
   }
-  EXPECT_LT(std::sqrt(squared / 200), 3.0);
+  EXPECT_LT(std::sqrt(squared / 100), 3.0);
 }
 
 TEST(SweepTest, ExposureThatWandersDoesNotMislead) {
@@ -163,6 +165,27 @@ TEST(SweepTest, TellsTheEndOfTheRangeFromWhatLiesBeyond) {
     ASSERT_TRUE(reached.verdict.focused) << reached.verdict.reason;
     EXPECT_NEAR(reached.verdict.position, 1e-3, 1.5 * at_end.blur_px);
     EXPECT_FALSE(Drive(beyond, Calibrated(), 0.2e-3, seed).verdict.focused);
+  }
+}
+
+// On one broad hill every search gets there; where the hill is narrow on a wide plain some lose it, and then say so.
+TEST(SearchesTest, ClimbTheHillOrSayThatTheyDidNot) {
+  for (const auto name : MethodNames()) {
+    if (name == "auto" || name == "defocus" || name == "sweep") continue;  // they know that no lens makes such a hill
+    int found = 0;
+    for (unsigned seed = 0; seed < 8; ++seed) {
+      Scene broad, narrow;
+      broad.sharp_at = narrow.sharp_at = 0.2e-3 + 0.07e-3 * seed;
+      broad.width_px = 40.0;
+      broad.noise = narrow.noise = 0.002;
+      const End end = Drive(broad, Calibrated(), 0.7e-3, seed, 0.0, name);
+      found += end.verdict.focused && std::abs(end.verdict.position - broad.sharp_at) < 4 * broad.blur_px;
+      const End lost = Drive(narrow, Calibrated(), 0.7e-3, seed, 0.0, name);
+      if (lost.verdict.focused) {
+        EXPECT_LT(std::abs(lost.verdict.position - narrow.sharp_at), 4 * narrow.blur_px) << name;
+      }
+    }
+    EXPECT_GE(found, 7) << name;
   }
 }
 

@@ -2,6 +2,7 @@
 // sees.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "bench/autofocus/runs.h"
@@ -45,6 +46,32 @@ TEST_P(ClosedLoop, FocusesOrRefuses) {
 
 INSTANTIATE_TEST_SUITE_P(ShippedScenes, ClosedLoop, ::testing::Values("motorcycle.toml", "brick.toml"),
                          [](const auto& scene) { return std::string(scene.param).substr(0, 5); });
+
+class Regimes : public ::testing::TestWithParam<const char*> {};
+
+// Each known way to fool an autofocus: it succeeds or it refuses, and a refusal leaves the lens where it was.
+TEST_P(Regimes, SucceedsOrRefuses) {
+  const auto results =
+      Runs(std::string("regimes/") + GetParam() + ".toml", static_cast<int>(testing::ByLevel(2, 10, 200)), 4713);
+  for (const AutofocusRunResult& run : results) {
+    EXPECT_FALSE(run.false_focus()) << "from " << run.start_steps << ": " << run.error_dof() << " depths of field off";
+    if (!run.focused) {
+      EXPECT_NEAR(run.end_steps, run.start_steps, 1.0) << run.reason;
+    }
+  }
+  const bool hopeless = std::string_view(GetParam()) == "gradient" || std::string_view(GetParam()) == "lights";
+  const auto focused = std::ranges::count_if(results, &AutofocusRunResult::focused);
+  EXPECT_EQ(focused == 0, hopeless);
+}
+
+INSTANTIATE_TEST_SUITE_P(Shipped, Regimes,
+                         ::testing::Values("end-of-range", "flicker", "gradient", "lights", "low-light", "sinusoid",
+                                           "small-window", "two-depths", "worn-mechanics"),
+                         [](const auto& scene) {
+                           std::string name = scene.param;
+                           std::erase(name, '-');
+                           return name;
+                         });
 
 TEST(ClosedLoopTest, ABlankWallIsRefusedAndTheLensIsBackWhereItBegan) {
   const auto results = Runs("blank.toml", static_cast<int>(testing::ByLevel(10, 100, 1000)), 4712);
