@@ -109,7 +109,7 @@ Decimal Magnitude(Decimal decimal, int sign) {
 
 }  // namespace
 
-Solved SolveForNExactly(const Task& task, bool largest) {
+Solved SolveRowsExactly(const Task& task, bool largest) {
   Programme<Rational> programme;
   Write(programme, task, RationalOf);
   Solved solved;

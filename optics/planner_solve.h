@@ -29,6 +29,8 @@ Solved SolveLinearForN(const Task& task, bool largest = false);
 std::optional<Solved> SolveLinearForRatio(const Task& task);
 /// The same, always in exact arithmetic (verdict and N rational; the ratio to 100 digits).
 Solved SolveForNExactly(const Task& task, bool largest);
+/// The same with every row taken exactly, however many there are.
+Solved SolveRowsExactly(const Task& task, bool largest);
 std::optional<Solved> SolveForRatioExactly(const Task& task);
 
 /// Whether diffraction has a say: there is a wavelength and a sharp limit.

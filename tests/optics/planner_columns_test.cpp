@@ -103,6 +103,24 @@ TEST(PlannerColumns, ManyLimitsAgreeWithPlan) {
   }
 }
 
+TEST(PlannerColumns, ExactTiesAmongManyLimitsAreDecided) {
+  // At f/2 and e = 10 mm infinity is blurred by exactly 5 mm: a limit of 5 mm touches, and so does every other one
+  // here.
+  constexpr std::size_t kCount = 3000;
+  Scene scene(0, 0, false);
+  scene.lens = {0.05, 2.0, 2.0, 0.01, 0.01, 0.0, 0.0};
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const double thousandths = static_cast<double>(i % 1000);
+    const double u = thousandths / 1000.0;  // blur (0.01 (1 - 0.05 u) - 0.0025 u)/2 = 0.005 - 0.0015 u
+    scene.sharp_near.push_back(u);
+    scene.sharp_far.push_back(u);
+    scene.sharp_limit.push_back((10000.0 - 3.0 * thousandths) / 2e6);
+  }
+  EXPECT_TRUE(PlanColumns(scene.lens, scene.Columns()).feasible);
+  scene.sharp_limit[1234] = std::nextafter(scene.sharp_limit[1234], 0.0);
+  EXPECT_FALSE(PlanColumns(scene.lens, scene.Columns()).feasible);
+}
+
 TEST(PlannerColumns, ExtremesOfSamplesAndClasses) {
   std::mt19937_64 random(7);
   for (const std::size_t size : {1u, 2u, 7u, 8u, 9u, 1000u, 4099u}) {
