@@ -307,7 +307,7 @@ TEST(SimDriver, OpensEveryShippedScene) {
     EXPECT_GT(MeanLevel(**frame), 10.0) << name;
     EXPECT_LT(MeanLevel(**frame), 200.0) << name;
   }
-  EXPECT_GE(scenes, 12);
+  EXPECT_GE(scenes, 14);
 }
 
 TEST(SimDriver, ExplainsItsSettings) {
