@@ -27,6 +27,7 @@ inline constexpr std::initializer_list<AddCommand> kCommands = {
     AddStop,
     AddAutofocus,
     AddSnapshot,
+    AddStack,
     AddMonitor,
     AddCall,
     AddIntrospect,

@@ -80,7 +80,7 @@ Json AxesInfoJson(const rig::Rig& rig) {
   return axes;
 }
 
-Json OpticsJson(const drivers::NominalOptics& optics, const rig::RigConfig& config) {
+Json OpticsJson(const drivers::NominalOptics& optics, const rig::RigConfig& config, const Planning& planning) {
   return {{"focalLengthMm", optics.focal_length_m * kMmPerMetre},
           {"fNumberMin", optics.min_f_number},
           {"fNumberMax", optics.max_f_number},
@@ -88,7 +88,9 @@ Json OpticsJson(const drivers::NominalOptics& optics, const rig::RigConfig& conf
           {"extensionMaxMm", optics.max_extension_m * kMmPerMetre},
           {"principalGapMm", config.scale.principal_gap.value * kMmPerMetre},
           {"pupilFactor", config.pupil_factor},
-          {"distanceFrom", OriginName(config.scale.from)}};
+          {"distanceFrom", OriginName(config.scale.from)},
+          {"sensorToleranceUm", planning.defaults.sensor_tolerance.value * kUmPerMetre},
+          {"fNumberTolerance", planning.defaults.f_number_tolerance.value}};
 }
 
 Json CameraJson(const drivers::CameraCapabilities& camera) {
@@ -105,14 +107,15 @@ Json CameraJson(const drivers::CameraCapabilities& camera) {
 
 }  // namespace
 
-Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config) {
+Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config,
+              const std::optional<Planning>& planning) {
   const drivers::Capabilities& lens = rig.lens();
   return {{"name", name},
           {"driver", lens.driver},
           {"model", lens.model},
           {"serial", lens.serial},
           {"axes", AxesInfoJson(rig)},
-          {"optics", rig.optics() ? OpticsJson(rig.optics()->nominal(), config) : Json(nullptr)},
+          {"optics", planning ? OpticsJson(rig.optics()->nominal(), config, *planning) : Json(nullptr)},
           {"camera", rig.camera() ? CameraJson(*rig.camera()) : Json(nullptr)}};
 }
 

@@ -3,13 +3,15 @@
 
 #include <string>
 
+#include "planning.h"
 #include "proto/json.h"
 #include "rig/rig.h"
 
 namespace lensd::daemon {
 
 /// LensInfo.
-proto::Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config);
+proto::Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config,
+                     const std::optional<Planning>& planning);
 /// LensStatus without readAtMs: equal values mean that nothing changed.
 proto::Json StatusJson(const std::string& name, const rig::Status& status);
 /// MoveResult.

@@ -28,13 +28,13 @@ Result<void> LensService::AddLens(const LensConfig& config, drivers::Device devi
   auto lens = std::make_unique<Lens>();
   Lens& entry = *lens;
   entry.name = config.name;
-  entry.info = proto::WriteJson(InfoJson(config.name, **rig, config.rig));
+  entry.planning = PlanningOf(**rig, config.rig);
+  entry.info = proto::WriteJson(InfoJson(config.name, **rig, config.rig, entry.planning));
   auto status = std::make_shared<const rig::Status>((*rig)->GetStatus());
   Json text = StatusJson(config.name, *status);
   text["readAtMs"] = std::chrono::duration<double, std::milli>(status->sampled_at.time_since_epoch()).count();
   entry.text = proto::WriteJson(text);
   entry.status = std::move(status);
-  entry.planning = PlanningOf(**rig, config.rig);
   lenses_.push_back(std::move(lens));
   entry.worker = std::make_unique<Worker>(*std::move(rig), clock_,
                                           [this, &entry](const rig::Status& now, std::vector<Worker::Task> later) {

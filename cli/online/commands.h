@@ -13,6 +13,7 @@ void AddAperture(CLI::App& root, Run& run);
 void AddHome(CLI::App& root, Run& run);
 void AddStop(CLI::App& root, Run& run);
 void AddAutofocus(CLI::App& root, Run& run);
+void AddStack(CLI::App& root, Run& run);
 void AddSnapshot(CLI::App& root, Run& run);
 void AddCall(CLI::App& root, Run& run);
 void AddIntrospect(CLI::App& root, Run& run);

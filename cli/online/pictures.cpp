@@ -8,6 +8,7 @@
 #include "cli/online/arguments.h"
 #include "cli/online/commands.h"
 #include "cli/online/link.h"
+#include "cli/online/pictures.h"
 #include "cli/online/texts.h"
 #include "cli/quantity.h"
 #include "io/png.h"
@@ -88,8 +89,22 @@ Outcome Autofocus(Session& session, const AutofocusOptions& options) {
 Outcome Snapshot(Session& session, const std::string& name, const std::string& path) {
   auto link = Link::Open(session);
   if (!link) return std::unexpected(link.error());
+  const auto frame = SaveSnapshot(*link, LensOf(name), path);
+  if (!frame) return std::unexpected(frame.error());
+  if (session.json()) {
+    session.PrintJson(*frame);
+  } else {
+    session.PrintText(path + ": " + NumberText(*frame, "widthPx", 6, "x") + NumberText(*frame, "heightPx", 6, " px, ") +
+                      "f/" + NumberText(*frame, "fNumber", 4, ""));
+  }
+  return Exit::Done;
+}
+
+}  // namespace
+
+std::expected<Json, Failure> SaveSnapshot(Link& link, const Json& lens, const std::string& path) {
   std::vector<std::uint8_t> png;
-  Json frame;
+  Json frame = Json::object();
   std::optional<Error> wrong;
   const auto take = [&](const Json& piece) {
     if (piece.contains("frame") && piece["frame"].is_object()) frame = piece["frame"];
@@ -100,22 +115,14 @@ Outcome Snapshot(Session& session, const std::string& name, const std::string& p
     if (bytes) png.insert(png.end(), bytes->begin(), bytes->end());
     return !wrong;
   };
-  auto last = link->Follow(MethodOfLens("Snapshot"), {{"lens", LensOf(name)}}, take);
+  auto last = link.Follow(MethodOfLens("Snapshot"), {{"lens", lens}}, take);
   if (!last) return std::unexpected(last.error());
   if (!wrong) take(*last);
   if (wrong) return std::unexpected(Failure(*wrong));
   if (auto written = io::WriteFileAtomically(path, png.data(), png.size()); !written) return Refuse(written);
   frame["file"] = path;
-  if (session.json()) {
-    session.PrintJson(frame);
-  } else {
-    session.PrintText(path + ": " + NumberText(frame, "widthPx", 6, "x") + NumberText(frame, "heightPx", 6, " px, ") +
-                      "f/" + NumberText(frame, "fNumber", 4, ""));
-  }
-  return Exit::Done;
+  return frame;
 }
-
-}  // namespace
 
 void AddAutofocus(CLI::App& root, Run& run) {
   auto options = std::make_shared<AutofocusOptions>();
