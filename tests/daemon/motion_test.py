@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import subprocess
+import tempfile
 import threading
 import time
 import unittest
@@ -167,6 +168,20 @@ class Motion(DaemonTest):
             self.assertFalse(answer["parameters"]["plan"]["feasible"])
             self.assertIn("s", answer["parameters"]["plan"]["conflict"])
             self.assertNotIn("applied", answer["parameters"])
+
+    def test_a_stack_covers_its_range_with_pictures(self):
+        with tempfile.TemporaryDirectory() as folder:
+            done = self.daemon.lensctl("stack", "a", "--sharp", "1m..2m:8um", "--f-number", "2..2.8", "-o", folder,
+                                       "--json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            shots = json.loads(done.stdout)["shots"]
+            self.assertEqual(sorted(os.listdir(folder)), [f"shot-{i + 1}.png" for i in range(len(shots))])
+            self.assertGreater(len(shots), 1)
+            for shot in shots:  # at both ends of what a shot covers, where the lens really stood
+                f, frame = 0.025, shot["frame"]
+                for vergence in (shot["nearD"], shot["farD"]):
+                    blur = f / frame["fNumber"] * abs((f + frame["extensionMm"] / 1e3) * (1 / f - vergence) - 1)
+                    self.assertLessEqual(blur * 1e6, 8.0 * (1 + 1e-9))
 
     def test_many_clients_at_once(self):
         errors = []
