@@ -9,7 +9,9 @@
 
 #include "bench/autofocus/autofocus.h"
 #include "bench/command.h"
+#include "bench/measure/measure.h"
 #include "bench/plan/plan.h"
+#include "bench/render/render.h"
 #include "bench/verify/verify.h"
 
 namespace lensd::bench {
@@ -19,7 +21,9 @@ namespace {
 const std::vector<Command>& Commands() {
   static const std::vector<Command> commands = {
       {"autofocus", "methods side by side on one scene: frames, time, error, refusals", RunAutofocusCommand},
+      {"measure", "focus measures against OpenCV's and one read of the memory", RunMeasure},
       {"plan", "the planner against its peers: time and error on the same problems", RunPlan},
+      {"render", "renderers and their peers: time against error, cost against disk diameter", RunRender},
       {"verify", "does a picture keep its blur limits? judged from frames alone", RunVerify},
   };
   return commands;

@@ -1,0 +1,181 @@
+// Whole scenes, where renderers differ in what they know about things hiding each other.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+
+#include "bench/cpu_time.h"
+#include "bench/render/cases.h"
+#include "sim/render.h"
+
+namespace lensd::bench {
+namespace {
+
+using sim::Algorithm;
+
+constexpr int kWidth = 192;
+constexpr int kHeight = 128;
+
+struct Case {
+  const char* name;
+  sim::Scene scene;
+  sim::OpticalState state;
+};
+
+/// Noise over four octaves, as lively as a photograph.
+sim::TexturePaint Texture(std::uint32_t seed) {
+  auto texture = std::make_shared<sim::Texture>();
+  *texture = {kWidth, kHeight, std::vector<float>(static_cast<std::size_t>(kWidth) * kHeight, 0.5f)};
+  for (const int size : {1, 2, 4, 8}) {
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const auto cell = static_cast<std::uint32_t>((y / size) * kWidth + x / size) * 2654435761u + seed * 40503u;
+        const std::uint32_t mixed = (cell ^ (cell >> 15)) * 2246822519u;
+        texture->light[static_cast<std::size_t>(y * kWidth + x)] +=
+            0.25f * (static_cast<float>(mixed >> 8) / 16777216.0f - 0.5f);
+      }
+    }
+    seed += 7;
+  }
+  return {texture, 1.0, false};
+}
+
+sim::Scene Empty() {
+  sim::Scene scene;
+  scene.camera.width = kWidth;
+  scene.camera.height = kHeight;
+  scene.camera.pixel_um = 5.0;
+  return scene;
+}
+
+sim::OpticalState FocusedAt(double vergence_d) {
+  return {sim::LensModel::Thin, 0.025, 0.008, 1.0 / (40.0 - vergence_d)};
+}
+
+std::vector<Case> Cases() {
+  sim::Scene layers = Empty();
+  layers.surfaces = {{sim::PlaneShape{0.5, 0.0, 0.0}, {}, Texture(1)},
+                     {sim::PlaneShape{1.0, 0.0, 0.0}, {0.5, 0.0, 0.5, 1.0}, Texture(2)}};
+  sim::Scene wire = Empty();
+  wire.surfaces = {{sim::PlaneShape{0.5, 0.0, 0.0}, {}, Texture(3)},
+                   {sim::PlaneShape{1.2, 0.0, 0.0}, {0.5, 0.0, 2.0 / kWidth, 1.0}, Texture(4)}};
+  sim::Scene tilted = Empty();
+  tilted.surfaces = {{sim::PlaneShape{1.0, 0.1, 0.05}, {}, Texture(5)}};
+  sim::Scene steps = Empty();
+  auto depth = std::make_shared<sim::DepthMap>();
+  *depth = {kWidth, kHeight, {}};
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const bool disc = std::hypot(x - 60, y - 64) < 30.0;
+      depth->depth_m.push_back(disc ? 0.9f : 1.3f + 0.002f * static_cast<float>(x) + (x / 12 % 3 == 0 ? 0.2f : 0.0f));
+    }
+  }
+  sim::TexturePaint paint = Texture(6);
+  paint.stretched = true;
+  steps.surfaces = {{sim::DepthMapShape{depth}, {}, paint}};
+  return {{"two layers", std::move(layers), FocusedAt(0.75)},
+          {"thin wire", std::move(wire), FocusedAt(0.8)},
+          {"tilted plane", std::move(tilted), FocusedAt(1.0)},
+          {"depth map", std::move(steps), FocusedAt(0.8)}};
+}
+
+/// Pixels within a blur radius of a cell at whose edge the nearest surface changes by more than a tenth of a dioptre.
+std::vector<char> BoundaryOf(const Case& tested) {
+  std::vector<double> vergence(static_cast<std::size_t>(kWidth) * kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      double& nearest = vergence[static_cast<std::size_t>(y * kWidth + x)];
+      for (const sim::Surface& surface : tested.scene.surfaces) {
+        const double fx = (x + 0.5) / kWidth;
+        const sim::Region& r = surface.region;
+        if (fx < r.x || fx >= r.x + r.w) continue;
+        if (const auto* plane = std::get_if<sim::PlaneShape>(&surface.shape)) {
+          nearest =
+              std::max(nearest, plane->u0_d + plane->ux_d * (2 * fx - 1) + plane->uy_d * (2 * (y + 0.5) / kHeight - 1));
+        } else {
+          nearest =
+              1.0 /
+              static_cast<double>(
+                  std::get<sim::DepthMapShape>(surface.shape).depth->depth_m[static_cast<std::size_t>(y * kWidth + x)]);
+        }
+      }
+    }
+  }
+  double widest = 0.0;
+  for (const double v : vergence)
+    widest = std::max(widest, std::abs(SignedBlurPx(tested.scene.camera, tested.state, v)));
+  const int reach = static_cast<int>(std::ceil(0.5 * widest)) + 1;
+  std::vector<char> boundary(vergence.size());
+  const auto mark = [&](int x, int y) {
+    for (int j = std::max(0, y - reach); j <= std::min(kHeight - 1, y + reach); ++j) {
+      for (int i = std::max(0, x - reach); i <= std::min(kWidth - 1, x + reach); ++i) {
+        boundary[static_cast<std::size_t>(j * kWidth + i)] = 1;
+      }
+    }
+  };
+  for (int y = 0; y + 1 < kHeight; ++y) {
+    for (int x = 0; x + 1 < kWidth; ++x) {
+      const double here = vergence[static_cast<std::size_t>(y * kWidth + x)];
+      const double right = vergence[static_cast<std::size_t>(y * kWidth + x + 1)];
+      const double below = vergence[static_cast<std::size_t>((y + 1) * kWidth + x)];
+      if (std::abs(here - right) > 0.1 || std::abs(here - below) > 0.1) mark(x, y);
+    }
+  }
+  return boundary;
+}
+
+std::optional<double> ErrorOf(const sim::LightImage& image, const sim::LightImage& truth,
+                              const std::vector<char>& boundary, char wanted) {
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < boundary.size(); ++i) {
+    if (boundary[i] == wanted)
+      errors.push_back(255.0 * std::abs(static_cast<double>(image.light[i]) - static_cast<double>(truth.light[i])));
+  }
+  if (errors.size() < 100) return std::nullopt;
+  const auto at = static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(errors.size() - 1));
+  std::nth_element(errors.begin(), errors.begin() + at, errors.end());
+  return errors[static_cast<std::size_t>(at)];
+}
+
+}  // namespace
+
+std::vector<RenderRow> SceneRows() {
+  struct Try {
+    Algorithm algorithm;
+    int rays;
+  };
+  constexpr Try kTries[] = {{Algorithm::Auto, 0},   {Algorithm::Gather, 0},  {Algorithm::Layers, 0},
+                            {Algorithm::March, 64}, {Algorithm::March, 512}, {Algorithm::March, 4096},
+                            {Algorithm::Rays, 64},  {Algorithm::Rays, 512}};
+  std::vector<RenderRow> rows;
+  for (const Case& tested : Cases()) {
+    const auto renderer = sim::Renderer::Create(tested.scene);
+    if (!renderer) continue;
+    const std::vector<char> boundary = BoundaryOf(tested);
+    // Rays in step are the same rays, only quicker; a tilted plane needs them one by one.
+    auto truth = renderer->Render(tested.state, {.algorithm = Algorithm::March, .rays_per_pixel = 100000});
+    if (!truth) truth = renderer->Render(tested.state, {.algorithm = Algorithm::Rays, .rays_per_pixel = 6000});
+    if (!truth) continue;
+    for (const Try& attempt : kTries) {
+      sim::RenderOptions options{.algorithm = attempt.algorithm};
+      if (attempt.rays > 0) options.rays_per_pixel = attempt.rays;
+      Result<sim::Rendered> rendered = Fail(Code::Internal, "not rendered");
+      const double ms = MedianCpuMs(
+          attempt.algorithm == Algorithm::Rays ? 1 : 3, [] {},
+          [&] { rendered = renderer->Render(tested.state, options); });
+      if (!rendered) continue;
+      std::string name(NameOf(attempt.algorithm));
+      if (attempt.algorithm == Algorithm::Auto) name += " (" + std::string(NameOf(rendered->algorithm)) + ")";
+      rows.push_back({.family = "scene",
+                      .scene = tested.name,
+                      .renderer = std::move(name),
+                      .rays = attempt.rays > 0 ? std::optional(attempt.rays) : std::nullopt,
+                      .elapsed_ms = ms,
+                      .interior_error = ErrorOf(rendered->image, truth->image, boundary, 0),
+                      .boundary_error = ErrorOf(rendered->image, truth->image, boundary, 1)});
+    }
+  }
+  return rows;
+}
+
+}  // namespace lensd::bench
