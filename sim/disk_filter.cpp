@@ -106,24 +106,27 @@ void SumFourRows(std::array<const float*, 4> from, float mean, int width, std::a
 
 }  // namespace
 
-SummedRaster::SummedRaster(Raster cells) : cells_(std::move(cells)) {
-  const int width = cells_.rect.width;
-  const int height = cells_.rect.height;
-  // A rough mean serves: every fourth row.
+SummedRaster::SummedRaster(const Raster& cells, int first, int count) : cells_(cells) {
+  // A rough mean serves: every sixteenth row.
   double total = 0.0;
   int rows = 0;
-  for (int y = 0; y < height; y += 4, ++rows) {
-    const float* row = cells_.Row(cells_.rect.y + y);
-    total += static_cast<double>(std::accumulate(row, row + width, 0.0f));
+  for (int y = 0; y < cells.rect.height; y += 16, ++rows) {
+    const float* row = cells.Row(cells.rect.y + y);
+    total += static_cast<double>(std::accumulate(row, row + cells.rect.width, 0.0f));
   }
-  mean_ = static_cast<float>(total / (static_cast<double>(rows) * width));
-  const auto stride = static_cast<std::size_t>(width) + 1;
-  sums_ = std::make_unique_for_overwrite<float[]>(stride * static_cast<std::size_t>(height));
-  for (int y = 0; y < height; y += 4) {
-    const int last = height - 1 - y;
-    const auto from = [&](int k) { return cells_.Row(cells_.rect.y + y + std::min(k, last)); };
-    const auto to = [&](int k) { return sums_.get() + static_cast<std::size_t>(y + std::min(k, last)) * stride; };
-    SumFourRows({from(0), from(1), from(2), from(3)}, mean_, width, {to(0), to(1), to(2), to(3)});
+  mean_ = static_cast<float>(total / (static_cast<double>(rows) * cells.rect.width));
+  SumRows(first, count);
+}
+
+void SummedRaster::SumRows(int first, int count) {
+  first_ = first;
+  const auto stride = static_cast<std::size_t>(cells_.rect.width) + 1;
+  if (sums_.size() < stride * static_cast<std::size_t>(count)) sums_.resize(stride * static_cast<std::size_t>(count));
+  for (int y = 0; y < count; y += 4) {
+    const auto row = [&](int k) { return std::min(y + k, count - 1); };
+    const auto from = [&](int k) { return cells_.Row(first + row(k)); };
+    const auto to = [&](int k) { return sums_.data() + static_cast<std::size_t>(row(k)) * stride; };
+    SumFourRows({from(0), from(1), from(2), from(3)}, mean_, cells_.rect.width, {to(0), to(1), to(2), to(3)});
   }
 }
 
@@ -142,18 +145,32 @@ DiskFilter::DiskFilter(double diameter_px, Method method) : method_(method) {
   }
 }
 
-void DiskFilter::Blur(const SummedRaster& source, Raster& out) const {
+void DiskFilter::BlurRows(const SummedRaster& source, int first, int count, Raster& out) const {
   const PixelRect from = source.cells().rect;
-  const bool runs = method_ == Method::Runs;
-  const std::ptrdiff_t stride = runs ? from.width + 1 : from.width;
-  for (int y = out.rect.y; y < out.rect.y + out.rect.height; ++y) {
-    const float* row = runs ? source.Sums(y) : source.cells().Row(y);
-    const float* first = row + (out.rect.x - from.x);
-    if (runs) {
-      HWY_DYNAMIC_DISPATCH(FilterRowRuns)(first, stride, rows_, source.mean(), out.rect.width, out.Row(y));
+  for (int y = first; y < first + count; ++y) {
+    const std::ptrdiff_t left = out.rect.x - from.x;
+    if (method_ == Method::Runs) {
+      HWY_DYNAMIC_DISPATCH(FilterRowRuns)
+      (source.Sums(y) + left, from.width + 1, rows_, source.mean(), out.rect.width, out.Row(y));
     } else {
-      HWY_DYNAMIC_DISPATCH(FilterRowDirect)(first, stride, rows_, 0.0f, out.rect.width, out.Row(y));
+      HWY_DYNAMIC_DISPATCH(FilterRowDirect)
+      (source.cells().Row(y) + left, from.width, rows_, 0.0f, out.rect.width, out.Row(y));
     }
+  }
+}
+
+void DiskFilter::Blur(const SummedRaster& source, Raster& out) const {
+  BlurRows(source, out.rect.y, out.rect.height, out);
+}
+
+void DiskFilter::Blur(const Raster& source, Raster& out) const {
+  const int band = std::max(64, 2 * reach_);
+  SummedRaster sums(source, source.rect.y, 0);
+  const int bottom = out.rect.y + out.rect.height;
+  for (int y = out.rect.y; y < bottom; y += band) {
+    const int rows = std::min(band, bottom - y);
+    if (method_ == Method::Runs) sums.SumRows(y - reach_, rows + 2 * reach_);
+    BlurRows(sums, y, rows, out);
   }
 }
 

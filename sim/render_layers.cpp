@@ -32,11 +32,11 @@ BlurredLayer BlurLayer(const View& view, const Canvas& canvas) {
   }
   BlurredLayer layer{Raster(view.region), Raster(view.region), diameter,
                      canvas.CoversAll() && std::holds_alternative<ConstantPaint>(canvas.paint())};
-  filter.Blur(SummedRaster(std::move(light)), layer.light);
+  filter.Blur(light, layer.light);
   if (canvas.CoversAll()) {
     std::fill(layer.cover.values.begin(), layer.cover.values.end(), 1.0f);
   } else {
-    filter.Blur(SummedRaster(std::move(cover)), layer.cover);
+    filter.Blur(cover, layer.cover);
   }
   return layer;
 }

@@ -76,7 +76,7 @@ Raster RenderWall(const View& view) {
     return image;
   }
   const DiskFilter filter(diameter);
-  filter.Blur(SummedRaster(canvas.LightOver(Grown(view.region, filter.reach()))), image);
+  filter.Blur(canvas.LightOver(Grown(view.region, filter.reach())), image);
   return image;
 }
 
@@ -117,18 +117,17 @@ Raster RenderGather(const View& view) {
     const Raster diameters = BlurDiameters(view);
     const float largest = *std::max_element(diameters.values.begin(), diameters.values.end());
     const int reach = ReachOf(static_cast<double>(largest));
-    const SummedRaster source(view.canvases.front().LightOver(Grown(view.region, reach)));
+    const Raster light = view.canvases.front().LightOver(Grown(view.region, reach));
     Raster image(view.region);
-    BlurVarying(source, diameters, image);
+    BlurVarying(SummedRaster(light), diameters, image);
     return image;
   }
   Raster diameters = SharpViewOver(view.canvases, view.region).vergence;
   for (float& value : diameters.values) value = static_cast<float>(std::abs(view.line.At(static_cast<double>(value))));
   const float largest = *std::max_element(diameters.values.begin(), diameters.values.end());
-  const SummedRaster source(
-      SharpViewOver(view.canvases, Grown(view.region, ReachOf(static_cast<double>(largest)))).light);
+  const Raster light = SharpViewOver(view.canvases, Grown(view.region, ReachOf(static_cast<double>(largest)))).light;
   Raster image(view.region);
-  BlurVarying(source, diameters, image);
+  BlurVarying(SummedRaster(light), diameters, image);
   return image;
 }
 

@@ -82,7 +82,7 @@ int ReachOf(double diameter_px) {
 void BlurVarying(const SummedRaster& source, const Raster& diameters, Raster& out) {
   const auto [low, high] = std::minmax_element(diameters.values.begin(), diameters.values.end());
   if (*low == *high) {
-    DiskFilter(static_cast<double>(*low)).Blur(source, out);
+    DiskFilter(static_cast<double>(*low)).Blur(source.cells(), out);
     return;
   }
   Ladder ladder;

@@ -5,8 +5,12 @@
 #include <cstdint>
 #include <numbers>
 
+#include <hwy/highway.h>
+#include <algorithm>
+
 #include "disk_filter.h"
 #include "disk_fourier.h"
+#include "render_scenes.h"
 #include "varying_blur.h"
 
 namespace lensd::sim {
@@ -61,12 +65,15 @@ TEST(DiskFilter, EveryMethodIsTheSum) {
     Raster fourier(rect);
     DiskFilter(diameter, DiskFilter::Method::Direct).Blur(summed, direct);
     DiskFilter(diameter, DiskFilter::Method::Runs).Blur(summed, runs);
+    Raster by_bands(rect);
+    DiskFilter(diameter, DiskFilter::Method::Runs).Blur(source, by_bands);
     DiskFourier(diameter, rect.width, rect.height).Blur(source, fourier);
     for (int y = rect.y; y < rect.y + rect.height; ++y) {
       for (int x = rect.x; x < rect.x + rect.width; ++x) {
         const double expected = SumAt(source, kernel, x, y);
         ASSERT_NEAR(static_cast<double>(direct.At(x, y)), expected, 1e-6) << diameter;
         ASSERT_NEAR(static_cast<double>(runs.At(x, y)), expected, 2e-6) << diameter;
+        ASSERT_NEAR(static_cast<double>(by_bands.At(x, y)), expected, 2e-6) << diameter;
         ASSERT_NEAR(static_cast<double>(fourier.At(x, y)), expected, 1e-6) << diameter;
       }
     }
@@ -92,7 +99,7 @@ TEST(DiskFilter, SinusoidKeepsTheKernelsTransfer) {
       }
       Raster quick(rect);
       Raster fourier(rect);
-      DiskFilter(diameter).Blur(SummedRaster(source), quick);
+      DiskFilter(diameter).Blur(source, quick);
       DiskFourier(diameter, rect.width, rect.height).Blur(source, fourier);
       for (int x = 0; x < rect.width; ++x) {
         const double expected = 0.5 + 0.5 * transfer * std::cos(w * x);
@@ -101,6 +108,41 @@ TEST(DiskFilter, SinusoidKeepsTheKernelsTransfer) {
       }
     }
   }
+}
+
+/// Everything rendered here, to the last bit.
+std::vector<float> RenderAll() {
+  std::vector<float> all;
+  const PixelRect rect{0, 0, 83, 21};
+  const auto keep = [&](const Raster& raster) { all.insert(all.end(), raster.values.begin(), raster.values.end()); };
+  for (const double diameter : {4.3, 13.0}) {
+    const Raster source = NoiseOver(Grown(rect, DiskKernel(diameter).reach), 7);
+    Raster image(rect);
+    DiskFilter(diameter, DiskFilter::Method::Direct).Blur(source, image);
+    keep(image);
+    DiskFilter(diameter, DiskFilter::Method::Runs).Blur(source, image);
+    keep(image);
+    DiskFourier(diameter, rect.width, rect.height).Blur(source, image);
+    keep(image);
+  }
+  const Scene scene = TwoLayers(0.6, 3);
+  for (const Algorithm algorithm : {Algorithm::Auto, Algorithm::March, Algorithm::Gather}) {
+    const LightImage image = Render(scene, Blurred(scene, 6.0, 0.8), {.algorithm = algorithm, .rays_per_pixel = 300});
+    all.insert(all.end(), image.light.begin(), image.light.end());
+  }
+  return all;
+}
+
+TEST(Render, EveryInstructionSetGivesTheSameBits) {
+  const std::vector<float> best = RenderAll();
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    const std::vector<float> other = RenderAll();
+    EXPECT_TRUE(std::equal(best.begin(), best.end(), other.begin(), other.end())) << hwy::TargetName(target);
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().DeInit();
 }
 
 TEST(VaryingBlur, EveryPixelHasItsOwnDisk) {
