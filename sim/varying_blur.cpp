@@ -10,15 +10,15 @@ namespace {
 constexpr int kTileWidth = 32;
 constexpr int kTileHeight = 16;
 
-/// The ladder: rungs a sixteenth of a pixel apart where disks are small and one cell matters, wider where disks hold
-/// many cells. Each part doubles the step of the part before it.
+/// The ladder: rungs a thirty-second of a pixel apart where disks are small and one cell matters, wider where disks
+/// hold many cells. Each part doubles the step of the part before it.
 struct LadderPart {
   double from;
   double step;
   int first;  ///< rung number at `from`
 };
-constexpr LadderPart kLadder[] = {{1.0, 0.0625, 0}, {2.0, 0.125, 16}, {4.0, 0.25, 32},
-                                  {16.0, 0.5, 80},  {48.0, 1.0, 144}, {128.0, 2.0, 224}};
+constexpr LadderPart kLadder[] = {{1.0, 0.03125, 0}, {2.0, 0.0625, 32}, {4.0, 0.125, 64}, {8.0, 0.25, 96},
+                                  {16.0, 0.5, 128},  {48.0, 1.0, 192},  {128.0, 2.0, 272}};
 
 /// A diameter's place on the ladder: whole rungs at whole numbers, linear in between.
 double RungOf(double diameter_px) {
