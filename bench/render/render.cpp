@@ -33,6 +33,8 @@ ordered_json JsonOf(const RenderRow& row) {
 io::Chart CostAgainstDiameter(const std::vector<RenderRow>& rows) {
   io::Chart chart;
   chart.title = "Cost of one disk";
+  chart.width = 620;
+  chart.height = 360;
   chart.subtitle = "one thread, whole frame; dashed: peers";
   chart.x = {.label = "disk diameter",
              .unit = "px",
@@ -57,7 +59,7 @@ io::Chart CostAgainstDiameter(const std::vector<RenderRow>& rows) {
 io::Chart ErrorAgainstTime(const std::vector<RenderRow>& rows, const std::string& scene, bool boundary) {
   io::Chart chart;
   chart.title = scene + (boundary ? ": near edges" : ": elsewhere");
-  chart.subtitle = "error that one pixel in a thousand exceeds";
+  chart.subtitle = "error that one pixel in a thousand exceeds; with the number of rays a pixel";
   chart.x = {.label = "CPU time", .unit = "ms", .scale = io::Scale::Log};
   chart.y = {.label = "error", .unit = "1/255", .scale = io::Scale::Log};
   chart.rules.push_back({.y = 0.5, .label = "half a level"});
