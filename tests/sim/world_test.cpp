@@ -77,6 +77,38 @@ TEST(World, LightFollowsTheWorkingFNumber) {
   EXPECT_NEAR(MeanLevel(**frame) / 65535.0, 0.45 * 4.0 / (working * working), 1e-4);
 }
 
+TEST(World, APinholeIsSharpAndEvenlyLitAtAnyOpening) {
+  Scene scene = SmallScene();
+  scene.camera.bits = 16;
+  scene.lens.model = LensModel::Pinhole;
+  scene.surfaces[0].paint = SinusoidPaint{16.0, 0.0};
+  Stage stage(scene);
+  ASSERT_TRUE(stage.camera().Start().has_value());
+  ASSERT_TRUE(stage.lens().StartMove(Axis::Iris, Native{0}).has_value());
+  stage.Wait(1000);
+  const auto frame = *stage.camera().Poll();
+  ASSERT_TRUE(frame.has_value());
+  const auto [low, high] = std::minmax_element(frame->samples->begin(), frame->samples->end());
+  // Full contrast but for what a pixel averages over and its centre's distance from the crest.
+  EXPECT_GT(*high / 65535.0, 0.9 * 0.98);
+  EXPECT_LT(*low / 65535.0, 0.9 * 0.02);
+  EXPECT_NEAR(MeanLevel(*frame) / 65535.0, 0.45, 1e-3);
+}
+
+TEST(World, AnApertureWithoutALensIsLitByItsAngle) {
+  Scene scene = SmallScene();
+  scene.camera.bits = 16;
+  scene.lens.model = LensModel::Aperture;
+  Stage stage(scene, {.focus_start = Native{8191}});
+  ASSERT_TRUE(stage.camera().Start().has_value());
+  stage.Wait(20);
+  const auto frame = *stage.camera().Poll();
+  ASSERT_TRUE(frame.has_value());
+  // A/Z_s relative to 1/2.0, with A = 25 mm/2 and Z_s = 26.6 mm.
+  const double angle = 2.0 * 12.5 / 26.6;
+  EXPECT_NEAR(MeanLevel(*frame) / 65535.0, 0.45 * angle * angle, 1e-4);
+}
+
 TEST(World, KnowsTheTruthOfItsRegion) {
   Scene scene = SmallScene();
   scene.surfaces.push_back({PlaneShape{2.0, 0.0, 0.0}, {0.0, 0.0, 0.45, 1.0}, ConstantPaint{0.5}});
