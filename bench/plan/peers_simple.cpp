@@ -146,7 +146,7 @@ Method ImageMidpoint() {
 Method GridSearch(int side) {
   return {"grid search " + std::to_string(side) + "²",
           [side](const Problem& problem) -> Solver { return [&problem, side] { return SearchGrid(problem, side); }; },
-          200};
+          side > 100 ? 8U : 200U};
 }
 
 Method Bisection() {

@@ -22,8 +22,8 @@ struct Options {
 
 std::vector<ProblemSet> Sets(const Options& options) {
   std::vector<ProblemSet> sets;
-  sets.push_back(MixedLimits("up to 8 limits", options.seed, options.quick ? 50 : 500, 1, 8));
-  sets.push_back(MixedLimits("100 limits", options.seed + 1, options.quick ? 3 : 20, 100, 100));
+  sets.push_back(MixedLimits("up to 8 limits", options.seed, options.quick ? 50 : 200, 1, 8));
+  sets.push_back(MixedLimits("100 limits", options.seed + 1, options.quick ? 2 : 5, 100, 100));
   const std::size_t samples = options.quick ? 10'000 : 1'000'000;
   const std::string count = options.quick ? "10,000" : "1,000,000";
   sets.push_back(DepthSamples(count + " depth samples, one limit", options.seed + 2, samples, false));

@@ -8,6 +8,8 @@
 namespace lensd::bench {
 namespace {
 
+constexpr double kFinestLimit = 2e-6;  // under a pixel: nobody asks for less
+
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : engine_(seed) {}
@@ -41,7 +43,7 @@ Limit DrawLimit(Draw& draw, const Problem& problem, const Answer& truth) {
   if (kind < 0.6) {
     limit.far = std::max(0.0, focus + depth_of_field * draw.Uniform(-1, 0.5));
     limit.near = limit.far + depth_of_field * draw.Uniform(0, 1);
-    limit.limit = LargestBlur(problem, truth, limit.far, limit.near) * draw.Log(1.0, 2.0);
+    limit.limit = std::max(kFinestLimit, LargestBlur(problem, truth, limit.far, limit.near) * draw.Log(1.0, 2.0));
     return limit;
   }
   limit.kind = kind < 0.8 && focus > 3 * depth_of_field ? Kind::Behind : Kind::Front;
@@ -143,7 +145,8 @@ ProblemSet DepthSamples(std::string name, std::uint64_t seed, std::size_t sample
     const double u = draw.Uniform(0.38, 0.5);
     problem.sample_vergence.push_back(u);
     if (!own_limits) continue;
-    problem.sample_limit.push_back(LargestBlur(problem, truth, u, u) * (1 + draw.Log(1e-6, 1.0)));
+    const double met = LargestBlur(problem, truth, u, u) * (1 + draw.Log(1e-6, 1.0));
+    problem.sample_limit.push_back(std::max(kFinestLimit, met));
   }
   if (!own_limits) problem.sample_limit = {20e-6};
   return {std::move(name), {std::move(problem)}};
