@@ -35,10 +35,10 @@ double Allowed(const PlanRequest& request, const BlurLimit& limit, double n, dou
   constexpr double kNothing = 1e-11;  // what rounding e leaves of a perfect focus
   Question question;
   question.n = n;
-  question.ratio = FromDouble(std::max(ratio, kNothing) * (1 + kPart));
+  question.ratio = FromDouble(ratio * (1 + kPart) + kNothing);
   if (!Feasible(request, question)) return ::testing::AssertionFailure() << "infeasible at ratio " << ratio;
-  if (ratio <= kNothing) return ::testing::AssertionSuccess();
-  question.ratio = FromDouble(ratio * (1 - kPart));
+  if (ratio <= 2 * kNothing) return ::testing::AssertionSuccess();
+  question.ratio = FromDouble(ratio * (1 - kPart) - kNothing);
   if (Feasible(request, question)) return ::testing::AssertionFailure() << "feasible below ratio " << ratio;
   return ::testing::AssertionSuccess();
 }
