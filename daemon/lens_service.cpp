@@ -40,6 +40,7 @@ Result<void> LensService::AddLens(const LensConfig& config, drivers::Device devi
                                           [this, &entry](const rig::Status& now, std::vector<Worker::Task> later) {
                                             Published(entry, now, std::move(later));
                                           });
+  if (config.home_at_start) HomeAtStart(entry);
   return {};
 }
 

@@ -28,7 +28,8 @@ class LensService final : public Service {
   LensService(EventLoop& loop, const Clock& clock);
   ~LensService() override;
 
-  /// Starts serving one lens; before the loop runs. InvalidArgument: optics that make no sense.
+  /// Starts serving one lens, and homing it where it is to start homed; before the loop runs. InvalidArgument: optics
+  /// that make no sense.
   Result<void> AddLens(const LensConfig& config, drivers::Device device);
 
   const proto::InterfaceDefinition& definition() const override { return definition_; }
@@ -50,6 +51,7 @@ class LensService final : public Service {
   void Monitor(const ExchangePointer& exchange);
   void Move(const ExchangePointer& exchange);
   void Home(const ExchangePointer& exchange);
+  void HomeAtStart(Lens& lens);
   void Stop(const ExchangePointer& exchange);
   void Plan(const ExchangePointer& exchange);
   void Apply(const ExchangePointer& exchange, Lens& lens, optics::PlanRequest request, const LensPlan& plan);

@@ -12,7 +12,7 @@ namespace lensd::daemon {
 /// names the lens and its place in the file.
 Result<drivers::Device> OpenDevice(const LensConfig& config, const Clock& clock);
 
-/// Opens every lens and hands it to the service, which homes those that are to start homed.
+/// Opens every lens and hands it to the service.
 Result<void> OpenLenses(const Config& config, const Clock& clock, LensService& service);
 
 }  // namespace lensd::daemon

@@ -7,6 +7,7 @@
 #include "lens_entry.h"
 #include "lens_json.h"
 #include "lens_service.h"
+#include "log.h"
 #include "move_group.h"
 
 namespace lensd::daemon {
@@ -75,6 +76,18 @@ Result<rig::AutofocusRequest> AutofocusRequestOf(const Json& parameters) {
   return request;
 }
 
+/// On the worker's thread: homes one axis, or every axis that has a reference.
+void HomeAxes(rig::Rig& rig, std::optional<Axis> only, MoveGroup& group) {
+  std::vector<Axis> axes;
+  for (const Axis axis : drivers::kAxes) {
+    const auto& can = rig.lens().axes[axis];
+    if (only ? axis == *only : can && can->can_home) axes.push_back(axis);
+  }
+  if (axes.empty()) return group.Fail({Code::Unsupported, "no axis of this lens has a reference to search for"});
+  for (const Axis axis : axes) rig.Home(axis, group.Add());
+  group.Complete();
+}
+
 std::string Wrap(std::string_view field, const std::string& json) {
   return "{\"" + std::string(field) + "\":" + json + "}";
 }
@@ -121,16 +134,20 @@ void LensService::Home(const ExchangePointer& exchange) {
     AnnounceMoves(*lens, ended.moves());
     exchange->Finish(Wrap("moves", proto::WriteJson(ended.moves())));
   });
-  lens->worker->Submit([only, group](rig::Rig& rig) {
-    std::vector<Axis> axes;
-    for (const Axis axis : drivers::kAxes) {
-      const auto& can = rig.lens().axes[axis];
-      if (only ? axis == *only : can && can->can_home) axes.push_back(axis);
+  lens->worker->Submit([only, group](rig::Rig& rig) { HomeAxes(rig, only, *group); });
+}
+
+void LensService::HomeAtStart(Lens& lens) {
+  auto group = std::make_shared<MoveGroup>(*lens.worker, lens.name);
+  group->OnEnd([this, &lens](const MoveGroup& ended) {
+    if (ended.error())
+      return Log(Severity::Warning, Event::LensLost, "not homed: " + ended.error()->message, lens.name);
+    AnnounceMoves(lens, ended.moves());
+    for (const rig::MoveOutcome& outcome : ended.outcomes()) {
+      if (!outcome.reached) Log(Severity::Warning, Event::LensLost, "not homed: " + outcome.reason, lens.name);
     }
-    if (axes.empty()) return group->Fail({Code::Unsupported, "no axis of this lens has a reference to search for"});
-    for (const Axis axis : axes) rig.Home(axis, group->Add());
-    group->Complete();
   });
+  lens.worker->Submit([group](rig::Rig& rig) { HomeAxes(rig, std::nullopt, *group); });
 }
 
 void LensService::Stop(const ExchangePointer& exchange) {

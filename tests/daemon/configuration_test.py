@@ -4,6 +4,7 @@ import signal
 import socket
 import subprocess
 import tempfile
+import time
 import unittest
 
 from harness import BIN, HERE, LENS, PATIENCE, Daemon, Client
@@ -86,6 +87,20 @@ class Configuration(unittest.TestCase):
                              LENS + "LensNotFound")
         for arguments, status in ((["list"], 0), (["status"], 0), (["focus", "1m"], 69)):
             self.assertEqual(daemon.lensctl(*arguments).returncode, status)
+
+    def test_a_lens_that_starts_homed_says_when_it_could_not(self):
+        scene = os.path.join(self.folder.name, "broken.toml")
+        with open(SCENE, encoding="utf-8") as whole, open(scene, "w", encoding="utf-8") as broken:
+            broken.write(whole.read() + '[[fault]]\nat_ms = 0\nkind = "disconnect"\n')
+        for start, expected in (("home", True), ("keep", False)):
+            daemon = Daemon(config=GOOD.replace(SCENE, scene) + f'start = "{start}"\n')
+            try:
+                deadline = time.monotonic() + 10 * PATIENCE
+                while "not homed" not in daemon.log() and expected and time.monotonic() < deadline:
+                    time.sleep(0.02)
+                self.assertEqual("not homed" in daemon.log(), expected, daemon.log())
+            finally:
+                self.assertEqual(daemon.stop(), 0)
 
     def test_one_lens_needs_no_name_and_others_do(self):
         one = Daemon(("solo",))

@@ -38,7 +38,7 @@ struct LensedFrame {
 struct AutofocusRequest {
   std::optional<drivers::Region> region;         ///< default: the camera's own
   std::string method = "auto";                   ///< a name of autofocus::MethodNames()
-  Duration deadline = std::chrono::seconds(20);  ///< from the start of the run; it never lasts longer
+  Duration deadline = std::chrono::seconds(20);  ///< for the search, from its start; going back adds a move
 };
 
 /// How far an autofocus run has come.
