@@ -53,16 +53,6 @@ void RaiseTo(optics::Number& tolerance, const optics::Number& least) {
   if (tolerance.value < least.value) tolerance = least;
 }
 
-/// For the smallest f-number no position below the continuous optimum is worth trying. One is kept as a margin for
-/// rounding; 0 where nothing can be left out.
-std::size_t FirstWorthTrying(const optics::PlanRequest& request, const std::vector<double>& f_numbers) {
-  if (request.objective != optics::Objective::Light || !request.stops.empty()) return 0;
-  const auto best = optics::Plan(request);
-  if (!best || !best->feasible) return 0;
-  const auto above = std::ranges::lower_bound(f_numbers, best->f_number.value);
-  return static_cast<std::size_t>(std::max<std::ptrdiff_t>(above - f_numbers.begin() - 1, 0));
-}
-
 std::optional<Native> NativeAt(const Positions& positions, std::size_t index) {
   return positions.native.empty() ? std::nullopt : std::optional(positions.native[index]);
 }
@@ -95,14 +85,7 @@ std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& co
 Result<LensPlan> PlanFor(const Planning& planning, optics::PlanRequest request) {
   RaiseTo(request.sensor_tolerance, planning.defaults.sensor_tolerance);
   RaiseTo(request.f_number_tolerance, planning.defaults.f_number_tolerance);
-  const std::size_t first = FirstWorthTrying(request, planning.iris.values);
-  auto answer =
-      optics::PlanOnGrid(request, planning.focus.values, std::span<const double>(planning.iris.values).subspan(first));
-  if (answer) answer->f_number_index += first;
-  // Where no position holds, the nearest may be any.
-  if (answer && !answer->plan.feasible && first > 0) {
-    answer = optics::PlanOnGrid(request, planning.focus.values, planning.iris.values);
-  }
+  auto answer = optics::PlanOnGrid(request, planning.focus.values, planning.iris.values);
   if (!answer) return PassOn(std::move(answer));
   LensPlan plan{*std::move(answer), std::nullopt, std::nullopt};
   plan.focus = NativeAt(planning.focus, plan.answer.extension_index);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <ranges>
 
 #include "optics/conjugates.h"
 #include "planner_cases.h"
@@ -25,6 +26,44 @@ struct Point {
   bool feasible = false;
 };
 
+/// Indices into a span of values, in ascending order of the values: a stretch where they rise already (thousands of
+/// positions, asked about at every plan), a list otherwise.
+class Ascending {
+ public:
+  Ascending() = default;
+  explicit Ascending(std::size_t only) : first_(only), count_(1) {}
+  Ascending(std::size_t first, std::size_t count) : first_(first), count_(count) {}
+  explicit Ascending(std::vector<std::size_t> list) : count_(list.size()), list_(std::move(list)) {}
+
+  std::size_t size() const { return count_; }
+  std::size_t operator[](std::size_t i) const { return list_.empty() ? first_ + i : list_[i]; }
+  std::size_t front() const { return (*this)[0]; }
+  std::size_t back() const { return (*this)[count_ - 1]; }
+  /// How many of the values are below `limit`.
+  std::size_t CountBelow(std::span<const double> values, double limit) const {
+    const auto all = std::views::iota(std::size_t{0}, count_);
+    return static_cast<std::size_t>(
+        std::ranges::lower_bound(all, limit, {}, [&](std::size_t i) { return values[(*this)[i]]; }) - all.begin());
+  }
+
+ private:
+  std::size_t first_ = 0, count_ = 0;
+  std::vector<std::size_t> list_;
+};
+
+/// Whether every value is at least the one before it; false where one is not a number.
+bool Rises(std::span<const double> values) {
+  bool rises = true;
+  for (std::size_t i = 1; i < values.size(); ++i) rises &= values[i] >= values[i - 1];
+  return rises;
+}
+
+/// Whether every value is finite and above `least`.
+bool AllAbove(std::span<const double> values, double least) {
+  if (Rises(values)) return values.front() > least && std::isfinite(values.back());
+  return std::ranges::all_of(values, [&](double value) { return std::isfinite(value) && value > least; });
+}
+
 class Grid {
  public:
   Grid(const PlanRequest& request, std::span<const double> extensions, std::span<const double> f_numbers)
@@ -37,11 +76,15 @@ class Grid {
     ChooseFNumbers();
   }
 
-  /// The best point that holds, else the nearest one to holding.
-  Point Best() {
+  /// The best point that holds, else the nearest one to holding. `least` is the smallest f-number of any plan: for the
+  /// smallest f-number no position below it is worth trying, as long as positions are what the request's ranges admit.
+  Point Best(FNumber least) {
+    const bool from_least = asked_.objective == Objective::Light && !asked_.focus && extensions_within_;
+    const std::size_t below = from_least ? by_f_number_.CountBelow(f_numbers_, least.value) : 0;
+    const std::size_t first = below > 0 ? below - 1 : 0;  // one for the rounding of `least`
     std::optional<Point> best;
-    for (const std::size_t n : by_f_number_) {
-      const std::optional<Point> point = BestAt(n);
+    for (std::size_t tried = 0; tried < by_f_number_.size(); ++tried) {
+      const std::optional<Point> point = BestAt(by_f_number_[(first + tried) % by_f_number_.size()]);
       if (point && (!best || Better(*point, *best))) best = point;
       if (best && best->feasible && asked_.objective == Objective::Light) break;
     }
@@ -57,18 +100,20 @@ class Grid {
     return static_cast<std::size_t>(std::min_element(values.begin(), values.end(), nearer) - values.begin());
   }
 
-  /// Indices of the values in [low, high] in ascending order; where there are none, that of the value nearest to it.
-  static std::vector<std::size_t> Within(std::span<const double> values, double low, double high) {
+  /// The values in [low, high]; where there are none, the value nearest to it.
+  static Ascending Within(std::span<const double> values, double low, double high) {
+    if (Rises(values)) {
+      const auto from = std::ranges::lower_bound(values, low), to = std::ranges::upper_bound(values, high);
+      if (from < to) return {static_cast<std::size_t>(from - values.begin()), static_cast<std::size_t>(to - from)};
+      return Ascending(Nearest(values, (low + high) / 2.0));
+    }
     std::vector<std::size_t> chosen;
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (values[i] >= low && values[i] <= high) chosen.push_back(i);
     }
-    if (chosen.empty()) {
-      const double middle = (low + high) / 2.0;
-      chosen.push_back(Nearest(values, middle));
-    }
-    std::sort(chosen.begin(), chosen.end(), [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
-    return chosen;
+    if (chosen.empty()) return Ascending(Nearest(values, (low + high) / 2.0));
+    std::ranges::sort(chosen, {}, [&](std::size_t i) { return values[i]; });
+    return Ascending(std::move(chosen));
   }
 
   void ChooseExtensions() {
@@ -77,10 +122,12 @@ class Grid {
       const Metres f{asked_.focal_length.value};
       const double value = asked_.focus->number.value;
       low = high = asked_.focus->is_vergence ? Extension(f, Dioptres{value}).value : Extension(f, Metres{value}).value;
-      by_extension_ = {Nearest(extensions_, low)};
+      by_extension_ = Ascending(Nearest(extensions_, low));
     } else {
       by_extension_ = Within(extensions_, low, high);
     }
+    const double nearest = extensions_[by_extension_.front()];
+    extensions_within_ = nearest >= low && nearest <= high;
     request_.extensions = {extensions_[by_extension_.front()], extensions_[by_extension_.back()]};
   }
 
@@ -92,9 +139,10 @@ class Grid {
       by_f_number_ = Within(f_numbers_, std::min(a, b), std::max(a, b));
       return;
     }
-    for (const Number& stop : asked_.stops) by_f_number_.push_back(Nearest(f_numbers_, n(stop)));
-    std::sort(by_f_number_.begin(), by_f_number_.end(),
-              [&](std::size_t a, std::size_t b) { return f_numbers_[a] < f_numbers_[b]; });
+    std::vector<std::size_t> stops;
+    for (const Number& stop : asked_.stops) stops.push_back(Nearest(f_numbers_, n(stop)));
+    std::ranges::sort(stops, {}, [&](std::size_t i) { return f_numbers_[i]; });
+    by_f_number_ = Ascending(std::move(stops));
   }
 
   /// The best extension at one f-number.
@@ -109,10 +157,9 @@ class Grid {
     cases_.ForEach(in_force_, visit, kAnyRatio);
     std::optional<Point> best;
     for (const double e : targets) {
-      const auto above = std::lower_bound(by_extension_.begin(), by_extension_.end(), e,
-                                          [&](std::size_t i, double value) { return extensions_[i] < value; });
-      if (above != by_extension_.begin()) Consider(n, *(above - 1), best);
-      if (above != by_extension_.end()) Consider(n, *above, best);
+      const std::size_t below = by_extension_.CountBelow(extensions_, e);
+      if (below > 0) Consider(n, by_extension_[below - 1], best);
+      if (below < by_extension_.size()) Consider(n, by_extension_[below], best);
     }
     return best;
   }
@@ -146,7 +193,8 @@ class Grid {
   std::span<const double> extensions_, f_numbers_;
   Cases cases_;
   InForce in_force_;
-  std::vector<std::size_t> by_extension_, by_f_number_;
+  Ascending by_extension_, by_f_number_;
+  bool extensions_within_ = true;  ///< by_extension_ lies in the request's range
 };
 
 }  // namespace
@@ -157,18 +205,18 @@ Result<GridAnswer> PlanOnGrid(const PlanRequest& request, std::span<const double
     return Fail(Code::InvalidArgument, "this lens states no positions to plan on: calibrate it first");
   }
   const double least = -request.focal_length.value * std::min(1.0, request.pupil_factor.value);
-  if (!std::all_of(extensions.begin(), extensions.end(), [&](double e) { return std::isfinite(e) && e > least; }) ||
-      !std::all_of(f_numbers.begin(), f_numbers.end(), [](double n) { return std::isfinite(n) && n > 0.0; })) {
+  if (!AllAbove(extensions, least) || !AllAbove(f_numbers, 0.0)) {
     return Fail(Code::InvalidArgument, "the lens's positions must be finite extensions and f-numbers above zero");
   }
   Result<PlanAnswer> continuous = Plan(request);
   if (!continuous) return PassOn(std::move(continuous));
   GridAnswer answer;
   answer.continuous_feasible = continuous->feasible;
+  const FNumber smallest = continuous->f_number;
   answer.plan = *std::move(continuous);
   if (!answer.continuous_feasible) return answer;
   Grid grid(request, extensions, f_numbers);
-  const Point point = grid.Best();
+  const Point point = grid.Best(smallest);
   answer.plan.feasible = point.feasible;
   answer.plan.limits.clear();
   answer.plan.worst_ratio = 0.0;

@@ -215,13 +215,15 @@ void ReadRequest(const Reader& reader, optics::PlanRequest& request) {
 }
 
 Json LimitAnswerJson(const optics::LimitAnswer& limit) {
-  return {{"name", limit.name},
-          {"nearD", NumberOrNull(limit.near.value)},
-          {"farD", NumberOrNull(limit.far.value)},
-          {"limitUm", NumberOrNull(limit.limit.value * 1e6)},
-          {"worstUm", NumberOrNull(limit.worst.value * 1e6)},
-          {"atD", NumberOrNull(limit.at.value)},
-          {"ratio", NumberOrNull(limit.ratio)}};
+  Json json = Json::object();
+  json["name"] = limit.name;
+  json["nearD"] = NumberOrNull(limit.near.value);
+  json["farD"] = NumberOrNull(limit.far.value);
+  json["limitUm"] = NumberOrNull(limit.limit.value * 1e6);
+  json["worstUm"] = NumberOrNull(limit.worst.value * 1e6);
+  json["atD"] = NumberOrNull(limit.at.value);
+  json["ratio"] = NumberOrNull(limit.ratio);
+  return json;
 }
 
 }  // namespace
@@ -271,22 +273,22 @@ Json PlanAnswerJson(const optics::PlanAnswer& answer, Metres principal_gap) {
   const double vergence = answer.focal_plane.value;
   const double distance = vergence > 0.0 ? 1.0 / vergence : NAN;
   const double angle = optics::SubtendedAngle(answer.working_f_number) * 180.0 / std::numbers::pi;
-  json.update({{"fNumber", NumberOrNull(answer.f_number.value)},
-               {"apertureDiameterMm", NumberOrNull(answer.aperture_diameter.value * 1e3)},
-               {"workingFNumber", NumberOrNull(answer.working_f_number.value)},
-               {"tStop", NumberOrNull(answer.working_f_number.value)},
-               {"subtendedAngleDeg", NumberOrNull(angle)},
-               {"magnification", NumberOrNull(answer.magnification)},
-               {"extensionMm", NumberOrNull(answer.extension.value * 1e3)},
-               {"sensorDistanceMm", NumberOrNull(answer.sensor_distance.value * 1e3)},
-               {"focalPlaneD", NumberOrNull(vergence)},
-               {"focalPlaneM", NumberOrNull(distance)},
-               {"focusFromSensorM", NumberOrNull(distance + answer.sensor_distance.value + principal_gap.value)},
-               {"worstRatio", NumberOrNull(answer.worst_ratio)},
-               {"model", answer.model},
-               {"modelErrorUm", NumberOrNull(answer.model_error.value * 1e6)},
-               {"limits", Json::array()}});
-  for (const auto& limit : answer.limits) json["limits"].push_back(LimitAnswerJson(limit));
+  json["fNumber"] = NumberOrNull(answer.f_number.value);
+  json["apertureDiameterMm"] = NumberOrNull(answer.aperture_diameter.value * 1e3);
+  json["workingFNumber"] = NumberOrNull(answer.working_f_number.value);
+  json["tStop"] = NumberOrNull(answer.working_f_number.value);
+  json["subtendedAngleDeg"] = NumberOrNull(angle);
+  json["magnification"] = NumberOrNull(answer.magnification);
+  json["extensionMm"] = NumberOrNull(answer.extension.value * 1e3);
+  json["sensorDistanceMm"] = NumberOrNull(answer.sensor_distance.value * 1e3);
+  json["focalPlaneD"] = NumberOrNull(vergence);
+  json["focalPlaneM"] = NumberOrNull(distance);
+  json["focusFromSensorM"] = NumberOrNull(distance + answer.sensor_distance.value + principal_gap.value);
+  json["worstRatio"] = NumberOrNull(answer.worst_ratio);
+  json["model"] = answer.model;
+  json["modelErrorUm"] = NumberOrNull(answer.model_error.value * 1e6);
+  Json& limits = json["limits"] = Json::array();
+  for (const auto& limit : answer.limits) limits.push_back(LimitAnswerJson(limit));
   if (answer.depth_of_field) {
     const double one = answer.depth_of_field->one_end.vergence().value;
     const double other = answer.depth_of_field->other_end.vergence().value;
