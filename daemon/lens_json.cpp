@@ -62,15 +62,14 @@ std::string_view OriginName(optics::DistanceFrom from) {
 
 Json AxesInfoJson(const rig::Rig& rig) {
   Json axes = Json::array();
-  const rig::Status status = rig.GetStatus();
   for (const Axis axis : drivers::kAxes) {
     const auto& can = rig.lens().axes[axis];
     if (!can) continue;
-    const auto& now = status.axes[axis];
+    const auto [lowest, highest] = rig.SoftLimits(axis);
     axes.push_back({{"axis", drivers::AxisName(axis)},
                     {"unit", drivers::NativeUnitName(can->unit)},
-                    {"minimum", NativeJson(now ? now->minimum.value : can->minimum.value)},
-                    {"maximum", NativeJson(now ? now->maximum.value : can->maximum.value)},
+                    {"minimum", NativeJson(lowest.value)},
+                    {"maximum", NativeJson(highest.value)},
                     {"resolution", NativeJson(can->resolution)},
                     {"feedback", can->feedback},
                     {"canHome", can->can_home},

@@ -14,12 +14,12 @@ using drivers::Axis;
 /// Every position within the soft limits, with its meaning.
 Positions PositionsOf(const rig::Rig& rig, Axis axis, const std::function<double(Native)>& meaning) {
   const drivers::AxisCapabilities& can = *rig.lens().axes[axis];
-  const rig::AxisStatus limits = *rig.GetStatus().axes[axis];
+  const auto [lowest, highest] = rig.SoftLimits(axis);
   Positions positions;
-  const double first = std::ceil((limits.minimum.value - can.minimum.value) / can.resolution - 1e-9);
+  const double first = std::ceil((lowest.value - can.minimum.value) / can.resolution - 1e-9);
   for (double step = first;; ++step) {
     const Native native{can.minimum.value + step * can.resolution};
-    if (native.value > limits.maximum.value + 1e-9 * can.resolution) break;
+    if (native.value > highest.value + 1e-9 * can.resolution) break;
     positions.native.push_back(native);
     positions.values.push_back(meaning(native));
   }

@@ -23,6 +23,7 @@ class Rig::Impl {
   Result<Native> Resolve(drivers::Axis axis, const Target& target) const;
   void Command(std::move_only_function<void()> command) { commands_.push_back(std::move(command)); }
   Instant Step(Instant now);
+  std::pair<Native, Native> SoftLimits(drivers::Axis axis) const;
   Status GetStatus() const;
 
   // The commands, as carried out inside Step().

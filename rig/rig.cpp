@@ -143,6 +143,10 @@ Status Rig::Impl::GetStatus() const {
   return status;
 }
 
+std::pair<Native, Native> Rig::Impl::SoftLimits(Axis axis) const {
+  return {setups_[axis]->minimum, setups_[axis]->maximum};
+}
+
 Activity Rig::Impl::CurrentActivity() const {
   if (run_) return run_->activity();
   for (const Axis axis : drivers::kAxes) {
@@ -225,6 +229,10 @@ void Rig::Snapshot(SnapshotCallback done) {
 
 Instant Rig::Step(Instant now) {
   return impl_->Step(now);
+}
+
+std::pair<Native, Native> Rig::SoftLimits(Axis axis) const {
+  return impl_->SoftLimits(axis);
 }
 
 Status Rig::GetStatus() const {

@@ -88,7 +88,7 @@ class Configuration(unittest.TestCase):
         for arguments, status in ((["list"], 0), (["status"], 0), (["focus", "1m"], 69)):
             self.assertEqual(daemon.lensctl(*arguments).returncode, status)
 
-    def test_a_lens_that_starts_homed_says_when_it_could_not(self):
+    def test_a_lens_that_never_answers_is_served_and_said_not_to_be_homed(self):
         scene = os.path.join(self.folder.name, "broken.toml")
         with open(SCENE, encoding="utf-8") as whole, open(scene, "w", encoding="utf-8") as broken:
             broken.write(whole.read() + '[[fault]]\nat_ms = 0\nkind = "disconnect"\n')
@@ -99,6 +99,14 @@ class Configuration(unittest.TestCase):
                 while "not homed" not in daemon.log() and expected and time.monotonic() < deadline:
                     time.sleep(0.02)
                 self.assertEqual("not homed" in daemon.log(), expected, daemon.log())
+                with daemon.client() as client:
+                    lens = client.call(LENS + "List")["parameters"]["lenses"][0]
+                    self.assertEqual([(a["minimum"], a["maximum"]) for a in lens["axes"]], [(0, 4000), (0, 99)])
+                    self.assertIsNotNone(client.call(LENS + "Status")["parameters"]["lenses"][0]["error"])
+                    plan = client.call(LENS + "Plan", {"request": {"limits": []}})
+                    self.assertTrue(plan["parameters"]["plan"]["feasible"])
+                    move = client.call(LENS + "Move", {"axis": "focus", "target": {"native": 5}})
+                    self.assertEqual(move["error"], LENS + "Disconnected")
             finally:
                 self.assertEqual(daemon.stop(), 0)
 

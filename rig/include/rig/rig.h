@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/clock.h"
@@ -122,6 +123,8 @@ class Rig {
   const drivers::Capabilities& lens() const;
   const drivers::CameraCapabilities* camera() const;  ///< nullptr: none
   const OpticsTable* optics() const;                  ///< nullptr: not known
+  /// Lowest and highest native target of an axis that the lens has, whether it answers or not.
+  std::pair<Native, Native> SoftLimits(drivers::Axis axis) const;
 
   /// Where `target` lies in native units of `axis`. Unsupported: no such axis, no optics for this kind of target.
   /// OutOfRange: outside the soft limits. InvalidArgument.
