@@ -84,7 +84,7 @@ std::string MoveText(const Json& move) {
   if (Has(move, "extensionMm")) line += ", extension " + NumberText(move, "extensionMm", 6, " mm");
   if (Has(move, "fNumber")) line += ", f/" + NumberText(move, "fNumber", 4, "");
   if (Has(move, "boundUm")) line += " within " + NumberText(move, "boundUm", 3, " um");
-  if (Has(move, "bound")) line += " within " + NumberText(move, "bound", 3, "");
+  if (Has(move, "bound")) line += " within " + NumberText(move, "bound", 3, " steps");
   line += True(move, "verified") ? ", verified" : ", not verified";
   line += " after " + NumberText(move, "elapsedMs", 4, " ms");
   if (!Text(move, "reason").empty()) line += ": " + Text(move, "reason");
