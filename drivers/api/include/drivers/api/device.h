@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/clock.h"
 #include "base/settings.h"
@@ -16,10 +17,10 @@ namespace lensd::drivers {
 /// What a driver knows of the optics of the lens it opened: a nominal calibration. Lengths in metres.
 struct NominalOptics {
   double focal_length_m = 0.0;
-  double min_f_number = 0.0;        ///< widest opening
+  double min_f_number = 0.0;  ///< widest opening
   double max_f_number = 0.0;
-  double min_extension_m = 0.0;     ///< extension at the focus axis' minimum
-  double max_extension_m = 0.0;     ///< extension at the focus axis' maximum
+  double min_extension_m = 0.0;  ///< extension at the focus axis' minimum
+  double max_extension_m = 0.0;  ///< extension at the focus axis' maximum
   /// Iris: native minimum is min_f_number, maximum is max_f_number, even in log(f-number) between.
 };
 
@@ -33,10 +34,25 @@ struct Device {
 /// Opens a device from the table of its [[lens]] or [lens.camera] section. Every key must be known.
 using OpenFunction = Result<Device> (*)(const Settings& settings, const Clock& clock);
 
+/// Something plugged in that a driver would take.
+struct FoundDevice {
+  std::string model;   ///< as the device names itself, for people
+  std::string serial;  ///< empty where it has none
+  std::string node;    ///< "/dev/hidraw0", "10.0.0.7:502"; empty where it has none
+  std::string config;  ///< the keys that select it, as lines of TOML for its [[lens]] or [lens.camera]: `serial = "A1"`
+  bool lens = false;   ///< offers a lens
+  bool camera = false;  ///< offers a camera
+  std::string problem;  ///< empty, or why it could not be opened now and what to do ("no permission to ...")
+};
+
+/// Lists what is plugged in. Neither opens nor disturbs what may be in use, moves nothing, and ends within 3 s.
+using ProbeFunction = Result<std::vector<FoundDevice>> (*)();
+
 /// One row of the table of drivers (daemon/drivers_table.cpp).
 struct Driver {
   std::string_view name;
   OpenFunction open;
+  ProbeFunction probe = nullptr;  ///< nullptr: its devices cannot be searched for
 };
 
 }  // namespace lensd::drivers
