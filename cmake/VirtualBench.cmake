@@ -1,0 +1,53 @@
+# lensd_bench_test(NAME name (TARGET target | COMMAND program) [ARGUMENTS ...] [MODULES "name param=value" ...]
+#                  [TIMEOUT seconds] [UDEV])
+# A suite that runs in the virtual machine of script/bench, as root, in the build folder, after the kernel modules are
+# loaded in that order (they are unloaded after it). TARGET is an executable of this build: usually a GoogleTest program
+# made with lensd_bench_program(). It becomes the ctest bench.NAME, whose output is the suite's log. All suites run in
+# one boot, one after the other. UDEV: with udevd running. TIMEOUT: seconds in the guest, which is about five times slower
+# than the host (default 60).
+file(REMOVE_RECURSE ${PROJECT_BINARY_DIR}/virtual_bench/suites)
+
+function(lensd_bench_test)
+  cmake_parse_arguments(SUITE "UDEV" "NAME;TARGET;COMMAND;TIMEOUT" "ARGUMENTS;MODULES" ${ARGN})
+  if(NOT SUITE_TIMEOUT)
+    set(SUITE_TIMEOUT 60)
+  endif()
+  if(SUITE_TARGET)
+    set(SUITE_COMMAND $<TARGET_FILE:${SUITE_TARGET}>)
+  endif()
+  set(lines "timeout=${SUITE_TIMEOUT}" "argument=${SUITE_COMMAND}")
+  foreach(argument IN LISTS SUITE_ARGUMENTS)
+    list(APPEND lines "argument=${argument}")
+  endforeach()
+  foreach(module IN LISTS SUITE_MODULES)
+    list(APPEND lines "module=${module}")
+  endforeach()
+  if(SUITE_UDEV)
+    list(APPEND lines "udev=1")
+  endif()
+  list(JOIN lines "\n" content)
+  file(GENERATE OUTPUT ${PROJECT_BINARY_DIR}/virtual_bench/suites/${SUITE_NAME}.suite CONTENT "${content}\n")
+  get_property(has_boot GLOBAL PROPERTY LENSD_BENCH_BOOT)
+  if(NOT has_boot)
+    set_property(GLOBAL PROPERTY LENSD_BENCH_BOOT TRUE)
+    add_test(NAME bench.boot COMMAND ${PROJECT_SOURCE_DIR}/script/bench run --boot-only --build ${PROJECT_BINARY_DIR})
+    set_tests_properties(bench.boot PROPERTIES FIXTURES_SETUP virtual_bench SKIP_RETURN_CODE 77 TIMEOUT 1800 COST 1000
+                                               LABELS "bench;slow")
+  endif()
+  add_test(NAME bench.${SUITE_NAME}
+           COMMAND ${PROJECT_SOURCE_DIR}/script/bench result --build ${PROJECT_BINARY_DIR} ${SUITE_NAME})
+  set_tests_properties(bench.${SUITE_NAME} PROPERTIES FIXTURES_REQUIRED virtual_bench SKIP_RETURN_CODE 77
+                                                      LABELS "bench;slow")
+endfunction()
+
+# lensd_bench_program(NAME SOURCES ... ROOMS ... [LIBRARIES ...]): the GoogleTest program test_NAME, which only the virtual
+# machine runs; otherwise as lensd_test().
+function(lensd_bench_program name)
+  cmake_parse_arguments(TEST "" "" "SOURCES;ROOMS;LIBRARIES" ${ARGN})
+  list(TRANSFORM TEST_ROOMS PREPEND room_)
+  add_executable(test_${name} ${TEST_SOURCES})
+  target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
+  target_compile_definitions(test_${name} PRIVATE LENSD_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+                                                  LENSD_BINARY_DIR="${PROJECT_BINARY_DIR}")
+  target_link_libraries(test_${name} PRIVATE ${TEST_ROOMS} ${TEST_LIBRARIES} GTest::gtest GTest::gmock GTest::gtest_main)
+endfunction()
