@@ -1,0 +1,63 @@
+// Raw pictures, as cameras send them, to luminance samples.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+
+namespace lensd::drivers::pixels {
+
+/// How the samples of a picture lie in memory.
+enum class Packing {
+  Bytes,  ///< one byte a sample; of planar YUV (NV12, I420) the first plane
+  Words,  ///< 16 bits a sample, little-endian, the `bits` lowest count
+  Csi2,   ///< MIPI CSI-2: 10, 12 or 14 bits, the high bytes of 4, 2 or 4 samples first, then their low bits
+  Yuyv,   ///< 4:2:2, luminance first
+  Uyvy,   ///< 4:2:2, luminance second
+  Jpeg,   ///< one JPEG picture, with or without its Huffman tables; stride and bits do not matter
+};
+
+struct RawFormat {
+  Packing packing = Packing::Bytes;
+  int bits = 8;          ///< significant bits a sample, 8 to 16; 8 but for Words and Csi2
+  bool bayer = false;    ///< each sample is one colour of a 2 x 2 mosaic, in any order
+  bool limited = false;  ///< luminance in 16..235 of 8 bits, to be stretched to 0..255
+};
+
+struct RawPicture {
+  std::span<const std::uint8_t> bytes;
+  int width = 0;           ///< px
+  int height = 0;          ///< px
+  std::size_t stride = 0;  ///< bytes from row to row; 0: rows without padding
+};
+
+/// Bytes of a row without padding; 0 for Jpeg.
+std::size_t RowBytes(const RawFormat& format, int width);
+
+/// Converts pictures. One thread at a time; cheap to make, keeps its JPEG decoder between pictures.
+class LumaReader {
+ public:
+  LumaReader();
+  ~LumaReader();
+  LumaReader(LumaReader&&) noexcept;
+  LumaReader& operator=(LumaReader&&) noexcept;
+
+  /// width * height luminance samples of format.bits bits, row-major, without padding. A mosaic becomes (R + 2G + B)/4
+  /// at each pixel, out of the 2 x 2 samples that begin there: whatever the order of colours, each such square has all
+  /// of them, and a flat colour stays flat. The picture is thereby half a pixel off, and an edge one pixel softer.
+  /// Protocol: too few bytes, not the width and height claimed, or a damaged JPEG. InvalidArgument: a format that
+  /// cannot be.
+  Result<std::shared_ptr<const std::vector<std::uint16_t>>> Read(const RawFormat& format, const RawPicture& picture);
+
+ private:
+  struct Jpeg;
+  Result<std::vector<std::uint16_t>> ReadJpeg(const RawPicture& picture);
+
+  std::unique_ptr<Jpeg> jpeg_;
+};
+
+}  // namespace lensd::drivers::pixels

@@ -1,0 +1,194 @@
+#include "drivers/pixels/luma.h"
+
+#include <turbojpeg.h>
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+namespace lensd::drivers::pixels {
+namespace {
+
+using Samples = std::vector<std::uint16_t>;
+
+bool CanBe(const RawFormat& format, const RawPicture& picture) {
+  if (picture.width < 1 || picture.height < 1 || picture.width > 65536 || picture.height > 65536) return false;
+  switch (format.packing) {
+    case Packing::Words:
+      return format.bits >= 8 && format.bits <= 16;
+    case Packing::Csi2:
+      return format.bits == 10 || format.bits == 12 || format.bits == 14;
+    case Packing::Yuyv:
+    case Packing::Uyvy:
+    case Packing::Jpeg:
+      return format.bits == 8 && !format.bayer;
+    case Packing::Bytes:
+      return format.bits == 8;
+  }
+  return false;
+}
+
+/// Samples that share their low bits, and the bytes they take.
+struct Group {
+  int samples;
+  int bytes;
+};
+Group GroupOf(int bits) {
+  if (bits == 12) return {2, 3};
+  return bits == 10 ? Group{4, 5} : Group{4, 7};
+}
+
+/// 10 bits: four high bytes, then one byte with four pairs of low bits, the first sample's lowest. 12 bits: two high
+/// bytes, one byte with two nibbles. 14 bits: four high bytes, then four times six low bits in three bytes.
+void UnpackCsi2(const std::uint8_t* row, int bits, int width, std::uint16_t* out) {
+  const Group group = GroupOf(bits);
+  const int low_bits = bits - 8;
+  for (int x = 0; x < width; x += group.samples, row += group.bytes) {
+    std::uint32_t low = 0;
+    for (int i = group.samples; i < group.bytes; ++i) low |= std::uint32_t{row[i]} << (8 * (i - group.samples));
+    for (int i = 0; i < std::min(group.samples, width - x); ++i) {
+      const std::uint32_t rest = (low >> (low_bits * i)) & ((1u << low_bits) - 1u);
+      out[x + i] = static_cast<std::uint16_t>((std::uint32_t{row[i]} << low_bits) | rest);
+    }
+  }
+}
+
+void UnpackRow(const RawFormat& format, const std::uint8_t* row, int width, std::uint16_t* out) {
+  const int top = (1 << format.bits) - 1;
+  switch (format.packing) {
+    case Packing::Words:
+      for (int x = 0; x < width; ++x) {
+        out[x] = static_cast<std::uint16_t>(std::min(row[2 * x] | row[2 * x + 1] << 8, top));
+      }
+      return;
+    case Packing::Csi2:
+      return UnpackCsi2(row, format.bits, width, out);
+    case Packing::Yuyv:
+      for (int x = 0; x < width; ++x) out[x] = row[2 * x];
+      return;
+    case Packing::Uyvy:
+      for (int x = 0; x < width; ++x) out[x] = row[2 * x + 1];
+      return;
+    case Packing::Bytes:
+    case Packing::Jpeg:
+      std::copy_n(row, width, out);
+  }
+}
+
+void AverageMosaic(Samples& samples, int width, int height) {
+  // In place, row by row: each output needs its own row and the one below. The last row and column look back instead,
+  // where a square of four colours lies as well.
+  const auto at = [&](int x, int y) -> std::uint16_t& {
+    return samples[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+  };
+  for (int y = 0; y + 1 < height; ++y) {
+    for (int x = 0; x + 1 < width; ++x) {
+      at(x, y) = static_cast<std::uint16_t>((at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1) + 2) / 4);
+    }
+    at(width - 1, y) = at(width - 2, y);
+  }
+  for (int x = 0; x < width; ++x) at(x, height - 1) = at(x, height - 2);
+}
+
+/// 16..235 of 8 bits to 0..255.
+void StretchLimited(Samples& samples) {
+  static constexpr auto kStretched = [] {
+    std::array<std::uint16_t, 256> table{};
+    for (int i = 0; i < 256; ++i)
+      table[static_cast<std::size_t>(i)] = static_cast<std::uint16_t>(std::clamp(((i - 16) * 255 + 109) / 219, 0, 255));
+    return table;
+  }();
+  for (auto& sample : samples) sample = kStretched[sample];
+}
+
+}  // namespace
+
+struct LumaReader::Jpeg {
+  tjhandle handle = nullptr;
+  std::vector<std::uint8_t> grey;
+
+  Jpeg() = default;
+  Jpeg(const Jpeg&) = delete;
+  Jpeg& operator=(const Jpeg&) = delete;
+  ~Jpeg() {
+    if (handle != nullptr) tjDestroy(handle);
+  }
+};
+
+LumaReader::LumaReader() = default;
+LumaReader::~LumaReader() = default;
+LumaReader::LumaReader(LumaReader&&) noexcept = default;
+LumaReader& LumaReader::operator=(LumaReader&&) noexcept = default;
+
+std::size_t RowBytes(const RawFormat& format, int width) {
+  const auto count = static_cast<std::size_t>(width);
+  switch (format.packing) {
+    case Packing::Bytes:
+      return count;
+    case Packing::Words:
+    case Packing::Yuyv:
+    case Packing::Uyvy:
+      return 2 * count;
+    case Packing::Csi2: {
+      const Group group = GroupOf(format.bits);
+      const auto samples = static_cast<std::size_t>(group.samples);
+      return (count + samples - 1) / samples * static_cast<std::size_t>(group.bytes);
+    }
+    case Packing::Jpeg:
+      break;
+  }
+  return 0;
+}
+
+Result<Samples> LumaReader::ReadJpeg(const RawPicture& picture) {
+  if (!jpeg_) jpeg_ = std::make_unique<Jpeg>();
+  if (jpeg_->handle == nullptr) jpeg_->handle = tjInitDecompress();
+  if (jpeg_->handle == nullptr) return Fail(Code::Internal, "no JPEG decoder could be made");
+  int width = 0, height = 0, subsampling = 0, colours = 0;
+  const auto size = static_cast<unsigned long>(picture.bytes.size());
+  if (tjDecompressHeader3(jpeg_->handle, picture.bytes.data(), size, &width, &height, &subsampling, &colours) != 0) {
+    return Fail(Code::Protocol, std::string("a frame is no JPEG picture: ") + tjGetErrorStr2(jpeg_->handle));
+  }
+  if (width != picture.width || height != picture.height) {
+    return Fail(Code::Protocol, "a JPEG frame is " + std::to_string(width) + " x " + std::to_string(height) +
+                                    " where " + std::to_string(picture.width) + " x " + std::to_string(picture.height) +
+                                    " was agreed");
+  }
+  jpeg_->grey.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  // A damaged picture decodes with a warning, the rest of it grey: such a frame would be measured as blurred.
+  if (tjDecompress2(jpeg_->handle, picture.bytes.data(), size, jpeg_->grey.data(), width, 0, height, TJPF_GRAY,
+                    TJFLAG_STOPONWARNING) != 0) {
+    return Fail(Code::Protocol, std::string("a JPEG frame is damaged: ") + tjGetErrorStr2(jpeg_->handle));
+  }
+  return Samples(jpeg_->grey.begin(), jpeg_->grey.end());
+}
+
+Result<std::shared_ptr<const Samples>> LumaReader::Read(const RawFormat& format, const RawPicture& picture) {
+  if (!CanBe(format, picture)) return Fail(Code::InvalidArgument, "there is no such picture format");
+  Samples samples;
+  if (format.packing == Packing::Jpeg) {
+    auto decoded = ReadJpeg(picture);
+    if (!decoded) return PassOn(std::move(decoded));
+    samples = std::move(*decoded);
+  } else {
+    const std::size_t row_bytes = RowBytes(format, picture.width);
+    const std::size_t stride = std::max(picture.stride, row_bytes);
+    const auto rows = static_cast<std::size_t>(picture.height);
+    const std::size_t needed = stride * (rows - 1) + row_bytes;
+    if (picture.bytes.size() < needed) {
+      return Fail(Code::Protocol, "a frame has " + std::to_string(picture.bytes.size()) + " bytes where " +
+                                      std::to_string(needed) + " are needed");
+    }
+    const auto width = static_cast<std::size_t>(picture.width);
+    samples.resize(width * rows);
+    for (std::size_t y = 0; y < rows; ++y) {
+      UnpackRow(format, picture.bytes.data() + y * stride, picture.width, samples.data() + y * width);
+    }
+  }
+  if (format.bayer && picture.width > 1 && picture.height > 1) AverageMosaic(samples, picture.width, picture.height);
+  if (format.limited && format.bits == 8) StretchLimited(samples);
+  return std::make_shared<const Samples>(std::move(samples));
+}
+
+}  // namespace lensd::drivers::pixels
