@@ -8,7 +8,7 @@ namespace lensd::daemon {
 namespace {
 
 constexpr drivers::Driver kDrivers[] = {
-    {"sim", sim::OpenSim},
+    {.name = "sim", .open = sim::OpenSim, .probe = nullptr, .reopen = false},
 };
 
 }  // namespace

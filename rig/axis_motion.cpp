@@ -25,6 +25,8 @@ Duration Seconds(double seconds) {
 
 std::optional<Result<MoveOutcome>> AxisMotion::Step(drivers::Lens& lens, const drivers::AxisState& state,
                                                     Instant sampled_at, Instant now) {
+  if (state.waiting) HoldBack(now - last_step_at_, now);
+  last_step_at_ = now;
   switch (phase_) {
     case Phase::Requested:
       return Launch(lens, state.position, now);
@@ -36,6 +38,13 @@ std::optional<Result<MoveOutcome>> AxisMotion::Step(drivers::Lens& lens, const d
       return Follow(lens, state, sampled_at, now);
   }
   return std::nullopt;
+}
+
+/// The time another axis takes is not this one's.
+void AxisMotion::HoldBack(Duration by, Instant now) {
+  progress_at_ = now;
+  deadline_ += by;
+  leg_expected_at_ += by;
 }
 
 /// Past the target by the backlash where arrival would otherwise be from the wrong side, but never past a soft limit.

@@ -35,7 +35,7 @@ class AxisMotion {
   /// To `target`, or to the reference where there is none. `take_up`: how far to overshoot when coming from the wrong
   /// side, native units.
   AxisMotion(const AxisSetup& setup, std::optional<Native> target, double take_up, MoveCallback done, Instant now)
-      : setup_(setup), target_(target), take_up_(take_up), done_(std::move(done)), began_at_(now) {}
+      : setup_(setup), target_(target), take_up_(take_up), done_(std::move(done)), began_at_(now), last_step_at_(now) {}
 
   /// Commands the device where that is due and judges the newest reading. The end, once there is one: an outcome, or
   /// an error where the device would not take the command.
@@ -51,6 +51,7 @@ class AxisMotion {
   enum class Phase { Requested, TakingUp, Going, Settling, Homing };
   using End = std::optional<Result<MoveOutcome>>;
 
+  void HoldBack(Duration by, Instant now);
   Native FirstLeg(Native position);
   End Launch(drivers::Lens& lens, Native position, Instant now);
   End Command(drivers::Lens& lens, Native leg, Phase phase, Native position, Instant now);
@@ -73,6 +74,7 @@ class AxisMotion {
   Native progress_position_;
   Instant progress_at_{};
   Instant began_at_;
+  Instant last_step_at_;
   Instant commanded_at_{};
   Instant leg_expected_at_{};  ///< when a device without feedback will have got there
   Instant deadline_{};

@@ -2,6 +2,8 @@
 #include <chrono>
 #include <random>
 
+#include <gmock/gmock.h>
+
 #include "rig_fixture.h"
 
 namespace lensd::rig {
@@ -58,6 +60,20 @@ TEST_F(MotionTest, WithoutFeedbackNothingIsVerified) {
   EXPECT_TRUE(answers.only()->reached);
   EXPECT_FALSE(answers.only()->verified);
   EXPECT_EQ(answers.only()->reason, "no position feedback");
+}
+
+TEST_F(MotionTest, WaitingForAnotherAxisIsNotAStall) {
+  Open();
+  controls_->stalled = controls_->waiting = true;
+  Answers<MoveOutcome> answers;
+  rig_->Move(Axis::Focus, At(600), answers.Take());
+  Run(60s);
+  EXPECT_TRUE(answers.all.empty());
+  controls_->waiting = false;  // its turn has come, and it stands still
+  RunUntil(answers, 5s);
+  ASSERT_TRUE(answers.only());
+  EXPECT_FALSE(answers.only()->reached);
+  EXPECT_THAT(answers.only()->reason, ::testing::HasSubstr("stalled"));
 }
 
 TEST_F(MotionTest, BacklashIsTakenUpFromOneSideOnly) {

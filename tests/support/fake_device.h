@@ -16,6 +16,7 @@ namespace lensd::testing {
 struct FakeControls {
   double speed = 1000.0;      ///< native units per second
   bool stalled = false;       ///< motors stand still whatever they are told
+  bool waiting = false;       ///< they say that they wait for another axis
   bool disconnected = false;  ///< every call fails
   int lost_read_replies = 0;  ///< the next so many reads time out
   int lost_move_replies = 0;  ///< the next so many moves time out, though obeyed
@@ -93,7 +94,8 @@ class FakeLens final : public drivers::Lens {
       if (!can) continue;
       const double position = PositionNow(axis);
       last_.axes[axis] = drivers::AxisState{.position = Native{can->feedback ? position : motors_[axis].to},
-                                            .moving = position != motors_[axis].to,
+                                            .moving = position != motors_[axis].to || controls_->waiting,
+                                            .waiting = controls_->waiting,
                                             .fault = {}};
     }
     return last_;

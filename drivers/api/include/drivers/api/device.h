@@ -53,6 +53,7 @@ struct Driver {
   std::string_view name;
   OpenFunction open;
   ProbeFunction probe = nullptr;  ///< nullptr: its devices cannot be searched for
+  bool reopen = true;  ///< a device that vanished is closed and opened anew; false: the same object finds it again
 };
 
 }  // namespace lensd::drivers

@@ -60,6 +60,7 @@ struct AxisState {
   Native position{0.0};  ///< where the device says it is (feedback), else the last target
   bool moving = false;
   bool homed = true;     ///< the position refers to a known reference
+  bool waiting = false;  ///< commanded, but held back until another axis is done: moving, with no progress to expect
   std::string fault;     ///< empty, or what the device complains of ("stalled", "over temperature")
 };
 
