@@ -11,28 +11,30 @@ namespace {
 
 using drivers::Axis;
 
-/// Every position within the soft limits, with its meaning.
-Positions PositionsOf(const rig::Rig& rig, Axis axis, const std::function<double(Native)>& meaning) {
+/// Every position within the soft limits, with its meaning; none where they are not all finite.
+Result<Positions> PositionsOf(const rig::Rig& rig, Axis axis, const std::function<double(Native)>& meaning) {
   const drivers::AxisCapabilities& can = *rig.lens().axes[axis];
   const auto [lowest, highest] = rig.SoftLimits(axis);
   Positions positions;
+  std::vector<double> values;
   const double first = std::ceil((lowest.value - can.minimum.value) / can.resolution - 1e-9);
   for (double step = first;; ++step) {
     const Native native{can.minimum.value + step * can.resolution};
     if (native.value > highest.value + 1e-9 * can.resolution) break;
     positions.native.push_back(native);
-    positions.values.push_back(meaning(native));
+    values.push_back(meaning(native));
   }
-  if (positions.values.size() > 1 && positions.values.front() > positions.values.back()) {
-    std::ranges::reverse(positions.native);
-    std::ranges::reverse(positions.values);
-  }
+  auto reachable = optics::ReachableValues::Create(values);
+  if (!reachable) return PassOn(std::move(reachable));
+  positions.values = *std::move(reachable);
   return positions;
 }
 
 /// A motor that is not there stands at one end for ever.
-Positions Fixed(double value) {
-  return {{}, {value}};
+Result<Positions> Fixed(double value) {
+  auto reachable = optics::ReachableValues::Create(std::span(&value, 1));
+  if (!reachable) return PassOn(std::move(reachable));
+  return Positions{{}, *std::move(reachable)};
 }
 
 /// Half the largest distance between neighbours.
@@ -67,15 +69,18 @@ std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& co
   const auto f_number = [optics](Native native) { return optics->FNumberFromNative(native).value; };
   Planning planning;
   planning.principal_gap = config.scale.principal_gap;
-  planning.focus = optics->has_focus() ? PositionsOf(rig, Axis::Focus, extension) : Fixed(nominal.min_extension_m);
-  planning.iris = optics->has_iris() ? PositionsOf(rig, Axis::Iris, f_number) : Fixed(nominal.min_f_number);
+  auto focus = optics->has_focus() ? PositionsOf(rig, Axis::Focus, extension) : Fixed(nominal.min_extension_m);
+  auto iris = optics->has_iris() ? PositionsOf(rig, Axis::Iris, f_number) : Fixed(nominal.min_f_number);
+  if (!focus || !iris) return std::nullopt;
+  planning.focus = *std::move(focus);
+  planning.iris = *std::move(iris);
   optics::PlanRequest& request = planning.defaults;
   request.focal_length = nominal.focal_length_m;
   request.f_numbers = {nominal.min_f_number, nominal.max_f_number};
   request.extensions = {nominal.min_extension_m, nominal.max_extension_m};
   request.pupil_factor = config.pupil_factor;
-  request.sensor_tolerance = HalfStep(planning.focus.values);
-  request.f_number_tolerance = HalfRatio(planning.iris.values);
+  request.sensor_tolerance = HalfStep(planning.focus.values.ascending());
+  request.f_number_tolerance = HalfRatio(planning.iris.values.ascending());
   if (const auto* camera = rig.camera(); camera != nullptr && camera->pixel_um > 0.0) {
     request.pixel = Metres{camera->pixel_um * 1e-6};
   }
@@ -97,7 +102,11 @@ Result<optics::PlanAnswer> PlanAt(const Planning& planning, optics::PlanRequest 
                                   FNumber f_number) {
   request.sensor_tolerance = bound.value;
   RaiseTo(request.f_number_tolerance, planning.defaults.f_number_tolerance);
-  auto answer = optics::PlanOnGrid(request, std::span(&extension.value, 1), std::span(&f_number.value, 1));
+  const auto extensions = optics::ReachableValues::Create(std::span(&extension.value, 1));
+  const auto f_numbers = optics::ReachableValues::Create(std::span(&f_number.value, 1));
+  if (!extensions) return std::unexpected(extensions.error());
+  if (!f_numbers) return std::unexpected(f_numbers.error());
+  auto answer = optics::PlanOnGrid(request, *extensions, *f_numbers);
   if (!answer) return PassOn(std::move(answer));
   return std::move(answer->plan);
 }

@@ -10,10 +10,10 @@
 
 namespace lensd::daemon {
 
-/// The positions one motor can take, and what they mean. Both in the same order, `values` rising.
+/// The positions one motor can take, and what they mean. Both in the same order.
 struct Positions {
   std::vector<Native> native;
-  std::vector<double> values;  ///< metres of extension, or f-numbers
+  optics::ReachableValues values;  ///< metres of extension, or f-numbers
 };
 
 /// Constant for the life of a lens.

@@ -44,9 +44,9 @@ struct Outcome {
   bool scanned = false;
 };
 
-Outcome SolveAll(const Cases& cases, const PlanRequest& request) {
+Outcome SolveThese(const Cases& cases, const PlanRequest& request, const InForce& in_force) {
   Outcome outcome;
-  cases.ForEach(Everything(request), [&](Task& task) {
+  cases.ForEach(in_force, [&](Task& task) {
     Solved solved = SolveForN(task, request.objective == Objective::Depth);
     outcome.scanned = outcome.scanned || solved.scanned;
     if (!solved.feasible) {
@@ -61,6 +61,15 @@ Outcome SolveAll(const Cases& cases, const PlanRequest& request) {
     return true;
   });
   return outcome;
+}
+
+Outcome SolveAll(const Cases& cases, const PlanRequest& request) {
+  const InForce everything = Everything(request);
+  if (const std::optional<InForce> given = cases.WithoutOpen(everything)) {
+    Outcome outcome = SolveThese(cases, request, *given);
+    if (!outcome.best) return outcome;
+  }
+  return SolveThese(cases, request, everything);
 }
 
 std::optional<double> Relax(const Cases& cases, const PlanRequest& request) {

@@ -192,6 +192,12 @@ void Cases::ForEach(const InForce& in_force, const std::function<bool(Task&)>& v
   }
 }
 
+std::optional<InForce> Cases::WithoutOpen(const InForce& in_force) const {
+  InForce given = in_force;
+  for (const OpenInterval& interval : open_) given.limits[static_cast<std::size_t>(interval.limit)] = false;
+  return given.limits == in_force.limits ? std::nullopt : std::optional(given);
+}
+
 bool Cases::VisitStops(Task& task, const std::function<bool(Task&)>& visit) const {
   task.stop = nullptr;
   if (stops_.empty() || !task.f_number_binds) return visit(task);

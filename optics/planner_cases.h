@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "planner_task.h"
@@ -38,6 +39,10 @@ class Cases {
   /// Cases that need a worst ratio above `most_ratio`, which `visit` may lower as it goes, may be passed over.
   void ForEach(const InForce& in_force, const std::function<bool(Task&)>& visit,
                const double& most_ratio = kHolds) const;
+
+  /// `in_force` without the limits whose side is open, which can make thousands of cases; nothing if it has none. What
+  /// is infeasible without them is infeasible.
+  std::optional<InForce> WithoutOpen(const InForce& in_force) const;
 
  private:
   struct OpenInterval {

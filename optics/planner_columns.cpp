@@ -30,6 +30,10 @@ Two Load(const double* from) {
   return v;
 }
 
+void Store(double* to, Two v) {
+  __builtin_memcpy(to, &v, sizeof v);
+}
+
 template <int sign>
 Two Beyond(Two a, Two b) {
   return sign > 0 ? (a < b ? a : b) : (a > b ? a : b);
@@ -81,9 +85,16 @@ class Writer {
   }
 
   void Sharp(double near, double far, double limit) {
-    const double c = limit * (1.0 - lens_.f_number_tolerance);
-    Add(lines_.upper, far, c, -lens_.sensor_tolerance);
-    Add(lines_.lower, near, -c, lens_.sensor_tolerance);
+    const double narrow = 1.0 - lens_.f_number_tolerance;
+    Add(lines_.upper, far, limit * narrow, -lens_.sensor_tolerance);
+    Add(lines_.lower, near, -limit * narrow, lens_.sensor_tolerance);
+  }
+  /// The same for whole columns, two lines at a time.
+  void Sharp(std::span<const double> near, std::span<const double> far, std::span<const double> limit) {
+    const double narrow = 1.0 - lens_.f_number_tolerance;
+    Add(lines_.upper, far, limit, narrow, -lens_.sensor_tolerance);
+    Add(lines_.lower, near, limit, -narrow, lens_.sensor_tolerance);
+    EndSharp();
   }
   void EndSharp() {
     Pad(lines_.upper, kInfinity);
@@ -96,6 +107,12 @@ class Writer {
   }
   void Front(double far, double limit) {
     Add(lines_.upper, far, -limit * (1.0 + lens_.f_number_tolerance), -lens_.sensor_tolerance);
+  }
+  void Behind(std::span<const double> near, std::span<const double> limit) {
+    Add(lines_.lower, near, limit, 1.0 + lens_.f_number_tolerance, lens_.sensor_tolerance);
+  }
+  void Front(std::span<const double> far, std::span<const double> limit) {
+    Add(lines_.upper, far, limit, -1.0 - lens_.f_number_tolerance, -lens_.sensor_tolerance);
   }
   const Lines& End() {
     Pad(lines_.upper, kInfinity);
@@ -113,6 +130,30 @@ class Writer {
     lines_.p_size = std::max(lines_.p_size, p);
     lines_.q_size = std::max(lines_.q_size, std::abs(q));
     lines_.q_least = std::min(lines_.q_least, std::abs(q));
+  }
+  void Add(Side& side, std::span<const double> u, std::span<const double> limit, double factor, double shift) {
+    const double f = lens_.focal_length;
+    Two p_size = {lines_.p_size, lines_.p_size}, q_size = {lines_.q_size, lines_.q_size};
+    Two q_least = {lines_.q_least, lines_.q_least};
+    double* const p_to = side.p + side.rows;
+    double* const q_to = side.q + side.rows;
+    std::size_t i = 0;
+    for (; i + 2 <= u.size(); i += 2) {
+      const Two at = Load(u.data() + i);
+      const Two inverse = 1.0 / (1.0 - f * at);
+      const Two p = f * f * at * inverse, q = Load(limit.data() + i) * factor * inverse;
+      const Two q_magnitude = q > -q ? q : -q;
+      Store(p_to + i, p + shift);
+      Store(q_to + i, q);
+      p_size = Beyond<-1>(p, p_size);
+      q_size = Beyond<-1>(q_magnitude, q_size);
+      q_least = Beyond<1>(q_magnitude, q_least);
+    }
+    side.rows += i;
+    lines_.p_size = std::max(p_size[0], p_size[1]);
+    lines_.q_size = std::max(q_size[0], q_size[1]);
+    lines_.q_least = std::min(q_least[0], q_least[1]);
+    for (; i < u.size(); ++i) Add(side, u[i], limit[i] * factor, shift);
   }
   static void Pad(Side& side, double bound) {
     for (; side.rows % 4 != 0; ++side.rows) {
@@ -424,13 +465,9 @@ ColumnPlan PlanColumns(const ColumnLens& lens, const LimitColumns& limits) {
   if (CountOf(limits) > kFew) return PlanMany(lens, limits);
   std::array<double, 4 * kRoom> room;  // NOLINT(cppcoreguidelines-pro-type-member-init): written before it is read
   Writer writer(lens, room.data(), kRoom);
-  for (std::size_t i = 0; i < limits.sharp_limit.size(); ++i) {
-    writer.Sharp(limits.sharp_near[i], limits.sharp_far[i], limits.sharp_limit[i]);
-  }
-  writer.EndSharp();
-  for (std::size_t i = 0; i < limits.behind_limit.size(); ++i)
-    writer.Behind(limits.behind_near[i], limits.behind_limit[i]);
-  for (std::size_t i = 0; i < limits.front_limit.size(); ++i) writer.Front(limits.front_far[i], limits.front_limit[i]);
+  writer.Sharp(limits.sharp_near, limits.sharp_far, limits.sharp_limit);
+  writer.Behind(limits.behind_near, limits.behind_limit);
+  writer.Front(limits.front_far, limits.front_limit);
   const Settled settled = Solver(lens, writer.End()).SmallestN();
   if (settled.verdict == Verdict::Unsure) return Exactly(lens, limits);
   return {settled.verdict == Verdict::Feasible, settled.n, settled.e, settled.ratio};
@@ -460,38 +497,59 @@ Extremes ExtremesOf(std::span<const double> values) {
   return extremes;
 }
 
-DepthExtremes ExtremesOfClass(std::span<const std::uint16_t> depths, std::span<const std::uint8_t> classes,
-                              std::uint8_t wanted) {
-  // Samples that do not count become 65535 for the nearest and 0 for the farthest: no branch. One subtraction turns the
-  // unknown depth 0 into 65535, so that one comparison serves for the nearest.
-  using Depths = std::uint16_t __attribute__((vector_size(16)));
-  using Labels = std::uint8_t __attribute__((vector_size(8)));
-  constexpr std::size_t kLanes = sizeof(Depths) / sizeof(std::uint16_t);
-  Depths least{}, greatest{};
-  least = ~least;
+namespace {
+
+/// Samples that do not count become 65535 for the nearest and 0 for the farthest: no branch. One subtraction turns the
+/// unknown depth 0 into 65535, so that one comparison serves for the nearest.
+template <bool masked>
+DepthExtremes ExtremesWhere(std::span<const std::uint16_t> depths, std::span<const std::uint16_t> classes,
+                            std::uint16_t wanted) {
+  using Samples = std::uint16_t __attribute__((vector_size(16)));
+  constexpr std::size_t kLanes = sizeof(Samples) / sizeof(std::uint16_t), kChains = 2;
+  const auto load = [](std::span<const std::uint16_t> from, std::size_t i) {
+    Samples samples;
+    __builtin_memcpy(&samples, from.data() + i, sizeof samples);
+    return samples;
+  };
+  std::array<Samples, kChains> least, greatest;
+  least.fill(~Samples{});
+  greatest.fill(Samples{});
   std::size_t i = 0;
-  for (; i + kLanes <= depths.size(); i += kLanes) {
-    Depths depth;
-    Labels label;
-    __builtin_memcpy(&depth, depths.data() + i, sizeof depth);
-    __builtin_memcpy(&label, classes.data() + i, sizeof label);
-    depth &= (Depths)(__builtin_convertvector(label, Depths) == wanted);
-    const Depths known = depth - 1;
-    least = known < least ? known : least;
-    greatest = depth > greatest ? depth : greatest;
+  for (; i + kChains * kLanes <= depths.size(); i += kChains * kLanes) {
+    for (std::size_t chain = 0; chain < kChains; ++chain) {
+      const std::size_t at = i + chain * kLanes;
+      Samples depth = load(depths, at);
+      if constexpr (masked) depth &= (Samples)(load(classes, at) == wanted);
+      const Samples known = depth - 1;
+      least[chain] = known < least[chain] ? known : least[chain];
+      greatest[chain] = depth > greatest[chain] ? depth : greatest[chain];
+    }
   }
   std::uint16_t nearest = 65535, farthest = 0;
   const auto take = [&](std::uint16_t below, std::uint16_t depth) {
     nearest = std::min(nearest, below);
     farthest = std::max(farthest, depth);
   };
-  for (std::size_t lane = 0; lane < kLanes; ++lane) take(least[lane], greatest[lane]);
+  for (std::size_t chain = 0; chain < kChains; ++chain) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) take(least[chain][lane], greatest[chain][lane]);
+  }
   for (; i < depths.size(); ++i) {
-    const std::uint16_t depth = classes[i] == wanted ? depths[i] : std::uint16_t{0};
+    const std::uint16_t depth = !masked || classes[i] == wanted ? depths[i] : std::uint16_t{0};
     take(static_cast<std::uint16_t>(depth - 1), depth);
   }
   if (farthest == 0) return {};
   return {static_cast<std::uint16_t>(nearest + 1), farthest};
+}
+
+}  // namespace
+
+DepthExtremes ExtremesOfClass(std::span<const std::uint16_t> depths, std::span<const std::uint16_t> classes,
+                              std::uint16_t wanted) {
+  return ExtremesWhere<true>(depths, classes, wanted);
+}
+
+DepthExtremes ExtremesOfDepths(std::span<const std::uint16_t> depths) {
+  return ExtremesWhere<false>(depths, {}, 0);
 }
 
 }  // namespace lensd::optics

@@ -22,6 +22,11 @@ class Minimiser {
       if (name >= 0) in_force.limits[static_cast<std::size_t>(name)] = true;
     }
     in_force.depth = has(kDepthName);
+    const std::optional<InForce> given = cases_.WithoutOpen(in_force);
+    return (!given || Feasible(*given)) && Feasible(in_force);
+  }
+
+  bool Feasible(const InForce& in_force) const {
     bool feasible = false;
     cases_.ForEach(in_force, [&](Task& task) {
       feasible = SolveForN(task).feasible;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <ranges>
 
 #include "optics/conjugates.h"
@@ -26,8 +27,7 @@ struct Point {
   bool feasible = false;
 };
 
-/// Indices into a span of values, in ascending order of the values: a stretch where they rise already (thousands of
-/// positions, asked about at every plan), a list otherwise.
+/// Entries of a rising list of values: a stretch of it, or some of it, rising too.
 class Ascending {
  public:
   Ascending() = default;
@@ -40,7 +40,7 @@ class Ascending {
   std::size_t front() const { return (*this)[0]; }
   std::size_t back() const { return (*this)[count_ - 1]; }
   /// How many of the values are below `limit`.
-  std::size_t CountBelow(std::span<const double> values, double limit) const {
+  std::size_t CountBelow(const std::vector<double>& values, double limit) const {
     const auto all = std::views::iota(std::size_t{0}, count_);
     return static_cast<std::size_t>(
         std::ranges::lower_bound(all, limit, {}, [&](std::size_t i) { return values[(*this)[i]]; }) - all.begin());
@@ -51,22 +51,24 @@ class Ascending {
   std::vector<std::size_t> list_;
 };
 
-/// Whether every value is at least the one before it; false where one is not a number.
-bool Rises(std::span<const double> values) {
-  bool rises = true;
-  for (std::size_t i = 1; i < values.size(); ++i) rises &= values[i] >= values[i - 1];
-  return rises;
+/// The entry of rising values nearest to `to`, the lower one of two.
+std::size_t Nearest(const std::vector<double>& values, double to) {
+  const auto above = std::ranges::lower_bound(values, to);
+  if (above == values.begin()) return 0;
+  const bool lower = above == values.end() || to - above[-1] <= *above - to;
+  return static_cast<std::size_t>(above - values.begin()) - (lower ? 1 : 0);
 }
 
-/// Whether every value is finite and above `least`.
-bool AllAbove(std::span<const double> values, double least) {
-  if (Rises(values)) return values.front() > least && std::isfinite(values.back());
-  return std::ranges::all_of(values, [&](double value) { return std::isfinite(value) && value > least; });
+/// The values in [low, high]; where there are none, the value nearest to it.
+Ascending Within(const std::vector<double>& values, double low, double high) {
+  const auto from = std::ranges::lower_bound(values, low), to = std::ranges::upper_bound(values, high);
+  if (from < to) return {static_cast<std::size_t>(from - values.begin()), static_cast<std::size_t>(to - from)};
+  return Ascending(Nearest(values, (low + high) / 2.0));
 }
 
 class Grid {
  public:
-  Grid(const PlanRequest& request, std::span<const double> extensions, std::span<const double> f_numbers)
+  Grid(const PlanRequest& request, const std::vector<double>& extensions, const std::vector<double>& f_numbers)
       : asked_(request), request_(request), extensions_(extensions), f_numbers_(f_numbers), cases_(request_) {
     in_force_ = Everything(request_);
     in_force_.focus = false;
@@ -95,27 +97,6 @@ class Grid {
   double f_number(const Point& point) const { return f_numbers_[point.f_number]; }
 
  private:
-  static std::size_t Nearest(std::span<const double> values, double to) {
-    const auto nearer = [&](double a, double b) { return std::abs(a - to) < std::abs(b - to); };
-    return static_cast<std::size_t>(std::min_element(values.begin(), values.end(), nearer) - values.begin());
-  }
-
-  /// The values in [low, high]; where there are none, the value nearest to it.
-  static Ascending Within(std::span<const double> values, double low, double high) {
-    if (Rises(values)) {
-      const auto from = std::ranges::lower_bound(values, low), to = std::ranges::upper_bound(values, high);
-      if (from < to) return {static_cast<std::size_t>(from - values.begin()), static_cast<std::size_t>(to - from)};
-      return Ascending(Nearest(values, (low + high) / 2.0));
-    }
-    std::vector<std::size_t> chosen;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      if (values[i] >= low && values[i] <= high) chosen.push_back(i);
-    }
-    if (chosen.empty()) return Ascending(Nearest(values, (low + high) / 2.0));
-    std::ranges::sort(chosen, {}, [&](std::size_t i) { return values[i]; });
-    return Ascending(std::move(chosen));
-  }
-
   void ChooseExtensions() {
     double low = asked_.extensions.low.value, high = asked_.extensions.high.value;
     if (asked_.focus) {
@@ -141,7 +122,7 @@ class Grid {
     }
     std::vector<std::size_t> stops;
     for (const Number& stop : asked_.stops) stops.push_back(Nearest(f_numbers_, n(stop)));
-    std::ranges::sort(stops, {}, [&](std::size_t i) { return f_numbers_[i]; });
+    std::ranges::sort(stops);
     by_f_number_ = Ascending(std::move(stops));
   }
 
@@ -190,7 +171,7 @@ class Grid {
 
   const PlanRequest& asked_;
   PlanRequest request_;  ///< the same limits over the reachable ranges, narrowed as the search goes
-  std::span<const double> extensions_, f_numbers_;
+  const std::vector<double>&extensions_, &f_numbers_;
   Cases cases_;
   InForce in_force_;
   Ascending by_extension_, by_f_number_;
@@ -199,14 +180,28 @@ class Grid {
 
 }  // namespace
 
-Result<GridAnswer> PlanOnGrid(const PlanRequest& request, std::span<const double> extensions,
-                              std::span<const double> f_numbers) {
-  if (extensions.empty() || f_numbers.empty()) {
+Result<ReachableValues> ReachableValues::Create(std::span<const double> values) {
+  if (values.empty()) {
     return Fail(Code::InvalidArgument, "this lens states no positions to plan on: calibrate it first");
   }
+  if (!std::ranges::all_of(values, [](double value) { return std::isfinite(value); })) {
+    return Fail(Code::InvalidArgument, "the lens's positions must be finite extensions and f-numbers");
+  }
+  ReachableValues reachable;
+  reachable.ascending_.assign(values.begin(), values.end());
+  if (std::ranges::is_sorted(values)) return reachable;
+  reachable.given_.resize(values.size());
+  std::iota(reachable.given_.begin(), reachable.given_.end(), std::size_t{0});
+  std::ranges::sort(reachable.given_, {}, [&](std::size_t i) { return values[i]; });
+  std::ranges::sort(reachable.ascending_);
+  return reachable;
+}
+
+Result<GridAnswer> PlanOnGrid(const PlanRequest& request, const ReachableValues& extensions,
+                              const ReachableValues& f_numbers) {
   const double least = -request.focal_length.value * std::min(1.0, request.pupil_factor.value);
-  if (!AllAbove(extensions, least) || !AllAbove(f_numbers, 0.0)) {
-    return Fail(Code::InvalidArgument, "the lens's positions must be finite extensions and f-numbers above zero");
+  if (!(extensions.ascending().front() > least) || !(f_numbers.ascending().front() > 0.0)) {
+    return Fail(Code::InvalidArgument, "the lens's positions must be extensions above -f and f-numbers above zero");
   }
   Result<PlanAnswer> continuous = Plan(request);
   if (!continuous) return PassOn(std::move(continuous));
@@ -215,7 +210,7 @@ Result<GridAnswer> PlanOnGrid(const PlanRequest& request, std::span<const double
   const FNumber smallest = continuous->f_number;
   answer.plan = *std::move(continuous);
   if (!answer.continuous_feasible) return answer;
-  Grid grid(request, extensions, f_numbers);
+  Grid grid(request, extensions.ascending(), f_numbers.ascending());
   const Point point = grid.Best(smallest);
   answer.plan.feasible = point.feasible;
   answer.plan.limits.clear();
@@ -225,8 +220,8 @@ Result<GridAnswer> PlanOnGrid(const PlanRequest& request, std::span<const double
     const FieldDepth field = FieldDepthAt(request, grid.f_number(point), grid.extension(point));
     answer.plan.depth_of_field = DepthInterval{PlanDepth::Vergence(field.near), PlanDepth::Vergence(field.far)};
   }
-  answer.extension_index = point.extension;
-  answer.f_number_index = point.f_number;
+  answer.extension_index = extensions.IndexGiven(point.extension);
+  answer.f_number_index = f_numbers.IndexGiven(point.f_number);
   return answer;
 }
 

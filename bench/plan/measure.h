@@ -29,4 +29,7 @@ struct Measured {
 /// machine slows all of them. Sets of samples also get the time to read their data once.
 std::vector<Measured> Measure(const ProblemSet& set, const std::vector<Method>& methods, int rounds);
 
+/// Reducing one class of a depth map of `pixels` to its nearest and farthest depth, beside reading map and mask once.
+std::vector<Measured> MeasureDepthMap(std::size_t pixels, std::uint64_t seed, int rounds);
+
 }  // namespace lensd::bench

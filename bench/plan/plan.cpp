@@ -57,6 +57,9 @@ int Bench(const Options& options) {
     const std::vector<Measured> more = Measure(set, methods, options.rounds);
     rows.insert(rows.end(), more.begin(), more.end());
   }
+  const std::vector<Measured> depth_map =
+      MeasureDepthMap(options.quick ? 1'000'000 : 8'000'000, options.seed, options.rounds);
+  rows.insert(rows.end(), depth_map.begin(), depth_map.end());
   for (const auto& [path, write] : {std::pair{options.csv, &WritePlanCsv}, {options.svg, &WritePlanSvg}}) {
     if (path.empty()) continue;
     if (const auto written = write(rows, path); !written) {

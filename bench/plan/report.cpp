@@ -105,7 +105,10 @@ Result<void> WritePlanCsv(const std::vector<Measured>& rows, const std::string& 
 
 Result<void> WritePlanSvg(const std::vector<Measured>& rows, const std::string& path) {
   std::vector<io::Chart> charts;
-  for (const std::string& set : SetsOf(rows)) charts.push_back(ChartOf(set, rows));
+  for (const std::string& set : SetsOf(rows)) {
+    const auto plans = [&](const Measured& row) { return row.set == set && row.plans; };
+    if (std::ranges::any_of(rows, plans)) charts.push_back(ChartOf(set, rows));
+  }
   return io::WriteSvg(path, io::ChartsSvg(charts, 2));
 }
 

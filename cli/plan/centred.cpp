@@ -34,7 +34,7 @@ double WidestSlope(const PlanRequest& request) {
 /// planner from thousands of gaps that cannot matter. A pupil factor above 1 may blur more, so it gets every gap.
 std::vector<std::pair<int, int>> Runs(const OccupiedDepths& depths, const NamedLimit& limit,
                                       const PlanRequest& request) {
-  if (limit.kind == LimitKind::Sharp || limit.written.side != optics::Side::Either) {
+  if (!MayLieOnBothSides(limit)) {
     return {{depths.front(), depths.back()}};
   }
   const double slope = request.pupil_factor.value > 1.0 ? HUGE_VAL : WidestSlope(request);

@@ -1,14 +1,14 @@
 #include "cli/plan/depth_classes.h"
 
-#include <array>
+#include <optional>
 
 #include "io/png.h"
+#include "optics/planner_columns.h"
 
 namespace lensd::cli {
 namespace {
 
 constexpr int kDepths = 1 << 16;
-constexpr int kClasses = 256;
 
 Result<io::Image> ReadGrey(const std::string& path, int bits, const char* what) {
   auto image = io::ReadPng(path);
@@ -23,57 +23,56 @@ std::string Size(const io::Image& image) {
   return std::to_string(image.width) + "x" + std::to_string(image.height);
 }
 
-/// One table a class of which depths occur. Classes nobody asked for share a table that is thrown away, so that the
-/// pass has no branch.
-class Occupancy {
- public:
-  explicit Occupancy(const std::vector<int>& wanted) : seen_((wanted.size() + 1) * kDepths) {
-    for (std::size_t i = 0; i < wanted.size(); ++i) table_[wanted[i]] = (i + 1) * kDepths;
+/// Every depth of a class, each once: one table of which depths occur.
+OccupiedDepths EveryDepth(const io::Image& depths, const io::Image* classes, int wanted) {
+  std::vector<unsigned char> seen(2 * kDepths);  // the second half takes what is of another class: no branch
+  for (std::size_t i = 0; i < depths.samples.size(); ++i) {
+    const bool other = classes != nullptr && classes->samples[i] != wanted;
+    seen[depths.samples[i] + (other ? kDepths : 0)] = 1;
   }
-
-  void Mark(const io::Image& depths, const io::Image* classes) {
-    for (std::size_t i = 0; i < depths.samples.size(); ++i) {
-      const std::size_t pixel_class = classes != nullptr ? classes->samples[i] : 1;
-      seen_[table_[pixel_class] + depths.samples[i]] = 1;
-    }
+  OccupiedDepths found;
+  for (int depth = 1; depth < kDepths; ++depth) {
+    if (seen[static_cast<std::size_t>(depth)] != 0) found.push_back(depth);
   }
+  return found;
+}
 
-  OccupiedDepths Of(int pixel_class) const {
-    OccupiedDepths depths;
-    const auto* table = seen_.data() + table_[pixel_class];
-    for (int depth = 1; depth < kDepths; ++depth) {
-      if (table[depth] != 0) depths.push_back(depth);
-    }
-    return depths;
+OccupiedDepths Ends(const io::Image& depths, const io::Image* classes, int wanted) {
+  const optics::DepthExtremes ends =
+      classes != nullptr ? optics::ExtremesOfClass(depths.samples, classes->samples, static_cast<std::uint16_t>(wanted))
+                         : optics::ExtremesOfDepths(depths.samples);
+  if (ends.farthest == 0) return {};
+  return ends.nearest == ends.farthest ? OccupiedDepths{ends.nearest} : OccupiedDepths{ends.nearest, ends.farthest};
+}
+
+Result<std::optional<io::Image>> ReadMask(const std::string& path, const io::Image& depths,
+                                          const std::string& depth_map) {
+  if (path.empty()) return std::nullopt;
+  auto classes = ReadGrey(path, 8, "a mask");
+  if (!classes) return std::unexpected(classes.error());
+  if (classes->width != depths.width || classes->height != depths.height) {
+    return Fail(Code::BadData, path + ": the mask is " + Size(*classes) + " px, but the depth map " + depth_map +
+                                   " is " + Size(depths) + " px");
   }
-
- private:
-  std::array<std::size_t, kClasses> table_{};
-  std::vector<unsigned char> seen_;
-};
+  return *std::move(classes);
+}
 
 }  // namespace
 
 Result<std::map<int, OccupiedDepths>> ReadDepthClasses(const std::string& depth_map, const std::string& mask,
-                                                       const std::vector<int>& wanted) {
+                                                       const std::vector<WantedClass>& wanted) {
   const auto depths = ReadGrey(depth_map, 16, "a depth map");
   if (!depths) return std::unexpected(depths.error());
-  Occupancy occupancy(wanted);
-  if (mask.empty()) {
-    occupancy.Mark(*depths, nullptr);
-  } else {
-    const auto classes = ReadGrey(mask, 8, "a mask");
-    if (!classes) return std::unexpected(classes.error());
-    if (classes->width != depths->width || classes->height != depths->height) {
-      return Fail(Code::BadData, mask + ": the mask is " + Size(*classes) + " px, but the depth map " + depth_map +
-                                     " is " + Size(*depths) + " px");
-    }
-    occupancy.Mark(*depths, &*classes);
-  }
+  const auto read = ReadMask(mask, *depths, depth_map);
+  if (!read) return std::unexpected(read.error());
+  const io::Image* classes = *read ? &**read : nullptr;
   std::map<int, OccupiedDepths> found;
-  for (const int pixel_class : wanted) {
-    OccupiedDepths occupied = occupancy.Of(pixel_class);
-    const std::string name = "class @" + std::to_string(pixel_class);
+  for (const auto& [number, every_depth] : wanted) {
+    OccupiedDepths occupied;
+    if (classes != nullptr || number == 1) {
+      occupied = every_depth ? EveryDepth(*depths, classes, number) : Ends(*depths, classes, number);
+    }
+    const std::string name = "class @" + std::to_string(number);
     if (occupied.empty()) {
       return Fail(Code::BadData, (mask.empty() ? depth_map : mask) + ": " + name + " has no pixel of known depth");
     }
@@ -81,7 +80,7 @@ Result<std::map<int, OccupiedDepths>> ReadDepthClasses(const std::string& depth_
       return Fail(Code::BadData, depth_map + ": " + name +
                                      " holds 65535 mm, where 16 bits overflow; write 0 where the depth is unknown");
     }
-    found.emplace(pixel_class, std::move(occupied));
+    found.emplace(number, std::move(occupied));
   }
   return found;
 }

@@ -186,15 +186,17 @@ Result<void> ReadLimits(const std::vector<std::string>& texts, LimitKind kind, R
 
 /// Reads the depth map where limits speak of its classes.
 Result<void> ReadClasses(const PlanText& text, Reading& reading) {
-  std::vector<int> wanted;
+  std::vector<WantedClass> wanted;
   for (const NamedLimit& limit : reading.limits) {
     const auto* mask_class = std::get_if<MaskClass>(&limit.written.where);
-    if (mask_class != nullptr && std::ranges::find(wanted, mask_class->number) == wanted.end()) {
-      wanted.push_back(mask_class->number);
-    }
+    if (mask_class == nullptr) continue;
+    auto known = std::ranges::find(wanted, mask_class->number, &WantedClass::number);
+    if (known == wanted.end()) known = wanted.insert(known, {.number = mask_class->number});
+    known->every_depth = known->every_depth || MayLieOnBothSides(limit);
   }
   if (text.depth_map.empty()) {
-    if (!wanted.empty()) return Usage("classes such as @" + std::to_string(wanted[0]) + " need --depth-map F.png");
+    if (!wanted.empty())
+      return Usage("classes such as @" + std::to_string(wanted[0].number) + " need --depth-map F.png");
     return text.mask.empty() ? Result<void>() : Usage("--mask needs --depth-map F.png");
   }
   if (wanted.empty()) return Usage("--depth-map: no limit uses it; write --sharp @1 for class 1 of the mask");

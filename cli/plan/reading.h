@@ -20,6 +20,11 @@ struct NamedLimit {
   optics::LimitKind kind = optics::LimitKind::Sharp;
 };
 
+/// Whether only the gaps between the limit's occupied depths tell where the focal plane may be; else their ends do.
+inline bool MayLieOnBothSides(const NamedLimit& limit) {
+  return limit.kind == optics::LimitKind::Blurred && limit.written.side == optics::Side::Either;
+}
+
 /// Everything the options say, before distances are turned into depths from the lens centre.
 struct Reading {
   optics::PlanRequest request;

@@ -126,13 +126,16 @@ TEST(PlannerColumns, ExtremesOfSamplesAndClasses) {
   for (const std::size_t size : {1u, 2u, 7u, 8u, 9u, 1000u, 4099u}) {
     std::vector<double> values(size);
     std::vector<std::uint16_t> depths(size);
-    std::vector<std::uint8_t> classes(size);
-    std::uint16_t nearest = 65535, farthest = 0;
+    std::vector<std::uint16_t> classes(size);
+    std::uint16_t nearest = 65535, farthest = 0, nearest_of_all = 65535, farthest_of_all = 0;
     for (std::size_t i = 0; i < size; ++i) {
       values[i] = std::normal_distribution()(random);
       depths[i] = static_cast<std::uint16_t>(random() % 5 == 0 ? 0 : random());
-      classes[i] = static_cast<std::uint8_t>(random() % 3);
-      if (classes[i] != 1 || depths[i] == 0) continue;
+      classes[i] = static_cast<std::uint16_t>(random() % 3);
+      if (depths[i] == 0) continue;
+      nearest_of_all = std::min(nearest_of_all, depths[i]);
+      farthest_of_all = std::max(farthest_of_all, depths[i]);
+      if (classes[i] != 1) continue;
       nearest = std::min(nearest, depths[i]);
       farthest = std::max(farthest, depths[i]);
     }
@@ -142,6 +145,9 @@ TEST(PlannerColumns, ExtremesOfSamplesAndClasses) {
     const DepthExtremes of_class = ExtremesOfClass(depths, classes, 1);
     EXPECT_EQ(of_class.nearest, farthest == 0 ? 0 : nearest);
     EXPECT_EQ(of_class.farthest, farthest);
+    const DepthExtremes of_all = ExtremesOfDepths(depths);
+    EXPECT_EQ(of_all.nearest, farthest_of_all == 0 ? 0 : nearest_of_all);
+    EXPECT_EQ(of_all.farthest, farthest_of_all);
   }
 }
 

@@ -3,9 +3,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <algorithm>
 
 #include <cmath>
 #include <limits>
+#include <random>
 
 namespace lensd::optics {
 namespace {
@@ -132,13 +134,32 @@ struct Hardware {
   }
 };
 
+Result<GridAnswer> OnHardware(const PlanRequest& request, const Hardware& hardware) {
+  return PlanOnGrid(request, *ReachableValues::Create(hardware.extensions),
+                    *ReachableValues::Create(hardware.f_numbers));
+}
+
+TEST(PlannerGrid, TheOrderOfThePositionsIsTheCallersOwn) {
+  const Hardware hardware(400);
+  Hardware shuffled = hardware;
+  std::mt19937_64 random(3);
+  std::ranges::shuffle(shuffled.extensions, random);
+  std::ranges::reverse(shuffled.f_numbers);
+  const GridAnswer plain = *OnHardware(Demo(), hardware), other = *OnHardware(Demo(), shuffled);
+  ASSERT_TRUE(plain.plan.feasible && other.plan.feasible);
+  EXPECT_EQ(plain.plan.extension.value, other.plan.extension.value);
+  EXPECT_EQ(plain.plan.f_number.value, other.plan.f_number.value);
+  EXPECT_EQ(shuffled.extensions[other.extension_index], other.plan.extension.value);
+  EXPECT_EQ(shuffled.f_numbers[other.f_number_index], other.plan.f_number.value);
+}
+
 TEST(PlannerGrid, TheBestReachablePointHoldsAndNoneIsBetter) {
   const Hardware hardware(400);
   PlanRequest request = Demo();
   request.sensor_tolerance = 1e-6;
   for (const Objective objective : {Objective::Light, Objective::Sharp}) {
     request.objective = objective;
-    const Result<GridAnswer> answer = PlanOnGrid(request, hardware.extensions, hardware.f_numbers);
+    const Result<GridAnswer> answer = OnHardware(request, hardware);
     ASSERT_TRUE(answer.has_value());
     ASSERT_TRUE(answer->continuous_feasible && answer->plan.feasible);
     EXPECT_EQ(answer->plan.extension.value, hardware.extensions[answer->extension_index]);
@@ -166,7 +187,7 @@ TEST(PlannerGrid, SaysSoWhenStepsAreCoarserThanTheDepthOfField) {
   PlanRequest request = Demo();
   request.f_numbers = {1.5, 2.1};
   const Hardware hardware(3);
-  const Result<GridAnswer> answer = PlanOnGrid(request, hardware.extensions, hardware.f_numbers);
+  const Result<GridAnswer> answer = OnHardware(request, hardware);
   ASSERT_TRUE(answer.has_value());
   EXPECT_TRUE(answer->continuous_feasible);
   EXPECT_FALSE(answer->plan.feasible);
@@ -180,10 +201,10 @@ TEST(PlannerGrid, AFixedFocusTakesTheNearestStep) {
   request.limits.clear();
   request.focus = PlanDepth::Distance(2.55);  // e = 0.001
   const Hardware hardware(9);
-  const Result<GridAnswer> answer = PlanOnGrid(request, hardware.extensions, hardware.f_numbers);
+  const Result<GridAnswer> answer = OnHardware(request, hardware);
   ASSERT_TRUE(answer.has_value() && answer->plan.feasible);
   EXPECT_NEAR(answer->plan.extension.value, 0.001, 0.0002 * 0.75);
-  EXPECT_FALSE(PlanOnGrid(request, {}, hardware.f_numbers).has_value());
+  EXPECT_FALSE(ReachableValues::Create({}).has_value());
 }
 
 struct Refused {

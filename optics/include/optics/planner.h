@@ -150,16 +150,31 @@ struct GridAnswer {
   /// plan and its limits describe the nearest grid point (least worst ratio), and there is no conflict.
   PlanAnswer plan;
   bool continuous_feasible = false;
-  size_t extension_index = 0;
+  size_t extension_index = 0;  ///< in the order ReachableValues::Create() was given
   size_t f_number_index = 0;
 };
 
-/// Solves `request` over the product of the extensions (metres) and f-numbers that the hardware can reach, both
-/// non-empty and in any order. Values the request's ranges exclude are passed over; a range that holds none, and each
-/// stop, means the reachable value nearest to it, and a fixed focus the reachable extension nearest to it. Whether
-/// every limit holds at the point returned is decided exactly, with the request's tolerances, which should hold the
-/// actuator's own bounds. Infeasible as a continuous request: as Plan() says it.
-Result<GridAnswer> PlanOnGrid(const PlanRequest& request, std::span<const double> extensions,
-                              std::span<const double> f_numbers);
+/// The values a motor can reach, put in order once, so that plans search them by halving.
+class ReachableValues {
+ public:
+  /// In any order. InvalidArgument: none at all, or one that is not finite.
+  static Result<ReachableValues> Create(std::span<const double> values);
+
+  const std::vector<double>& ascending() const { return ascending_; }
+  /// Place in the order given to Create() of an entry of ascending().
+  size_t IndexGiven(size_t of_ascending) const { return given_.empty() ? of_ascending : given_[of_ascending]; }
+
+ private:
+  std::vector<double> ascending_;
+  std::vector<size_t> given_;  ///< empty: they were in order
+};
+
+/// Solves `request` over the product of the extensions (metres) and f-numbers that the hardware can reach. Values the
+/// request's ranges exclude are passed over; a range that holds none, and each stop, means the reachable value nearest
+/// to it, and a fixed focus the reachable extension nearest to it. Whether every limit holds at the point returned is
+/// decided exactly, with the request's tolerances, which should hold the actuator's own bounds. Infeasible as a
+/// continuous request: as Plan() says it.
+Result<GridAnswer> PlanOnGrid(const PlanRequest& request, const ReachableValues& extensions,
+                              const ReachableValues& f_numbers);
 
 }  // namespace lensd::optics

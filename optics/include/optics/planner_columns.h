@@ -44,13 +44,15 @@ struct Extremes {
 };
 Extremes ExtremesOf(std::span<const double> values);
 
-/// The same of those depth samples (0: unknown) whose `classes` entry is `wanted`; {0, 0} when there are none. Equal
-/// lengths.
 struct DepthExtremes {
   std::uint16_t nearest = 0;
   std::uint16_t farthest = 0;
 };
-DepthExtremes ExtremesOfClass(std::span<const std::uint16_t> depths, std::span<const std::uint8_t> classes,
-                              std::uint8_t wanted);
+/// The same of those depth samples (0: unknown) whose `classes` entry is `wanted`; {0, 0} when there are none. Equal
+/// lengths.
+DepthExtremes ExtremesOfClass(std::span<const std::uint16_t> depths, std::span<const std::uint16_t> classes,
+                              std::uint16_t wanted);
+/// The same of all known depth samples.
+DepthExtremes ExtremesOfDepths(std::span<const std::uint16_t> depths);
 
 }  // namespace lensd::optics

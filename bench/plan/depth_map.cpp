@@ -1,0 +1,77 @@
+// How near to the speed of memory a depth map is reduced.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstring>
+#include <functional>
+#include <numeric>
+#include <random>
+
+#include "bench/plan/measure.h"
+#include "optics/planner_columns.h"
+
+namespace lensd::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Samples = std::vector<std::uint16_t>;
+
+/// Reads every sample once, eight bytes at a time.
+std::uint64_t ReadOnce(const Samples& samples) {
+  constexpr std::size_t kWords = 8, kSamples = kWords * sizeof(std::uint64_t) / sizeof(samples[0]);
+  std::array<std::uint64_t, kWords> sums{}, words{};
+  for (std::size_t i = 0; i + kSamples <= samples.size(); i += kSamples) {
+    std::memcpy(words.data(), samples.data() + i, sizeof words);
+    for (std::size_t k = 0; k < kWords; ++k) sums[k] ^= words[k];
+  }
+  return std::accumulate(sums.begin(), sums.end(), std::uint64_t{0});
+}
+
+double Microseconds(const std::function<std::uint64_t()>& work) {
+  const auto start = Clock::now();
+  work();
+  return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
+}
+
+double Median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values[values.size() / 2];
+}
+
+}  // namespace
+
+std::vector<Measured> MeasureDepthMap(std::size_t pixels, std::uint64_t seed, int rounds) {
+  constexpr int kClass = 2, kClasses = 3, kRepeats = 10;
+  std::mt19937_64 random(seed);
+  Samples depths(pixels), classes(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    depths[i] = static_cast<std::uint16_t>(random() % 9000 + 500);
+    classes[i] = static_cast<std::uint16_t>(random() % kClasses);
+  }
+  std::vector<double> ours, floor, ratio;
+  for (int round = 0; round < rounds * kRepeats; ++round) {
+    ours.push_back(Microseconds([&] {
+      const optics::DepthExtremes ends = optics::ExtremesOfClass(depths, classes, kClass);
+      return std::uint64_t{ends.nearest} + ends.farthest;
+    }));
+    floor.push_back(Microseconds([&] { return ReadOnce(depths) + ReadOnce(classes); }));
+    ratio.push_back(floor.back() / ours.back());
+  }
+  const std::string set = std::to_string(pixels / 1'000'000) + " million pixels, one class of a depth map";
+  return {{.set = set,
+           .method = "lensd extremes of a class",
+           .limits = pixels,
+           .problems = 1,
+           .time_us = Median(ours),
+           .time_to_ours = 1.0,
+           .plans = false},
+          {.set = set,
+           .method = "reading the data once",
+           .limits = pixels,
+           .problems = 1,
+           .time_us = Median(floor),
+           .time_to_ours = Median(ratio),
+           .plans = false}};
+}
+
+}  // namespace lensd::bench

@@ -1,0 +1,68 @@
+"""Plans on the positions of a lens: what only its steps rule out, and what they cost."""
+import json
+import os
+import unittest
+
+from harness import HERE, LENS, DaemonTest, Daemon
+
+STEP_MM = 0.2
+F_MM = 25.0
+
+
+class CoarseSteps(DaemonTest):
+    """A lens of nine focus positions: 0, 0.2, ... 1.6 mm."""
+
+    @classmethod
+    def setUpClass(cls):
+        with open(os.path.join(HERE, "small.toml"), encoding="utf-8") as file:
+            scene = file.read().replace("steps = 4001", "steps = 9", 1)
+        cls.scene = os.path.join(HERE, f"coarse-{os.getpid()}.toml")
+        with open(cls.scene, "w", encoding="utf-8") as file:
+            file.write(scene)
+        try:
+            cls.daemon = Daemon(config=f'version = 1\n[[lens]]\nname = "a"\ndriver = "sim"\nscene = "{cls.scene}"\n')
+        finally:
+            os.unlink(cls.scene)
+
+    def subject(self, extension_mm, limit_um):
+        distance_mm = F_MM + F_MM**2 / extension_mm
+        depth = {"distanceM": distance_mm / 1000}
+        return {"stops": [2.0], "limits": [
+            {"name": "it", "kind": "sharp", "limitUm": limit_um, "depths": [{"oneEnd": depth, "otherEnd": depth}]}]}
+
+    def plan(self, request):
+        with self.daemon.client() as client:
+            return client.call(LENS + "Plan", {"request": request})["parameters"]
+
+    def test_what_only_the_steps_rule_out_names_the_nearest(self):
+        # Halfway between two positions. The limit leaves 0.12 mm on either side at f/2 and the motor half a step of
+        # doubt, so 0.3 mm would do and neither 0.2 nor 0.4 mm does.
+        reply = self.plan(self.subject(0.3, 60))
+        self.assertFalse(reply["plan"]["feasible"])
+        self.assertEqual(reply["plan"]["conflict"], ["positions"])
+        nearest = reply["nearest"]
+        self.assertFalse(nearest["feasible"])
+        self.assertIn(round(nearest["extensionMm"], 9), (0.2, 0.4))
+        # By hand: at W = 1 - f U the blur half a step beyond is W (0.1 + 0.1 mm)/N over the limit.
+        w = F_MM / (F_MM + 0.3)
+        self.assertAlmostEqual(nearest["worstRatio"], w * STEP_MM / nearest["fNumber"] / 0.060, delta=0.03)
+        self.assertEqual(reply["plan"]["relax"], nearest["worstRatio"])
+        done = self.daemon.lensctl("plan", "a", "--f-number", "2", "--sharp", "it=2.108333m:60um", "--json")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertEqual(json.loads(done.stdout)["conflict"], ["positions"])
+
+    def test_a_subject_on_a_position_is_met_there(self):
+        plan = self.plan(self.subject(0.4, 60))["plan"]
+        self.assertTrue(plan["feasible"])
+        self.assertAlmostEqual(plan["extensionMm"], 0.4, places=9)
+        self.assertLessEqual(plan["worstRatio"], 1)
+
+    def test_a_limit_finer_than_the_motor_keeps_is_the_limits_own_conflict(self):
+        reply = self.plan(self.subject(0.4, 40))  # 0.08 mm at f/2, less than half a step
+        self.assertFalse(reply["plan"]["feasible"])
+        self.assertIn("it", reply["plan"]["conflict"])
+        self.assertNotIn("nearest", reply)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
