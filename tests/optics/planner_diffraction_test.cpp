@@ -4,7 +4,9 @@
 
 #include <boost/multiprecision/cpp_dec_float.hpp>
 #include <cmath>
+#include <functional>
 #include <random>
+#include <set>
 
 #include "planner_adversary.h"
 #include "planner_reference.h"
@@ -25,47 +27,70 @@ Real VergenceOf(const PlanDepth& depth) {
   return std::isinf(depth.number.value) ? Real(0) : Real(1 / ToReal(depth.number));
 }
 
+/// The names that bind: limits, "focus", "fNumber", "extension".
+using Names = std::set<std::string>;
+
+Names AllNames(const PlanRequest& request) {
+  Names names{"fNumber", "extension"};
+  if (request.focus) names.insert("focus");
+  for (const BlurLimit& limit : request.limits) names.insert(limit.name);
+  return names;
+}
+
 struct Optics {
   explicit Optics(const PlanRequest& request)
       : f(ToReal(request.focal_length)),
+        pupil(ToReal(request.pupil_factor)),
         delta(ToReal(request.sensor_tolerance)),
         epsilon(ToReal(request.f_number_tolerance)),
         lambda(ToReal(*request.wavelength) * (request.diffraction == DiffractionConvention::Airy ? 244 : 175) / 100) {}
 
-  /// Diameter of the blur of a sharp limit, or of geometric blur, at extension e.
-  Real Signed(const Real& u, const Real& n, const Real& e) const { return f / n * ((f + e) * (1 / f - u) - 1); }
+  Real Skew(const Real& u) const { return 1 + f * u * (1 / pupil - 1); }
+  /// Geometric blur at extension e, above 0 behind the focal plane, and with the Airy disk at the working f-number.
+  Real Signed(const Real& u, const Real& n, const Real& e) const {
+    return f / n * ((f + e) * (1 / f - u) - 1) / Skew(u);
+  }
   Real Total(const Real& u, const Real& n, const Real& e) const {
-    const Real b = Signed(u, n, e), d = lambda * (f + e) * n / f;
+    const Real b = Signed(u, n, e), d = lambda * n * (1 + e / (f * pupil));
     return sqrt(b * b + d * d);
   }
 
-  Real f, delta, epsilon, lambda;
+  Real f, pupil, delta, epsilon, lambda;
+};
+
+/// One depth under one limit, its side decided.
+struct Wall {
+  enum class Kind { Sharp, Behind, Front } kind = Kind::Sharp;
+  Real u, size;
+};
+
+/// One choice of sides for the names in force: walls and a box.
+struct Programme {
+  std::vector<Wall> walls;
+  Real low, high;  ///< of the extension
 };
 
 /// What is left of e at one f-number: high - low, or nothing where diffraction alone breaks a limit.
-std::optional<Real> Width(const PlanRequest& request, const Optics& o, const Real& n, const Real& ratio = 1) {
-  Real low = ToReal(request.extensions.low), high = ToReal(request.extensions.high);
-  for (const BlurLimit& limit : request.limits) {
-    const Real size = ToReal(limit.limit);
-    for (const DepthInterval& interval : limit.depths) {
-      for (const PlanDepth* end : {&interval.one_end, &interval.other_end}) {
-        const Real u = VergenceOf(*end), w = 1 / o.f - u;
-        if (limit.kind == LimitKind::Sharp) {
-          // (f/N)² (Z w - 1)² + (k Z N)² <= c², k = λ'/f, a quadratic in Z
-          const Real c = size * (1 - o.epsilon) * ratio, k = o.lambda / o.f * n, g = o.f / n;
-          const Real a = g * g * w * w + k * k, b = g * g * w, rest = g * g - c * c;
-          const Real root = b * b - a * rest;
-          if (root < 0) return std::nullopt;
-          low = std::max(low, Real((b - sqrt(root)) / a - o.f + o.delta));
-          high = std::min(high, Real((b + sqrt(root)) / a - o.f - o.delta));
-        } else {
-          const Real reach = size * (1 + o.epsilon) / ratio * n / o.f;  // (f + e) w - 1 = ± reach
-          const int side = limit.side == Side::Behind ? 1 : -1;
-          const Real edge = (1 + side * reach) / w - o.f;
-          if (side > 0) low = std::max(low, Real(edge + o.delta));
-          if (side < 0) high = std::min(high, Real(edge - o.delta));
-        }
-      }
+std::optional<Real> Width(const Programme& programme, const Optics& o, const Real& n, const Real& ratio) {
+  Real low = programme.low, high = programme.high;
+  for (const Wall& wall : programme.walls) {
+    const Real w = 1 / o.f - wall.u, g = o.Skew(wall.u);
+    if (wall.kind == Wall::Kind::Sharp) {
+      // (f/(N g))² (e w + f w - 1)² + (λ' N/f)² (f + e/p)² <= c², a quadratic in e
+      const Real c = wall.size * (1 - o.epsilon) * ratio, s = o.f / (n * g), d = o.lambda * n / o.f;
+      const Real a = s * s * w * w + d * d / (o.pupil * o.pupil);
+      const Real b = s * s * w * (o.f * w - 1) + d * d * o.f / o.pupil;
+      const Real rest = s * s * (o.f * w - 1) * (o.f * w - 1) + d * d * o.f * o.f - c * c;
+      const Real root = b * b - a * rest;
+      if (root < 0) return std::nullopt;
+      low = std::max(low, Real((-b - sqrt(root)) / a + o.delta));
+      high = std::min(high, Real((-b + sqrt(root)) / a - o.delta));
+    } else {
+      const Real reach = wall.size * (1 + o.epsilon) / ratio * n * g / o.f;  // (f + e) w - 1 = ± reach
+      const bool behind = wall.kind == Wall::Kind::Behind;
+      const Real edge = (1 + (behind ? reach : -reach)) / w - o.f;
+      if (behind) low = std::max(low, Real(edge + o.delta));
+      if (!behind) high = std::min(high, Real(edge - o.delta));
     }
   }
   return high - low;
@@ -74,14 +99,16 @@ std::optional<Real> Width(const PlanRequest& request, const Optics& o, const Rea
 /// Exact ties come out of 60 digits with an error this small.
 const Real kTie("1e-50");
 
-/// Whether some f-number of the range leaves something, by ternary search of the concave width.
-bool Feasible60(const PlanRequest& request, const Optics& o, const Real& ratio = 1) {
-  Real a = ToReal(request.f_numbers.low), b = ToReal(request.f_numbers.high);
-  for (int i = 0; i < 220; ++i) {
+bool Leaves(const std::optional<Real>& width) {
+  return width && *width >= -kTie;
+}
+
+/// Whether some f-number of [a, b] leaves something, by ternary search of the concave width.
+bool SomeLeaves(const Programme& programme, const Optics& o, Real a, Real b, const Real& ratio) {
+  for (int i = 0; i < 220 && b - a > Real("1e-55") * b; ++i) {
     const Real left = a + (b - a) / 3, right = b - (b - a) / 3;
-    const auto at_a = Width(request, o, a, ratio), at_left = Width(request, o, left, ratio),
-               at_right = Width(request, o, right, ratio);
-    if ((at_a && *at_a >= -kTie) || (at_left && *at_left >= -kTie) || (at_right && *at_right >= -kTie)) return true;
+    const auto at_left = Width(programme, o, left, ratio), at_right = Width(programme, o, right, ratio);
+    if (Leaves(at_left) || Leaves(at_right) || Leaves(Width(programme, o, a, ratio))) return true;
     if (!at_left) {
       b = left;
     } else if (!at_right || *at_left > *at_right) {
@@ -90,7 +117,85 @@ bool Feasible60(const PlanRequest& request, const Optics& o, const Real& ratio =
       a = left;
     }
   }
-  return false;
+  return Leaves(Width(programme, o, a, ratio)) || Leaves(Width(programme, o, b, ratio));
+}
+
+/// Calls `visit` for each choice of sides; what the box and a fixed plane leave empty is passed over.
+void ForEachProgramme(const PlanRequest& request, const Optics& o, const Names& names,
+                      const std::function<void(const Programme&)>& visit) {
+  Programme programme;
+  const Real range_low = ToReal(request.extensions.low);
+  programme.low = names.contains("extension") ? range_low : std::min(range_low, Real(0));
+  programme.high = names.contains("extension") ? ToReal(request.extensions.high) : Real("1e9");
+  if (request.focus && names.contains("focus")) {
+    const Real e = 1 / (1 / o.f - VergenceOf(*request.focus)) - o.f;
+    if (e < programme.low - kTie || e > programme.high + kTie) return;
+    programme.low = programme.high = e;
+  }
+  std::vector<const BlurLimit*> open;  // one entry an interval
+  std::vector<const DepthInterval*> intervals;
+  const auto add = [&](const BlurLimit& limit, const DepthInterval& interval, Wall::Kind kind) {
+    for (const PlanDepth* end : {&interval.one_end, &interval.other_end}) {
+      programme.walls.push_back({kind, VergenceOf(*end), ToReal(limit.limit)});
+    }
+  };
+  for (const BlurLimit& limit : request.limits) {
+    if (!names.contains(limit.name)) continue;
+    for (const DepthInterval& interval : limit.depths) {
+      if (limit.kind == LimitKind::Blurred && limit.side == Side::Either) {
+        open.push_back(&limit);
+        intervals.push_back(&interval);
+      } else {
+        add(limit, interval,
+            limit.kind == LimitKind::Sharp ? Wall::Kind::Sharp
+            : limit.side == Side::Behind   ? Wall::Kind::Behind
+                                           : Wall::Kind::Front);
+      }
+    }
+  }
+  const std::size_t given = programme.walls.size();
+  for (std::uint32_t sides = 0; sides < 1u << open.size(); ++sides) {
+    programme.walls.resize(given);
+    for (std::size_t i = 0; i < open.size(); ++i) {
+      add(*open[i], *intervals[i], (sides >> i & 1u) != 0 ? Wall::Kind::Behind : Wall::Kind::Front);
+    }
+    visit(programme);
+  }
+}
+
+/// The largest f-number at which the width is concave for sure, c N/f <= 0.3.
+Real ConcaveUpTo(const PlanRequest& request, const Optics& o, const Names& names) {
+  Real most = 10000;
+  for (const BlurLimit& limit : request.limits) {
+    if (limit.kind != LimitKind::Sharp || !names.contains(limit.name)) continue;
+    most = std::min(most, Real(3 * o.f / (10 * ToReal(limit.limit))));
+  }
+  return most;
+}
+
+/// Whether some setting meets everything in force, sharp limits times `ratio` and blurred ones over it. Nothing where
+/// this reference cannot say: the width would have to be concave beyond where it is known to be.
+std::optional<bool> Feasible60(const PlanRequest& request, const Names& names, const Real& ratio = 1) {
+  const Optics o(request);
+  Real a = ToReal(request.f_numbers.low), b = ToReal(request.f_numbers.high);
+  if (!names.contains("fNumber")) {
+    a = Real("1e-9");
+    b = ConcaveUpTo(request, o, names) / ratio;
+    for (const BlurLimit& limit : request.limits) {  // larger ones must be ruled out by diffraction alone
+      const bool sharp = limit.kind == LimitKind::Sharp && names.contains(limit.name);
+      if (sharp && ToReal(limit.limit) * ratio > o.lambda * b / 2) return std::nullopt;
+    }
+  }
+  bool feasible = false;
+  ForEachProgramme(request, o, names, [&](const Programme& programme) {
+    if (feasible) return;
+    if (request.stops.empty() || !names.contains("fNumber")) {
+      feasible = SomeLeaves(programme, o, a, b, ratio);
+      return;
+    }
+    for (const Number& stop : request.stops) feasible = feasible || Leaves(Width(programme, o, ToReal(stop), ratio));
+  });
+  return feasible;
 }
 
 /// Whether the width is concave with limits times `ratio`, so that ternary search is sound.
@@ -100,22 +205,22 @@ bool IsConvex(const PlanRequest& request, double ratio) {
   });
 }
 
-/// An adversarial request with sides given and a thin lens, the wavelength drawn so that diffraction matters.
+/// An adversarial request with the wavelength drawn so that diffraction matters, and no depth inside the focal length.
 PlanRequest Request(std::uint64_t seed) {
   PlanRequest request = AdversarialRequest(seed);
   std::mt19937_64 random(seed);
   request.wavelength = std::array{Number(550e-9), Number(400e-9), Number(10e-6)}[random() % 3];
   request.diffraction = random() % 2 == 0 ? DiffractionConvention::Airy : DiffractionConvention::Mtf50;
-  request.pupil_factor = 1.0;
-  request.stops.clear();
-  request.focus.reset();
   request.objective = random() % 3 == 0 ? Objective::Sharp : Objective::Light;
-  std::erase_if(request.limits, [&](BlurLimit& limit) {
-    if (limit.side == Side::Either) limit.side = random() % 2 == 0 ? Side::Behind : Side::Front;
-    bool inside = limit.limit.value * request.f_numbers.high.value > 0.3 * request.focal_length.value;  // not convex
+  const double f = request.focal_length.value;
+  const double most_n = 16.0;
+  std::erase_if(request.limits, [&](const BlurLimit& limit) {
+    // not convex
+    bool inside = limit.limit.value * std::max(request.f_numbers.high.value, most_n) > 0.3 * f;
     for (const DepthInterval& interval : limit.depths) {
       for (const PlanDepth* end : {&interval.one_end, &interval.other_end}) {
-        inside = inside || !(end->vergence().value * request.focal_length.value < 0.999999);
+        const double u = end->vergence().value;
+        inside = inside || !(u * f < 0.999999) || !(1.0 + u * f * (1.0 / request.pupil_factor.value - 1.0) > 0.0);
       }
     }
     return inside;
@@ -130,35 +235,71 @@ void CheckLimits(const PlanRequest& request, const Optics& o, const PlanAnswer& 
     const Real size = ToReal(limit.limit);
     const Real allowed = std::max(1e-12, 2.0 * ulp / (limit.limit.value * answer.f_number.value));
     for (const DepthInterval& interval : limit.depths) {
+      Real most = 0, behind = 1e9, front = 1e9;  // greatest blur; least on either side
       for (const PlanDepth* end : {&interval.one_end, &interval.other_end}) {
         for (const Real& at : {Real(e - o.delta), Real(e + o.delta)}) {
-          const Real u = VergenceOf(*end);
-          if (limit.kind == LimitKind::Sharp) {
-            EXPECT_LE(o.Total(u, n, at) / (1 - o.epsilon) / size, 1 + allowed) << limit.name;
-          } else {
-            const Real s = o.Signed(u, n, at) * (limit.side == Side::Behind ? 1 : -1);
-            EXPECT_GE(s / (1 + o.epsilon) / size, 1 - allowed) << limit.name;
-          }
+          const Real u = VergenceOf(*end), s = o.Signed(u, n, at);
+          most = std::max(most, o.Total(u, n, at));
+          behind = std::min(behind, s);
+          front = std::min(front, Real(-s));
         }
+      }
+      if (limit.kind == LimitKind::Sharp) {
+        EXPECT_LE(most / (1 - o.epsilon) / size, 1 + allowed) << limit.name;
+      } else {
+        const Real least = limit.side == Side::Behind  ? behind
+                           : limit.side == Side::Front ? front
+                                                       : std::max(behind, front);
+        EXPECT_GE(least / (1 + o.epsilon) / size, 1 - allowed) << limit.name;
       }
     }
   }
 }
 
 void CheckBest(const PlanRequest& request, const Optics& o, const PlanAnswer& answer) {
+  const Names names = AllNames(request);
   if (request.objective == Objective::Sharp) {
     if (answer.worst_ratio > 1e-9 && IsConvex(request, 1.0)) {
-      EXPECT_FALSE(Feasible60(request, o, Real(answer.worst_ratio) * (1 - Real(1e-9))));
+      EXPECT_FALSE(*Feasible60(request, names, Real(answer.worst_ratio) * (1 - Real(1e-9))));
     }
-  } else if (answer.f_number.value > request.f_numbers.low.value) {
-    const auto less = Width(request, o, Real(answer.f_number.value) * (1 - Real(1e-12)));
-    EXPECT_TRUE(!less || *less < 0) << "a smaller f-number would do";
+    return;
   }
+  ForEachProgramme(request, o, names, [&](const Programme& programme) {
+    const Real smaller = Real(answer.f_number.value) * (1 - Real(1e-12));
+    for (const Number& stop : request.stops) {
+      if (ToReal(stop) < smaller) {
+        EXPECT_FALSE(Leaves(Width(programme, o, ToReal(stop), 1))) << "a smaller stop would do";
+      }
+    }
+    if (!request.stops.empty() || answer.f_number.value <= request.f_numbers.low.value) return;
+    const auto less = Width(programme, o, smaller, 1);
+    EXPECT_TRUE(!less || *less < 0) << "a smaller f-number would do";
+  });
+}
+
+/// The conflict is infeasible, and feasible once any one of its names is dropped. Returns how many of these the
+/// reference could decide.
+long CheckConflict(const PlanRequest& request, const PlanAnswer& answer) {
+  const Names conflict(answer.conflict.begin(), answer.conflict.end());
+  long decided = 0;
+  const auto expect = [&](const Names& names, bool feasible, const std::string& what) {
+    const std::optional<bool> truth = Feasible60(request, names);
+    if (!truth) return;
+    ++decided;
+    EXPECT_EQ(*truth, feasible) << what;
+  };
+  expect(conflict, false, "the conflict itself");
+  for (const std::string& name : conflict) {
+    Names rest = conflict;
+    rest.erase(name);
+    expect(rest, true, "without " + name);
+  }
+  return decided;
 }
 
 TEST(PlannerDiffraction, AgreesWithSixtyDigits) {
-  const long count = testing::ByLevel(60, 600, 100000);
-  long feasible = 0, infeasible = 0, diffracted = 0;
+  const long count = testing::ByLevel(200, 1000, 100000);
+  long feasible = 0, infeasible = 0, diffracted = 0, conflicts = 0;
   for (long seed = 0; seed < count; ++seed) {
     const PlanRequest request = Request(static_cast<std::uint64_t>(seed));
     SCOPED_TRACE(::testing::Message() << "seed " << seed << " wavelength " << request.wavelength->value << "\n"
@@ -166,7 +307,8 @@ TEST(PlannerDiffraction, AgreesWithSixtyDigits) {
     const Result<PlanAnswer> answer = Plan(request);
     ASSERT_TRUE(answer.has_value()) << answer.error().message;
     const Optics o(request);
-    ASSERT_EQ(answer->feasible, Feasible60(request, o));
+    const Names names = AllNames(request);
+    ASSERT_EQ(answer->feasible, *Feasible60(request, names));
     PlanRequest geometric = request;
     geometric.wavelength.reset();
     if (answer->feasible) {
@@ -177,9 +319,10 @@ TEST(PlannerDiffraction, AgreesWithSixtyDigits) {
       ++infeasible;
       diffracted += Plan(geometric)->feasible ? 1 : 0;
       if (answer->relax && IsConvex(request, *answer->relax)) {
-        EXPECT_TRUE(Feasible60(request, o, Real(*answer->relax) * (1 + Real(1e-9))));
-        EXPECT_FALSE(Feasible60(request, o, Real(*answer->relax) * (1 - Real(1e-9))));
+        EXPECT_TRUE(*Feasible60(request, names, Real(*answer->relax) * (1 + Real(1e-9))));
+        EXPECT_FALSE(*Feasible60(request, names, Real(*answer->relax) * (1 - Real(1e-9))));
       }
+      conflicts += CheckConflict(request, *answer);
     }
     if (HasFailure()) break;
   }
@@ -187,6 +330,7 @@ TEST(PlannerDiffraction, AgreesWithSixtyDigits) {
     EXPECT_GT(feasible, count / 8);
     EXPECT_GT(infeasible, count / 8);
     EXPECT_GT(diffracted, count / 100);  // infeasible by diffraction alone
+    EXPECT_GT(conflicts, infeasible);
   }
 }
 
