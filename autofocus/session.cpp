@@ -15,7 +15,7 @@ constexpr int kSmallestWindow = 16;  ///< px
 
 struct MethodRow {
   std::string_view name;
-  bool needs_calibration;
+  bool needs_optics;  ///< pictures, and what a step does to their blur
   std::unique_ptr<Method> (*make)(const Setup& setup);
 };
 
@@ -62,9 +62,14 @@ Result<Session> Session::Create(std::string_view method, const Setup& setup) {
   std::vector<std::string_view> names;
   if (method == "auto") {
     for (const MethodRow& row : kMethods) {
-      if (setup.blur_px || !row.needs_calibration) names.push_back(row.name);
+      if ((setup.blur_px && setup.pictures) || !row.needs_optics) names.push_back(row.name);
     }
   } else {
+    const auto* row = std::ranges::find(kMethods, method, &MethodRow::name);
+    if (row != std::end(kMethods) && row->needs_optics && !setup.pictures) {
+      return Fail(Code::InvalidArgument,
+                  "the method '" + std::string(method) + "' needs pictures, not their sharpness");
+    }
     const auto all = MethodNames();
     if (const auto found = std::ranges::find(all, method); found != all.end()) names.push_back(*found);
   }
@@ -88,10 +93,26 @@ Result<Advice> Session::Next(double position, const drivers::Frame& frame, const
   if (!window) return PassOn(std::move(window));
   auto score = ScoreFocus(frame, *window);
   if (!score) return PassOn(std::move(score));
+  if (!size_) size_ = std::pair(frame.width, frame.height);
+  if (*size_ != std::pair(frame.width, frame.height)) {
+    return Fail(Code::InvalidArgument, "every frame of an autofocus must have the same size");
+  }
   bits_ = frame.bits;
   pixels_ = window->width * window->height;
   scores_.push_back(*score);
-  const Look look{.position = position, .frame = &frame, .window = *window, .score = *score};
+  return Follow({.position = position, .frame = &frame, .window = *window, .score = *score});
+}
+
+Advice Session::NextScore(double position, const Sharpness& sharpness) {
+  FocusScore score;
+  score.gradient_energy = sharpness.value;
+  score.energy_sigma = sharpness.sigma;
+  score.mean = 1.0;
+  scores_.push_back(score);
+  return Follow({.position = position, .frame = nullptr, .window = {}, .score = score});
+}
+
+Advice Session::Follow(const Look& look) {
   Advice advice = to_check_ ? Advice(Check()) : Ask(look);
   // The next method begins where the last one gave up.
   while (Refused(advice) && running_ + 1 < names_.size()) {
@@ -105,7 +126,7 @@ Result<Advice> Session::Next(double position, const drivers::Frame& frame, const
 
 bool Session::Refused(const Advice& advice) {
   const auto* verdict = std::get_if<Verdict>(&advice);
-  return verdict != nullptr && !verdict->focused;
+  return verdict != nullptr && !verdict->focused && !verdict->final;
 }
 
 /// The method's advice; an answer becomes a frame at its position, unless this one is just that.

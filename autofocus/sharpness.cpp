@@ -21,6 +21,7 @@ Sharpness SharpnessOf(const FocusScore& score, double noise_variance, int pixels
   const double variance =
       (kNoiseScatter * noise_variance * noise_variance + 2.0 * std::max(energy, 0.0) * noise_variance) / pixels;
   const double light = std::max(score.mean * score.mean, 1e-12);
+  if (score.energy_sigma > 0) return {score.gradient_energy / light, score.energy_sigma / light};
   return {energy / light, std::sqrt(variance) / light};
 }
 

@@ -75,8 +75,8 @@ Advice Sweep::Next(const Look& look) {
   if (!started_) {
     // The first frame was reached from an unknown side: it is the standard to beat, not a point of the curve.
     started_ = true;
-    bits_ = look.frame->bits;
-    pixels_ = look.window.width * look.window.height;
+    if (look.frame != nullptr) bits_ = look.frame->bits;
+    pixels_ = std::max(look.window.width * look.window.height, 1);
     return Ask();
   }
   samples_.push_back({look.position, look.score});

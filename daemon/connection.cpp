@@ -115,6 +115,14 @@ void Connection::SendLast(std::string_view message) {
   if (!serving_ && socket_ >= 0) sd_event_source_set_enabled(turn_.get(), SD_EVENT_ONESHOT);
 }
 
+void Connection::AtClose(std::uint64_t key, std::move_only_function<void()> closed) {
+  if (!closed) {
+    at_close_.erase(key);
+  } else if (socket_ >= 0) {
+    at_close_[key] = std::move(closed);
+  }
+}
+
 /// Writes what the socket takes; when all is gone, a stream may produce more.
 void Connection::Flush() {
   if (flushing_) return;
@@ -162,6 +170,7 @@ void Connection::Close(std::string_view reason) {
   sd_event_source_set_enabled(turn_.get(), SD_EVENT_OFF);
   close(std::exchange(socket_, -1));
   if (const ExchangePointer gone = std::exchange(current_, nullptr)) gone->PeerGone();
+  for (auto& [key, closed] : std::exchange(at_close_, {})) closed();
   closed_(*this, reason);
 }
 

@@ -1,7 +1,9 @@
 // One client: its bytes in, its calls in strict order, its replies out.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -38,6 +40,8 @@ class Connection {
   void Send(std::string_view message);
   /// The same for the last reply of the call in progress: the next call may begin.
   void SendLast(std::string_view message);
+  /// Called when the connection closes; one for each key, an empty one forgets it.
+  void AtClose(std::uint64_t key, std::move_only_function<void()> closed);
 
  private:
   Connection(int socket, const Limits& limits, Dispatch dispatch, Closed closed);
@@ -60,6 +64,7 @@ class Connection {
   EventSource turn_;  // another round of Serve() after others had their turn
   proto::FrameReader frames_;
   ExchangePointer current_;
+  std::map<std::uint64_t, std::move_only_function<void()>> at_close_;
   std::string output_;
   std::size_t written_ = 0;  // bytes of output_ that are gone already
   bool serving_ = false;     // inside Serve(): replies are flushed at its end

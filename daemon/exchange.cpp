@@ -23,6 +23,10 @@ void Exchange::Refuse(std::string_view error, proto::Json parameters) {
   }
 }
 
+void Exchange::AtClose(std::uint64_t key, std::move_only_function<void()> closed) {
+  if (connection_ != nullptr) connection_->AtClose(key, std::move(closed));
+}
+
 void Exchange::PeerGone() {
   connection_ = nullptr;
   if (auto gone = std::exchange(gone_, nullptr)) gone();

@@ -1,6 +1,7 @@
 // One call being served, from the moment it is understood to its last reply.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string_view>
@@ -17,7 +18,8 @@ class Connection;
 class Exchange : public std::enable_shared_from_this<Exchange> {
  public:
   /// `connection` is null for oneway calls.
-  Exchange(proto::Call call, Connection* connection) : call_(std::move(call)), connection_(connection) {}
+  Exchange(proto::Call call, Connection* connection)
+      : call_(std::move(call)), connection_(connection), peer_(connection) {}
 
   const proto::Call& call() const { return call_; }
   const proto::Json& parameters() const { return call_.parameters; }
@@ -31,6 +33,12 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
 
   /// Called at most once, when the peer goes before the last reply.
   void OnGone(std::move_only_function<void()> gone) { gone_ = std::move(gone); }
+  /// Which client called: equal for calls of one connection that is still open; null for oneway calls.
+  const void* peer() const { return peer_; }
+  /// Called when the client's connection closes, also after the last reply; once, from the event loop. An empty
+  /// function forgets what was left under `key`.
+  void AtClose(std::uint64_t key, std::move_only_function<void()> closed);
+
   /// Called whenever the peer has read everything sent so far, until the last reply.
   void OnDrained(std::move_only_function<void()> drained) { drained_ = std::move(drained); }
 
@@ -41,6 +49,7 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
 
   proto::Call call_;
   Connection* connection_;
+  const void* peer_;  // outlives connection_, to compare only
   std::move_only_function<void()> gone_;
   std::move_only_function<void()> drained_;
 };

@@ -171,17 +171,25 @@ Json MoveProgressJson(Axis axis, const rig::AxisStatus& status) {
 }
 
 Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome) {
-  return {{"lens", name},
-          {"focused", outcome.focused},
-          {"method", outcome.method},
-          {"frames", outcome.frames},
-          {"moves", outcome.moves},
-          {"elapsedMs", Milliseconds(outcome.elapsed)},
-          {"vergenceD", Optional(outcome.vergence)},
-          {"sigmaD", Optional(outcome.sigma)},
-          {"steps", NativeJson(outcome.position.value)},
-          {"confidence", outcome.confidence},
-          {"reason", outcome.reason}};
+  Json candidates = Json::array();
+  for (const rig::AutofocusCandidate& candidate : outcome.candidates) {
+    candidates.push_back({{"region", candidate.region},
+                          {"steps", NativeJson(candidate.position.value)},
+                          {"vergenceD", Optional(candidate.vergence)}});
+  }
+  Json json{{"lens", name},
+            {"focused", outcome.focused},
+            {"method", outcome.method},
+            {"frames", outcome.frames},
+            {"moves", outcome.moves},
+            {"elapsedMs", Milliseconds(outcome.elapsed)},
+            {"vergenceD", Optional(outcome.vergence)},
+            {"sigmaD", Optional(outcome.sigma)},
+            {"steps", NativeJson(outcome.position.value)},
+            {"confidence", outcome.confidence},
+            {"reason", outcome.reason}};
+  if (!candidates.empty()) json["candidates"] = std::move(candidates);
+  return json;
 }
 
 Json AutofocusProgressJson(const rig::AutofocusProgress& progress) {
@@ -190,6 +198,15 @@ Json AutofocusProgressJson(const rig::AutofocusProgress& progress) {
           {"framesExpected", progress.frames_expected},
           {"position", NativeJson(progress.position.value)},
           {"sharpness", proto::NumberOrNull(progress.sharpness)}};
+}
+
+Json FrameWantedJson(const rig::FrameWanted& wanted) {
+  return {{"frame", wanted.number},
+          {"framesExpected", wanted.frames_expected},
+          {"position", NativeJson(wanted.position.value)},
+          {"extensionMm", Optional(wanted.extension, kMmPerMetre)},
+          {"vergenceD", Optional(wanted.vergence)},
+          {"settledAtNs", wanted.since.time_since_epoch().count()}};
 }
 
 Json FrameJson(const rig::LensedFrame& lensed) {
@@ -202,6 +219,8 @@ Json FrameJson(const rig::LensedFrame& lensed) {
           {"gamma", frame.gamma},
           {"sequence", frame.sequence},
           {"exposureMs", Milliseconds(frame.exposure_end - frame.exposure_start)},
+          {"exposureStartNs", frame.exposure_start.time_since_epoch().count()},
+          {"exposureEndNs", frame.exposure_end.time_since_epoch().count()},
           {"extensionMm", Optional(lensed.extension, kMmPerMetre)},
           {"fNumber", Optional(lensed.f_number)},
           {"moving", moving}};

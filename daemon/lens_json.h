@@ -22,6 +22,8 @@ proto::Json MoveProgressJson(drivers::Axis axis, const rig::AxisStatus& status);
 proto::Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome);
 /// AutofocusProgress.
 proto::Json AutofocusProgressJson(const rig::AutofocusProgress& progress);
+/// AutofocusStep.
+proto::Json FrameWantedJson(const rig::FrameWanted& wanted);
 /// FrameInfo.
 proto::Json FrameJson(const rig::LensedFrame& frame);
 

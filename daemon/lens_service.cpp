@@ -14,10 +14,20 @@ using proto::Json;
 
 LensService::LensService(EventLoop& loop, const Clock& clock)
     : loop_(loop), clock_(clock), definition_(BuiltInDefinition(proto::LensInterfaceText())) {
-  handlers_ = {
-      {"List", &LensService::List}, {"Status", &LensService::Status},       {"Monitor", &LensService::Monitor},
-      {"Move", &LensService::Move}, {"Home", &LensService::Home},           {"Stop", &LensService::Stop},
-      {"Plan", &LensService::Plan}, {"Autofocus", &LensService::Autofocus}, {"Snapshot", &LensService::Snapshot}};
+  handlers_ = {{"List", &LensService::List},
+               {"Status", &LensService::Status},
+               {"Monitor", &LensService::Monitor},
+               {"Move", &LensService::Move},
+               {"Home", &LensService::Home},
+               {"Stop", &LensService::Stop},
+               {"Plan", &LensService::Plan},
+               {"Autofocus", &LensService::Autofocus},
+               {"Snapshot", &LensService::Snapshot},
+               {"AutofocusBegin", &LensService::AutofocusBegin},
+               {"AutofocusPixels", &LensService::AutofocusPixels},
+               {"AutofocusFrame", &LensService::AutofocusFrame},
+               {"AutofocusScore", &LensService::AutofocusScore},
+               {"AutofocusEnd", &LensService::AutofocusEnd}};
 }
 
 LensService::~LensService() = default;

@@ -56,7 +56,21 @@ class LensService final : public Service {
   void Plan(const ExchangePointer& exchange);
   void Apply(const ExchangePointer& exchange, Lens& lens, optics::PlanRequest request, const LensPlan& plan);
   void Autofocus(const ExchangePointer& exchange);
+  void AutofocusBegin(const ExchangePointer& exchange);
+  void AutofocusPixels(const ExchangePointer& exchange);
+  void AutofocusFrame(const ExchangePointer& exchange);
+  void AutofocusScore(const ExchangePointer& exchange);
+  void AutofocusEnd(const ExchangePointer& exchange);
   void Snapshot(const ExchangePointer& exchange);
+
+  /// An autofocus whose frames come from a client; see serve_autofocus.cpp.
+  struct FrameSession;
+  using FrameSessionPointer = std::shared_ptr<FrameSession>;
+  FrameSessionPointer FindSession(const ExchangePointer& exchange);
+  void Give(const FrameSessionPointer& session, const ExchangePointer& exchange,
+            std::move_only_function<void(rig::Rig&, rig::StopCallback)> give);
+  void Conclude(const FrameSessionPointer& session, const ExchangePointer& exchange);
+  void EndSession(const FrameSessionPointer& session);
 
   /// The lens the call means; else answers the call with why not and returns null.
   Lens* FindLens(const ExchangePointer& exchange);
@@ -76,6 +90,8 @@ class LensService final : public Service {
   proto::InterfaceDefinition definition_;
   std::map<std::string_view, Handler> handlers_;
   std::map<const Exchange*, Watcher> watchers_;
+  std::map<std::int64_t, FrameSessionPointer> sessions_;
+  std::int64_t last_session_ = 0;
   std::vector<std::unique_ptr<Lens>> lenses_;
   TaskThread pictures_;  // compresses snapshots
 };

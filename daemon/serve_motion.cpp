@@ -1,4 +1,4 @@
-// Move, Home, Stop, Autofocus. The rig decides everything; here its answers find their way back to the caller. A rig's
+// Move, Home, Stop. The rig decides everything; here its answers find their way back to the caller. A rig's
 // callback runs on the worker's thread and hands its reply to Worker::Later(), which the event loop runs.
 #include <algorithm>
 #include <array>
@@ -64,16 +64,6 @@ Result<rig::Target> TargetOf(const Json& parameters) {
   if (!from) return PassOn(std::move(from));
   target->from = *from;
   return *target;
-}
-
-Result<rig::AutofocusRequest> AutofocusRequestOf(const Json& parameters) {
-  rig::AutofocusRequest request;
-  if (const Json* method = Given(parameters, "method")) request.method = method->get<std::string>();
-  if (const Json* region = Given(parameters, "region")) {
-    const auto number = [&](const char* key) { return (*region)[key].get<double>(); };
-    request.region = drivers::Region{number("x"), number("y"), number("w"), number("h")};
-  }
-  return request;
 }
 
 /// On the worker's thread: homes one axis, or every axis that has a reference.
@@ -162,44 +152,6 @@ void LensService::Stop(const ExchangePointer& exchange) {
   lens->worker->Submit([lens, axes, answer](rig::Rig& rig) {
     rig.Stop(axes, [lens, answer](Result<void> stopped) {
       lens->worker->Later([answer, stopped = std::move(stopped)] { answer(stopped); });
-    });
-  });
-}
-
-void LensService::Autofocus(const ExchangePointer& exchange) {
-  Lens* const lens = FindLens(exchange);
-  if (lens == nullptr) return;
-  Result<rig::AutofocusRequest> request = AutofocusRequestOf(exchange->parameters());
-  if (!request) return Refuse(exchange, request.error());
-  auto answer = [this, exchange, lens](const Result<rig::AutofocusOutcome>& outcome) {
-    if (!outcome) return Refuse(exchange, outcome.error());
-    const std::string result = proto::WriteJson(AutofocusJson(lens->name, *outcome));
-    exchange->Finish(Wrap("autofocus", result));
-    Announce(*lens, "autofocus", result);
-  };
-  rig::ProgressCallback progress;
-  if (exchange->call().more) {
-    progress = [lens, exchange](const rig::AutofocusProgress& now) {
-      lens->worker->Later([exchange, text = Wrap("progress", proto::WriteJson(AutofocusProgressJson(now)))] {
-        exchange->Continue(text);
-      });
-    };
-  }
-  auto ended = std::make_shared<bool>(false);  // the worker's thread
-  lens->worker->Submit(
-      [lens, request = *std::move(request), progress = std::move(progress), answer, ended](rig::Rig& rig) mutable {
-        rig.Autofocus(std::move(request), std::move(progress),
-                      [lens, answer, ended](Result<rig::AutofocusOutcome> outcome) {
-                        *ended = true;
-                        lens->worker->Later([answer, outcome = std::move(outcome)] { answer(outcome); });
-                      });
-      });
-  // Nobody is left to be told of the result. The step in between lets commands taken before this one displace the
-  // autofocus first, so that the stop never hits the motion of somebody else.
-  exchange->OnGone([this, lens, ended] {
-    lens->worker->Submit([this, ended](rig::Rig& rig) {
-      rig.Step(clock_.Now());
-      if (!*ended) rig.Stop({}, [](const Result<void>&) {});
     });
   });
 }

@@ -16,10 +16,9 @@ Duration ThreadCpu() {
 
 }  // namespace
 
-AutofocusRun::AutofocusRun(autofocus::Session session, drivers::Region region, Instant deadline, Hands hands,
-                           Scale scale, ProgressCallback progress)
-    : session_(std::move(session)),
-      region_(region),
+AutofocusRun::AutofocusRun(autofocus::Regions search, Instant deadline, Hands hands, Scale scale,
+                           ProgressCallback progress)
+    : search_(std::move(search)),
       began_at_(hands.now()),
       deadline_(deadline),
       hands_(std::move(hands)),
@@ -31,11 +30,11 @@ void AutofocusRun::Begin() {
 }
 
 void AutofocusRun::Look() {
-  hands_.look([this](Result<LensedFrame> taken) { OnFrame(std::move(taken)); });
+  hands_.look([this](Result<Seen> seen) { OnFrame(std::move(seen)); });
 }
 
 Activity AutofocusRun::activity() const {
-  return {Activity::Kind::Autofocus, session_.frames(), session_.frames_expected()};
+  return {Activity::Kind::Autofocus, search_.frames(), search_.frames_expected()};
 }
 
 void AutofocusRun::CheckDeadline() {
@@ -43,29 +42,34 @@ void AutofocusRun::CheckDeadline() {
   GoBack(Refusal("no answer by the deadline"));
 }
 
-void AutofocusRun::OnFrame(Result<LensedFrame> taken) {
+void AutofocusRun::OnFrame(Result<Seen> seen) {
   if (going_back_with_) return;
-  if (!taken) return GoBack(PassOn(std::move(taken)));
-  const auto& focus = taken->axes[drivers::Axis::Focus];
+  if (!seen) return GoBack(PassOn(std::move(seen)));
+  const auto& focus = seen->lensed.axes[drivers::Axis::Focus];
   if (!focus) return GoBack(Fail(Code::Internal, "a frame came without the lens position it was taken at"));
   stands_ = Native{0.5 * (focus->lowest + focus->highest).value};
   if (!start_) start_ = stands_;
-  const double position = scale_.position(stands_);
   const Duration before = ThreadCpu();
-  auto advice = session_.Next(position, taken->frame, region_);
+  auto advice = Show(*seen);
   cpu_ += ThreadCpu() - before;
   if (!advice) return GoBack(PassOn(std::move(advice)));
   Report();
   Follow(*advice);
 }
 
+Result<autofocus::Advice> AutofocusRun::Show(const Seen& seen) {
+  const double position = scale_.position(stands_);
+  if (seen.score) return search_.NextScore(position, *seen.score);
+  return search_.Next(position, seen.lensed.frame);
+}
+
 void AutofocusRun::Report() {
   if (!progress_) return;
-  progress_({.frames = session_.frames(),
+  progress_({.frames = search_.frames(),
              .moves = hands_.motions(),
-             .frames_expected = session_.frames_expected(),
+             .frames_expected = search_.frames_expected(),
              .position = stands_,
-             .sharpness = session_.relative_sharpness()});
+             .sharpness = search_.relative_sharpness()});
 }
 
 void AutofocusRun::Follow(const autofocus::Advice& advice) {
@@ -97,7 +101,9 @@ void AutofocusRun::GoBack(Result<AutofocusOutcome> answer) {
         back ? "" : "; the lens could not be brought back: " + (moved ? moved->reason : moved.error().message);
     if (!last) return hands_.end(Fail(last.error().code, last.error().message + trouble));
     if (moved) stands_ = moved->position;
-    hands_.end(Refusal(last->reason + trouble));
+    AutofocusOutcome refusal = Refusal(last->reason + trouble);
+    refusal.candidates = std::move(last->candidates);
+    hands_.end(std::move(refusal));
   });
 }
 
@@ -110,8 +116,8 @@ AutofocusOutcome AutofocusRun::Refusal(std::string reason) const {
 AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const {
   AutofocusOutcome outcome;
   outcome.focused = verdict.focused;
-  outcome.method = session_.method();
-  outcome.frames = session_.frames();
+  outcome.method = search_.method();
+  outcome.frames = search_.frames();
   outcome.moves = hands_.motions();
   outcome.elapsed = hands_.now() - began_at_;
   outcome.position = stands_;
@@ -124,6 +130,15 @@ AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const 
     outcome.vergence = optics::FocalPlane(scale_.optics->focal_length(), extension);
     // dU/de = 1/Z_s².
     if (verdict.focused) outcome.sigma = Dioptres{verdict.sigma / (to_sensor * to_sensor)};
+  }
+  for (const autofocus::Candidate& found : verdict.candidates) {
+    AutofocusCandidate candidate;
+    candidate.position = scale_.native(found.position);
+    candidate.region = found.region;
+    if (scale_.optics != nullptr) {
+      candidate.vergence = optics::FocalPlane(scale_.optics->focal_length(), Metres{found.position});
+    }
+    outcome.candidates.push_back(candidate);
   }
   return outcome;
 }

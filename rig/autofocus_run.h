@@ -5,7 +5,8 @@
 #include <functional>
 #include <optional>
 
-#include "autofocus/session.h"
+#include "autofocus/regions.h"
+#include "outside.h"
 #include "rig/rig.h"
 
 namespace lensd::rig {
@@ -15,7 +16,7 @@ class AutofocusRun {
   /// What the run may ask of its rig. Each callback comes from a later Step().
   struct Hands {
     std::function<void(Native, MoveCallback)> move;
-    std::function<void(SnapshotCallback)> look;
+    std::function<void(SeenCallback)> look;
     std::function<Instant()> now;
     std::function<int()> motions;                       ///< device motions of the focus axis since the run began
     std::function<void(Result<AutofocusOutcome>)> end;  ///< called once, last
@@ -28,17 +29,20 @@ class AutofocusRun {
     const OpticsTable* optics = nullptr;  ///< positions are extensions in metres; nullptr: native units
   };
 
-  AutofocusRun(autofocus::Session session, drivers::Region region, Instant deadline, Hands hands, Scale scale,
-               ProgressCallback progress);
+  AutofocusRun(autofocus::Regions search, Instant deadline, Hands hands, Scale scale, ProgressCallback progress);
   /// Asks for the first frame.
   void Begin();
   /// To be called at every step: ends the search at its deadline.
   void CheckDeadline();
   Activity activity() const;
+  const std::vector<drivers::Region>& regions() const { return search_.regions(); }
+  int frames() const { return search_.frames(); }
+  int frames_expected() const { return search_.frames_expected(); }
 
  private:
   void Look();
-  void OnFrame(Result<LensedFrame> taken);
+  void OnFrame(Result<Seen> seen);
+  Result<autofocus::Advice> Show(const Seen& seen);
   void OnMoved(Result<MoveOutcome> moved);
   void Follow(const autofocus::Advice& advice);
   void GoBack(Result<AutofocusOutcome> answer);
@@ -46,8 +50,7 @@ class AutofocusRun {
   AutofocusOutcome Outcome(const autofocus::Verdict& verdict) const;
   AutofocusOutcome Refusal(std::string reason) const;
 
-  autofocus::Session session_;
-  drivers::Region region_;
+  autofocus::Regions search_;
   Instant began_at_;
   Instant deadline_;
   Hands hands_;

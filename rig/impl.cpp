@@ -65,17 +65,21 @@ void Rig::Impl::RunReplies() {
     replies_.pop_front();
     reply();
   }
-  if (std::exchange(run_ended_, false)) run_.reset();
+  if (!std::exchange(run_ended_, false)) return;
+  run_.reset();
+  EndOutside();
 }
 
 Instant Rig::Impl::Step(Instant now) {
   for (auto& command : std::exchange(commands_, {})) command();
-  if (auto polled = looks_.Poll(now, SteadySince(), run_ != nullptr); !polled) {
+  if (auto polled = looks_.Poll(now, SteadySince(), run_ != nullptr && !outside_); !polled) {
     for (auto& done : looks_.TakeAll()) Reply(std::move(done), Result<LensedFrame>(std::unexpected(polled.error())));
   }
-  if (Moving() || looks_.anyone() || now >= next_read_) ReadLens();
+  const bool frame_to_judge = outside_ && outside_->given();
+  if (Moving() || looks_.anyone() || frame_to_judge || now >= next_read_) ReadLens();
   AdvanceMotions();
   ServeLooks();
+  ServeOutside();
   if (run_) run_->CheckDeadline();
   RunReplies();
   return NextStep(now);
@@ -84,7 +88,8 @@ Instant Rig::Impl::Step(Instant now) {
 Instant Rig::Impl::NextStep(Instant now) const {
   if (!commands_.empty()) return now;
   const auto steady = SteadySince();
-  if (!steady || looks_.frame()) return now + kMotionPeriod;
+  const bool outside_waits = outside_ && (outside_->unannounced() || outside_->given());
+  if (!steady || looks_.frame() || outside_waits) return now + kMotionPeriod;
   if (looks_.anyone()) return looks_.NextPoll(now, *steady);
   return next_read_;
 }

@@ -11,6 +11,7 @@
 #include "axis_motion.h"
 #include "history.h"
 #include "looks.h"
+#include "outside.h"
 #include "rig/rig.h"
 
 namespace lensd::rig {
@@ -31,6 +32,7 @@ class Rig::Impl {
   void Home(drivers::Axis axis, MoveCallback done);
   void Stop(const std::vector<drivers::Axis>& axes, StopCallback done);
   void Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done);
+  void Give(Given given);
   void Snapshot(Instant since, SnapshotCallback done);
 
   drivers::Device device;
@@ -53,6 +55,8 @@ class Rig::Impl {
   void NoteReading(const drivers::LensState& state);
   void AdvanceMotions();
   void ServeLooks();
+  void ServeOutside();
+  void EndOutside();
   void HandOut(const drivers::Frame& frame);
   LensedFrame WithLens(const drivers::Frame& frame) const;
   void AddOptics(MoveOutcome& outcome) const;
@@ -60,7 +64,7 @@ class Rig::Impl {
   Result<Native> Aim(drivers::Axis axis, const Target& target) const;
   Result<Metres> ExtensionOf(const Target& target) const;
   std::optional<FNumber> CurrentFNumber() const;
-  autofocus::Setup AutofocusSetup();
+  autofocus::Setup AutofocusSetup(const AutofocusRequest& request);
   Activity CurrentActivity() const;
   AutofocusRun::Hands HandsOfRun();
   AutofocusRun::Scale ScaleOfRun();
@@ -82,6 +86,7 @@ class Rig::Impl {
   History history_;
   Looks looks_;
   std::unique_ptr<AutofocusRun> run_;
+  std::optional<Outside> outside_;  ///< of the run, where its frames come from outside
   AutofocusCallback autofocus_done_;
   std::uint64_t run_number_ = 0;
   int run_motions_ = 0;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "impl.h"
+#include "optics/conjugates.h"
 
 namespace lensd::rig {
 namespace {
@@ -37,16 +38,18 @@ AutofocusRun::Scale Rig::Impl::ScaleOfRun() {
           .optics = &*optics};
 }
 
-autofocus::Setup Rig::Impl::AutofocusSetup() {
+autofocus::Setup Rig::Impl::AutofocusSetup(const AutofocusRequest& request) {
   const AxisSetup& focus = *setups_[Axis::Focus];
   const AutofocusRun::Scale scale = ScaleOfRun();
   autofocus::Setup setup;
   std::tie(setup.lowest, setup.highest) = std::minmax({scale.position(focus.minimum), scale.position(focus.maximum)});
   setup.resolution = std::abs(scale.position(focus.minimum + Native{scale.resolution}) - scale.position(focus.minimum));
   const bool calibrated = scale.optics != nullptr;
+  setup.near_is_high = calibrated || focus.config.near_positive;
   setup.ascending = calibrated ? focus.config.approach_near : focus.approach_up;
   const auto f_number = CurrentFNumber();
-  const double pixel_m = device.camera->capabilities().pixel_um * 1e-6;
+  const double pixel_m = (request.outside ? request.outside->pixel_um : device.camera->capabilities().pixel_um) * 1e-6;
+  setup.pictures = !request.outside || !request.outside->scores_only;
   // Blur changes by (1 - f U)/N of the extension's change: a little less than 1/N.
   if (calibrated && f_number && pixel_m > 0) setup.blur_px = f_number->value * pixel_m;
   return setup;
@@ -71,8 +74,13 @@ AutofocusRun::Hands Rig::Impl::HandsOfRun() {
     StartMotion(Axis::Focus, std::clamp(target, focus.minimum, focus.maximum), AutofocusTakeUp(),
                 guarded(std::move(done)));
   };
-  hands.look = [this, guarded](SnapshotCallback done) {
-    looks_.Add({.since = clock.Now(), .for_autofocus = true, .done = guarded(std::move(done))});
+  hands.look = [this, guarded](SeenCallback done) {
+    if (outside_) return outside_->Want(clock.Now(), guarded(std::move(done)));
+    auto taken = [done = guarded(std::move(done))](Result<LensedFrame> frame) mutable {
+      if (!frame) return done(Result<Seen>(std::unexpected(frame.error())));
+      done(Result<Seen>(Seen{*std::move(frame), std::nullopt}));
+    };
+    looks_.Add({.since = clock.Now(), .for_autofocus = true, .done = std::move(taken)});
   };
   hands.now = [this] { return clock.Now(); };
   hands.motions = [this] { return run_motions_ + (motions_[Axis::Focus] ? motions_[Axis::Focus]->commands() : 0); };
@@ -88,14 +96,28 @@ void Rig::Impl::Autofocus(AutofocusRequest request, ProgressCallback progress, A
   const auto refuse = [&](Error error) {
     Reply(std::move(done), Result<AutofocusOutcome>(std::unexpected(std::move(error))));
   };
-  if (!device.camera) return refuse({Code::Unsupported, "autofocus needs a camera, and this lens has none"});
+  if (!device.camera && !request.outside) {
+    return refuse(
+        {Code::Unsupported, "this lens has no camera: autofocus needs one, or frames from outside (AutofocusBegin)"});
+  }
   if (!setups_[Axis::Focus]) return refuse({Code::Unsupported, "this lens has no motorised focus"});
-  const auto& camera = device.camera->capabilities();
-  const drivers::Region region = request.region.value_or(camera.focus_region);
-  if (auto window = autofocus::WindowOf(region, camera.width, camera.height); !window) return refuse(window.error());
+  std::vector<drivers::Region> regions = request.regions;
+  if (request.outside) {
+    if (regions.empty()) regions.push_back({0.0, 0.0, 1.0, 1.0});
+    if (regions.size() > 1 && request.outside->scores_only) {
+      return refuse({Code::InvalidArgument, "several regions need pictures, not their sharpness"});
+    }
+  } else {
+    const auto& camera = device.camera->capabilities();
+    if (regions.empty()) regions.push_back(camera.focus_region);
+    for (const drivers::Region& region : regions) {
+      auto window = autofocus::WindowOf(region, camera.width, camera.height);
+      if (!window) return refuse(window.error());
+    }
+  }
   if (request.deadline <= Duration::zero()) return refuse({Code::InvalidArgument, "a deadline must be above 0"});
-  auto session = autofocus::Session::Create(request.method, AutofocusSetup());
-  if (!session) return refuse(session.error());
+  auto search = autofocus::Regions::Create(request.method, AutofocusSetup(request), std::move(regions), request.policy);
+  if (!search) return refuse(search.error());
 
   const bool focus_under_way = motions_[Axis::Focus] != nullptr;
   Disturb(Axis::Focus);
@@ -103,15 +125,77 @@ void Rig::Impl::Autofocus(AutofocusRequest request, ProgressCallback progress, A
   ++run_number_;
   run_motions_ = 0;
   autofocus_done_ = std::move(done);
-  run_ = std::make_unique<AutofocusRun>(*std::move(session), region, clock.Now() + request.deadline, HandsOfRun(),
-                                        ScaleOfRun(), std::move(progress));
+  outside_.reset();
+  if (request.outside) outside_.emplace(*std::move(request.outside));
+  run_ = std::make_unique<AutofocusRun>(*std::move(search), clock.Now() + request.deadline, HandsOfRun(), ScaleOfRun(),
+                                        std::move(progress));
   run_->Begin();
+}
+
+// ---- frames from outside ------------------------------------------------------------------------------------------
+
+void Rig::Impl::Give(Given given) {
+  StopCallback refused;
+  Result<void> taken = Fail(Code::InvalidArgument, "no autofocus that takes frames from outside is under way");
+  if (outside_) {
+    for (const drivers::Region& region : run_->regions()) {
+      if (given.score) break;
+      auto window = autofocus::WindowOf(region, given.frame.width, given.frame.height);
+      if (!window) return Reply(std::move(given.taken), Result<void>(std::unexpected(window.error())));
+    }
+    taken = outside_->Take(std::move(given), refused);
+  } else {
+    refused = std::move(given.taken);
+  }
+  if (!taken) Reply(std::move(refused), std::move(taken));
+}
+
+/// Says where the next frame is wanted, and judges the one that came: it was exposed while the lens stood there if the
+/// lens has been steady since before and a reading from afterwards still finds it so.
+void Rig::Impl::ServeOutside() {
+  if (!outside_ || !run_ || run_ended_ || !state_ || !state_->axes[Axis::Focus]) return;
+  const auto steady = SteadySince();
+  if (outside_->unannounced()) {
+    FrameWanted wanted;
+    wanted.number = run_->frames() + 1;
+    wanted.frames_expected = run_->frames_expected();
+    wanted.position = state_->axes[Axis::Focus]->position;
+    if (optics && optics->has_focus()) {
+      wanted.extension = optics->ExtensionFromNative(wanted.position);
+      wanted.vergence = optics::FocalPlane(optics->focal_length(), *wanted.extension);
+    }
+    outside_->Announce(clock.Now(), steady, std::move(wanted));
+  }
+  if (!outside_->given()) return;
+  if (state_->sampled_at < outside_->given()->frame.exposure_end) return;
+  if (auto wrong = outside_->WhatIsWrong(steady)) {
+    return Reply(outside_->Refuse(!steady), Result<void>(Fail(Code::InvalidArgument, *std::move(wrong))));
+  }
+  auto [given, seen] = outside_->Accept();
+  Seen shown{.lensed = {.frame = std::move(given.frame), .axes = {}, .extension = {}, .f_number = {}},
+             .score = given.score};
+  for (const Axis axis : drivers::kAxes) {
+    if (!state_->axes[axis]) continue;
+    const Native stood = state_->axes[axis]->position;
+    shown.lensed.axes[axis] = LensedFrame::AxisDuring{stood, stood, false};
+  }
+  Reply(std::move(given.taken), Result<void>());
+  Reply(std::move(seen), Result<Seen>(std::move(shown)));
+}
+
+/// A frame that waits is told that nobody needs it any more.
+void Rig::Impl::EndOutside() {
+  if (outside_ && outside_->given()) {
+    Reply(outside_->Refuse(false), Result<void>(Fail(Code::Cancelled, "the autofocus has ended")));
+  }
+  outside_.reset();
 }
 
 /// Ends the run from outside: superseded, stopped, or the lens is gone. Its motion of the focus axis ends unanswered.
 void Rig::Impl::EndAutofocus(Result<AutofocusOutcome> end) {
   if (!run_ || run_ended_) return;
   run_.reset();
+  EndOutside();
   motions_[Axis::Focus].reset();
   targets_[Axis::Focus].reset();
   looks_.ForgetAutofocus();

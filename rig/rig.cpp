@@ -221,6 +221,21 @@ void Rig::Autofocus(AutofocusRequest request, ProgressCallback progress, Autofoc
   });
 }
 
+void Rig::GiveFrame(drivers::Frame frame, StopCallback taken) {
+  impl_->Command([impl = impl_.get(), frame = std::move(frame), taken = std::move(taken)]() mutable {
+    impl->Give({std::move(frame), std::nullopt, std::move(taken)});
+  });
+}
+
+void Rig::GiveScore(OutsideScore score, StopCallback taken) {
+  impl_->Command([impl = impl_.get(), score, taken = std::move(taken)]() mutable {
+    drivers::Frame times;
+    times.exposure_start = score.exposure_start;
+    times.exposure_end = score.exposure_end;
+    impl->Give({std::move(times), autofocus::Sharpness{score.sharpness, score.sigma}, std::move(taken)});
+  });
+}
+
 void Rig::Snapshot(SnapshotCallback done) {
   impl_->Command([impl = impl_.get(), since = impl_->clock.Now(), done = std::move(done)]() mutable {
     impl->Snapshot(since, std::move(done));

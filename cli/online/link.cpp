@@ -16,8 +16,6 @@ namespace {
 
 using proto::Json;
 
-constexpr Duration kPatience = std::chrono::seconds(10);
-
 struct KnownError {
   std::string_view name;
   Exit status;
@@ -93,8 +91,8 @@ std::expected<Link, Failure> Link::Open(const Session& session) {
   return Link(*std::move(client), globals.timeout);
 }
 
-std::expected<Json, Failure> Link::Ask(std::string_view method, Json parameters) {
-  client_.SetDeadline(MonotonicClock().Now() + timeout_.value_or(kPatience));
+std::expected<Json, Failure> Link::Ask(std::string_view method, Json parameters, Duration patience) {
+  client_.SetDeadline(MonotonicClock().Now() + timeout_.value_or(patience));
   auto reply = client_.Invoke(method, std::move(parameters));
   if (!reply) return Refuse(reply);
   if (!reply->error.empty()) return std::unexpected(FailureOf(*reply));

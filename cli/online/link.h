@@ -20,8 +20,9 @@ class Link {
   /// Connects to the session's socket, else to the built-in path.
   static std::expected<Link, Failure> Open(const Session& session);
 
-  /// One call, one reply; waits --timeout, else 10 s.
-  std::expected<proto::Json, Failure> Ask(std::string_view method, proto::Json parameters);
+  /// One call, one reply; waits --timeout, else `patience`.
+  std::expected<proto::Json, Failure> Ask(std::string_view method, proto::Json parameters,
+                                          Duration patience = std::chrono::seconds(10));
 
   /// Called for every reply before the last. False ends the call by closing the connection.
   using Progress = std::function<bool(const proto::Json&)>;

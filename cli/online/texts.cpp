@@ -91,6 +91,19 @@ std::string MoveText(const Json& move) {
   return line;
 }
 
+std::string AutofocusProgressText(const Json& progress) {
+  std::string line = "frame " + NumberText(progress, "frames", 6, "") + " of about " +
+                     NumberText(progress, "framesExpected", 6, ", ") + NumberText(progress, "moves", 6, " moves") +
+                     ", position " + NumberText(progress, "position", 8, "");
+  if (Has(progress, "sharpness")) line += ", " + NumberText(progress, "sharpness", 3, " times as sharp as at first");
+  return line;
+}
+
+std::string AutofocusStepText(const Json& step) {
+  return "frame " + NumberText(step, "frame", 6, "") + " of about " + NumberText(step, "framesExpected", 6, "") +
+         ", position " + NumberText(step, "position", 8, "") + FocusText(step);
+}
+
 std::string AutofocusText(const Json& result) {
   std::string line = Text(result, "lens") + ": ";
   line += True(result, "focused") ? "focused" : "refused, and back where it was";
@@ -99,7 +112,15 @@ std::string AutofocusText(const Json& result) {
   line += ", confidence " + NumberText(result, "confidence", 3, "") + ", " +
           NumberText(result, "frames", 6, " frames, ") + NumberText(result, "moves", 6, " moves, ") +
           NumberText(result, "elapsedMs", 5, " ms by ") + Text(result, "method");
-  if (!Text(result, "reason").empty()) line += ": " + Text(result, "reason");
+  if (!Text(result, "reason").empty()) {
+    line += (True(result, "focused") ? "\n  why: " : "\n  why not: ") + Text(result, "reason");
+  }
+  if (Has(result, "candidates")) {
+    for (const Json& candidate : result["candidates"]) {
+      line += "\n  in region " + std::to_string(candidate.value("region", 0) + 1) + " at position " +
+              NumberText(candidate, "steps", 8, "") + FocusText(candidate);
+    }
+  }
   return line;
 }
 

@@ -15,7 +15,10 @@ std::string InfoText(const proto::Json& info);
 std::string StatusText(const proto::Json& status);
 /// One line of MoveResult.
 std::string MoveText(const proto::Json& move);
-/// One line of AutofocusResult.
+/// One line of AutofocusProgress, and of AutofocusStep, while it goes on.
+std::string AutofocusProgressText(const proto::Json& progress);
+std::string AutofocusStepText(const proto::Json& step);
+/// One line of AutofocusResult, and one for each candidate.
 std::string AutofocusText(const proto::Json& result);
 
 }  // namespace lensd::cli

@@ -66,7 +66,8 @@ TEST(LensInterface, DocumentsEverything) {
   ASSERT_TRUE(InterfaceDefinition::Parse(ServiceInterfaceText()).has_value());
   const auto definition = InterfaceDefinition::Parse(LensInterfaceText()).value();
   EXPECT_EQ(definition.name(), kLensInterface);
-  for (const char* method : {"List", "Status", "Monitor", "Move", "Home", "Stop", "Plan", "Autofocus", "Snapshot"}) {
+  for (const char* method : {"List", "Status", "Monitor", "Move", "Home", "Stop", "Plan", "Autofocus", "AutofocusBegin",
+                             "AutofocusPixels", "AutofocusFrame", "AutofocusScore", "AutofocusEnd", "Snapshot"}) {
     EXPECT_TRUE(definition.methods().contains(method)) << method;
   }
   std::string_view text = definition.text();

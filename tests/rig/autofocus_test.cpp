@@ -138,10 +138,10 @@ TEST_F(RigAutofocusTest, WhatMakesNoSenseIsRefusedAtOnce) {
   unknown.method = "guess";
   EXPECT_EQ(Autofocus(unknown).only().error().code, Code::InvalidArgument);
   AutofocusRequest outside;
-  outside.region = drivers::Region{0.9, 0.9, 0.2, 0.2};
+  outside.regions = {{0.9, 0.9, 0.2, 0.2}};
   EXPECT_EQ(Autofocus(outside).only().error().code, Code::InvalidArgument);
   AutofocusRequest tiny;
-  tiny.region = drivers::Region{0.5, 0.5, 0.05, 0.05};
+  tiny.regions = {{0.5, 0.5, 0.05, 0.05}};
   EXPECT_EQ(Autofocus(tiny).only().error().code, Code::InvalidArgument);
   auto blind = testing::MakeFakeDevice(clock_, controls_);
   blind.camera.reset();

@@ -38,6 +38,9 @@ struct FocusScore {
   double noise = 0.0;
   double saturated_fraction = 0.0;  ///< of all samples of the window, at full scale
   double mean = 0.0;                ///< of all samples of the window
+  /// Standard deviation of gradient_energy from frame to frame where somebody else measured it; 0: follows from
+  /// `noise`.
+  double energy_sigma = 0.0;
 };
 
 /// Everything in one pass. Windows are at least 3 x 3 px and inside the frame, else InvalidArgument.

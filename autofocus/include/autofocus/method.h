@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "autofocus/measures.h"
 #include "drivers/api/camera.h"
@@ -19,14 +20,16 @@ struct Setup {
   double resolution = 0.0;        ///< between neighbouring positions, > 0
   std::optional<double> blur_px;  ///< change of position that changes the blur diameter by one pixel; none: unknown
   bool ascending = true;          ///< sweeps run toward larger positions: the side that takes up the backlash
+  bool near_is_high = true;       ///< larger positions focus nearer
+  bool pictures = true;           ///< false: sharpness comes ready made, without pictures
 };
 
 /// One frame taken with the lens standing still at `position`.
 struct Look {
   double position = 0.0;
-  const drivers::Frame* frame = nullptr;
-  Window window;     ///< where to look, inside the frame
-  FocusScore score;  ///< of that window
+  const drivers::Frame* frame = nullptr;  ///< nullptr: only the score is known
+  Window window;                          ///< where to look, inside the frame
+  FocusScore score;                       ///< of that window
 };
 
 /// "Go there and take a frame."
@@ -34,13 +37,22 @@ struct GoAndLook {
   double position = 0.0;  ///< within lowest..highest
 };
 
+/// A place where something in the region, or one of several regions, is in focus.
+struct Candidate {
+  double position = 0.0;
+  double sigma = 0.0;  ///< standard deviation of `position`; 0: not known
+  int region = 0;      ///< index of the region
+};
+
 /// The end.
 struct Verdict {
   bool focused = false;
-  double position = 0.0;    ///< best focus, where focused
-  double sigma = 0.0;       ///< standard deviation of `position`
-  double confidence = 0.0;  ///< 0..1: how sure the method is that this is the sharpest place
-  std::string reason;       ///< why it believes, or why it refuses: one line for people
+  double position = 0.0;              ///< best focus, where focused
+  double sigma = 0.0;                 ///< standard deviation of `position`
+  double confidence = 0.0;            ///< 0..1: how sure the method is that this is the sharpest place
+  std::string reason;                 ///< why it believes, or why it refuses: one line for people
+  std::vector<Candidate> candidates;  ///< what there was to choose from, where it was more than one
+  bool final = false;                 ///< a refusal that no other method could turn into an answer
 };
 
 using Advice = std::variant<GoAndLook, Verdict>;

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "autofocus/method.h"
@@ -21,13 +23,17 @@ Result<Window> WindowOf(const drivers::Region& region, int width, int height);
 
 class Session {
  public:
-  /// InvalidArgument: no such method.
+  /// InvalidArgument: no such method, or one that needs pictures where there are none.
   static Result<Session> Create(std::string_view method, const Setup& setup);
 
   /// Takes the first frame, then each frame asked for, with the position it was taken at. A focused verdict has been
   /// checked: the lens stands at its position. After a verdict the session is over.
   /// InvalidArgument: the window does not fit the frame.
   Result<Advice> Next(double position, const drivers::Frame& frame, const drivers::Region& region);
+
+  /// The same for a sharpness that somebody else measured: any value that rises with focus, > 0, and its standard
+  /// deviation from frame to frame, > 0.
+  Advice NextScore(double position, const Sharpness& sharpness);
 
   /// The method that is running: "auto" names the one it has come to.
   std::string_view method() const { return names_[running_]; }
@@ -41,6 +47,7 @@ class Session {
   Session(const Setup& setup, std::vector<std::string_view> names);
   void StartMethod();
   static bool Refused(const Advice& advice);
+  Advice Follow(const Look& look);
   Advice Ask(const Look& look);
   std::vector<Sharpness> Sharpnesses() const;
   Verdict Check() const;
@@ -51,6 +58,7 @@ class Session {
   std::unique_ptr<Method> method_;
   int frames_before_ = 0;  ///< it began
   std::vector<FocusScore> scores_;
+  std::optional<std::pair<int, int>> size_;  ///< of the frames, px
   int bits_ = 8;
   int pixels_ = 1;
   std::optional<Verdict> to_check_;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "autofocus/regions.h"
 #include "base/clock.h"
 #include "base/result.h"
 #include "base/units.h"
@@ -36,10 +37,39 @@ struct LensedFrame {
   std::optional<FNumber> f_number;
 };
 
+/// Where an autofocus whose frames come from outside wants the next one.
+struct FrameWanted {
+  int number = 1;                   ///< of the frame in this run
+  int frames_expected = 0;          ///< in all, as far as can be told
+  Native position;                  ///< where the lens stands
+  std::optional<Metres> extension;  ///< there, where optics are known
+  std::optional<Dioptres> vergence;
+  Instant since{};  ///< exposures that begin now or later will do
+};
+using WantedCallback = std::function<void(const FrameWanted&)>;
+
+/// A camera that somebody else drives.
+struct OutsideCamera {
+  double pixel_um = 0.0;     ///< pitch of its pixels; 0: not known, so only search methods work
+  bool scores_only = false;  ///< it sends no pictures but their sharpness
+  WantedCallback wanted;     ///< called from Step() when the lens stands where the next frame is wanted
+};
+
+/// How sharp a frame is by somebody else's measure.
+struct OutsideScore {
+  double sharpness = 0.0;  ///< > 0, any unit, rises with focus
+  double sigma = 0.0;      ///< > 0: its standard deviation from frame to frame
+  Instant exposure_start{};
+  Instant exposure_end{};
+};
+
 struct AutofocusRequest {
-  std::optional<drivers::Region> region;         ///< default: the camera's own
-  std::string method = "auto";                   ///< a name of autofocus::MethodNames()
-  Duration deadline = std::chrono::seconds(20);  ///< for the search, from its start; going back adds a move
+  std::vector<drivers::Region> regions{};                 ///< default: the camera's own
+  autofocus::Policy policy = autofocus::Policy::Nearest;  ///< which of several regions gives the answer
+  std::string method = "auto";                            ///< a name of autofocus::MethodNames()
+  Duration deadline = std::chrono::seconds(20);           ///< for the search, from its start; going back adds a move
+  std::optional<OutsideCamera> outside{};  ///< instead of the lens's own camera; `regions` are of its frames then,
+                                           ///< all of them by default
 };
 
 /// How far an autofocus run has come.
@@ -51,6 +81,13 @@ struct AutofocusProgress {
   double sharpness = 0.0;   ///< of the last frame relative to the first
 };
 
+/// One of several places in focus.
+struct AutofocusCandidate {
+  Native position;
+  std::optional<Dioptres> vergence;
+  int region = 0;  ///< index of the request's region
+};
+
 struct AutofocusOutcome {
   bool focused = false;
   std::string method;
@@ -59,10 +96,11 @@ struct AutofocusOutcome {
   Duration elapsed{};
   std::optional<Dioptres> vergence;  ///< where the lens now stands, where optics are known
   std::optional<Dioptres> sigma;
-  Native position;          ///< where the lens now stands
-  Duration cpu{};           ///< processor time the method itself took
-  double confidence = 0.0;  ///< 0..1
-  std::string reason;       ///< why it believes the answer, or why it refuses
+  Native position;                             ///< where the lens now stands
+  Duration cpu{};                              ///< processor time the method itself took
+  double confidence = 0.0;                     ///< 0..1
+  std::string reason;                          ///< why it believes the answer, or why it refuses
+  std::vector<AutofocusCandidate> candidates;  ///< what there was to choose from, where it was more than one
 };
 
 using StopCallback = std::move_only_function<void(Result<void>)>;
@@ -140,6 +178,11 @@ class Rig {
   /// Focuses on a region. Refusing is an outcome, not an error. Unsupported: no camera, no focus axis. InvalidArgument:
   /// no such method, a region outside the frame.
   void Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done);
+  /// The frame, or its sharpness, that an autofocus with an OutsideCamera wants. `taken` says whether it was used; what
+  /// follows comes through that run's own callbacks. InvalidArgument: no frame is wanted, the exposure began too early
+  /// or has not ended, the picture is too small: the same frame is still wanted then.
+  void GiveFrame(drivers::Frame frame, StopCallback taken);
+  void GiveScore(OutsideScore score, StopCallback taken);
   /// One frame exposed wholly after this call with every axis settled. Unsupported: no camera. Timeout: none came.
   void Snapshot(SnapshotCallback done);
 

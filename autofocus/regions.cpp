@@ -1,0 +1,146 @@
+#include "autofocus/regions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace lensd::autofocus {
+namespace {
+
+constexpr std::size_t kKeptFrames = 3;
+constexpr double kHalfDepthOfFieldPx = 2.0;
+constexpr double kSigmas = 3.0;
+
+std::string Ordinal(std::size_t index) {
+  return "region " + std::to_string(index + 1);
+}
+
+}  // namespace
+
+Result<Policy> PolicyFromName(std::string_view name) {
+  if (name == "nearest") return Policy::Nearest;
+  if (name == "farthest") return Policy::Farthest;
+  if (name == "widest") return Policy::Widest;
+  return Fail(Code::InvalidArgument,
+              "there is no policy '" + std::string(name) + "' for several regions: say nearest, farthest or widest");
+}
+
+Result<Regions> Regions::Create(std::string_view method, const Setup& setup, std::vector<drivers::Region> regions,
+                                Policy policy) {
+  if (regions.size() > kMost) {
+    return Fail(Code::InvalidArgument, "autofocus looks at no more than " + std::to_string(kMost) + " regions");
+  }
+  auto first = Session::Create(method, setup);
+  if (!first) return PassOn(std::move(first));
+  return Regions(method, setup, std::move(regions), policy, *std::move(first));
+}
+
+Regions::Regions(std::string_view method, const Setup& setup, std::vector<drivers::Region> regions, Policy policy,
+                 Session first)
+    : method_(method), setup_(setup), regions_(std::move(regions)), policy_(policy) {
+  sessions_.push_back(std::move(first));
+}
+
+int Regions::frames_expected() const {
+  const int left = static_cast<int>(regions_.size() - sessions_.size());
+  return std::max(frames_ + sessions_.back().frames_expected() - sessions_.back().frames() + left, frames_);
+}
+
+Result<Advice> Regions::Next(double position, const drivers::Frame& frame) {
+  ++frames_;
+  const Taken taken{position, frame};
+  if (chosen_) {
+    auto checked = sessions_[chosen_region_].Next(position, frame, regions_[chosen_region_]);
+    if (!checked) return checked;
+    auto verdict = std::get<Verdict>(*checked);
+    if (!verdict.focused) return Advice(std::move(verdict));
+    return Advice(*chosen_);
+  }
+  if (regions_.size() > 1 && taken_.size() < kKeptFrames) taken_.push_back(taken);
+  auto advice = Show(taken);
+  while (advice && std::holds_alternative<Verdict>(*advice)) {
+    if (regions_.size() == 1) return advice;
+    verdicts_.push_back(std::get<Verdict>(*std::move(advice)));
+    if (sessions_.size() == regions_.size()) return Choose(position);
+    advice = StartNext();
+  }
+  return advice;
+}
+
+Result<Advice> Regions::NextScore(double position, const Sharpness& sharpness) {
+  if (regions_.size() != 1) return Fail(Code::InvalidArgument, "several regions need pictures, not their sharpness");
+  ++frames_;
+  return sessions_.back().NextScore(position, sharpness);
+}
+
+Result<Advice> Regions::Show(const Taken& taken) {
+  return sessions_.back().Next(taken.position, taken.frame, regions_[sessions_.size() - 1]);
+}
+
+/// The next region begins with the frames there are, as long as its method can use frames of any position.
+Result<Advice> Regions::StartNext() {
+  auto session = Session::Create(method_, setup_);
+  if (!session) return PassOn(std::move(session));
+  sessions_.push_back(*std::move(session));
+  Result<Advice> advice = Show(taken_.front());
+  for (std::size_t i = 1; i < taken_.size() && advice && std::holds_alternative<GoAndLook>(*advice); ++i) {
+    if (sessions_.back().method() != "defocus") break;
+    advice = Show(taken_[i]);
+  }
+  return advice;
+}
+
+std::vector<std::size_t> Regions::Agreeing(std::size_t with) const {
+  std::vector<std::size_t> members;
+  for (std::size_t i = 0; i < verdicts_.size(); ++i) {
+    if (!verdicts_[i].focused) continue;
+    const double apart = std::abs(verdicts_[i].position - verdicts_[with].position);
+    const double noise = kSigmas * std::hypot(verdicts_[i].sigma, verdicts_[with].sigma);
+    const double allowed = setup_.blur_px ? kHalfDepthOfFieldPx * *setup_.blur_px : noise;
+    if (apart <= std::max(allowed, setup_.resolution)) members.push_back(i);
+  }
+  return members;
+}
+
+Verdict Regions::RefuseAll() const {
+  Verdict verdict;
+  verdict.reason = "no region could be focused";
+  for (std::size_t i = 0; i < verdicts_.size(); ++i) verdict.reason += "; " + Ordinal(i) + ": " + verdicts_[i].reason;
+  return verdict;
+}
+
+Advice Regions::Choose(double stands) {
+  std::optional<std::size_t> best;
+  std::size_t most = 0;
+  for (std::size_t i = 0; i < verdicts_.size(); ++i) {
+    if (!verdicts_[i].focused) continue;
+    const double nearer =
+        best ? (verdicts_[i].position - verdicts_[*best].position) * (setup_.near_is_high ? 1 : -1) : 0;
+    const std::size_t agreeing = Agreeing(i).size();
+    const bool better = !best || (policy_ == Policy::Nearest && nearer > 0) ||
+                        (policy_ == Policy::Farthest && nearer < 0) || (policy_ == Policy::Widest && agreeing > most);
+    if (!better) continue;
+    best = i;
+    most = agreeing;
+  }
+  if (!best) return RefuseAll();
+  chosen_ = verdicts_[*best];
+  chosen_region_ = *best;
+  const std::string of = " of " + std::to_string(regions_.size()) + " regions";
+  if (policy_ == Policy::Widest) {
+    chosen_->reason = std::to_string(most) + of + " agree; " + Ordinal(*best) + ": " + chosen_->reason;
+  } else {
+    chosen_->reason =
+        std::string(policy_ == Policy::Nearest ? "the nearest" : "the farthest") + of + ": " + chosen_->reason;
+  }
+  chosen_->candidates.clear();
+  for (std::size_t i = 0; i < verdicts_.size(); ++i) {
+    if (verdicts_[i].focused) {
+      chosen_->candidates.push_back({verdicts_[i].position, verdicts_[i].sigma, static_cast<int>(i)});
+    }
+  }
+  if (std::abs(stands - chosen_->position) < 0.5 * setup_.resolution) return *chosen_;
+  return GoAndLook{chosen_->position};
+}
+
+}  // namespace lensd::autofocus

@@ -1,0 +1,117 @@
+// autofocus: with the lens' own camera, or with pictures that a command takes.
+#include "cli/online/autofocus.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+
+#include "cli/online/arguments.h"
+#include "cli/online/commands.h"
+#include "cli/online/texts.h"
+#include "cli/quantity.h"
+
+namespace lensd::cli {
+namespace {
+
+using proto::Json;
+
+/// `X,Y,W,H` as fractions of the frame.
+Result<Json> ParseRegion(std::string_view text) {
+  constexpr const char* kKeys[] = {"x", "y", "w", "h"};
+  Json region = Json::object();
+  for (std::size_t i = 0; i < std::size(kKeys); ++i) {
+    const std::size_t comma = text.find(',');
+    if ((comma == text.npos) != (i + 1 == std::size(kKeys))) {
+      return Fail(Code::InvalidArgument, "--roi: say X,Y,W,H as fractions of the frame, such as 0.4,0.4,0.2,0.2");
+    }
+    auto number = ParseNumber(text.substr(0, comma), "--roi");
+    if (!number) return PassOn(std::move(number));
+    region[kKeys[i]] = *number->Nearest();
+    text.remove_prefix(comma == text.npos ? text.size() : comma + 1);
+  }
+  return region;
+}
+
+/// What both ways of autofocus have in common.
+std::expected<Json, Failure> ParametersOf(const AutofocusOptions& options) {
+  Json parameters{{"lens", LensOf(options.name)}};
+  if (!options.method.empty()) parameters["method"] = options.method;
+  if (!options.policy.empty()) parameters["policy"] = options.policy;
+  Json regions = Json::array();
+  for (const std::string& text : options.regions) {
+    auto region = ParseRegion(text);
+    if (!region) return Refuse(region);
+    regions.push_back(*std::move(region));
+  }
+  if (!regions.empty()) parameters["regions"] = std::move(regions);
+  return parameters;
+}
+
+Outcome Autofocus(Session& session, const AutofocusOptions& options) {
+  auto parameters = ParametersOf(options);
+  if (!parameters) return std::unexpected(parameters.error());
+  auto link = Link::Open(session);
+  if (!link) return std::unexpected(link.error());
+  auto result = options.frames_from.empty() ? FocusByOwnCamera(*link, *std::move(parameters))
+                                            : FocusByCommand(*link, *std::move(parameters), options);
+  if (!result) return std::unexpected(result.error());
+  session.json() ? session.PrintJson(*result) : session.PrintText(AutofocusText(*result));
+  return result->value("focused", false) ? Exit::Done : Exit::No;
+}
+
+}  // namespace
+
+ProgressLine::ProgressLine() : on_terminal_(isatty(STDERR_FILENO) == 1) {}
+
+void ProgressLine::Show(const std::string& text) {
+  if (!on_terminal_) return;
+  std::fprintf(stderr, "\r%-78.78s", text.c_str());
+  std::fflush(stderr);
+  shown_ = true;
+}
+
+ProgressLine::~ProgressLine() {
+  if (shown_) std::fprintf(stderr, "\r%-78s\r", "");
+}
+
+std::expected<Json, Failure> FocusByOwnCamera(Link& link, Json parameters) {
+  ProgressLine line;
+  // Control-C needs no stop of its own: closing the connection ends an autofocus.
+  auto reply = link.Follow(MethodOfLens("Autofocus"), std::move(parameters), [&](const Json& step) {
+    if (step.contains("progress") && step["progress"].is_object()) line.Show(AutofocusProgressText(step["progress"]));
+    return true;
+  });
+  if (!reply) return std::unexpected(reply.error());
+  return (*reply)["autofocus"];
+}
+
+void AddAutofocus(CLI::App& root, Run& run) {
+  auto options = std::make_shared<AutofocusOptions>();
+  auto* command = root.add_subcommand("autofocus", "focus on a region of the picture, or refuse and go back");
+  command->group(kOnline);
+  command->add_option("NAME", options->name, "lens");
+  command
+      ->add_option("--roi", options->regions,
+                   "region as fractions of the frame, the camera's own or the centre when left out; several --roi are "
+                   "several regions")
+      ->type_name("X,Y,W,H")
+      ->expected(1)
+      ->take_all();
+  command->add_option("--policy", options->policy, "which of several regions: nearest (default), farthest or widest")
+      ->type_name("NAME");
+  command->add_option("--method", options->method, "method; the daemon chooses when left out")->type_name("NAME");
+  command
+      ->add_option("--frames-from", options->frames_from,
+                   "use no camera of the daemon's: for each frame run this shell command, which has to save a new "
+                   "picture as the PNG file $LENSD_FRAME")
+      ->type_name("COMMAND");
+  command
+      ->add_option("--pixel", options->pixel,
+                   "with --frames-from: pitch of the pixels of those pictures; without it only search methods work")
+      ->type_name("LENGTH");
+  command->callback([&run, options] { run = [options](Session& session) { return Autofocus(session, *options); }; });
+}
+
+}  // namespace lensd::cli

@@ -1,0 +1,38 @@
+// The parts of the autofocus command.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/online/link.h"
+
+namespace lensd::cli {
+
+struct AutofocusOptions {
+  std::string name;
+  std::vector<std::string> regions;
+  std::string policy;
+  std::string method;
+  std::string frames_from;  ///< a shell command; empty: the lens' own camera
+  std::string pixel;        ///< of its pictures
+};
+
+/// One line on stderr that rewrites itself, on a terminal only; gone when this ends.
+class ProgressLine {
+ public:
+  ProgressLine();
+  ~ProgressLine();
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+  void Show(const std::string& text);
+
+ private:
+  bool on_terminal_;
+  bool shown_ = false;
+};
+
+/// Both return AutofocusResult; `parameters` are those that Autofocus and AutofocusBegin share.
+std::expected<proto::Json, Failure> FocusByOwnCamera(Link& link, proto::Json parameters);
+std::expected<proto::Json, Failure> FocusByCommand(Link& link, proto::Json parameters, const AutofocusOptions& options);
+
+}  // namespace lensd::cli

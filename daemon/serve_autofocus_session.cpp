@@ -1,0 +1,293 @@
+// AutofocusBegin, AutofocusPixels, AutofocusFrame, AutofocusScore, AutofocusEnd: an autofocus whose camera belongs to
+// the client. The rig's run is the same as with a camera of its own; here its wish for a frame becomes the answer to
+// the client's last call, and the client's next call becomes the frame.
+#include <algorithm>
+#include <span>
+#include <tuple>
+#include <utility>
+
+#include "autofocus_request.h"
+#include "lens_entry.h"
+#include "lens_json.h"
+#include "lens_service.h"
+#include "proto/base64.h"
+
+namespace lensd::daemon {
+namespace {
+
+using proto::Json;
+
+constexpr std::size_t kMostSessions = 8;
+constexpr std::size_t kMostBytes = std::size_t{8} << 20;  ///< of one frame
+constexpr double kDefaultDeadlineMs = 60e3;
+constexpr double kLongestDeadlineMs = 600e3;
+constexpr double kDefaultSigma = 0.01;  ///< of a score
+
+const Json* Given(const Json& object, std::string_view key) {
+  const auto found = object.find(key);
+  return found == object.end() || found->is_null() ? nullptr : &*found;
+}
+
+/// Null: the lens' own camera counts.
+Result<double> PixelOf(const Json& parameters) {
+  const Json* pixel = Given(parameters, "pixelUm");
+  if (pixel == nullptr) return 0.0;
+  if (!(pixel->get<double>() > 0)) return Fail(Code::InvalidArgument, "pixelUm must be above 0");
+  return pixel->get<double>();
+}
+
+Result<Duration> DeadlineOf(const Json& parameters) {
+  double milliseconds = kDefaultDeadlineMs;
+  if (const Json* given = Given(parameters, "deadlineMs")) milliseconds = given->get<double>();
+  if (!(milliseconds > 0 && milliseconds <= kLongestDeadlineMs)) {
+    return Fail(Code::InvalidArgument, "deadlineMs must be above 0 and at most 600000");
+  }
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(milliseconds));
+}
+
+struct Format {
+  std::string_view name;
+  int bits;
+  std::size_t bytes;
+};
+constexpr Format kFormats[] = {{"mono8", 8, 1}, {"mono10le", 10, 2}, {"mono12le", 12, 2}, {"mono16le", 16, 2}};
+
+/// Exposure start and end, checked against each other and the clock.
+Result<std::pair<Instant, Instant>> ExposureOf(const Json& parameters, Instant now) {
+  const Instant start{Duration(parameters["exposureStartNs"].get<std::int64_t>())};
+  const Instant end{Duration(parameters["exposureEndNs"].get<std::int64_t>())};
+  if (end < start) return Fail(Code::InvalidArgument, "the exposure ends before it begins");
+  if (end > now) {
+    return Fail(Code::InvalidArgument, "the exposure ends in the future: give its times in ns on CLOCK_MONOTONIC");
+  }
+  return std::pair(start, end);
+}
+
+/// Samples of a frame from its bytes.
+Result<drivers::Frame> FrameOf(const Json& parameters, std::span<const std::uint8_t> bytes) {
+  const auto width = parameters["widthPx"].get<std::int64_t>();
+  const auto height = parameters["heightPx"].get<std::int64_t>();
+  const Format& format = *std::ranges::find(kFormats, parameters["format"].get<std::string>(), &Format::name);
+  constexpr std::int64_t kMostSide = 1 << 16;
+  if (width < 1 || height < 1 || width > kMostSide || height > kMostSide) {
+    return Fail(Code::InvalidArgument, "widthPx and heightPx must be from 1 to 65536");
+  }
+  const auto row = static_cast<std::size_t>(width) * format.bytes;
+  std::size_t stride = row;
+  if (const Json* given = Given(parameters, "strideBytes")) {
+    if (given->get<std::int64_t>() < static_cast<std::int64_t>(row)) {
+      return Fail(Code::InvalidArgument, "strideBytes is less than a row of pixels takes");
+    }
+    stride = static_cast<std::size_t>(given->get<std::int64_t>());
+  }
+  // The last row may lack its gap. The quotient cannot overflow where the product could.
+  const bool enough = bytes.size() >= row && (bytes.size() - row) / stride >= static_cast<std::size_t>(height - 1);
+  if (!enough) {
+    return Fail(Code::InvalidArgument, "the frame needs " + std::to_string(height) + " rows of " + std::to_string(row) +
+                                           " bytes, but only " + std::to_string(bytes.size()) + " bytes came");
+  }
+  drivers::Frame frame;
+  frame.width = static_cast<int>(width);
+  frame.height = static_cast<int>(height);
+  frame.bits = format.bits;
+  if (const Json* gamma = Given(parameters, "gamma")) frame.gamma = gamma->get<double>();
+  if (!(frame.gamma > 0 && frame.gamma < 10)) return Fail(Code::InvalidArgument, "gamma must be above 0 and below 10");
+  auto samples = std::make_shared<std::vector<std::uint16_t>>();
+  samples->reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  const auto full = static_cast<std::uint16_t>((1u << format.bits) - 1u);
+  for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y) {
+    const std::uint8_t* at = bytes.data() + y * stride;
+    for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x, at += format.bytes) {
+      const unsigned value = format.bytes == 1 ? at[0] : at[0] | (unsigned{at[1]} << 8);
+      if (value > full) {
+        return Fail(Code::InvalidArgument, "a pixel is above the full scale of " + std::string(format.name));
+      }
+      samples->push_back(static_cast<std::uint16_t>(value));
+    }
+  }
+  frame.samples = std::move(samples);
+  return frame;
+}
+
+}  // namespace
+
+/// What a session is between the client's calls. Event loop thread only.
+struct LensService::FrameSession {
+  std::int64_t number = 0;
+  Lens* lens = nullptr;
+  const void* peer = nullptr;
+  ExchangePointer waiting;  ///< the call that the next wish or the end will answer; null: the client has its wish
+  std::vector<std::uint8_t> pixels;
+  std::optional<Result<rig::AutofocusOutcome>> end;                    ///< that nobody was there to hear
+  std::shared_ptr<bool> ended_in_rig = std::make_shared<bool>(false);  ///< the worker's thread
+};
+
+void LensService::AutofocusBegin(const ExchangePointer& exchange) {
+  Lens* const lens = FindLens(exchange);
+  if (lens == nullptr) return;
+  const Json& parameters = exchange->parameters();
+  auto request = AutofocusRequestOf(parameters);
+  if (!request) return Refuse(exchange, request.error());
+  auto pixel = PixelOf(parameters);
+  if (!pixel) return Refuse(exchange, pixel.error());
+  auto deadline = DeadlineOf(parameters);
+  if (!deadline) return Refuse(exchange, deadline.error());
+  if (exchange->peer() == nullptr) return;  // oneway: nobody could answer
+  if (sessions_.size() >= kMostSessions) {
+    return Refuse(exchange, {Code::Busy, "too many autofocus sessions are open: end one, or close its connection"});
+  }
+  auto session = std::make_shared<FrameSession>();
+  session->number = ++last_session_;
+  session->lens = lens;
+  session->peer = exchange->peer();
+  session->waiting = exchange;
+  sessions_[session->number] = session;
+  exchange->AtClose(static_cast<std::uint64_t>(session->number), [this, session] { EndSession(session); });
+
+  request->deadline = *deadline;
+  request->outside.emplace();
+  request->outside->pixel_um = *pixel;
+  if (const Json* scores = Given(parameters, "scores")) request->outside->scores_only = scores->get<bool>();
+  request->outside->wanted = [lens, session](const rig::FrameWanted& wanted) {
+    lens->worker->Later([session, json = FrameWantedJson(wanted)] {
+      const ExchangePointer waiting = std::exchange(session->waiting, nullptr);
+      if (!waiting) return;
+      Json answer{{"next", json}};
+      if (waiting->call().method.ends_with("Begin")) answer["session"] = session->number;
+      waiting->Finish(proto::WriteJson(answer));
+    });
+  };
+  auto answer = [this, session](const Result<rig::AutofocusOutcome>& outcome) {
+    if (outcome) {
+      Announce(*session->lens, "autofocus", proto::WriteJson(AutofocusJson(session->lens->name, *outcome)));
+    }
+    session->end = outcome;
+    if (session->waiting) Conclude(session, std::exchange(session->waiting, nullptr));
+  };
+  lens->worker->Submit(
+      [lens, request = *std::move(request), answer, ended = session->ended_in_rig](rig::Rig& rig) mutable {
+        if (request.outside->pixel_um == 0 && rig.camera() != nullptr)
+          request.outside->pixel_um = rig.camera()->pixel_um;
+        rig.Autofocus(std::move(request), nullptr, [lens, answer, ended](Result<rig::AutofocusOutcome> outcome) {
+          *ended = true;
+          lens->worker->Later([answer, outcome = std::move(outcome)] { answer(outcome); });
+        });
+      });
+}
+
+/// Tells the end of a session, once, and forgets it.
+void LensService::Conclude(const FrameSessionPointer& session, const ExchangePointer& exchange) {
+  exchange->AtClose(static_cast<std::uint64_t>(session->number), {});
+  sessions_.erase(session->number);
+  if (!*session->end) return Refuse(exchange, session->end->error());
+  exchange->Finish(proto::WriteJson(Json{{"autofocus", AutofocusJson(session->lens->name, **session->end)}}));
+}
+
+/// The session the call means; else answers the call with why not and returns null.
+LensService::FrameSessionPointer LensService::FindSession(const ExchangePointer& exchange) {
+  const auto number = exchange->parameters()["session"].get<std::int64_t>();
+  const auto found = sessions_.find(number);
+  if (found != sessions_.end() && found->second->peer == exchange->peer()) return found->second;
+  Refuse(exchange, {Code::InvalidArgument, "this connection has no autofocus session " + std::to_string(number) +
+                                               ": it has ended, or belongs to another connection"});
+  return nullptr;
+}
+
+void LensService::AutofocusPixels(const ExchangePointer& exchange) {
+  const FrameSessionPointer session = FindSession(exchange);
+  if (!session) return;
+  auto bytes = proto::DecodeBase64(exchange->parameters()["data"].get_ref<const std::string&>());
+  if (!bytes) return Refuse(exchange, {Code::InvalidArgument, bytes.error().message});
+  const auto offset = exchange->parameters()["offset"].get<std::int64_t>();
+  if (offset == 0) session->pixels.clear();
+  if (offset != static_cast<std::int64_t>(session->pixels.size())) {
+    return Refuse(exchange, {Code::InvalidArgument, "the next piece begins at offset " +
+                                                        std::to_string(session->pixels.size()) + ", or anew at 0"});
+  }
+  if (session->pixels.size() + bytes->size() > kMostBytes) {
+    return Refuse(exchange, {Code::OutOfRange, "a frame may have 8 MiB: send the region alone"});
+  }
+  session->pixels.insert(session->pixels.end(), bytes->begin(), bytes->end());
+  exchange->Finish(proto::WriteJson(Json{{"received", session->pixels.size()}}));
+}
+
+void LensService::AutofocusFrame(const ExchangePointer& exchange) {
+  const FrameSessionPointer session = FindSession(exchange);
+  if (!session) return;
+  if (session->end) return Conclude(session, exchange);
+  std::vector<std::uint8_t> bytes = std::exchange(session->pixels, {});
+  if (const Json* data = Given(exchange->parameters(), "data")) {
+    auto last = proto::DecodeBase64(data->get_ref<const std::string&>());
+    if (!last) return Refuse(exchange, {Code::InvalidArgument, last.error().message});
+    bytes.insert(bytes.end(), last->begin(), last->end());
+  }
+  if (bytes.size() > kMostBytes) {
+    return Refuse(exchange, {Code::OutOfRange, "a frame may have 8 MiB: send the region alone"});
+  }
+  const auto exposure = ExposureOf(exchange->parameters(), clock_.Now());
+  if (!exposure) return Refuse(exchange, exposure.error());
+  auto frame = FrameOf(exchange->parameters(), bytes);
+  if (!frame) return Refuse(exchange, frame.error());
+  std::tie(frame->exposure_start, frame->exposure_end) = *exposure;
+  Give(session, exchange, [frame = *std::move(frame)](rig::Rig& rig, rig::StopCallback taken) mutable {
+    rig.GiveFrame(std::move(frame), std::move(taken));
+  });
+}
+
+void LensService::AutofocusScore(const ExchangePointer& exchange) {
+  const FrameSessionPointer session = FindSession(exchange);
+  if (!session) return;
+  if (session->end) return Conclude(session, exchange);
+  rig::OutsideScore score;
+  score.sharpness = exchange->parameters()["sharpness"].get<double>();
+  score.sigma = kDefaultSigma * score.sharpness;
+  if (const Json* sigma = Given(exchange->parameters(), "sigma")) score.sigma = sigma->get<double>();
+  if (!(score.sharpness > 0) || !(score.sigma > 0)) {
+    return Refuse(exchange, {Code::InvalidArgument, "sharpness and sigma must be above 0"});
+  }
+  const auto exposure = ExposureOf(exchange->parameters(), clock_.Now());
+  if (!exposure) return Refuse(exchange, exposure.error());
+  std::tie(score.exposure_start, score.exposure_end) = *exposure;
+  Give(session, exchange, [score](rig::Rig& rig, rig::StopCallback taken) { rig.GiveScore(score, std::move(taken)); });
+}
+
+/// Passes a frame on. If the rig will not have it the call ends with the reason; else with the next wish or the end.
+void LensService::Give(const FrameSessionPointer& session, const ExchangePointer& exchange,
+                       std::move_only_function<void(rig::Rig&, rig::StopCallback)> give) {
+  session->waiting = exchange;
+  Lens* const lens = session->lens;
+  auto judged = [this, session, exchange](const Result<void>& taken) {
+    if (taken || session->waiting != exchange) return;
+    if (session->end) return Conclude(session, std::exchange(session->waiting, nullptr));
+    session->waiting = nullptr;
+    Refuse(exchange, taken.error());
+  };
+  lens->worker->Submit([lens, judged, give = std::move(give)](rig::Rig& rig) mutable {
+    give(rig, [lens, judged](Result<void> taken) {
+      lens->worker->Later([judged, taken = std::move(taken)] { judged(taken); });
+    });
+  });
+}
+
+void LensService::AutofocusEnd(const ExchangePointer& exchange) {
+  const FrameSessionPointer session = FindSession(exchange);
+  if (!session) return;
+  exchange->AtClose(static_cast<std::uint64_t>(session->number), {});
+  EndSession(session);
+  exchange->Finish("{}");
+}
+
+/// The client has gone or has had enough: an autofocus that still runs is stopped.
+void LensService::EndSession(const FrameSessionPointer& session) {
+  session->waiting = nullptr;
+  sessions_.erase(session->number);
+  if (session->end) return;
+  // The step in between lets commands taken before this one displace the autofocus first, so that the stop never hits
+  // the motion of somebody else.
+  session->lens->worker->Submit([this, ended = session->ended_in_rig](rig::Rig& rig) {
+    rig.Step(clock_.Now());
+    if (!*ended) rig.Stop({drivers::Axis::Focus}, [](const Result<void>&) {});
+  });
+}
+
+}  // namespace lensd::daemon

@@ -1,0 +1,221 @@
+"""Autofocus with frames that the client takes: a session over the socket, fed with pictures that `Snapshot` took."""
+import base64
+import os
+import struct
+import time
+import unittest
+import zlib
+
+from harness import HERE, LENS, PATIENCE, Daemon, DaemonTest
+
+SCENE = os.path.join(HERE, "..", "..", "scenes", "tune", "brick.toml")
+CONFIG = f"""version = 1
+[[lens]]
+name = "a"
+driver = "sim"
+scene = "{SCENE}"
+[[lens]]
+name = "b"
+driver = "sim"
+scene = "{SCENE}"
+"""
+
+
+def grey_of_png(png):
+    """Width, height and bytes of an 8-bit grey PNG, by the specification."""
+    width, height, bits, colour = struct.unpack(">IIBB", png[16:26])
+    assert (bits, colour) == (8, 0)
+    packed, at = b"", 8
+    while at < len(png):
+        length, kind = struct.unpack(">I4s", png[at:at + 8])
+        if kind == b"IDAT":
+            packed += png[at + 8:at + 8 + length]
+        at += 12 + length
+    data, rows, before = zlib.decompress(packed), [], bytearray(width)
+    for y in range(height):
+        kind, row = data[y * (width + 1)], bytearray(data[y * (width + 1) + 1:(y + 1) * (width + 1)])
+        for x in range(width):
+            left, up, corner = (row[x - 1] if x else 0), before[x], (before[x - 1] if x else 0)
+            guess = left + up - corner
+            paeth = min((abs(guess - left), 0, left), (abs(guess - up), 1, up), (abs(guess - corner), 2, corner))[2]
+            row[x] = (row[x] + (0, left, up, (left + up) // 2, paeth)[kind]) & 255
+        rows.append(bytes(row))
+        before = row
+    return width, height, b"".join(rows)
+
+
+class Session(DaemonTest):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon(config=CONFIG)
+
+    def begin(self, client, **parameters):
+        reply = client.call(LENS + "AutofocusBegin", {"lens": "a", **parameters})
+        self.assertIn("session", reply["parameters"], reply)
+        return reply["parameters"]["session"], reply["parameters"]["next"]
+
+    def snapshot(self):
+        """Pixels of one frame with its exposure, as a client with a camera of its own would have them."""
+        with self.daemon.client(60 * PATIENCE) as client:
+            client.send(LENS + "Snapshot", {"lens": "a"}, more=True)
+            png, frame, reply = b"", None, {"continues": True}
+            while reply.get("continues"):
+                reply = client.receive()
+                frame = reply["parameters"].get("frame") or frame
+                png += base64.b64decode(reply["parameters"]["png"])
+        return (*grey_of_png(png), frame)
+
+    def move(self, native):
+        with self.daemon.client() as client:
+            client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": native}})
+
+    def activity(self):
+        with self.daemon.client() as client:
+            return client.call(LENS + "Status", {"lens": "a"})["parameters"]["lenses"][0]["activity"]
+
+    def frame_call(self, client, session, fraction=(0.4, 0.4, 0.2, 0.2)):
+        """Sends the region of a snapshot, its first half in a piece before, with gaps between its rows."""
+        width, height, pixels, info = self.snapshot()
+        x, y = round(fraction[0] * width), round(fraction[1] * height)
+        w, h = round(fraction[2] * width), round(fraction[3] * height)
+        data = b"".join(pixels[(y + row) * width + x:(y + row) * width + x + w] + b"gap" for row in range(h))
+        half = len(data) // 2
+        piece = {"session": session, "offset": 0, "data": base64.b64encode(data[:half]).decode()}
+        self.assertEqual(client.call(LENS + "AutofocusPixels", piece), {"parameters": {"received": half}})
+        return client.call(LENS + "AutofocusFrame", {
+            "session": session, "widthPx": w, "heightPx": h, "strideBytes": w + 3, "format": "mono8",
+            "exposureStartNs": info["exposureStartNs"], "exposureEndNs": info["exposureEndNs"],
+            "data": base64.b64encode(data[half:]).decode()})
+
+    def test_focuses_with_the_pictures_of_a_client(self):
+        self.move(500)
+        with self.daemon.client(60 * PATIENCE) as client:
+            session, step = self.begin(client, pixelUm=3.45)
+            self.assertEqual((step["frame"], step["position"]), (1, 500))
+            positions = [500]
+            reply = {"next": step}
+            while "next" in reply:
+                answer = self.frame_call(client, session)
+                self.assertNotIn("error", answer)
+                reply = answer["parameters"]
+                if "next" in reply:
+                    self.assertEqual(reply["next"]["frame"], len(positions) + 1)
+                    positions.append(reply["next"]["position"])
+            result = reply["autofocus"]
+            self.assertTrue(result["focused"], result)
+            self.assertEqual(result["frames"], len(positions))
+            self.assertAlmostEqual(result["vergenceD"], 1 / 0.9, delta=0.04)
+            print(f"session: {positions}: {result['reason']}")
+            # The end was told: the session is over.
+            self.assertEqual(client.call(LENS + "AutofocusEnd", {"session": session})["error"], LENS + "InvalidRequest")
+
+    def test_the_example_of_the_manual_works(self):
+        with open(os.path.join(HERE, "..", "..", "docs", "autofocus.md"), encoding="utf-8") as file:
+            example = file.read().split("```python\n")[1].split("```")[0]
+        names = {}
+        exec(example.replace("/run/lensd/io.lensd.Lens", self.daemon.socket)  # pylint: disable=exec-used
+             .replace('"AutofocusBegin",', '"AutofocusBegin", lens="a", region=dict(x=0.4, y=0.4, w=0.2, h=0.2),'), names)
+
+        def take_frame():
+            width, height, pixels, info = self.snapshot()
+            return width, height, pixels, info["exposureStartNs"], info["exposureEndNs"]
+
+        self.move(3500)
+        result = names["autofocus"](take_frame)
+        self.assertTrue(result["focused"], result)
+        self.assertAlmostEqual(result["vergenceD"], 1 / 0.9, delta=0.04)
+
+    def test_scores_need_no_pictures(self):
+        self.move(500)
+        with self.daemon.client(60 * PATIENCE) as client:
+            session, step = self.begin(client, scores=True)
+            reply = {"next": step}
+            while "next" in reply:
+                sharpness = 7.0 / (1.0 + ((reply["next"]["position"] - 2000) / 60.0) ** 2)
+                time.sleep(0.001)
+                now = time.clock_gettime_ns(time.CLOCK_MONOTONIC)
+                answer = client.call(LENS + "AutofocusScore", {
+                    "session": session, "sharpness": sharpness, "exposureStartNs": now - 1000, "exposureEndNs": now})
+                self.assertNotIn("error", answer)
+                reply = answer["parameters"]
+            self.assertTrue(reply["autofocus"]["focused"], reply)
+            self.assertAlmostEqual(reply["autofocus"]["steps"], 2000, delta=10)
+
+    def test_what_makes_no_sense_is_refused_and_the_frame_stays_wanted(self):
+        frame = {"widthPx": 64, "heightPx": 64, "format": "mono8", "data": base64.b64encode(bytes(4096)).decode()}
+        with self.daemon.client(60) as client, self.daemon.client() as other:
+            session, step = self.begin(client)
+            now = time.clock_gettime_ns(time.CLOCK_MONOTONIC)
+            good = {**frame, "session": session, "exposureStartNs": now, "exposureEndNs": now}
+            for wrong, says in (
+                    ({"exposureStartNs": step["settledAtNs"] - 10 ** 6}, "before the lens stood"),
+                    ({"exposureStartNs": now + 1}, "ends before it begins"),
+                    ({"exposureEndNs": now + 10 ** 12}, "future"),
+                    ({"heightPx": 65}, "65 rows of 64 bytes"),
+                    ({"widthPx": 1 << 40}, "1 to 65536"),
+                    ({"strideBytes": 63}, "strideBytes"),
+                    ({"widthPx": 8}, "16 x 16"),
+                    ({"format": "mono10le", "widthPx": 32, "data": base64.b64encode(bytes([255]) * 4096).decode()},
+                     "above the full scale"),
+                    ({"data": "%%%"}, "base64"),
+                    ({"gamma": 0}, "gamma"),
+                    ({"session": session + 1}, "no autofocus session")):
+                answer = client.call(LENS + "AutofocusFrame", {**good, **wrong})
+                self.assertEqual(answer["error"], LENS + "InvalidRequest", wrong)
+                self.assertIn(says, answer["parameters"]["message"])
+            # It belongs to its connection.
+            self.assertEqual(other.call(LENS + "AutofocusFrame", good)["error"], LENS + "InvalidRequest")
+            answer = client.call(LENS + "AutofocusPixels", {"session": session, "offset": 5, "data": ""})
+            self.assertIn("offset 0", answer["parameters"]["message"])
+            self.assertEqual(client.call(LENS + "AutofocusFrame", good)["parameters"]["next"]["frame"], 2)
+            self.assertEqual(client.call(LENS + "AutofocusEnd", {"session": session}), {"parameters": {}})
+        self.wait_for(lambda: self.activity() == "idle")
+
+    def test_a_frame_has_a_greatest_size(self):
+        with self.daemon.client(60) as client:
+            session, _ = self.begin(client)
+            piece = base64.b64encode(bytes(700 << 10)).decode()
+            sizes, answer = 0, {}
+            while "error" not in answer and sizes < 32:
+                answer = client.call(LENS + "AutofocusPixels",
+                                     {"session": session, "offset": sizes * (700 << 10), "data": piece})
+                sizes += 1
+            self.assertEqual(answer["error"], LENS + "OutOfRange")
+            self.assertEqual(sizes, 12)
+
+    def test_sessions_are_few_and_end_with_their_connection(self):
+        clients = [self.daemon.client() for _ in range(9)]
+        try:
+            sessions = []
+            for client in clients[:8]:  # each displaces the one before, whose end waits to be told
+                sessions.append(self.begin(client)[0])
+            self.assertEqual(clients[8].call(LENS + "AutofocusBegin", {"lens": "a"})["error"], LENS + "Busy")
+            now = time.clock_gettime_ns(time.CLOCK_MONOTONIC)
+            score = {"sharpness": 1.0, "exposureStartNs": now, "exposureEndNs": now}
+            answer = clients[0].call(LENS + "AutofocusScore", {"session": sessions[0], **score})
+            self.assertEqual(answer["error"], LENS + "Superseded")
+            self.begin(clients[8])  # there is room again
+        finally:
+            for client in clients:
+                client.socket.close()
+        self.wait_for(lambda: self.activity() == "idle")
+        with self.daemon.client() as client:
+            self.begin(client)
+
+    def test_a_session_that_nobody_feeds_ends_by_itself(self):
+        with self.daemon.client(60) as client:
+            session, _ = self.begin(client, deadlineMs=200)
+            self.wait_for(lambda: self.activity() == "idle")
+            now = time.clock_gettime_ns(time.CLOCK_MONOTONIC)
+            answer = client.call(LENS + "AutofocusScore", {"session": session, "sharpness": 1.0, "exposureStartNs": now,
+                                                           "exposureEndNs": now})
+            self.assertFalse(answer["parameters"]["autofocus"]["focused"])
+            self.assertIn("deadline", answer["parameters"]["autofocus"]["reason"])
+            for wrong in (0, 1e9):
+                answer = client.call(LENS + "AutofocusBegin", {"lens": "a", "deadlineMs": wrong})
+                self.assertEqual(answer["error"], LENS + "InvalidRequest")
+
+
+if __name__ == "__main__":
+    unittest.main()

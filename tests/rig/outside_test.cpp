@@ -1,0 +1,287 @@
+// Autofocus with frames that somebody else's camera takes: the same answer as with the lens' own, frame for frame, and
+// nothing but frames of the lens standing where they were wanted.
+#include <chrono>
+
+#include "autofocus/session.h"
+#include "rig_fixture.h"
+#include "sim/scene.h"
+#include "sim/world.h"
+
+namespace lensd::rig {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// Forwards, and keeps the last frame it handed out.
+class KeepingCamera final : public drivers::Camera {
+ public:
+  KeepingCamera(std::unique_ptr<drivers::Camera> inner, std::shared_ptr<drivers::Frame> last)
+      : Camera(inner->capabilities()), inner_(std::move(inner)), last_(std::move(last)) {}
+
+ private:
+  Result<void> DoStart() override { return inner_->Start(); }
+  Result<void> DoStop() override { return inner_->Stop(); }
+  Result<std::optional<drivers::Frame>> DoPoll() override {
+    auto frame = inner_->Poll();
+    if (frame && *frame) *last_ = **frame;
+    return frame;
+  }
+  std::unique_ptr<drivers::Camera> inner_;
+  std::shared_ptr<drivers::Frame> last_;
+};
+
+struct Step {
+  double position = 0.0;
+  drivers::Frame frame;
+};
+struct Story {
+  std::vector<Step> steps;
+  Result<AutofocusOutcome> end = Fail(Code::Internal, "did not end");
+};
+
+class SameAsBuiltIn : public ::testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    auto scene = sim::LoadScene(std::string(LENSD_SOURCE_DIR) + "/scenes/" + GetParam());
+    ASSERT_TRUE(scene) << scene.error().message;
+    scene_ = std::make_shared<const sim::Scene>(*std::move(scene));
+    pictures_ = *sim::Pictures::Create(scene_);
+  }
+
+  sim::World Open(SteppedClock& clock, double start) {
+    return *sim::OpenWorld(scene_, clock, {.seed = 7, .focus_start = Native{start}, .pictures = pictures_});
+  }
+
+  static void RunToEnd(Rig& rig, SteppedClock& clock, const Answers<AutofocusOutcome>& answers, auto between) {
+    while (answers.all.empty() && clock.Now() < Instant{200s}) {
+      const Instant next = rig.Step(clock.Now());
+      between();
+      clock.AdvanceTo(std::max(next, clock.Now() + 100us));
+    }
+  }
+
+  Story BuiltIn(double start) {
+    Story story;
+    SteppedClock clock;
+    auto world = Open(clock, start);
+    auto last = std::make_shared<drivers::Frame>();
+    world.device.camera = std::make_unique<KeepingCamera>(std::move(world.device.camera), last);
+    auto rig = *Rig::Create({}, std::move(world.device), clock);
+    Answers<AutofocusOutcome> answers;
+    rig->Autofocus(
+        {}, [&](const AutofocusProgress& now) { story.steps.push_back({now.position.value, *last}); }, answers.Take());
+    RunToEnd(*rig, clock, answers, [] {});
+    story.end = answers.only();
+    return story;
+  }
+
+  /// The pictures of `before` given from outside to a lens without a camera. `cut`: only the region of them.
+  Story Outside(double start, const Story& before, drivers::Region region) {
+    Story story;
+    SteppedClock clock;
+    auto world = Open(clock, start);
+    const double pixel_um = world.device.camera->capabilities().pixel_um;
+    world.device.camera.reset();
+    auto rig = *Rig::Create({}, std::move(world.device), clock);
+    std::optional<FrameWanted> wanted;
+    AutofocusRequest request;
+    request.regions = {region};
+    request.outside = OutsideCamera{
+        .pixel_um = pixel_um, .scores_only = false, .wanted = [&](const FrameWanted& now) { wanted = now; }};
+    Answers<AutofocusOutcome> answers;
+    rig->Autofocus(std::move(request), nullptr, answers.Take());
+    RunToEnd(*rig, clock, answers, [&] {
+      if (!wanted || story.steps.size() >= before.steps.size()) return;
+      drivers::Frame frame = before.steps[story.steps.size()].frame;
+      story.steps.push_back({wanted->position.value, frame});
+      EXPECT_EQ(wanted->number, static_cast<int>(story.steps.size()));
+      const Duration exposure = frame.exposure_end - frame.exposure_start;
+      frame.exposure_start = std::max(clock.Now(), wanted->since);
+      frame.exposure_end = frame.exposure_start + exposure;
+      clock.AdvanceTo(frame.exposure_end);
+      wanted.reset();
+      rig->GiveFrame(std::move(frame), [](const Result<void>& taken) { EXPECT_TRUE(taken) << taken.error().message; });
+    });
+    if (!answers.all.empty()) story.end = answers.only();
+    return story;
+  }
+
+  std::shared_ptr<const sim::Scene> scene_;
+  std::shared_ptr<sim::Pictures> pictures_;
+};
+
+TEST_P(SameAsBuiltIn, FrameForFrame) {
+  const auto& r = scene_->truth_region;
+  for (const double part : {0.1, 0.5, 0.9}) {
+    const double start = std::floor(part * scene_->lens.steps);
+    const Story one = BuiltIn(start);
+    const Story other = Outside(start, one, {r.x, r.y, r.w, r.h});
+    ASSERT_TRUE(one.end);
+    ASSERT_TRUE(other.end) << other.end.error().message;
+    ASSERT_EQ(one.steps.size(), other.steps.size());
+    for (std::size_t i = 0; i < one.steps.size(); ++i) EXPECT_EQ(one.steps[i].position, other.steps[i].position) << i;
+    EXPECT_EQ(one.end->focused, other.end->focused);
+    EXPECT_EQ(one.end->method, other.end->method);
+    EXPECT_EQ(one.end->frames, other.end->frames);
+    EXPECT_EQ(one.end->moves, other.end->moves);
+    EXPECT_EQ(one.end->position, other.end->position);
+    EXPECT_EQ(one.end->confidence, other.end->confidence);
+    EXPECT_EQ(one.end->reason, other.end->reason);
+    ASSERT_EQ(one.end->sigma.has_value(), other.end->sigma.has_value());
+    if (one.end->sigma) {
+      EXPECT_EQ(one.end->sigma->value, other.end->sigma->value);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, SameAsBuiltIn,
+                         ::testing::Values("tune/brick.toml", "tune/gravel-dim.toml", "blank.toml"),
+                         [](const auto& scene) {
+                           std::string name = scene.param;
+                           std::erase_if(name, [](char c) { return std::isalnum(c) == 0; });
+                           return name;
+                         });
+
+class OutsideTest : public RigTest {
+ protected:
+  /// A session of scores on the fake lens, which has a camera that must not stream.
+  void Begin(bool scores = true, std::string method = "auto", Duration deadline = 60s) {
+    AutofocusRequest request;
+    request.method = std::move(method);
+    request.deadline = deadline;
+    request.outside = OutsideCamera{
+        .pixel_um = 5.0, .scores_only = scores, .wanted = [this](const FrameWanted& now) { wanted_ = now; }};
+    rig_->Autofocus(std::move(request), nullptr, answers_.Take());
+  }
+  void RunUntilWanted() {
+    for (int i = 0; i < 20000 && !wanted_ && answers_.all.empty(); ++i) Run(1ms);
+  }
+  Result<void> Score(double sharpness, Duration since_wanted = 0ms) {
+    const Instant start = wanted_->since + since_wanted;
+    clock_.AdvanceTo(start + 5ms);
+    std::optional<Result<void>> answer;
+    rig_->GiveScore({sharpness, 0.01 * sharpness, start, start + 5ms},
+                    [&](Result<void> taken) { answer = std::move(taken); });
+    const FrameWanted before = *std::exchange(wanted_, std::nullopt);
+    for (int i = 0; i < 100 && !answer; ++i) Run(1ms);
+    EXPECT_TRUE(answer);
+    if (!answer || !*answer) wanted_ = before;
+    return answer.value_or(Fail(Code::Internal, "no answer"));
+  }
+  double SharpnessHere() {
+    const double blur = (Focus() - controls_->sharp_at) / 20.0;
+    return 1.0 / (1.0 + blur * blur);
+  }
+  Answers<AutofocusOutcome> answers_;
+  std::optional<FrameWanted> wanted_;
+};
+
+TEST_F(OutsideTest, ScoresOfAnyScaleFindTheSubject) {
+  for (const double unit : {1e-6, 1.0, 1e9}) {
+    Open();
+    answers_.all.clear();
+    wanted_.reset();
+    Begin();
+    while (answers_.all.empty()) {
+      RunUntilWanted();
+      if (answers_.all.empty()) {
+        ASSERT_TRUE(wanted_);
+        ASSERT_TRUE(Score(unit * SharpnessHere()));
+      }
+    }
+    ASSERT_TRUE(answers_.only());
+    EXPECT_TRUE(answers_.only()->focused) << answers_.only()->reason;
+    EXPECT_EQ(answers_.only()->method, "sweep");
+    EXPECT_NEAR(answers_.only()->position.value, 600.0, 10.0);
+    EXPECT_EQ(controls_->camera_starts, 0);
+  }
+}
+
+TEST_F(OutsideTest, AnExposureThatBeganTooEarlyIsRefusedAndTheFrameIsStillWanted) {
+  Open();
+  Begin();
+  RunUntilWanted();
+  ASSERT_TRUE(wanted_);
+  Run(20ms);
+  const int number = wanted_->number;
+  const auto early = Score(1.0, -1ms);
+  ASSERT_FALSE(early);
+  EXPECT_EQ(early.error().code, Code::InvalidArgument);
+  EXPECT_NE(early.error().message.find("1000 us before"), std::string::npos) << early.error().message;
+  ASSERT_TRUE(Score(1.0));
+  RunUntilWanted();
+  EXPECT_EQ(wanted_->number, number + 1);
+}
+
+TEST_F(OutsideTest, WhatDoesNotFitIsRefused) {
+  Open();
+  EXPECT_EQ(answers_.all.size(), 0u);
+  std::optional<Result<void>> taken;
+  rig_->GiveScore({1.0, 0.1, {}, {}}, [&](Result<void> answer) { taken = std::move(answer); });
+  Run(5ms);
+  ASSERT_TRUE(taken);
+  EXPECT_FALSE(*taken);  // no session
+
+  Begin(true, "defocus");
+  Run(5ms);
+  EXPECT_EQ(answers_.only().error().code, Code::InvalidArgument);
+  answers_.all.clear();
+
+  Begin(false);
+  RunUntilWanted();
+  EXPECT_FALSE(Score(1.0));  // pictures were promised
+  drivers::Frame small;
+  small.width = small.height = 8;
+  small.samples = std::make_shared<std::vector<std::uint16_t>>(64, 100);
+  small.exposure_start = small.exposure_end = clock_.Now();
+  rig_->GiveFrame(small, [&](Result<void> answer) { taken = std::move(answer); });
+  Run(5ms);
+  EXPECT_FALSE(*taken);
+  EXPECT_NE(taken->error().message.find("16 x 16"), std::string::npos) << taken->error().message;
+}
+
+TEST_F(OutsideTest, PicturesMustKeepTheirSize) {
+  Open();
+  Begin(false);
+  for (const int size : {64, 32}) {
+    RunUntilWanted();
+    ASSERT_TRUE(wanted_);
+    drivers::Frame frame;
+    frame.width = frame.height = size;
+    frame.samples = std::make_shared<std::vector<std::uint16_t>>(static_cast<std::size_t>(size * size), 100);
+    frame.exposure_start = wanted_->since;
+    frame.exposure_end = clock_.Now();
+    wanted_.reset();
+    std::optional<Result<void>> taken;
+    rig_->GiveFrame(frame, [&](Result<void> answer) { taken = std::move(answer); });
+    Run(5ms);
+    ASSERT_TRUE(taken);
+    EXPECT_EQ(taken->has_value(), size == 64);
+  }
+  EXPECT_TRUE(answers_.all.empty());
+}
+
+TEST_F(OutsideTest, AnotherCommandOrTheDeadlineEndsIt) {
+  Open({}, 321);
+  Begin();
+  RunUntilWanted();
+  Answers<MoveOutcome> moved;
+  rig_->Move(Axis::Focus, At(500), moved.Take());
+  RunUntil(moved);
+  EXPECT_EQ(answers_.only().error().code, Code::Superseded);
+
+  Open({}, 321);
+  answers_.all.clear();
+  wanted_.reset();
+  Begin(true, "auto", 3s);
+  RunUntilWanted();
+  ASSERT_TRUE(Score(1.0));
+  RunUntil(answers_, 30s);
+  ASSERT_TRUE(answers_.only());
+  EXPECT_FALSE(answers_.only()->focused);
+  EXPECT_NE(answers_.only()->reason.find("deadline"), std::string::npos);
+  EXPECT_NEAR(Focus(), 321.0, 1.0);
+}
+
+}  // namespace
+}  // namespace lensd::rig
