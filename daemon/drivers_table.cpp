@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "drivers/uvc/driver.h"
 #include "sim/driver.h"
 
 namespace lensd::daemon {
@@ -9,6 +10,7 @@ namespace {
 
 constexpr drivers::Driver kDrivers[] = {
     {.name = "sim", .open = sim::OpenSim, .probe = nullptr, .reopen = false},
+    {.name = "uvc", .open = drivers::uvc::OpenUvc, .probe = drivers::uvc::ProbeUvc},
 };
 
 }  // namespace

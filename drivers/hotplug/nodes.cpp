@@ -49,9 +49,17 @@ bool TakeHidIdentity(sd_device* device, Node& node) {
   return true;
 }
 
-void TakeUsbIdentity(sd_device* device, Node& node) {
+/// The USB device that this is, or that it is a part of.
+sd_device* UsbDeviceOf(sd_device* device) {
+  const char* type = nullptr;
+  if (sd_device_get_devtype(device, &type) >= 0 && std::string_view(type) == "usb_device") return device;
   sd_device* usb = nullptr;
-  if (sd_device_get_parent_with_subsystem_devtype(device, "usb", "usb_device", &usb) < 0) return;
+  return sd_device_get_parent_with_subsystem_devtype(device, "usb", "usb_device", &usb) < 0 ? nullptr : usb;
+}
+
+void TakeUsbIdentity(sd_device* device, Node& node) {
+  sd_device* usb = UsbDeviceOf(device);
+  if (usb == nullptr) return;
   node.vendor = Hex(Attribute(usb, "idVendor"));
   node.product = Hex(Attribute(usb, "idProduct"));
   node.serial = Attribute(usb, "serial");

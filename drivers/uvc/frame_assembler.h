@@ -1,0 +1,62 @@
+// From payloads to pictures (UVC 1.1 section 2.4.3.3): each payload has a header of its own, whose frame bit toggles
+// with every picture and whose end bit marks the last payload of one. A picture that lost a payload is dropped whole: a
+// torn one would mislead whoever measures its sharpness.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "base/clock.h"
+#include "descriptors.h"
+#include "transport.h"
+
+namespace lensd::drivers::uvc {
+
+/// One picture as it came.
+struct RawFrame {
+  std::vector<std::uint8_t> bytes;
+  std::uint64_t sequence = 0;  ///< counts pictures begun, dropped ones included
+  Instant first{};             ///< its first payload came
+  Instant last{};              ///< its last one
+};
+
+/// The transport's thread fills it, the camera's thread empties it.
+class FrameAssembler final : public PayloadSink {
+ public:
+  /// `clock` must outlive it. YUYV pictures have exactly `most_bytes`, MJPEG ones at most.
+  FrameAssembler(const Clock& clock, PixelFormat pixels, std::size_t most_bytes)
+      : clock_(clock), pixels_(pixels), most_bytes_(most_bytes) {}
+
+  void OnPayload(std::span<const std::uint8_t> payload) override;
+  void OnLoss() override;
+
+  /// The newest complete picture not taken yet.
+  std::optional<RawFrame> Take();
+  /// Hands the memory of a picture back for the next ones.
+  void Recycle(std::vector<std::uint8_t> bytes);
+  /// Forgets what was begun; sequence numbers go on.
+  void Restart();
+
+ private:
+  void Begin(bool frame_bit);
+  void Finish();
+  bool Complete() const;
+
+  const Clock& clock_;
+  const PixelFormat pixels_;
+  const std::size_t most_bytes_;
+  std::mutex mutex_;
+  RawFrame building_;
+  bool open_ = false;     ///< a picture is being built
+  bool damaged_ = false;  ///< and cannot be completed
+  bool ended_ = false;    ///< the end bit of this frame bit has been seen
+  bool frame_bit_ = false;
+  bool any_ = false;  ///< a payload has been seen since the start
+  std::uint64_t next_sequence_ = 0;
+  std::optional<RawFrame> newest_;
+  std::vector<std::uint8_t> spare_;
+};
+
+}  // namespace lensd::drivers::uvc

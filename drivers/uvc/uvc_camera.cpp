@@ -1,0 +1,144 @@
+#include "uvc_camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <utility>
+
+#include "axis_control.h"
+
+namespace lensd::drivers::uvc {
+namespace {
+
+constexpr Duration kExposureUnit = std::chrono::microseconds(100);
+constexpr Duration kIntervalUnit = Duration(100);
+constexpr double kVideoGamma = 2.2;
+
+/// By the numbers of the colour matching descriptor (UVC 1.1 section 3.9.2.6). Unsaid means BT.709 there.
+double GammaOf(std::uint8_t transfer_characteristics) {
+  constexpr std::uint8_t kBt470Bg = 3, kLinear = 6;
+  if (transfer_characteristics == kLinear) return 1.0;
+  return transfer_characteristics == kBt470Bg ? 2.8 : kVideoGamma;
+}
+
+std::size_t MostBytes(const StreamChoice& choice) {
+  // A JPEG picture larger than the raw one is a mistake.
+  return static_cast<std::size_t>(choice.width) * static_cast<std::size_t>(choice.height) * 2;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Camera>> UvcCamera::Open(std::shared_ptr<Session> session, const CameraConfig& config) {
+  session->transport().BeginCall();
+  auto choice = Choose(session->function, config);
+  if (!choice) return PassOn(std::move(choice));
+  const bool exposure = session->terminal.id != 0 && session->terminal.Has(kExposureAbsolute.bit);
+  CameraCapabilities can;
+  can.driver = "uvc";
+  can.model = session->identity.model;
+  can.serial = session->identity.serial;
+  can.width = choice->width;
+  can.height = choice->height;
+  can.bits = 8;
+  can.pixel_um = config.pixel_um;
+  can.frame_rate_hz = 1e7 / choice->interval;
+  can.can_set_exposure = exposure;
+  return std::unique_ptr<Camera>(new UvcCamera(std::move(can), std::move(session), config, *choice, exposure));
+}
+
+UvcCamera::UvcCamera(CameraCapabilities capabilities, std::shared_ptr<Session> session, const CameraConfig& config,
+                     const StreamChoice& choice, bool exposure)
+    : Camera(std::move(capabilities)),
+      session_(std::move(session)),
+      config_(config),
+      choice_(choice),
+      period_(choice.interval * kIntervalUnit),
+      exposure_control_(exposure),
+      assembler_(session_->clock, choice.pixels, MostBytes(choice)) {}
+
+UvcCamera::~UvcCamera() {
+  (void)DoStop();
+}
+
+Result<Duration> UvcCamera::ReadExposure() {
+  if (!exposure_control_) return period_;
+  auto bytes = session_->controls.TryGet(kGetCur, session_->At(kExposureAbsolute), 4, "exposure");
+  if (!bytes) return PassOn(std::move(bytes));
+  return *bytes ? FromLittle(**bytes) * kExposureUnit : period_;
+}
+
+Result<void> UvcCamera::DoStart() {
+  session_->transport().BeginCall();
+  if (streaming_) return {};
+  auto exposure = ReadExposure();
+  if (!exposure) return PassOn(std::move(exposure));
+  exposure_ = *exposure;
+  auto pipe = Negotiate(*session_, choice_);
+  if (!pipe) return PassOn(std::move(pipe));
+  assembler_.Restart();
+  if (auto started = session_->transport().StartStream(*pipe, assembler_); !started) return started;
+  streaming_ = true;
+  last_sign_ = session_->clock.Now();
+  return {};
+}
+
+Result<void> UvcCamera::DoStop() {
+  session_->transport().BeginCall();
+  if (std::exchange(streaming_, false)) session_->transport().StopStream();
+  return {};
+}
+
+Result<std::optional<Frame>> UvcCamera::DoPoll() {
+  if (!streaming_) return Fail(Code::InvalidArgument, "the camera is not streaming: start it first");
+  const Instant now = session_->clock.Now();
+  auto raw = assembler_.Take();
+  if (!raw) {
+    if (session_->transport().Gone()) return Fail(Code::Disconnected, "the camera is unplugged");
+    if (now - last_sign_ <= config_.frame_timeout) return std::nullopt;
+    last_sign_ = now;
+    return Fail(Code::Timeout, "the camera sends no complete pictures");
+  }
+  pixels::RawFormat format;
+  format.packing = choice_.pixels == PixelFormat::Yuyv ? pixels::Packing::Yuyv : pixels::Packing::Jpeg;
+  auto samples = luma_.Read(format, {raw->bytes, choice_.width, choice_.height});
+  assembler_.Recycle(std::move(raw->bytes));
+  // A damaged picture counts as lost: the next one is on its way.
+  if (!samples) return std::nullopt;
+  last_sign_ = now;
+  Frame frame;
+  frame.width = choice_.width;
+  frame.height = choice_.height;
+  frame.bits = 8;
+  frame.gamma = config_.gamma.value_or(GammaOf(choice_.transfer_characteristics));
+  frame.samples = *std::move(samples);
+  frame.sequence = raw->sequence;
+  frame.exposure_start = raw->first - exposure_ - config_.latency.value_or(period_);
+  frame.exposure_end = raw->last;
+  return frame;
+}
+
+Result<void> UvcCamera::DoSetExposure(Duration exposure) {
+  if (!exposure_control_) return Fail(Code::Unsupported, "this camera's exposure cannot be set");
+  session_->transport().BeginCall();
+  const ControlAddress at = session_->At(kExposureAbsolute);
+  auto range = ReadRange(session_->controls, at, kExposureAbsolute, "exposure");
+  if (!range) return PassOn(std::move(range));
+  const double units = static_cast<double>(exposure.count()) / static_cast<double>(kExposureUnit.count());
+  if (std::llround(units) < range->minimum || std::llround(units) > range->maximum) {
+    std::ostringstream message;
+    message << "exposure " << units / 10 << " ms is outside " << static_cast<double>(range->minimum) / 10 << ".."
+            << static_cast<double>(range->maximum) / 10 << " ms";
+    return Fail(Code::OutOfRange, message.str());
+  }
+  if (auto taken = session_->automatics.TakeExposure(); !taken) return taken;
+  const std::int64_t value = range->Nearest(units);
+  if (auto set = session_->controls.Set(at, ToLittle(static_cast<std::uint32_t>(value), 4), "exposure"); !set) {
+    return set;
+  }
+  // Frames under way may still have the old one: the longer of both holds for what is said about them.
+  exposure_ = std::max(exposure_, value * kExposureUnit);
+  return {};
+}
+
+}  // namespace lensd::drivers::uvc
