@@ -15,7 +15,7 @@ namespace {
 /// Keys of [[lens]] that are not the driver's.
 constexpr std::array<std::string_view, 12> kOwnKeys = {"name",   "driver", "start", "distance_from",
                                                        "optics", "focus",  "iris",  "zoom",
-                                                       "filter", "camera", "bus",   "calibration"};
+                                                       "filter", "camera", "bus",   "temperature"};
 
 bool IsLensName(std::string_view name) {
   const auto letter = [](char c) { return c >= 'a' && c <= 'z'; };

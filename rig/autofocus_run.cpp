@@ -3,8 +3,6 @@
 #include <ctime>
 #include <utility>
 
-#include "optics/conjugates.h"
-
 namespace lensd::rig {
 namespace {
 
@@ -126,8 +124,8 @@ AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const 
   outcome.reason = verdict.reason;
   if (scale_.optics != nullptr) {
     const Metres extension = scale_.optics->ExtensionFromNative(stands_);
-    const double to_sensor = (scale_.optics->focal_length() + extension).value;
-    outcome.vergence = optics::FocalPlane(scale_.optics->focal_length(), extension);
+    const double to_sensor = (scale_.optics->FocalLengthAt(extension) + extension).value;
+    outcome.vergence = scale_.optics->VergenceFromExtension(extension);
     // dU/de = 1/Z_s².
     if (verdict.focused) outcome.sigma = Dioptres{verdict.sigma / (to_sensor * to_sensor)};
   }

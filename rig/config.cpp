@@ -47,9 +47,32 @@ Result<AxisConfig> ReadAxis(const Settings& table, Axis axis) {
   return config;
 }
 
+/// One focal length, or both ends of a zoom.
+std::pair<double, double> ReadFocalLength(SettingsReader& read) {
+  const Settings* raw = read.Any("focal_length_mm");
+  if (raw != nullptr && raw->AsArray() != nullptr) {
+    return ReadRange(read, "focal_length_mm", kPositive).value_or(std::pair(1.0, 1.0));
+  }
+  return {read.RequiredNumber("focal_length_mm", kPositive), 0.0};
+}
+
+Result<TemperatureConfig> ReadTemperature(const Settings& table) {
+  SettingsReader read(table, "[lens.temperature]");
+  TemperatureConfig config;
+  config.compensate = read.Boolean("compensate", false);
+  if (const auto um = read.OptionalNumber("um_per_c", {-1e4, 1e4})) config.metres_per_degree = Metres{*um * 1e-6};
+  if (const auto at = read.OptionalNumber("reference_c", {-273.15, 1e3})) config.reference = Celsius{*at};
+  config.minimum_move = read.Number("minimum_move", config.minimum_move, kPositive);
+  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  return config;
+}
+
 Result<void> ReadOptics(const Settings& table, RigConfig& config) {
   SettingsReader read(table, "[lens.optics]");
-  const double focal_length_mm = read.RequiredNumber("focal_length_mm", kPositive);
+  const auto focal_length_mm = ReadFocalLength(read);
+  config.focal_length_tolerance = read.Number("focal_length_tolerance_percent", 0.0, {0.0, 20.0}) * 1e-2;
+  if (const auto nm = read.OptionalNumber("wavelength_nm", kPositive)) config.wavelength = Metres{*nm * 1e-9};
+  config.calibration_path = read.OptionalPath("calibration");
   const auto f_number = ReadRange(read, "f_number", kPositive);
   const auto extension_mm = ReadRange(read, "extension_mm", {});
   config.scale.principal_gap = Metres{read.Number("principal_gap_mm", 0.0, kNonNegative) * 1e-3};
@@ -57,7 +80,8 @@ Result<void> ReadOptics(const Settings& table, RigConfig& config) {
   if (!f_number) read.Reject("f_number", "must be the widest and the smallest opening, as in [1.8, 16]");
   if (!extension_mm) read.Reject("extension_mm", "must be the extension at both ends of focus, as in [0.0, 1.6]");
   if (auto done = read.Finish(); !done) return done;
-  config.optics = drivers::NominalOptics{.focal_length_m = focal_length_mm * 1e-3,
+  config.optics = drivers::NominalOptics{.focal_length_m = focal_length_mm.first * 1e-3,
+                                         .max_focal_length_m = focal_length_mm.second * 1e-3,
                                          .min_f_number = f_number->first,
                                          .max_f_number = f_number->second,
                                          .min_extension_m = extension_mm->first * 1e-3,
@@ -72,6 +96,11 @@ Result<RigConfig> ReadRigConfig(SettingsReader& lens) {
   config.scale.from = static_cast<optics::DistanceFrom>(lens.Choice("distance_from", {"lens", "sensor", "front"}, 0));
   if (const Settings* table = lens.Table("optics")) {
     if (auto read = ReadOptics(*table, config); !read) return PassOn(std::move(read));
+  }
+  if (const Settings* table = lens.Table("temperature")) {
+    auto read = ReadTemperature(*table);
+    if (!read) return PassOn(std::move(read));
+    config.temperature = *read;
   }
   for (const Axis axis : drivers::kAxes) {
     const Settings* table = lens.Table(AxisName(axis));

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "optics/conjugates.h"
-
 namespace lensd::rig {
 namespace {
 
@@ -35,11 +33,14 @@ AxisSetup MakeSetup(Axis axis, const drivers::AxisCapabilities& can, const AxisC
 
 }  // namespace
 
-Rig::Impl::Impl(RigConfig config, drivers::Device opened, std::optional<OpticsTable> table, const Clock& the_clock)
+Rig::Impl::Impl(RigConfig config, drivers::Device opened, std::optional<OpticsTable> table, const Clock& the_clock,
+                std::shared_ptr<const Calibration> calibration)
     : device(std::move(opened)),
       optics(std::move(table)),
       clock(the_clock),
       config_(std::move(config)),
+      as_configured_(config_),
+      calibration_(std::move(calibration)),
       looks_(device.camera.get()) {
   for (const Axis axis : drivers::kAxes) {
     const auto& can = device.lens->capabilities().axes[axis];
@@ -47,6 +48,7 @@ Rig::Impl::Impl(RigConfig config, drivers::Device opened, std::optional<OpticsTa
     setups_[axis] = MakeSetup(axis, *can, config_.axes[axis]);
     tolerances_[axis] = setups_[axis]->tolerance;
   }
+  AdoptBacklash();
   ReadLens();
 }
 
@@ -130,6 +132,7 @@ void Rig::Impl::NoteReading(const drivers::LensState& state) {
     if (!stood) steady_since_[axis] = state.sampled_at + setups_[axis]->settle;
   }
   state_ = state;
+  NoteConditions(state);
 }
 
 bool Rig::Impl::Moving() const {
@@ -168,22 +171,6 @@ void Rig::Impl::EndMotion(Axis axis, Result<MoveOutcome> end) {
   if (end) AddOptics(*end);
   if (!end || !end->reached) targets_[axis].reset();
   Reply(motion->TakeCallback(), std::move(end));
-}
-
-void Rig::Impl::AddOptics(MoveOutcome& outcome) const {
-  const Native low = outcome.position - outcome.bound;
-  const Native high = outcome.position + outcome.bound;
-  if (outcome.axis == Axis::Focus && optics && optics->has_focus()) {
-    outcome.extension = optics->ExtensionFromNative(outcome.position);
-    outcome.vergence = optics::FocalPlane(optics->focal_length(), *outcome.extension);
-    outcome.extension_bound =
-        Metres{0.5 * std::abs((optics->ExtensionFromNative(high) - optics->ExtensionFromNative(low)).value)};
-  }
-  if (outcome.axis == Axis::Iris && optics && optics->has_iris()) {
-    outcome.f_number = optics->FNumberFromNative(outcome.position);
-    outcome.f_number_bound =
-        FNumber{0.5 * std::abs((optics->FNumberFromNative(high) - optics->FNumberFromNative(low)).value)};
-  }
 }
 
 /// A new command for `axis` displaces its motion and any autofocus.

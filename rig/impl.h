@@ -16,9 +16,14 @@
 
 namespace lensd::rig {
 
+/// The optics of a device under this configuration; nothing where they are not known. Errors as Rig::Create().
+Result<std::optional<OpticsTable>> TableFor(const RigConfig& config, const drivers::Device& device,
+                                            std::shared_ptr<const Calibration> calibration);
+
 class Rig::Impl {
  public:
-  Impl(RigConfig config, drivers::Device device, std::optional<OpticsTable> optics, const Clock& clock);
+  Impl(RigConfig config, drivers::Device device, std::optional<OpticsTable> optics, const Clock& clock,
+       std::shared_ptr<const Calibration> calibration);
   ~Impl();
 
   Result<Native> Resolve(drivers::Axis axis, const Target& target) const;
@@ -34,6 +39,7 @@ class Rig::Impl {
   void Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done);
   void Give(Given given);
   void Snapshot(Instant since, SnapshotCallback done);
+  void SetCalibration(std::shared_ptr<const Calibration> calibration, StopCallback done);
 
   drivers::Device device;
   std::optional<OpticsTable> optics;
@@ -59,7 +65,11 @@ class Rig::Impl {
   void EndOutside();
   void HandOut(const drivers::Frame& frame);
   LensedFrame WithLens(const drivers::Frame& frame) const;
+  // What positions mean: impl_optics.cpp.
+  void AdoptBacklash();
+  void NoteConditions(const drivers::LensState& state);
   void AddOptics(MoveOutcome& outcome) const;
+  void AddOptics(Status& status) const;
   void RunReplies();
   Result<Native> Aim(drivers::Axis axis, const Target& target) const;
   Result<Metres> ExtensionOf(const Target& target) const;
@@ -74,6 +84,9 @@ class Rig::Impl {
   Instant NextStep(Instant now) const;
 
   RigConfig config_;
+  const RigConfig as_configured_;  ///< before the calibration filled in what it leaves open
+  std::shared_ptr<const Calibration> calibration_;
+  std::shared_ptr<const OpticsTable> shared_optics_;  ///< the same as `optics`, for those on other threads
   drivers::PerAxis<std::optional<AxisSetup>> setups_;
   drivers::PerAxis<double> tolerances_;
   drivers::PerAxis<std::unique_ptr<AxisMotion>> motions_;

@@ -33,7 +33,8 @@ Result<Native> Land(const AxisSetup& setup, Native wanted, const std::string& as
 }
 
 std::string Asked(const Target& target) {
-  static constexpr const char* kUnits[] = {"", " relative", " toward near", " D", " m", " m of extension", ""};
+  static constexpr const char* kUnits[] = {"", " relative",         " toward near", " D", " m", " m of extension",
+                                           "", " m of focal length"};
   std::ostringstream text;
   text << (target.kind == Target::Kind::FNumber ? "f/" : "") << target.value
        << kUnits[static_cast<std::size_t>(target.kind)];
@@ -87,22 +88,23 @@ Result<Native> Rig::Impl::Aim(Axis axis, const Target& target) const {
       if (!(target.value > 0)) return Fail(Code::InvalidArgument, "an f-number must be above 0");
       if (!optics || !optics->has_iris()) return Fail(Code::Unsupported, "this lens' f-numbers are not known");
       return optics->NativeFromFNumber(FNumber{target.value});
+    case Kind::FocalLength:
+      if (axis != Axis::Zoom) return Fail(Code::InvalidArgument, "only the zoom can be set to a focal length");
+      if (!(target.value > 0)) return Fail(Code::InvalidArgument, "a focal length must be above 0");
+      if (!optics || !optics->has_zoom()) return Fail(Code::Unsupported, "this lens' focal lengths are not known");
+      return optics->NativeFromFocalLength(Metres{target.value});
   }
   return Fail(Code::Internal, "unknown kind of target");
 }
 
 Result<Metres> Rig::Impl::ExtensionOf(const Target& target) const {
-  const Metres focal_length = optics->focal_length();
-  const Metres longest{optics->nominal().max_extension_m};
   if (target.kind == Target::Kind::Extension) return Metres{target.value};
-  if (target.kind == Target::Kind::Vergence) {
-    return optics::FocusExtension(focal_length, Dioptres{target.value}, longest);
-  }
+  if (target.kind == Target::Kind::Vergence) return optics->ExtensionInFocus(Dioptres{target.value});
   optics::FocusScale scale = config_.scale;
   if (target.from) scale.from = *target.from;
-  const auto depth = optics::DepthInFocus(scale, focal_length, Metres{target.value});
+  const auto depth = optics::DepthInFocus(scale, optics->focal_length(), Metres{target.value});
   if (!depth) return std::unexpected(depth.error());
-  return optics::FocusExtension(focal_length, *depth, longest);
+  return optics->ExtensionInFocus(*depth);
 }
 
 // ---- status -------------------------------------------------------------------------------------------------------
@@ -113,7 +115,6 @@ Status Rig::Impl::GetStatus() const {
   if (problem_) status.problem = problem_->message;
   status.has_camera = device.camera != nullptr;
   status.streaming = looks_.streaming();
-  if (optics) status.focal_length = optics->focal_length();
   status.activity = CurrentActivity();
   if (!state_) return status;
   status.sampled_at = state_->sampled_at;
@@ -131,15 +132,7 @@ Status Rig::Impl::GetStatus() const {
                                    .homed = state.homed,
                                    .fault = state.fault};
   }
-  if (optics && optics->has_focus() && status.axes[Axis::Focus]) {
-    status.extension = optics->ExtensionFromNative(status.axes[Axis::Focus]->position);
-    status.vergence = optics::FocalPlane(optics->focal_length(), *status.extension);
-  }
-  if (optics && optics->has_iris() && status.axes[Axis::Iris]) {
-    status.f_number = optics->FNumberFromNative(status.axes[Axis::Iris]->position);
-  } else if (optics) {
-    status.f_number = optics->fixed_f_number();
-  }
+  AddOptics(status);
   return status;
 }
 
@@ -158,7 +151,8 @@ Activity Rig::Impl::CurrentActivity() const {
 
 // ---- the public face ----------------------------------------------------------------------------------------------
 
-Result<std::unique_ptr<Rig>> Rig::Create(RigConfig config, drivers::Device device, const Clock& clock) {
+Result<std::unique_ptr<Rig>> Rig::Create(RigConfig config, drivers::Device device, const Clock& clock,
+                                         std::shared_ptr<const Calibration> calibration) {
   if (!device.lens) return Fail(Code::InvalidArgument, "a rig needs a lens");
   for (const Axis axis : drivers::kAxes) {
     const auto& can = device.lens->capabilities().axes[axis];
@@ -168,15 +162,10 @@ Result<std::unique_ptr<Rig>> Rig::Create(RigConfig config, drivers::Device devic
                   "the limits of " + std::string(AxisName(axis)) + " leave nothing of its range");
     }
   }
-  const auto& known = config.optics ? config.optics : device.optics;
-  std::optional<OpticsTable> table;
-  if (known) {
-    auto made = OpticsTable::Create(*known, device.lens->capabilities(), config.axes[Axis::Focus].near_positive);
-    if (!made) return PassOn(std::move(made));
-    table = *made;
-  }
-  return std::unique_ptr<Rig>(
-      new Rig(std::make_unique<Impl>(std::move(config), std::move(device), std::move(table), clock)));
+  auto table = TableFor(config, device, calibration);
+  if (!table) return PassOn(std::move(table));
+  return std::unique_ptr<Rig>(new Rig(
+      std::make_unique<Impl>(std::move(config), std::move(device), *std::move(table), clock, std::move(calibration))));
 }
 
 Rig::Rig(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -239,6 +228,12 @@ void Rig::GiveScore(OutsideScore score, StopCallback taken) {
 void Rig::Snapshot(SnapshotCallback done) {
   impl_->Command([impl = impl_.get(), since = impl_->clock.Now(), done = std::move(done)]() mutable {
     impl->Snapshot(since, std::move(done));
+  });
+}
+
+void Rig::SetCalibration(std::shared_ptr<const Calibration> calibration, StopCallback done) {
+  impl_->Command([impl = impl_.get(), calibration = std::move(calibration), done = std::move(done)]() mutable {
+    impl->SetCalibration(std::move(calibration), std::move(done));
   });
 }
 

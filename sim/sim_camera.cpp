@@ -16,6 +16,8 @@ constexpr double kWhite = 0.9;        // of full well at the initial f-number
 constexpr double kFlickerHz = 100.0;  // lamps on 50 Hz mains
 constexpr double kSmear_px = 1.0;     // of blur, above which one exposure is averaged from several lens states
 constexpr int kMostStates = 8;
+constexpr Duration kShortestExposure = std::chrono::microseconds(1);
+constexpr Duration kLongestExposure = std::chrono::seconds(100);
 
 double Seconds(Duration duration) {
   return static_cast<double>(duration.count()) * 1e-9;
@@ -31,6 +33,8 @@ drivers::CameraCapabilities CapabilitiesOf(const Scene& scene) {
   capabilities.pixel_um = scene.camera.pixel_um;
   capabilities.frame_rate_hz = scene.camera.frame_rate_hz;
   capabilities.can_set_exposure = true;
+  capabilities.shortest_exposure = kShortestExposure;
+  capabilities.longest_exposure = kLongestExposure;
   const Region& region = scene.truth_region;
   capabilities.focus_region = {region.x, region.y, region.w, region.h};
   return capabilities;
@@ -87,7 +91,7 @@ Result<void> SimCamera::DoStop() {
 
 Result<void> SimCamera::DoSetExposure(Duration exposure) {
   if (auto link = CheckLink(); !link) return link;
-  if (exposure < std::chrono::microseconds(1) || exposure > std::chrono::seconds(100)) {
+  if (exposure < kShortestExposure || exposure > kLongestExposure) {
     return Fail(Code::OutOfRange, "the simulated camera exposes from 1 us to 100 s");
   }
   grid_.SetExposure(mechanics_->Now(), exposure);

@@ -27,6 +27,7 @@ class WorldTruth final : public Truth {
 drivers::NominalOptics NominalOf(const LensSettings& lens) {
   drivers::NominalOptics optics;
   optics.focal_length_m = lens.min_focal_length_mm * 1e-3;
+  if (lens.zooms()) optics.max_focal_length_m = lens.max_focal_length_mm * 1e-3;
   optics.min_f_number = lens.min_f_number;
   optics.max_f_number = lens.max_f_number;
   optics.min_extension_m = lens.min_extension_mm * 1e-3;

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "base/clock.h"
@@ -25,17 +26,29 @@ struct AxisConfig {
   std::optional<double> speed;  ///< native units per second; default what the driver says, or the whole range in 60 s
 };
 
+/// What to do about a lens that gets warm: [lens.temperature]. What the calibration knows counts where nothing is said.
+struct TemperatureConfig {
+  bool compensate = false;                  ///< correct positions, and follow the temperature while idle
+  std::optional<Metres> metres_per_degree;  ///< extension gained per degree at one focus position
+  std::optional<Celsius> reference;         ///< where that is 0
+  double minimum_move = 4.0;                ///< native units of focus: smaller corrections wait
+};
+
 /// Everything a rig is told.
 struct RigConfig {
   std::optional<drivers::NominalOptics> optics;  ///< from [lens.optics]; otherwise the driver's, if it knows
   double pupil_factor = 1.0;                     ///< exit over entrance pupil diameter, for whoever plans
   optics::FocusScale scale;                      ///< where configured distances start
+  double focal_length_tolerance = 0.0;           ///< relative; enters every bound that a focal length enters
+  std::optional<Metres> wavelength;              ///< of the light in use, where the calibration depends on it
+  std::optional<std::string> calibration_path;   ///< of [lens.optics]; whoever makes the rig reads it
+  TemperatureConfig temperature;
   drivers::PerAxis<AxisConfig> axes;
 };
 
-/// Takes the keys of RigConfig (distance_from, optics, focus, iris, zoom, filter) out of a [[lens]] table, leaving the
-/// others to the caller, who calls lens.Finish(). What is wrong inside a sub-table is the error; what is wrong with the
-/// keys themselves is recorded in `lens`.
+/// Takes the keys of RigConfig (distance_from, optics, focus, iris, zoom, filter, temperature) out of a [[lens]] table,
+/// leaving the others to the caller, who calls lens.Finish(). What is wrong inside a sub-table is the error; what is
+/// wrong with the keys themselves is recorded in `lens`.
 Result<RigConfig> ReadRigConfig(SettingsReader& lens);
 
 }  // namespace lensd::rig

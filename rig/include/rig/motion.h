@@ -23,6 +23,7 @@ struct Target {
     Distance,        ///< focus: metres from the configured origin
     Extension,       ///< focus: metres
     FNumber,         ///< iris
+    FocalLength,     ///< zoom: metres
   };
   Kind kind = Kind::Native;
   double value = 0.0;                        ///< in the unit the kind names
@@ -41,8 +42,11 @@ struct MoveOutcome {
   std::optional<Metres> extension;  ///< focus with known optics
   std::optional<Metres> extension_bound;
   std::optional<Dioptres> vergence;
-  std::optional<FNumber> f_number;  ///< iris with known optics
+  std::optional<Dioptres> vergence_bound;  ///< of the true plane in focus; the focal length's tolerance counts
+  std::optional<FNumber> f_number;         ///< iris with known optics
   std::optional<FNumber> f_number_bound;
+  std::optional<Metres> focal_length;  ///< zoom with known optics
+  std::optional<Metres> focal_length_bound;
   std::string reason;  ///< empty when all is well, else one line for people
   Duration elapsed{};
 };

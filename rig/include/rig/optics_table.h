@@ -1,47 +1,107 @@
 // From a motor's own units to optics and back: the one place where native units meet metres and f-numbers.
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include "base/result.h"
 #include "base/units.h"
 #include "drivers/api/device.h"
 #include "drivers/api/lens.h"
+#include "optics/object_depth.h"
+#include "rig/calibration.h"
+#include "rig/config.h"
 
 namespace lensd::rig {
 
-/// The nominal calibration of one lens: focus position even in extension, iris position even in log(f-number), each
-/// across the whole range of its axis (focus the other way round where larger positions focus farther); an axis whose
-/// native unit is optical already (dioptres, f-number) means what it says. Pure; every conversion is the inverse of its
-/// twin to rounding. Lengths and f-numbers outside the range are extrapolated: limits are for the caller to judge.
+/// What the meaning of a focus position depends on besides the position.
+struct Conditions {
+  std::optional<Native> zoom;
+  std::optional<Native> filter;
+  std::optional<Celsius> temperature;
+  bool operator==(const Conditions&) const = default;
+};
+
+/// One lens under one set of conditions: its nominal figures and, where there is one, its calibration. Nominally focus
+/// is even in extension and the iris even in log(f-number), each across the whole range of its axis (focus the other
+/// way round where larger positions focus farther); an axis whose native unit is optical already (dioptres, f-number,
+/// millimetres) means what it says. Immutable and cheap to copy. Every conversion is the inverse of its twin to
+/// rounding and strictly monotone. What lies outside the range is extrapolated: limits are for the caller to judge.
 class OpticsTable {
  public:
-  /// InvalidArgument: a focal length or f-number that is not above 0, an empty range, a focus inside -f.
+  /// InvalidArgument: a focal length or f-number that is not above 0, an empty range, a focus inside -f; a calibration
+  /// that does not rise or fall throughout, or the wrong way for `near_positive`.
   static Result<OpticsTable> Create(const drivers::NominalOptics& optics, const drivers::Capabilities& lens,
                                     bool near_positive = true);
+  /// With a calibration, and what `config` says of approach, temperature, tolerance and wavelength.
+  static Result<OpticsTable> Create(const drivers::NominalOptics& optics, const drivers::Capabilities& lens,
+                                    const RigConfig& config, std::shared_ptr<const Calibration> calibration);
+  /// The same lens under other conditions.
+  OpticsTable In(const Conditions& conditions) const;
+  const Conditions& conditions() const { return conditions_; }
 
-  const drivers::NominalOptics& nominal() const { return optics_; }
-  Metres focal_length() const { return Metres{optics_.focal_length_m}; }
+  const drivers::NominalOptics& nominal() const;
+  /// At extension 0 under these conditions.
+  Metres focal_length() const { return focal_length_; }
+  /// Of the lens focused at `extension`: breathing changes it.
+  Metres FocalLengthAt(Metres extension) const;
+  /// Relative: the true focal length is within this of FocalLengthAt(), as far as it was stated.
+  double focal_length_tolerance() const;
   /// A lens without a motorised iris has one f-number only where the range is a single one.
   std::optional<FNumber> fixed_f_number() const;
-  bool has_focus() const { return focus_.has_value(); }
-  bool has_iris() const { return iris_.has_value(); }
+  bool has_focus() const;
+  bool has_iris() const;
+  bool has_zoom() const;
 
   /// Focus axis; has_focus() must hold.
   Metres ExtensionFromNative(Native focus) const;
   Native NativeFromExtension(Metres extension) const;
+  /// The plane in focus at an extension > -f, breathing counted, and back. The way back: as optics::FocusExtension().
+  Dioptres VergenceFromExtension(Metres extension) const;
+  Result<Metres> ExtensionInFocus(optics::ObjectDepth depth) const;
   /// Iris axis; has_iris() must hold.
   FNumber FNumberFromNative(Native iris) const;
   Native NativeFromFNumber(FNumber f_number) const;
+  /// Zoom axis; has_zoom() must hold.
+  Metres FocalLengthFromNative(Native zoom) const;
+  Native NativeFromFocalLength(Metres focal_length) const;
+
+  /// How far the true figure may be from what a conversion says because of the calibration, the temperature and the
+  /// focal length's tolerance: not counting where the motor really stands. 0 where nothing is known of it: see grade().
+  Metres ExtensionError(Native focus) const;
+  Dioptres VergenceError(Native focus) const;
+  double FNumberError() const;      ///< relative
+  double FocalLengthError() const;  ///< relative
+
+  /// Of focus, under these conditions and at this position or over its whole range.
+  Grade GradeAt(Native focus) const;
+  Grade grade() const;
+  /// Greatest ExtensionError() between the ends of what was measured; nothing where uncalibrated.
+  std::optional<Metres> error() const;
 
  private:
+  struct Lens;
+  struct Part {
+    std::size_t curve = 0;
+    double weight = 1.0;
+  };
   OpticsTable() = default;
+  void ChooseCurves();
+  bool Narrow(const std::function<std::optional<double>(const FocusCurve&)>& key, std::optional<double> wanted);
+  void SetTemperature();
+  double Curves(double native) const;
+  double CurveError(double native) const;
+  Metres TemperatureError() const;
 
-  drivers::NominalOptics optics_;
-  double extension_at_minimum_m_ = 0.0;  ///< of the focus axis' native range
-  double extension_at_maximum_m_ = 0.0;
-  std::optional<drivers::AxisCapabilities> focus_;
-  std::optional<drivers::AxisCapabilities> iris_;
+  std::shared_ptr<const Lens> lens_;
+  Conditions conditions_;
+  Metres focal_length_;
+  std::vector<Part> parts_;  ///< of the focus curves; none: nominal
+  double offset_m_ = 0.0;    ///< of the temperature
+  bool outside_ = false;     ///< the conditions lie outside what was measured
+  double range_c_ = 0.0;     ///< how far the temperature may be from that of the curves
 };
 
 }  // namespace lensd::rig

@@ -17,6 +17,7 @@
 #include "drivers/api/camera.h"
 #include "drivers/api/device.h"
 #include "drivers/api/lens.h"
+#include "rig/calibration.h"
 #include "rig/config.h"
 #include "rig/motion.h"
 #include "rig/optics_table.h"
@@ -133,9 +134,12 @@ struct Status {
   std::string problem;   ///< empty, or why the lens does not answer
   Instant sampled_at{};  ///< of the axes
   drivers::PerAxis<std::optional<AxisStatus>> axes;
-  std::optional<Metres> focal_length;
+  std::shared_ptr<const OpticsTable> optics;  ///< under the conditions of this moment; null: not known
+  std::optional<Metres> focal_length;         ///< breathing and zoom counted
   std::optional<Metres> extension;
-  std::optional<Dioptres> vergence;  ///< of the plane in focus
+  std::optional<Metres> extension_error;  ///< of the calibration here; nothing where it is not known
+  std::optional<Dioptres> vergence;       ///< of the plane in focus
+  Grade grade = Grade::Uncalibrated;      ///< of the focus position
   std::optional<FNumber> f_number;
   std::optional<Celsius> temperature;
   Activity activity;
@@ -152,8 +156,10 @@ struct Status {
 /// the readback.
 class Rig {
  public:
-  /// `device.lens` must be there; `clock` must outlive the rig. InvalidArgument: optics that make no sense.
-  static Result<std::unique_ptr<Rig>> Create(RigConfig config, drivers::Device device, const Clock& clock);
+  /// `device.lens` must be there; `clock` must outlive the rig. InvalidArgument: optics that make no sense, a
+  /// calibration (null: none) that is of another lens or contradicts the configuration.
+  static Result<std::unique_ptr<Rig>> Create(RigConfig config, drivers::Device device, const Clock& clock,
+                                             std::shared_ptr<const Calibration> calibration = nullptr);
   ~Rig();
   Rig(const Rig&) = delete;
   Rig& operator=(const Rig&) = delete;
@@ -185,6 +191,10 @@ class Rig {
   void GiveScore(OutsideScore score, StopCallback taken);
   /// One frame exposed wholly after this call with every axis settled. Unsupported: no camera. Timeout: none came.
   void Snapshot(SnapshotCallback done);
+
+  /// Another calibration from now on (null: none). Motions under way go on to where they were sent. Errors as Create();
+  /// then the old one stays.
+  void SetCalibration(std::shared_ptr<const Calibration> calibration, StopCallback done);
 
   /// Does one bounded piece of work (each device call ends within its driver's I/O deadline) and returns when it wants
   /// to be called next, at the latest; call it at once after a command.

@@ -16,8 +16,9 @@ namespace lensd::drivers {
 
 /// What a driver knows of the optics of the lens it opened: a nominal calibration. Lengths in metres.
 struct NominalOptics {
-  double focal_length_m = 0.0;
-  double min_f_number = 0.0;  ///< widest opening
+  double focal_length_m = 0.0;      ///< the shortest one of a zoom
+  double max_focal_length_m = 0.0;  ///< the longest one, at the zoom axis' maximum; 0: it does not zoom
+  double min_f_number = 0.0;        ///< widest opening
   double max_f_number = 0.0;
   double min_extension_m = 0.0;  ///< extension at the focus axis' minimum
   double max_extension_m = 0.0;  ///< extension at the focus axis' maximum
