@@ -134,7 +134,7 @@ AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const 
     candidate.position = scale_.native(found.position);
     candidate.region = found.region;
     if (scale_.optics != nullptr) {
-      candidate.vergence = optics::FocalPlane(scale_.optics->focal_length(), Metres{found.position});
+      candidate.vergence = scale_.optics->VergenceFromExtension(Metres{found.position});
     }
     outcome.candidates.push_back(candidate);
   }

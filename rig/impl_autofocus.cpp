@@ -162,7 +162,7 @@ void Rig::Impl::ServeOutside() {
     wanted.position = state_->axes[Axis::Focus]->position;
     if (optics && optics->has_focus()) {
       wanted.extension = optics->ExtensionFromNative(wanted.position);
-      wanted.vergence = optics::FocalPlane(optics->focal_length(), *wanted.extension);
+      wanted.vergence = optics->VergenceFromExtension(*wanted.extension);
     }
     outside_->Announce(clock.Now(), steady, std::move(wanted));
   }
