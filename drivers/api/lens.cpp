@@ -60,4 +60,14 @@ Result<void> Lens::Stop(Axis axis) {
   return DoStop(axis);
 }
 
+Result<void> Lens::DoResetFault(Axis axis) {
+  return Fail(Code::Unsupported, "this lens takes no command to reset a fault of " + std::string(AxisName(axis)));
+}
+
+Result<void> Lens::ResetFault(Axis axis) {
+  const auto found = Find(axis);
+  if (!found) return std::unexpected(found.error());
+  return DoResetFault(axis);
+}
+
 }  // namespace lensd::drivers

@@ -49,12 +49,21 @@ struct FoundDevice {
 /// Lists what is plugged in. Neither opens nor disturbs what may be in use, moves nothing, and ends within 3 s.
 using ProbeFunction = Result<std::vector<FoundDevice>> (*)();
 
+/// Settings that ship with a driver and that its users refer to by name, or replace by a file of their own.
+struct Profiles {
+  std::string_view (*text)(std::string_view name);  ///< TOML; empty: none of that name
+  std::string_view (*names)();                      ///< "this, that": for messages
+};
+
 /// One row of the table of drivers (daemon/drivers_table.cpp).
 struct Driver {
   std::string_view name;
   OpenFunction open;
   ProbeFunction probe = nullptr;  ///< nullptr: its devices cannot be searched for
   bool reopen = true;  ///< a device that vanished is closed and opened anew; false: the same object finds it again
+  /// Whether a [[bus]] of this driver makes sense (BadData); nullptr: it has no buses.
+  Result<void> (*check_bus)(const Settings& bus) = nullptr;
+  const Profiles* profiles = nullptr;  ///< what `profile` means in its settings; nullptr: nothing
 };
 
 }  // namespace lensd::drivers

@@ -92,6 +92,9 @@ class Lens {
   Result<LensState> Read();
   /// Ends the motion of one axis where it is. Unsupported: the device cannot stop midway.
   Result<void> Stop(Axis axis);
+  /// Clears what the device complains of, where it wants to be told; moves nothing. Unsupported: it takes no such
+  /// command.
+  Result<void> ResetFault(Axis axis);
   /// From any thread: makes an I/O call in progress return Cancelled soon. Harmless when none is.
   void Interrupt() { DoInterrupt(); }
 
@@ -103,6 +106,7 @@ class Lens {
   virtual Result<void> DoStartMove(Axis axis, Native target) = 0;
   virtual Result<LensState> DoRead() = 0;
   virtual Result<void> DoStop(Axis axis) = 0;
+  virtual Result<void> DoResetFault(Axis axis);
   virtual void DoInterrupt() {}
 
   Result<const AxisCapabilities*> Find(Axis axis) const;
