@@ -1,0 +1,363 @@
+#include "bus.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace lensd::modbus {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr int kStopAttempts = 3;
+constexpr int kLostAfter = 5;                        ///< bad exchanges in a row: the drive is not there
+constexpr Duration kLostPause = milliseconds(250);   ///< between questions to a drive that is not there
+constexpr Duration kFirstPause = milliseconds(100);  ///< between attempts to connect
+constexpr Duration kLongestPause = std::chrono::seconds(2);
+constexpr int kReconnectAfter = 3;                 ///< bad exchanges in a row, on TCP
+constexpr Duration kFreshWait = milliseconds(25);  ///< Look() waits so long before an older sample will do
+constexpr Duration kOldest = milliseconds(250);    ///< how old that may be
+
+Error Named(const Drive& drive, Error error) {
+  return {error.code, drive.label() + " " + error.message};
+}
+
+bool AnyStop(const std::vector<Seat*>& seats) {
+  return std::ranges::any_of(seats, [](const Seat* seat) { return seat->stop; });
+}
+
+}  // namespace
+
+/// A drive's own end of the bus.
+class Bus::Conversation final : public Talk {
+ public:
+  Conversation(Bus& bus, Seat& seat, bool urgent) : bus_(bus), seat_(seat), urgent_(urgent) {}
+
+  Result<void> Read(std::uint16_t address, std::span<std::uint16_t> registers) override {
+    const DriveConfig& config = seat_.drive->config();
+    return bus_.Ask(seat_, urgent_, [&](Link& link) {
+      return link.Read(config.unit, config.profile.read_function, address, registers);
+    });
+  }
+  Result<void> Write(int function, std::uint16_t address, std::span<const std::uint16_t> registers) override {
+    const int unit = seat_.drive->config().unit;
+    return bus_.Ask(seat_, urgent_, [&](Link& link) { return link.Write(unit, function, address, registers); });
+  }
+  bool suspect() const override { return seat_.suspect; }
+
+ private:
+  Bus& bus_;
+  Seat& seat_;
+  const bool urgent_;
+};
+
+Bus::Bus(BusConfig config, char parity) : config_(std::move(config)), parity_(parity), link_(config_, parity) {
+  thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+}
+
+Bus::~Bus() {
+  {
+    const std::lock_guard lock(mutex_);
+    quitting_ = true;
+  }
+  thread_.request_stop();
+  thread_.join();
+}
+
+void Bus::Add(Seat& seat) {
+  const std::lock_guard lock(mutex_);
+  seats_.push_back(&seat);
+  profile_gap_ = std::max(profile_gap_, seat.drive->config().profile.gap);
+}
+
+std::optional<std::string> Bus::WhoIs(int unit) {
+  const std::lock_guard lock(mutex_);
+  const auto found = std::ranges::find_if(seats_, [&](const Seat* seat) { return seat->drive->config().unit == unit; });
+  if (found == seats_.end()) return std::nullopt;
+  return (*found)->drive->label();
+}
+
+void Bus::Remove(Seat& seat) {
+  std::unique_lock lock(mutex_);
+  std::erase(seats_, &seat);
+  seat.withdrawn = true;
+  wake_.notify_all();
+  answers_.wait(lock, [&] { return seat.in_use == 0; });
+}
+
+Duration Bus::IoDeadline() const {
+  return std::chrono::seconds(1) + 4 * config_.response_timeout;
+}
+
+// ---- callers ------------------------------------------------------------------------------------------------------
+
+void Bus::Interrupt(Interrupts& interrupts) {
+  const std::lock_guard lock(mutex_);
+  ++interrupts.count;
+  answers_.notify_all();
+}
+
+Result<void> Bus::Give(Seat& seat, const Order& order, const Interrupts& interrupts) {
+  std::unique_lock lock(mutex_);
+  const auto before = interrupts.count;
+  const auto number = ++seat.orders_asked;
+  seat.order = order;
+  seat.newest.reset();
+  wake_.notify_all();
+  const auto answered = [&] { return seat.orders_answered >= number; };
+  answers_.wait_until(lock, clock_.Now() + IoDeadline(), [&] { return answered() || interrupts.count != before; });
+  if (answered()) return seat.order_answer;
+  seat.order.reset();
+  if (seat.order_taken) seat.withdrawn = true;
+  if (interrupts.count != before) return Fail(Code::Cancelled, "interrupted");
+  return Fail(Code::Timeout, seat.drive->label() + " could not be told in time: the bus is busy");
+}
+
+Result<void> Bus::Stop(Seat& seat, const Interrupts& interrupts) {
+  std::unique_lock lock(mutex_);
+  const auto before = interrupts.count;
+  const auto number = ++seat.stops_asked;
+  seat.stop = true;
+  seat.order.reset();
+  seat.newest.reset();
+  wake_.notify_all();
+  const auto answered = [&] { return seat.stops_answered >= number; };
+  answers_.wait_until(lock, clock_.Now() + IoDeadline(), [&] { return answered() || interrupts.count != before; });
+  if (answered()) return seat.stop_answer;
+  if (interrupts.count != before) return Fail(Code::Cancelled, "interrupted; the stop goes out all the same");
+  return Fail(Code::Timeout, seat.drive->label() + " could not be stopped in time: the bus is busy");
+}
+
+Result<std::vector<Sample>> Bus::Look(std::span<const std::unique_ptr<Seat>> seats, const Interrupts& interrupts) {
+  std::unique_lock lock(mutex_);
+  const auto before = interrupts.count;
+  const Instant now = clock_.Now();
+  for (const auto& seat : seats) ++seat->looks_asked;
+  wake_.notify_all();
+  std::vector<std::uint64_t> numbers;
+  for (const auto& seat : seats) numbers.push_back(seat->looks_asked);
+  const auto answered = [&](std::size_t i) { return seats[i]->looks_answered >= numbers[i]; };
+  const auto settled = [&] {
+    bool all = true;
+    for (std::size_t i = 0; i < seats.size(); ++i) {
+      if (answered(i) && !seats[i]->look_answer) return true;
+      all = all && answered(i);
+    }
+    return all || interrupts.count != before;
+  };
+  const auto recent = [&](const auto& seat) { return seat->newest && clock_.Now() - seat->newest->at < kOldest; };
+  answers_.wait_until(lock, now + kFreshWait, settled);
+  if (!settled() && !std::ranges::all_of(seats, recent)) answers_.wait_until(lock, now + IoDeadline(), settled);
+  std::vector<Sample> samples;
+  for (std::size_t i = 0; i < seats.size(); ++i) {
+    if (answered(i) && !seats[i]->look_answer) return std::unexpected(seats[i]->look_answer.error());
+    if (interrupts.count != before && !answered(i)) return Fail(Code::Cancelled, "interrupted");
+    if (!answered(i) && !recent(seats[i])) {
+      return Fail(Code::Timeout, seats[i]->drive->label() + " could not be asked in time: the bus is busy");
+    }
+    samples.push_back(answered(i) ? *seats[i]->look_answer : *seats[i]->newest);
+  }
+  return samples;
+}
+
+// ---- the thread ---------------------------------------------------------------------------------------------------
+
+void Bus::Run(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  while (!stop.stop_requested()) {
+    if (ServeStops(lock)) continue;
+    Seat* const seat = NextInTurn();
+    if (seat == nullptr) {
+      wake_.wait(lock, stop, [&] { return NextInTurn() != nullptr || AnyStop(seats_); });
+    } else {
+      turn_ = static_cast<std::size_t>(std::ranges::find(seats_, seat) - seats_.begin()) + 1;
+      Serve(lock, *seat);
+    }
+  }
+}
+
+/// Whoever has something to be done, the next after the last served first.
+Seat* Bus::NextInTurn() {
+  for (std::size_t i = 0; i < seats_.size(); ++i) {
+    Seat* const seat = seats_[(turn_ + i) % seats_.size()];
+    if (seat->order || seat->looks_answered < seat->looks_asked) return seat;
+  }
+  return nullptr;
+}
+
+/// Sends every stop that is wanted. Whether there was one.
+bool Bus::ServeStops(std::unique_lock<std::mutex>& lock) {
+  bool any = false;
+  for (auto wanted = std::ranges::find_if(seats_, &Seat::stop); wanted != seats_.end();
+       wanted = std::ranges::find_if(seats_, &Seat::stop)) {
+    Seat& seat = **wanted;
+    ++seat.in_use;
+    const auto number = seat.stops_asked;
+    seat.stop = false;
+    seat.interrupted = true;
+    lock.unlock();
+    Conversation talk(*this, seat, true);
+    Result<void> stopped;
+    for (int attempt = 0; attempt < kStopAttempts; ++attempt) {
+      stopped = seat.drive->Halt(talk);
+      if (stopped || stopped.error().code == Code::Disconnected) break;
+    }
+    lock.lock();
+    --seat.in_use;
+    seat.stop_answer = std::move(stopped);
+    seat.stops_answered = number;
+    answers_.notify_all();
+    any = true;
+  }
+  return any;
+}
+
+/// One order, or one look.
+void Bus::Serve(std::unique_lock<std::mutex>& lock, Seat& seat) {
+  ++seat.in_use;
+  seat.interrupted = false;
+  seat.withdrawn = false;
+  Conversation talk(*this, seat, false);
+  if (seat.order) {
+    const Order order = *std::exchange(seat.order, std::nullopt);
+    const auto number = seat.orders_asked;
+    seat.order_taken = true;
+    lock.unlock();
+    auto obeyed = seat.drive->Obey(order, talk);
+    lock.lock();
+    seat.order_taken = false;
+    seat.order_answer = std::move(obeyed);
+    seat.orders_answered = number;
+  } else {
+    const auto number = seat.looks_asked;
+    const auto orders = seat.orders_asked, stops = seat.stops_asked;
+    lock.unlock();
+    auto seen = seat.drive->Look(talk);
+    lock.lock();
+    // A look that a stop has cut short is not a look.
+    if (!seat.interrupted || seat.withdrawn) {
+      if (seen && orders == seat.orders_asked && stops == seat.stops_asked) seat.newest = *seen;
+      seat.look_answer = std::move(seen);
+      seat.looks_answered = number;
+    }
+  }
+  --seat.in_use;
+  answers_.notify_all();
+}
+
+Result<void> Bus::Ask(Seat& seat, bool urgent, const Exchange& exchange) {
+  if (!urgent) {
+    if (auto turn = WaitForTurn(seat); !turn) return turn;
+    if (seat.failures >= kLostAfter && clock_.Now() < seat.retry_at) {
+      return std::unexpected(Named(*seat.drive, {Code::Disconnected, "does not answer any more"}));
+    }
+  }
+  if (auto connected = Connect(urgent); !connected) return connected;
+  if (!urgent && seat.suspect) {
+    if (auto probed = Probe(seat); !probed) return probed;
+  }
+  return Send(seat, exchange);
+}
+
+/// Waits until the line is quiet after a bad exchange, letting stops through.
+Result<void> Bus::WaitForTurn(Seat& seat) {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    ServeStops(lock);
+    if (seat.interrupted || seat.withdrawn || quitting_) return Fail(Code::Cancelled, "stopped");
+    if (clock_.Now() >= quiet_until_) return {};
+    wake_.wait_until(lock, quiet_until_, [&] { return quitting_ || AnyStop(seats_); });
+  }
+}
+
+Result<void> Bus::Connect(bool urgent) {
+  if (link_.open()) return {};
+  const auto unreachable = [&](const std::string& why) {
+    return Fail(Code::Disconnected, "bus " + config_.name + ": " + why);
+  };
+  if (clock_.Now() < connect_at_ && !urgent) return unreachable("the connection to " + config_.Endpoint() + " is lost");
+  auto opened = link_.Open();
+  if (!opened) {
+    connect_pause_ = std::clamp<Duration>(2 * connect_pause_, kFirstPause, kLongestPause);
+    connect_at_ = clock_.Now() + connect_pause_;
+    return unreachable(opened.error().message);
+  }
+  connect_pause_ = {};
+  bad_run_ = 0;
+  const std::lock_guard lock(mutex_);
+  for (Seat* const seat : seats_) seat->suspect = false;
+  return {};
+}
+
+/// Asks for as many registers as nobody else does, so that the answer cannot be one to anything older.
+Result<void> Bus::Probe(Seat& seat) {
+  const Profile& profile = seat.drive->config().profile;
+  if (!profile.probe) {
+    seat.suspect = false;  // it has been quiet for long enough
+    return {};
+  }
+  // Numbers are one or two registers: lengths beyond are the probes'.
+  do {
+    seat.probe =
+        seat.probe + profile.probe_step > profile.probe_count ? profile.probe_step : seat.probe + profile.probe_step;
+  } while (seat.probe <= 2 && profile.probe_count > 2);
+  std::array<std::uint16_t, 125> registers{};
+  const std::span wanted = std::span(registers).first(static_cast<std::size_t>(seat.probe));
+  auto probed = Send(seat, [&](Link& link) {
+    return link.Read(seat.drive->config().unit, profile.read_function, profile.probe->address, wanted);
+  });
+  if (probed) seat.suspect = false;
+  return probed;
+}
+
+Result<void> Bus::Send(Seat& seat, const Exchange& exchange) {
+  if (config_.serial()) std::this_thread::sleep_until(last_byte_ + Gap());
+  link_.Flush();
+  const Instant sent_at = clock_.Now();
+  return Note(seat, exchange(link_), sent_at);
+}
+
+/// What an exchange means for those that follow.
+Result<void> Bus::Note(Seat& seat, Result<void> result, Instant sent_at) {
+  const Instant now = clock_.Now();
+  // After silence the line has been quiet since the question.
+  last_byte_ = !result && result.error().code == Code::Timeout ? sent_at : now;
+  switch (link_.outcome()) {
+    case Link::Outcome::Answered:
+      seat.failures = 0;
+      bad_run_ = 0;
+      break;
+    case Link::Outcome::Lost: {
+      connect_at_ = now;
+      const std::lock_guard lock(mutex_);
+      for (Seat* const other : seats_) other->drive->Forget();
+      break;
+    }
+    case Link::Outcome::Bad:
+      link_.Flush();
+      ++seat.failures;
+      quiet_until_ = now + config_.response_timeout * (seat.drive->config().profile.probe || !config_.serial() ? 1 : 3);
+      seat.suspect = config_.serial();
+      if (++bad_run_ >= kReconnectAfter && !config_.serial()) {
+        link_.Close();
+        connect_at_ = now;
+      }
+      if (seat.failures >= kLostAfter) {
+        seat.retry_at = now + kLostPause;
+        seat.drive->Forget();
+        return std::unexpected(Named(*seat.drive, {Code::Disconnected, "does not answer any more"}));
+      }
+      break;
+  }
+  if (!result) return std::unexpected(Named(*seat.drive, result.error()));
+  return result;
+}
+
+/// Silence between frames: three and a half characters, never less than 1.75 ms (Modbus over serial line, 2.5.1.1).
+Duration Bus::Gap() {
+  const std::lock_guard lock(mutex_);
+  const Duration characters{static_cast<Duration::rep>(3.5 * 11.0 * 1e9 / config_.baud)};
+  return std::max({characters, Duration(std::chrono::microseconds(1750)), profile_gap_, config_.gap});
+}
+
+}  // namespace lensd::modbus

@@ -1,0 +1,132 @@
+// One bus: its connection, its thread, and who may speak next.
+//
+// Modbus has one question under way at a time, and on a serial line nothing in an answer says which question it belongs
+// to. The thread asks all questions of all drives: stops first, between any two exchanges; otherwise the drives in
+// turn, one order or one look each. What must not happen is that a late answer passes for that to a later question:
+//  - received bytes are thrown away before every question, and after a bad exchange nothing is asked for another
+//  response
+//    timeout while what still comes in is thrown away (a stop does not wait for that);
+//  - on a serial line the drive is then suspect, and is first asked for a number of registers that nobody else asks for
+//    (the profile's probe, of another length each time). Drives answer in order: once an answer of that length is
+//    there, nothing older is under way. A stop sent to a suspect drive is sent again after that.
+// On TCP libmodbus compares transaction numbers.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "base/clock.h"
+#include "base/result.h"
+#include "drive.h"
+#include "link.h"
+
+namespace lensd::modbus {
+
+/// A drive as its bus holds it.
+struct Seat {
+  explicit Seat(std::unique_ptr<Drive> the_drive) : drive(std::move(the_drive)) {}
+
+  const std::unique_ptr<Drive> drive;
+
+  // Questions and answers, guarded by Bus::mutex_; each is answered when the answered number reaches the asked one.
+  std::optional<Order> order;
+  bool order_taken = false;  ///< the thread is at it
+  std::uint64_t orders_asked = 0, orders_answered = 0;
+  Result<void> order_answer;
+  bool stop = false;
+  std::uint64_t stops_asked = 0, stops_answered = 0;
+  Result<void> stop_answer;
+  std::uint64_t looks_asked = 0, looks_answered = 0;
+  Result<Sample> look_answer;
+  std::optional<Sample> newest;  ///< the last good look, none since the last order
+  int in_use = 0;                ///< by the thread
+  bool withdrawn = false;        ///< whoever gave the order in progress has gone
+  bool interrupted = false;      ///< a stop was served since this order or look was begun
+
+  // The bus' thread only.
+  bool suspect = false;
+  int failures = 0;    ///< exchanges in a row
+  Instant retry_at{};  ///< not asked before, once it is lost
+  int probe = 0;
+};
+
+class Bus {
+ public:
+  Bus(BusConfig config, char parity);
+  /// Ends the thread; no seat is left.
+  ~Bus();
+  Bus(const Bus&) = delete;
+  Bus& operator=(const Bus&) = delete;
+
+  const BusConfig& config() const { return config_; }
+  char parity() const { return parity_; }
+
+  /// From any thread: a drive takes part. The seat must outlive its Remove().
+  void Add(Seat& seat);
+  /// The drive that answers to `unit`, if one takes part: its label.
+  std::optional<std::string> WhoIs(int unit);
+  void Remove(Seat& seat);
+
+  /// Counts calls of Interrupt() for one lens; guarded by the bus.
+  struct Interrupts {
+    std::uint64_t count = 0;
+  };
+  void Interrupt(Interrupts& interrupts);
+
+  /// Gives an order and waits for its answer. Timeout, Cancelled: the order is withdrawn, unless it is out already.
+  Result<void> Give(Seat& seat, const Order& order, const Interrupts& interrupts);
+  /// Stops a drive, before everything else on the bus. What is interrupted is stopped all the same.
+  Result<void> Stop(Seat& seat, const Interrupts& interrupts);
+  /// Looks at all of `seats` from now on. Where the bus is slow, what was seen a little earlier, but after the last
+  /// order, may be the answer.
+  Result<std::vector<Sample>> Look(std::span<const std::unique_ptr<Seat>> seats, const Interrupts& interrupts);
+
+ private:
+  class Conversation;
+  using Exchange = std::function<Result<void>(Link&)>;
+
+  void Run(const std::stop_token& stop);
+  bool ServeStops(std::unique_lock<std::mutex>& lock);
+  Seat* NextInTurn();
+  void Serve(std::unique_lock<std::mutex>& lock, Seat& seat);
+  Result<void> Ask(Seat& seat, bool urgent, const Exchange& exchange);
+  Result<void> WaitForTurn(Seat& seat);
+  Result<void> Connect(bool urgent);
+  Result<void> Probe(Seat& seat);
+  Result<void> Send(Seat& seat, const Exchange& exchange);
+  Result<void> Note(Seat& seat, Result<void> result, Instant sent_at);
+  Duration Gap();
+  Duration IoDeadline() const;
+
+  const BusConfig config_;
+  const char parity_;
+  const MonotonicClock clock_;
+
+  std::mutex mutex_;
+  std::condition_variable_any wake_;     // the thread's
+  std::condition_variable_any answers_;  // the callers'
+  std::vector<Seat*> seats_;             // guarded by mutex_
+  std::size_t turn_ = 0;                 // guarded by mutex_
+  bool quitting_ = false;                // guarded by mutex_
+  Duration profile_gap_{};               // guarded by mutex_
+
+  // The thread only.
+  Link link_;
+  Instant last_byte_{};
+  Instant quiet_until_{};
+  Instant connect_at_{};
+  Duration connect_pause_{};
+  int bad_run_ = 0;
+
+  std::jthread thread_;
+};
+
+}  // namespace lensd::modbus

@@ -1,0 +1,119 @@
+// One axis: a drive on a bus, and what is under way with it.
+//
+// A drive is told to go by a few register writes and says through its status how it gets on. What it says cannot be
+// taken at its word: a command may be ignored without an alarm, a short motion may be over before anybody looks, and a
+// bit may still be that of the motion before. So a motion has phases here (see Phase) and counts as under way until the
+// drive has been seen to move and to rest, or stands where it was sent. A command that shows no motion in kStartTime is
+// repeated, and after kTries it is a complaint that Read() reports as the axis' fault. Absolute targets make repeating
+// harmless.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "base/clock.h"
+#include "base/result.h"
+#include "base/units.h"
+#include "drivers/api/lens.h"
+#include "profile.h"
+#include "talk.h"
+
+namespace lensd::modbus {
+
+/// How one axis is set up: a table of `drives`.
+struct DriveConfig {
+  drivers::Axis axis = drivers::Axis::Focus;
+  int unit = 1;
+  Profile profile;
+  double low = 0.0;  ///< native units
+  double high = 0.0;
+  double scale = 1.0;  ///< native units of one count
+  double speed = 0.0;  ///< native units per second; 0: not known
+  Duration settle{};
+};
+
+/// What is asked of a drive.
+struct Order {
+  enum class Kind { Move, Home, Reset };
+  Kind kind = Kind::Move;
+  std::int64_t target = 0;  ///< counts
+};
+
+/// What a drive said at one instant.
+struct Sample {
+  Instant at{};  ///< before it was asked
+  drivers::AxisState state;
+};
+
+/// The bus' thread calls everything but the constructor, config() and label().
+class Drive {
+ public:
+  /// `clock` must outlive it.
+  Drive(DriveConfig config, std::string label, const Clock& clock)
+      : config_(std::move(config)), label_(std::move(label)), clock_(clock) {}
+
+  const DriveConfig& config() const { return config_; }
+  /// "focus (unit 1 on bus rs485)".
+  const std::string& label() const { return label_; }
+
+  /// Carries out an order as far as that goes without waiting for motion.
+  Result<void> Obey(const Order& order, Talk& talk);
+  /// Asks where it is, and does what is due.
+  Result<Sample> Look(Talk& talk);
+  /// Ends all motion. What was ordered before is forgotten even if the drive does not answer.
+  Result<void> Halt(Talk& talk);
+  /// The connection was lost: the drive may have been switched off meanwhile.
+  void Forget();
+  /// Something was ordered that has not come to its end.
+  bool busy() const { return phase_ != Phase::Idle; }
+
+ private:
+  enum class Phase {
+    Idle,
+    Waiting,   ///< for the drive to rest, or to be ready, before the goal is begun
+    Starting,  ///< told to go, not seen to move
+    Going,     ///< seen to move
+  };
+  /// Its status and position, as read.
+  struct Seen {
+    bool moving = false;
+    bool ready = true;
+    bool in_position = true;
+    bool fault = false;
+    bool homed = false;
+    bool homing = false;
+    std::int64_t position = 0;  ///< counts of the target's kind
+  };
+
+  Result<Seen> ReadStatus(Talk& talk);
+  Result<std::string> ReadAlarm(Talk& talk);
+  Result<void> Begin(Talk& talk);
+  /// Whether the goal is still under way after `seen`.
+  bool Follow(const Seen& seen, Talk& talk);
+  bool FollowStart(const Seen& seen, Talk& talk);
+  bool FollowMotion(const Seen& seen, Talk& talk);
+  bool FinishHoming(const Seen& seen, Talk& talk);
+  bool Repeat(Talk& talk, std::string complaint);
+  bool Complain(std::string complaint);
+  bool Arrived(const Seen& seen) const;
+  bool Homed(const Seen& seen) const;
+
+  const DriveConfig config_;
+  const std::string label_;
+  const Clock& clock_;
+  Phase phase_ = Phase::Idle;
+  Order goal_;
+  int tries_ = 0;
+  Instant phase_since_{};
+  std::optional<Instant> rests_since_;
+  std::int64_t began_at_ = 0;  ///< counts, at the first look after the goal was begun
+  bool began_known_ = false;
+  bool release_due_ = false;  ///< a stop is still asserted
+  bool halt_due_ = false;     ///< a stop was sent when a late answer could pass for its own: to be sent again
+  bool homed_here_ = false;   ///< homed by us since we are connected, for drives that do not tell
+  std::string complaint_;
+};
+
+}  // namespace lensd::modbus
