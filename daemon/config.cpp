@@ -8,6 +8,7 @@
 
 #include "drivers_table.h"
 #include "io/toml.h"
+#include "references.h"
 
 namespace lensd::daemon {
 namespace {
@@ -60,7 +61,16 @@ Result<DeviceConfig> ReadCamera(const Settings& table) {
   return camera;
 }
 
-Result<LensConfig> ReadLens(const Settings& table) {
+/// Puts what the settings refer to in place of its names.
+Result<void> Resolve(DeviceConfig& device, const Settings* bus, const Buses& buses) {
+  auto settings = WithProfiles(device.settings, *device.driver);
+  if (settings && bus != nullptr) settings = WithBus(*settings, *bus, *device.driver, buses);
+  if (!settings) return PassOn(std::move(settings));
+  device.settings = *std::move(settings);
+  return {};
+}
+
+Result<LensConfig> ReadLens(const Settings& table, const Buses& buses) {
   SettingsReader read(table, "[[lens]]");
   LensConfig lens;
   lens.where = table.where();
@@ -70,12 +80,13 @@ Result<LensConfig> ReadLens(const Settings& table) {
   const std::size_t start = read.Choice("start", {"keep", "home", "on-demand"}, 0);
   lens.home_at_start = start == 1;
   if (start == 2) read.Reject("start", "\"on-demand\" is not supported by this version; say \"keep\" or \"home\"");
-  if (read.Has("bus")) read.Reject("bus", "no driver of this build uses a bus");
+  const Settings* bus = read.Any("bus");
   auto rig = rig::ReadRigConfig(read);
   if (!rig) return PassOn(std::move(rig));
   lens.rig = *std::move(rig);
   const Settings* camera = read.Table("camera");
   if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto resolved = Resolve(lens.device, bus, buses); !resolved) return PassOn(std::move(resolved));
   if (camera != nullptr) {
     auto read_camera = ReadCamera(*camera);
     if (!read_camera) return PassOn(std::move(read_camera));
@@ -90,11 +101,14 @@ Result<void> AddFile(const std::string& path, Config& config) {
   SettingsReader read(*file, "the configuration");
   if (!read.Has("version")) read.Reject("version", "the file must say version = 1");
   if (read.Integer("version", 1) != 1) read.Reject("version", "this lensd reads version 1");
-  if (read.Has("bus")) read.Reject("bus", "no driver of this build uses a bus");
+  const std::vector<const Settings*> buses = read.Tables("bus");
   const std::vector<const Settings*> lenses = read.Tables("lens");
   if (auto done = read.Finish(); !done) return done;
+  for (const Settings* table : buses) {
+    if (auto added = AddBus(*table, config.buses); !added) return added;
+  }
   for (const Settings* table : lenses) {
-    Result<LensConfig> lens = ReadLens(*table);
+    Result<LensConfig> lens = ReadLens(*table, config.buses);
     if (!lens) return PassOn(std::move(lens));
     if (std::ranges::find(config.lenses, lens->name, &LensConfig::name) != config.lenses.end()) {
       return Fail(Code::BadData, lens->where.Text() + ": there is another lens \"" + lens->name + "\"");

@@ -8,6 +8,7 @@
 #include "base/result.h"
 #include "base/settings.h"
 #include "drivers/api/device.h"
+#include "references.h"
 #include "rig/config.h"
 
 namespace lensd::daemon {
@@ -29,12 +30,14 @@ struct LensConfig {
 };
 
 struct Config {
+  Buses buses;
   std::vector<LensConfig> lenses;
 };
 
 /// Reads the file and then the drop-ins FILE.d/*.toml in the order of their names, each a file of the same format whose
-/// lenses are added. Code::Io: cannot be read. Code::BadData: "file:line: what is wrong"; what the format allows and
-/// this version cannot do is an error as well, never ignored.
+/// buses and lenses are added; a lens hangs on a bus of its own file or of one read before. Code::Io: cannot be read.
+/// Code::BadData: "file:line: what is wrong"; what the format allows and this version cannot do is an error as well,
+/// never ignored.
 Result<Config> ReadConfig(const std::string& path);
 
 }  // namespace lensd::daemon

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "drivers/modbus/driver.h"
 #include "drivers/uvc/driver.h"
 #include "sim/driver.h"
 
@@ -11,6 +12,12 @@ namespace {
 constexpr drivers::Driver kDrivers[] = {
     {.name = "sim", .open = sim::OpenSim, .probe = nullptr, .reopen = false},
     {.name = "uvc", .open = drivers::uvc::OpenUvc, .probe = drivers::uvc::ProbeUvc},
+    {.name = "modbus",
+     .open = modbus::OpenModbus,
+     .probe = nullptr,
+     .reopen = false,
+     .check_bus = modbus::CheckBus,
+     .profiles = &modbus::kProfiles},
 };
 
 }  // namespace
