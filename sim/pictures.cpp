@@ -5,7 +5,6 @@
 #include <map>
 #include <mutex>
 #include <utility>
-#include <variant>
 
 #include "lens_grid.h"
 
@@ -14,15 +13,6 @@ namespace {
 
 /// Of full scale: below the photon noise of a white pixel holding 10,000 electrons (1 %), and quick.
 constexpr double kTolerance = 2.0 / 255.0;
-
-/// For one tilted plane alone, where the proven bound of gathering is five times what it was measured to be off by (3
-/// of 255 at worst, on a slope of 0.14 px of blur a pixel) and rays would take seconds a frame.
-constexpr double kPlaneTolerance = 16.0 / 255.0;
-
-double ToleranceFor(const Scene& scene) {
-  const bool plane = scene.surfaces.size() == 1 && std::holds_alternative<PlaneShape>(scene.surfaces.front().shape);
-  return plane ? kPlaneTolerance : kTolerance;
-}
 
 Picture PictureFrom(const LightImage& image) {
   Picture picture;
@@ -39,18 +29,13 @@ Picture PictureFrom(const LightImage& image) {
 
 struct Pictures::Shelf {
   Shelf(std::shared_ptr<const Scene> watched, Renderer made, std::size_t room)
-      : scene(std::move(watched)),
-        renderer(std::move(made)),
-        grid(*scene),
-        tolerance(ToleranceFor(*scene)),
-        most(room) {}
+      : scene(std::move(watched)), renderer(std::move(made)), grid(*scene), most(room) {}
 
   using Entry = std::pair<LensGrid::Key, std::shared_ptr<const Picture>>;
 
   const std::shared_ptr<const Scene> scene;
   const Renderer renderer;
   const LensGrid grid;
-  const double tolerance;
   const std::size_t most;  ///< pictures
 
   std::mutex mutex;
@@ -95,7 +80,7 @@ const Scene& Pictures::scene() const {
 Result<std::shared_ptr<const Picture>> Pictures::At(const OpticalState& state) {
   const LensGrid::Key key = shelf_->grid.KeyOf(state);
   if (auto known = shelf_->Find(key)) return known;
-  auto rendered = shelf_->renderer.Render(shelf_->grid.StateOf(key), {.tolerance = shelf_->tolerance});
+  auto rendered = shelf_->renderer.Render(shelf_->grid.StateOf(key), {.tolerance = kTolerance});
   if (!rendered) return PassOn(std::move(rendered));
   auto picture = std::make_shared<const Picture>(PictureFrom(rendered->image));
   shelf_->Keep(key, picture);

@@ -42,6 +42,7 @@ constexpr Way kWays[] = {
     {Algorithm::Fourier, "fourier", CanFourier, [](const View&) { return 1e-7; }, RenderFourier, nullptr},
     {Algorithm::Wall, "wall", CanWall, [](const View&) { return kRounding; }, RenderWall, nullptr},
     {Algorithm::Gather, "gather", CanGather, GatherBound, RenderGather, nullptr},
+    {Algorithm::Plane, "plane", CanPlane, PlaneBound, RenderPlane, nullptr},
     {Algorithm::Layers, "layers", CanLayers, LayersBound, JustLayers, nullptr},
     {Algorithm::Hybrid, "hybrid", [](const View& view) { return CanLayers(view) && CanMarch(view); }, nullptr, nullptr,
      RenderHybrid},

@@ -49,6 +49,12 @@ bool CanGather(const View& view);
 double GatherBound(const View& view);
 Raster RenderGather(const View& view);
 
+/// Plane: one textured tilted plane over the whole picture; each pixel sums its own ellipse of light. Not too steep:
+/// blur that changes by less than half a pixel a pixel.
+bool CanPlane(const View& view);
+double PlaneBound(const View& view);
+Raster RenderPlane(const View& view);
+
 /// Layers: walls only, blurred one by one and laid over each other, nearest on top. Exact where every blurred outline
 /// is sharp, or what lies behind it is sharp or of one colour; elsewhere light and outline behind the same part of the
 /// aperture are taken as unrelated, wrong by at most a quarter of the range of light.

@@ -144,9 +144,9 @@ std::vector<RenderRow> SceneRows() {
     Algorithm algorithm;
     int rays;
   };
-  constexpr Try kTries[] = {{Algorithm::Auto, 0},   {Algorithm::Gather, 0},  {Algorithm::Layers, 0},
-                            {Algorithm::March, 64}, {Algorithm::March, 512}, {Algorithm::March, 4096},
-                            {Algorithm::Rays, 64},  {Algorithm::Rays, 512}};
+  constexpr Try kTries[] = {{Algorithm::Auto, 0},     {Algorithm::Gather, 0}, {Algorithm::Plane, 0},
+                            {Algorithm::Layers, 0},   {Algorithm::March, 64}, {Algorithm::March, 512},
+                            {Algorithm::March, 4096}, {Algorithm::Rays, 64},  {Algorithm::Rays, 512}};
   std::vector<RenderRow> rows;
   for (const Case& tested : Cases()) {
     const auto renderer = sim::Renderer::Create(tested.scene);

@@ -100,5 +100,22 @@ TEST(Render, AutoMatchesRaysWhereThingsHideEachOther) {
   }
 }
 
+TEST(Render, AutoMatchesRaysOnTiltedPlanes) {
+  for (const auto& [slope_x, slope_y] : {std::pair(0.01, 0.0), std::pair(0.012, -0.02), std::pair(-0.036, 0.02)}) {
+    Scene scene = EmptyScene(24, 16);
+    scene.surfaces.push_back({PlaneShape{1.0, slope_x, slope_y}, {}, Noise(24, 16, 3)});
+    for (const double diameter : {0.0, 3.0, -7.5, 16.0}) {  // at 1 D; 0: the focal plane cuts through the picture
+      OpticalState state = Blurred(scene, diameter, 1.0);
+      state.aperture_diameter_m = 0.008;
+      const LightImage truth = Render(scene, state, {.algorithm = Algorithm::Rays, .rays_per_pixel = 60000});
+      const auto rendered = Renderer::Create(scene)->Render(state, {});
+      ASSERT_TRUE(rendered);
+      EXPECT_EQ(rendered->algorithm, Algorithm::Plane) << slope_x << ' ' << diameter;
+      EXPECT_LT(LargestDifference(truth, rendered->image), rendered->error_bound) << slope_x << ' ' << diameter;
+      EXPECT_LE(rendered->error_bound, 0.5 / 255.0) << slope_x << ' ' << diameter;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lensd::sim
