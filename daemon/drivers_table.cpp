@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "drivers/lensconnect/driver.h"
 #include "drivers/modbus/driver.h"
 #include "drivers/uvc/driver.h"
 #include "sim/driver.h"
@@ -12,6 +13,9 @@ namespace {
 constexpr drivers::Driver kDrivers[] = {
     {.name = "sim", .open = sim::OpenSim, .probe = nullptr, .reopen = false},
     {.name = "uvc", .open = drivers::uvc::OpenUvc, .probe = drivers::uvc::ProbeUvc},
+    {.name = "lensconnect",
+     .open = drivers::lensconnect::OpenLensConnect,
+     .probe = drivers::lensconnect::ProbeLensConnect},
     {.name = "modbus",
      .open = modbus::OpenModbus,
      .probe = nullptr,

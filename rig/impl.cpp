@@ -26,7 +26,8 @@ AxisSetup MakeSetup(Axis axis, const drivers::AxisCapabilities& can, const AxisC
   setup.settle = config.settle.value_or(can.settle);
   setup.speed = config.speed;
   if (!setup.speed && can.speed > 0) setup.speed = can.speed;
-  setup.tolerance = config.tolerance.value_or(can.resolution);
+  // A neighbouring filter is another filter.
+  setup.tolerance = config.tolerance.value_or(axis == Axis::Filter ? 0.5 * can.resolution : can.resolution);
   setup.approach_up = axis == Axis::Focus ? config.approach_near == config.near_positive : true;
   return setup;
 }
