@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "drivers/aravis/driver.h"
 #include "drivers/lensconnect/driver.h"
 #include "drivers/modbus/driver.h"
 #include "drivers/uvc/driver.h"
@@ -22,6 +23,7 @@ constexpr drivers::Driver kDrivers[] = {
      .reopen = false,
      .check_bus = modbus::CheckBus,
      .profiles = &modbus::kProfiles},
+    {.name = "aravis", .open = drivers::aravis::OpenAravis, .probe = drivers::aravis::ProbeAravis, .reopen = false},
 };
 
 }  // namespace

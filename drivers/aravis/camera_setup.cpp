@@ -1,0 +1,166 @@
+// Bringing a camera into the state the configuration wants.
+#include <arv.h>
+
+#include <cmath>
+#include <string>
+
+#include "aravis_camera.h"
+
+namespace lensd::drivers::aravis {
+namespace {
+
+/// One call of Aravis' with its GError, as a Result.
+template <class Function, class... Arguments>
+Result<void> Do(const std::string& doing, Function function, Arguments... arguments) {
+  CallError error;
+  function(arguments..., error.out());
+  return error.Check(doing);
+}
+
+bool Has(ArvCamera* camera, const char* feature) {
+  CallError error;
+  return arv_camera_is_feature_available(camera, feature, error.out()) != 0 && !error;
+}
+
+std::string Text(const char* text) {
+  return text == nullptr ? "" : text;
+}
+
+/// The format wanted, or the one set now, or the first there is that can be read.
+Result<const PixelFormat*> SetPixelFormat(ArvCamera* camera, const std::string& wanted) {
+  if (!wanted.empty()) {
+    auto set = Do("setting pixel_format " + wanted, arv_camera_set_pixel_format_from_string, camera, wanted.c_str());
+    if (!set) return PassOn(std::move(set));
+    return FindPixelFormat(wanted);
+  }
+  CallError error;
+  const ArvPixelFormat now = arv_camera_get_pixel_format(camera, error.out());
+  if (error) return error.Why("asking for the pixel format");
+  if (const PixelFormat* format = FindPixelFormat(now)) return format;
+  CallError list_error;
+  guint count = 0;
+  const std::unique_ptr<gint64[], void (*)(void*)> codes(
+      arv_camera_dup_available_pixel_formats(camera, &count, list_error.out()), g_free);
+  if (list_error) return list_error.Why("asking for the pixel formats");
+  for (const PixelFormat& format : PixelFormats()) {
+    for (guint i = 0; i < count; ++i) {
+      if (codes[i] != format.code) continue;
+      auto set = Do("setting the pixel format", arv_camera_set_pixel_format, camera, format.code);
+      if (!set) return PassOn(std::move(set));
+      return &format;
+    }
+  }
+  return Fail(Code::Unsupported, "this camera has no pixel format that can be read as luminance");
+}
+
+Result<void> SetRegion(ArvCamera* camera, const CameraConfig& config) {
+  if (!config.region) return {};
+  const auto [x, y, width, height] = *config.region;
+  if (auto set = Do("setting region_px", arv_camera_set_region, camera, x, y, width, height); !set) return set;
+  gint got[4] = {};
+  CallError error;
+  arv_camera_get_region(camera, &got[0], &got[1], &got[2], &got[3], error.out());
+  if (error) return error.Why("reading the region back");
+  if (got[0] == x && got[1] == y && got[2] == width && got[3] == height) return {};
+  return Fail(Code::OutOfRange, "the camera took another region_px: [" + std::to_string(got[0]) + ", " +
+                                    std::to_string(got[1]) + ", " + std::to_string(got[2]) + ", " +
+                                    std::to_string(got[3]) + "]");
+}
+
+/// The camera's own control of exposure and gain would change pictures while they are compared.
+Result<void> SetLight(ArvCamera* camera, const CameraConfig& config) {
+  if (Has(camera, "ExposureAuto")) {
+    auto off = Do("switching ExposureAuto off", arv_camera_set_string, camera, "ExposureAuto", "Off");
+    if (!off) return off;
+  }
+  if (Has(camera, "GainAuto")) {
+    auto off = Do("switching GainAuto off", arv_camera_set_string, camera, "GainAuto", "Off");
+    if (!off) return off;
+  }
+  if (config.gain) {
+    if (auto set = Do("setting gain", arv_camera_set_gain, camera, *config.gain); !set) return set;
+  }
+  if (!config.exposure_ms) return {};
+  return Do("setting exposure_ms", arv_camera_set_exposure_time, camera, *config.exposure_ms * 1e3);
+}
+
+Result<void> SetPace(ArvCamera* camera, const CameraConfig& config) {
+  if (Has(camera, "AcquisitionMode")) {
+    auto set = Do("setting AcquisitionMode", arv_camera_set_string, camera, "AcquisitionMode", "Continuous");
+    if (!set) return set;
+  }
+  if (!config.trigger.empty()) {
+    return Do("setting trigger " + config.trigger, arv_camera_set_trigger, camera, config.trigger.c_str());
+  }
+  if (Has(camera, "TriggerMode")) {
+    if (auto cleared = Do("switching triggers off", arv_camera_clear_triggers, camera); !cleared) return cleared;
+  }
+  if (!config.frame_rate_hz) return {};
+  return Do("setting frame_rate_hz", arv_camera_set_frame_rate, camera, *config.frame_rate_hz);
+}
+
+Result<void> SetTransport(ArvCamera* camera, const CameraConfig& config) {
+  if (!arv_camera_is_gv_device(camera)) return {};
+  // Raw packet sockets need a privilege that the daemon does not have.
+  arv_camera_gv_set_stream_options(camera, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+  // Aravis would otherwise try sizes out when it makes a stream.
+  arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
+  auto set = Do("setting packet_size", arv_camera_gv_set_packet_size, camera, config.packet_size);
+  if (!set || !config.packet_delay_us) return set;
+  const auto delay_ns = static_cast<gint64>(std::llround(*config.packet_delay_us * 1e3));
+  return Do("setting packet_delay_us", arv_camera_gv_set_packet_delay, camera, delay_ns);
+}
+
+double PixelPitch(ArvCamera* camera) {
+  for (const char* feature : {"SensorPixelWidth", "SensorPixelHeight"}) {
+    if (!Has(camera, feature)) continue;
+    CallError error;
+    const double pitch = arv_camera_get_float(camera, feature, error.out());
+    if (!error && pitch > 0.0 && pitch < 1000.0) return pitch;
+  }
+  return 0.0;
+}
+
+Result<void> ReadFacts(ArvCamera* camera, const CameraConfig& config, CameraFacts& facts) {
+  CallError region_error, model_error, serial_error, rate_error, exposure_error;
+  gint x = 0, y = 0;
+  arv_camera_get_region(camera, &x, &y, &facts.width, &facts.height, region_error.out());
+  if (region_error) return region_error.Why("asking for the size of the picture");
+  facts.model = Text(arv_camera_get_vendor_name(camera, nullptr));
+  const std::string model = Text(arv_camera_get_model_name(camera, model_error.out()));
+  facts.model += (facts.model.empty() || model.empty() ? "" : " ") + model;
+  facts.serial = Text(arv_camera_get_device_serial_number(camera, serial_error.out()));
+  facts.pixel_um = config.pixel_um > 0.0 ? config.pixel_um : PixelPitch(camera);
+  if (config.trigger.empty() && arv_camera_is_frame_rate_available(camera, nullptr)) {
+    facts.frame_rate_hz = arv_camera_get_frame_rate(camera, rate_error.out());
+    if (rate_error || !(facts.frame_rate_hz > 0.0)) facts.frame_rate_hz = 0.0;
+  }
+  facts.can_set_exposure = arv_camera_is_exposure_time_available(camera, nullptr) != 0;
+  if (!facts.can_set_exposure) return {};
+  const double exposure_us = arv_camera_get_exposure_time(camera, exposure_error.out());
+  if (exposure_error) return exposure_error.Why("asking for the exposure time");
+  facts.exposure = Duration(std::llround(exposure_us * 1e3));
+  return {};
+}
+
+}  // namespace
+
+Result<CameraFacts> SetUpCamera(ArvCamera* camera, const CameraConfig& config) {
+  // One that went away while it streamed may stream still.
+  CallError ignored;
+  arv_camera_stop_acquisition(camera, ignored.out());
+  CameraFacts facts;
+  for (const auto step : {SetTransport, SetRegion}) {
+    if (auto done = step(camera, config); !done) return PassOn(std::move(done));
+  }
+  auto format = SetPixelFormat(camera, config.pixel_format);
+  if (!format) return PassOn(std::move(format));
+  facts.format = *format;
+  for (const auto step : {SetPace, SetLight}) {
+    if (auto done = step(camera, config); !done) return PassOn(std::move(done));
+  }
+  if (auto done = ReadFacts(camera, config, facts); !done) return PassOn(std::move(done));
+  return facts;
+}
+
+}  // namespace lensd::drivers::aravis

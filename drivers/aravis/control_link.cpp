@@ -1,0 +1,258 @@
+#include "control_link.h"
+
+#include <arv.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace lensd::drivers::aravis {
+namespace {
+
+constexpr Duration kOpenDeadline = std::chrono::seconds(12);
+constexpr Duration kFirstPause = std::chrono::milliseconds(100);
+constexpr Duration kLongestPause = std::chrono::seconds(2);
+constexpr Duration kCheckEvery = std::chrono::seconds(1);
+
+Instant Now() {
+  return std::chrono::steady_clock::now();
+}
+
+/// Where Aravis would reach the device whose serial number this is; a network address where it has one, since opening
+/// by that needs no second search.
+std::string NameOfSerial(const std::string& serial) {
+  arv_update_device_list();
+  for (unsigned int i = 0; i < arv_get_n_devices(); ++i) {
+    const char* its = arv_get_device_serial_nbr(i);
+    if (its == nullptr || serial != its) continue;
+    const char* protocol = arv_get_device_protocol(i);
+    const bool on_network = protocol != nullptr && std::string_view(protocol) == "GigEVision";
+    const char* name = on_network ? arv_get_device_address(i) : arv_get_device_id(i);
+    return name != nullptr ? name : "";
+  }
+  return "";
+}
+
+}  // namespace
+
+Result<std::shared_ptr<Link>> Link::Open(const DriverConfig& config, Setup setup) {
+  TameGlib();
+  std::shared_ptr<Link> link(new Link(config, std::move(setup)));
+  std::unique_lock lock(link->mutex_);
+  if (!link->answered_.wait_for(lock, kOpenDeadline, [&] { return link->opened_.has_value(); })) {
+    return Fail(Code::Timeout, "the camera with " + config.Named() + " could not be opened in time");
+  }
+  if (!*link->opened_) return std::unexpected(link->opened_->error());
+  lock.unlock();
+  return link;
+}
+
+Link::Link(const DriverConfig& config, Setup setup) : config_(config), setup_(std::move(setup)) {
+  thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+}
+
+Link::~Link() {
+  thread_.request_stop();
+  wake_.notify_all();
+  thread_.join();
+}
+
+void Link::Post(std::function<void(ArvCamera*)> work) {
+  Task task;
+  task.wanted = [] { return true; };
+  task.run = std::move(work);
+  Enqueue(std::move(task));
+}
+
+std::uint64_t Link::Enqueue(Task task) {
+  std::uint64_t generation = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    generation = interrupts_;
+    if (connected_ && !lost_) {
+      tasks_.push_back(std::move(task));
+      task.run = nullptr;
+    }
+  }
+  if (task.run) {
+    task.run(nullptr);  // nobody to ask
+  } else {
+    wake_.notify_one();
+  }
+  return generation;
+}
+
+Result<void> Link::WaitFor(const std::function<bool()>& done, std::uint64_t generation, Duration deadline) {
+  std::unique_lock lock(mutex_);
+  const auto over = [&] { return done() || interrupts_ != generation; };
+  const bool in_time = answered_.wait_for(lock, deadline, over);
+  if (done()) return {};
+  if (in_time) return Fail(Code::Cancelled, "interrupted");
+  return Fail(Code::Timeout, "the camera with " + config_.Named() + " did not answer in time");
+}
+
+void Link::Interrupt() {
+  const std::lock_guard lock(mutex_);
+  ++interrupts_;
+  answered_.notify_all();
+}
+
+bool Link::connected() const {
+  const std::lock_guard lock(mutex_);
+  return connected_ && !lost_;
+}
+
+void Link::SetHooks(Hooks hooks) {
+  const std::lock_guard lock(hooks_mutex_);
+  hooks_ = std::move(hooks);
+}
+
+/// A camera that does not answer one access, after five tries, answers none.
+void Link::Note(const Error& error) {
+  if (error.code != Code::Timeout && error.code != Code::Disconnected) return;
+  const std::lock_guard lock(mutex_);
+  lost_ = true;
+}
+
+// ---- the link's thread --------------------------------------------------------------------------------------------
+
+void Link::Run(const std::stop_token& stop) {
+  auto opened = OpenCamera();
+  const bool good = opened.has_value();
+  {
+    const std::lock_guard lock(mutex_);
+    connected_ = good;
+    opened_ = std::move(opened);
+  }
+  answered_.notify_all();
+  if (good) Serve(stop);
+  FailQueue();
+  Close();
+}
+
+void Link::Serve(const std::stop_token& stop) {
+  Instant next_check = Now() + kCheckEvery;
+  while (!stop.stop_requested()) {
+    Task task;
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait_until(lock, stop, next_check, [this] { return !tasks_.empty() || lost_; });
+      if (!lost_ && !tasks_.empty()) {
+        task = std::move(tasks_.front());
+        tasks_.pop_front();
+        if (!task.wanted()) task.run = nullptr;
+      }
+    }
+    if (!StillControls()) {
+      if (task.run) task.run(nullptr);
+      Reopen(stop);
+      continue;
+    }
+    if (task.run) task.run(camera_.get());
+    if (Now() < next_check) continue;
+    CheckUp();
+    next_check = Now() + kCheckEvery;
+  }
+}
+
+/// Aravis' own heartbeat takes 5 s to give a camera up, and says nothing about one that was restarted meanwhile until
+/// then. One register tells: who controls the camera.
+void Link::CheckUp() {
+  constexpr guint64 kControlPrivilege = 0x0a00;
+  ArvDevice* device = arv_camera_get_device(camera_.get());
+  if (ARV_IS_GV_DEVICE(device)) {
+    guint32 privilege = 0;
+    CallError error;
+    arv_device_read_register(device, kControlPrivilege, &privilege, error.out());
+    if (error) return Note(error.Why("asking who controls the camera").error());
+    if (privilege == 0) return Note({Code::Disconnected, "the camera was restarted"});
+  }
+  const std::lock_guard lock(hooks_mutex_);
+  if (hooks_.every_second) hooks_.every_second(camera_.get());
+}
+
+bool Link::StillControls() {
+  ArvDevice* device = arv_camera_get_device(camera_.get());
+  const bool controls = !ARV_IS_GV_DEVICE(device) || arv_gv_device_is_controller(ARV_GV_DEVICE(device)) != 0;
+  const std::lock_guard lock(mutex_);
+  if (!controls) lost_ = true;
+  return !lost_;
+}
+
+/// Answers everybody who waits for a camera that is not there.
+void Link::FailQueue() {
+  std::deque<Task> tasks;
+  {
+    const std::lock_guard lock(mutex_);
+    connected_ = false;
+    tasks = std::exchange(tasks_, {});
+  }
+  for (const Task& task : tasks) task.run(nullptr);
+}
+
+void Link::Reopen(const std::stop_token& stop) {
+  FailQueue();
+  {
+    const std::lock_guard lock(hooks_mutex_);
+    if (hooks_.lost) hooks_.lost();
+  }
+  Close();
+  for (Duration pause = kFirstPause; !stop.stop_requested(); pause = std::min(2 * pause, kLongestPause)) {
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait_for(lock, stop, pause, [] { return false; });
+    }
+    if (stop.stop_requested()) return;
+    if (OpenCamera()) break;
+    Close();
+  }
+  if (!camera_) return;
+  const std::lock_guard hooks(hooks_mutex_);
+  if (hooks_.reopened) hooks_.reopened(camera_.get());
+  const std::lock_guard lock(mutex_);
+  lost_ = false;
+  connected_ = true;
+}
+
+Result<Handle<ArvCamera>> Link::Find() {
+  std::string name = !config_.address.empty() ? config_.address : config_.id;
+  if (!config_.serial.empty()) name = NameOfSerial(config_.serial);
+  const std::string missing = "there is no camera with " + config_.Named();
+  if (name.empty())
+    return Fail(Code::Disconnected, missing + "; is it connected and powered? arv-tool-0.8 lists what is");
+  CallError error;
+  Handle<ArvCamera> camera(arv_camera_new(name.c_str(), error.out()));
+  if (error) return error.Why("opening the camera with " + config_.Named());
+  if (!camera) return Fail(Code::Disconnected, missing);
+  return camera;
+}
+
+Result<void> Link::OpenCamera() {
+  auto found = Find();
+  if (!found) return PassOn(std::move(found));
+  camera_ = std::move(*found);
+  ArvDevice* device = arv_camera_get_device(camera_.get());
+  arv_device_set_range_check_policy(device, ARV_RANGE_CHECK_POLICY_ENABLE);
+  arv_device_set_access_check_policy(device, ARV_ACCESS_CHECK_POLICY_ENABLE);
+  arv_device_set_register_cache_policy(device, ARV_REGISTER_CACHE_POLICY_DISABLE);
+  if (ARV_IS_GV_DEVICE(device) && !arv_gv_device_is_controller(ARV_GV_DEVICE(device))) {
+    return Fail(Code::Busy,
+                "the camera with " + config_.Named() + " is controlled by another program; close that first");
+  }
+  // The signal comes from a thread of Aravis', up to 5 s after the camera went.
+  const auto lost = +[](ArvDevice*, gpointer link) {
+    const std::lock_guard lock(static_cast<Link*>(link)->mutex_);
+    static_cast<Link*>(link)->lost_ = true;
+    static_cast<Link*>(link)->wake_.notify_one();
+  };
+  lost_handler_ = g_signal_connect(device, "control-lost", G_CALLBACK(lost), this);
+  return setup_(camera_.get());
+}
+
+void Link::Close() {
+  if (!camera_) return;
+  if (lost_handler_ != 0) g_signal_handler_disconnect(arv_camera_get_device(camera_.get()), lost_handler_);
+  lost_handler_ = 0;
+  camera_.reset();
+}
+
+}  // namespace lensd::drivers::aravis

@@ -1,0 +1,129 @@
+// The control channel of one camera, on a thread of its own.
+//
+// Aravis blocks up to 2.5 s in a register access that nobody answers, and longer in opening; its feature tree belongs
+// to one thread. So one thread owns the camera and does what others ask of it, one task after the other; who asks waits
+// no longer than the deadline. A task that nobody waits for any more is not begun. When control is lost (the camera has
+// gone, was restarted, or another program took it) the thread closes it and tries to open it again, with growing
+// pauses, until it is back or the link is destroyed.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "base/clock.h"
+#include "base/result.h"
+#include "config.h"
+#include "gobject_handles.h"
+
+using ArvCamera = struct _ArvCamera;
+
+namespace lensd::drivers::aravis {
+
+class Link {
+ public:
+  /// Brings a camera just opened into the state wanted; on the link's thread, each time it is opened.
+  using Setup = std::function<Result<void>(ArvCamera*)>;
+  template <class T>
+  using Work = std::function<Result<T>(ArvCamera*)>;
+
+  /// Opens and sets up, within 12 s. Errors as OpenAravis().
+  static Result<std::shared_ptr<Link>> Open(const DriverConfig& config, Setup setup);
+  /// Closes; waits for what the thread is in the middle of.
+  ~Link();
+  Link(const Link&) = delete;
+  Link& operator=(const Link&) = delete;
+
+  /// Does `work` on the link's thread and waits for it. Timeout: not done by the deadline (it may still have an effect
+  /// if it had begun). Cancelled: Interrupt(). Disconnected: there is no camera now.
+  template <class T>
+  Result<T> Call(Work<T> work);
+  /// As Call(), without waiting. Where the camera goes away before, `work` gets nullptr, perhaps on this thread.
+  void Post(std::function<void(ArvCamera*)> work);
+
+  /// What the camera's part does on the link's thread: before a lost camera is closed, once it is open again and set
+  /// up, and every second. None runs any more once this has replaced them.
+  struct Hooks {
+    std::function<void()> lost;
+    std::function<void(ArvCamera*)> reopened;
+    std::function<void(ArvCamera*)> every_second;
+  };
+  void SetHooks(Hooks hooks);
+
+  /// From any thread: calls in progress return Cancelled.
+  void Interrupt();
+  /// The camera is there, as far as is known.
+  bool connected() const;
+
+ private:
+  struct Task {
+    std::function<void(ArvCamera*)> run;  ///< nullptr: there is no camera
+    std::function<bool()> wanted;         ///< somebody still waits for it
+  };
+
+  Link(const DriverConfig& config, Setup setup);
+  void Run(const std::stop_token& stop);
+  void Serve(const std::stop_token& stop);
+  Result<void> OpenCamera();
+  Result<Handle<ArvCamera>> Find();
+  void Close();
+  void Reopen(const std::stop_token& stop);
+  void FailQueue();
+  bool StillControls();
+  void CheckUp();
+  void Note(const Error& error);
+  Result<void> WaitFor(const std::function<bool()>& done, std::uint64_t generation, Duration deadline);
+  std::uint64_t Enqueue(Task task);
+
+  const DriverConfig config_;
+  const Setup setup_;
+  Handle<ArvCamera> camera_;  // the link's thread
+  unsigned long lost_handler_ = 0;
+
+  mutable std::mutex mutex_;
+  std::condition_variable_any wake_;  // the link's thread waits
+  std::condition_variable answered_;  // callers wait
+  std::deque<Task> tasks_;            // guarded by mutex_, as all below
+  std::optional<Result<void>> opened_;
+  bool connected_ = false;
+  bool lost_ = false;
+  std::uint64_t interrupts_ = 0;
+  std::mutex hooks_mutex_;  // held while a hook runs
+  Hooks hooks_;
+  std::jthread thread_;
+};
+
+template <class T>
+Result<T> Link::Call(Work<T> work) {
+  struct Slot {
+    std::optional<Result<T>> answer;
+    bool given_up = false;
+  };
+  const auto slot = std::make_shared<Slot>();
+  const auto lock_free_done = [slot] { return slot->answer.has_value(); };
+  Task task;
+  task.wanted = [slot] { return !slot->given_up; };
+  task.run = [this, slot, work = std::move(work)](ArvCamera* camera) {
+    Result<T> answer =
+        camera == nullptr
+            ? Result<T>(Fail(Code::Disconnected, "the camera with " + config_.Named() + " does not answer"))
+            : work(camera);
+    if (!answer && camera != nullptr) Note(answer.error());
+    const std::lock_guard lock(mutex_);
+    slot->answer = std::move(answer);
+    answered_.notify_all();
+  };
+  const std::uint64_t generation = Enqueue(std::move(task));
+  const auto waited = WaitFor(lock_free_done, generation, config_.deadline);
+  const std::lock_guard lock(mutex_);
+  if (slot->answer) return std::move(*slot->answer);
+  slot->given_up = true;
+  return std::unexpected(waited.error());
+}
+
+}  // namespace lensd::drivers::aravis

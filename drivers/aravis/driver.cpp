@@ -1,0 +1,59 @@
+#include "drivers/aravis/driver.h"
+
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "aravis_camera.h"
+#include "aravis_lens.h"
+#include "config.h"
+
+namespace lensd::drivers::aravis {
+namespace {
+
+/// What was found out when the camera was first opened, and must not change when it comes back.
+struct Found {
+  std::optional<CameraFacts> camera;
+  std::optional<LensFacts> lens;
+};
+
+Result<void> SetUp(ArvCamera* camera, const DriverConfig& config, Found& found) {
+  auto facts = SetUpCamera(camera, config.camera);
+  if (!facts) return PassOn(std::move(facts));
+  if (!found.camera) {
+    auto lens = FindLens(camera, config.lens);
+    if (!lens) return PassOn(std::move(lens));
+    found.camera = *std::move(facts);
+    found.lens = *std::move(lens);
+    return {};
+  }
+  const CameraFacts& before = *found.camera;
+  if (facts->serial != before.serial || facts->model != before.model) {
+    return Fail(Code::Disconnected, "another camera answers at " + config.Named() + " now");
+  }
+  if (facts->width != before.width || facts->height != before.height || facts->format != before.format) {
+    return Fail(Code::Protocol, "the camera came back with another picture size or format");
+  }
+  return SelectController(camera, *found.lens);
+}
+
+}  // namespace
+
+Result<Device> OpenAravis(const Settings& settings, const Clock& clock) {
+  auto config = ReadDriverConfig(settings);
+  if (!config) return PassOn(std::move(config));
+  const auto found = std::make_shared<Found>();
+  auto link =
+      Link::Open(*config, [found, config = *config](ArvCamera* camera) { return SetUp(camera, config, *found); });
+  if (!link) return PassOn(std::move(link));
+  Device device;
+  device.camera = std::make_unique<AravisCamera>(*link, *config, *found->camera, clock);
+  if (found->lens->any()) {
+    LensFacts lens = *found->lens;
+    if (lens.model.empty()) lens.model = "lens of " + found->camera->model;
+    device.lens = std::make_unique<AravisLens>(*link, std::move(lens), found->camera->serial, clock);
+  }
+  return device;
+}
+
+}  // namespace lensd::drivers::aravis

@@ -1,0 +1,90 @@
+#include "gobject_handles.h"
+
+#include <arv.h>
+
+#include <mutex>
+#include <utility>
+
+namespace lensd::drivers::aravis {
+namespace {
+
+std::mutex warning_mutex;
+std::string newest_warning;  // guarded by warning_mutex
+
+void KeepWarning(const gchar*, GLogLevelFlags level, const gchar* message, gpointer) {
+  constexpr int kWorth = G_LOG_LEVEL_ERROR | G_LOG_LEVEL_CRITICAL | G_LOG_LEVEL_WARNING;
+  if ((level & kWorth) == 0 || message == nullptr) return;
+  const std::lock_guard lock(warning_mutex);
+  newest_warning = message;
+}
+
+Code CodeOfDevice(int code) {
+  switch (code) {
+    case ARV_DEVICE_ERROR_NOT_CONNECTED:
+    case ARV_DEVICE_ERROR_NOT_FOUND:
+      return Code::Disconnected;
+    case ARV_DEVICE_ERROR_TIMEOUT:
+      return Code::Timeout;
+    case ARV_DEVICE_ERROR_NOT_CONTROLLER:
+    case ARV_DEVICE_ERROR_PROTOCOL_ERROR_ACCESS_DENIED:
+    case ARV_DEVICE_ERROR_PROTOCOL_ERROR_BUSY:
+      return Code::Busy;
+    case ARV_DEVICE_ERROR_WRONG_FEATURE:
+    case ARV_DEVICE_ERROR_FEATURE_NOT_FOUND:
+    case ARV_DEVICE_ERROR_PROTOCOL_ERROR_NOT_IMPLEMENTED:
+    case ARV_DEVICE_ERROR_PROTOCOL_ERROR_WRITE_PROTECT:
+      return Code::Unsupported;
+    default:
+      return Code::Protocol;
+  }
+}
+
+Code CodeOfGenicam(int code) {
+  switch (code) {
+    case ARV_GC_ERROR_OUT_OF_RANGE:
+      return Code::OutOfRange;
+    case ARV_GC_ERROR_READ_ONLY:
+      return Code::Unsupported;
+    case ARV_GC_ERROR_ENUM_ENTRY_NOT_FOUND:
+      return Code::InvalidArgument;
+    default:
+      return Code::Protocol;
+  }
+}
+
+}  // namespace
+
+void Unref::operator()(void* object) const {
+  if (object != nullptr) g_object_unref(object);
+}
+
+CallError::~CallError() {
+  if (error_ != nullptr) g_error_free(error_);
+}
+
+std::unexpected<Error> CallError::Why(std::string_view doing) const {
+  Code code = Code::Protocol;
+  if (error_->domain == ARV_DEVICE_ERROR) code = CodeOfDevice(error_->code);
+  if (error_->domain == ARV_GC_ERROR) code = CodeOfGenicam(error_->code);
+  return Fail(code, std::string(doing) + ": " + error_->message);
+}
+
+Result<void> CallError::Check(std::string_view doing) const {
+  if (error_ == nullptr) return {};
+  return Why(doing);
+}
+
+void TameGlib() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    g_log_set_always_fatal(static_cast<GLogLevelFlags>(0));
+    g_log_set_default_handler(KeepWarning, nullptr);
+  });
+}
+
+std::string TakeWarning() {
+  const std::lock_guard lock(warning_mutex);
+  return std::exchange(newest_warning, {});
+}
+
+}  // namespace lensd::drivers::aravis

@@ -1,0 +1,45 @@
+// GObject lifetimes and errors in our terms.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+
+using GError = struct _GError;
+
+namespace lensd::drivers::aravis {
+
+struct Unref {
+  void operator()(void* object) const;
+};
+/// Owns one reference.
+template <class T>
+using Handle = std::unique_ptr<T, Unref>;
+
+/// Receives the error of one call, and frees it.
+class CallError {
+ public:
+  CallError() = default;
+  CallError(const CallError&) = delete;
+  CallError& operator=(const CallError&) = delete;
+  ~CallError();
+
+  GError** out() { return &error_; }
+  explicit operator bool() const { return error_ != nullptr; }
+  /// Of what was being done ("setting FocusStepper"). Call only where there is an error.
+  std::unexpected<Error> Why(std::string_view doing) const;
+  /// Nothing, or Why().
+  Result<void> Check(std::string_view doing) const;
+
+ private:
+  GError* error_ = nullptr;
+};
+
+/// Once a process: no message of GLib or Aravis ends it or reaches the terminal; the newest warning is kept.
+void TameGlib();
+/// The newest warning since the last call; empty: none.
+std::string TakeWarning();
+
+}  // namespace lensd::drivers::aravis

@@ -1,0 +1,19 @@
+// The driver "aravis": any GenICam camera, over GigE Vision or USB3 Vision, and the lens it drives.
+#pragma once
+
+#include "drivers/api/device.h"
+
+namespace lensd::drivers::aravis {
+
+/// Opens the camera named by `serial`, `address` (of the network) or `id` (as Aravis writes it), and its lens where it
+/// has motorised axes. The other keys: docs/drivers/aravis.md. BadData: a key that is unknown or wrong. Disconnected:
+/// no such camera. Busy: another program controls it. Unsupported: it has no pixel format that can be read, or an
+/// overridden feature does not exist. The camera is served by a thread of the driver's own; when it goes away, calls
+/// fail with Disconnected and the thread looks for it again until the device is destroyed, which takes up to 6 s then.
+Result<Device> OpenAravis(const Settings& settings, const Clock& clock);
+
+/// Every GenICam camera that answers a search of the networks and buses. Whether it has a lens shows only once it is
+/// opened.
+Result<std::vector<FoundDevice>> ProbeAravis();
+
+}  // namespace lensd::drivers::aravis

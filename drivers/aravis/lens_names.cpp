@@ -1,0 +1,74 @@
+#include "lens_names.h"
+
+namespace lensd::drivers::aravis {
+namespace {
+
+// clang-format off
+constexpr AxisCandidate kAxisCandidates[] = {
+    // axis         feature               unit                  feedback  status                initialize               minimum            maximum
+    {Axis::Focus,  "FocusStepper",        NativeUnit::Steps,       true,  "FocusStatus",        "FocusInitialize",       "",                ""},
+    {Axis::Focus,  "FocalPower",          NativeUnit::Dioptres,    true,  "FocusStatus",        "FocusInitialize",       "",                ""},
+    {Axis::Focus,  "EFLensFocusCurrent",  NativeUnit::Steps,       true,  "",                   "EFLensInitialize",      "EFLensFocusMin",  "EFLensFocusMax"},
+    {Axis::Focus,  "Focus",               NativeUnit::Steps,       false, "",                   "",                      "",                ""},
+    {Axis::Iris,   "Aperture",            NativeUnit::FNumber,     true,  "ApertureStatus",     "ApertureInitialize",    "",                ""},
+    {Axis::Iris,   "ApertureStepper",     NativeUnit::Steps,       true,  "ApertureStatus",     "ApertureInitialize",    "",                ""},
+    {Axis::Iris,   "EFLensFStopCurrent",  NativeUnit::FNumber,     true,  "",                   "EFLensInitialize",      "EFLensFStopMin",  "EFLensFStopMax"},
+    {Axis::Iris,   "Iris",                NativeUnit::Steps,       false, "",                   "",                      "",                ""},
+    {Axis::Zoom,   "FocalLength",         NativeUnit::Millimetres, true,  "FocalLengthStatus",  "FocalLengthInitialize", "",                ""},
+    {Axis::Zoom,   "FocalLengthStepper",  NativeUnit::Steps,       true,  "FocalLengthStatus",  "FocalLengthInitialize", "",                ""},
+    {Axis::Zoom,   "EFLensZoomCurrent",   NativeUnit::Steps,       true,  "",                   "",                      "EFLensZoomMin",   "EFLensZoomMax"},
+    {Axis::Zoom,   "Zoom",                NativeUnit::Steps,       false, "",                   "",                      "",                ""},
+    {Axis::Filter, "Filter",              NativeUnit::Position,    true,  "FilterStatus",       "FilterInitialize",      "",                ""},
+};
+
+constexpr ControllerCandidate kControllerCandidates[] = {
+    // selector                  status                  initialize                  abort                  temperature                  model
+    {"OpticControllerSelector", "OpticControllerStatus", "OpticControllerInitialize", "OpticControllerAbort", "OpticControllerTemperature", "OpticControllerModelName"},
+    {"",                        "",                      "EFLensInitialize",          "",                     "",                           "EFLensID"},
+};
+// clang-format on
+
+struct Entry {
+  std::string_view name;
+  Condition condition;
+};
+constexpr Entry kEntries[] = {
+    {"Ready", Condition::Ready},
+    {"NotBusy", Condition::Ready},  // Basler
+    {"Busy", Condition::Busy},
+    {"NotInitialized", Condition::NotInitialized},
+    {"NotConnected", Condition::NotConnected},
+    {"NotSupported", Condition::NotSupported},
+    {"Error", Condition::Error},
+};
+
+}  // namespace
+
+std::span<const AxisCandidate> AxisCandidates() {
+  return kAxisCandidates;
+}
+std::span<const ControllerCandidate> ControllerCandidates() {
+  return kControllerCandidates;
+}
+
+Condition ConditionOf(std::string_view entry) {
+  for (const Entry& known : kEntries) {
+    if (known.name == entry) return known.condition;
+  }
+  return Condition::Unknown;
+}
+
+std::string_view FaultOf(Condition condition) {
+  switch (condition) {
+    case Condition::NotConnected:
+      return "no lens is connected to the camera";
+    case Condition::NotSupported:
+      return "the camera does not support this lens";
+    case Condition::Error:
+      return "the camera reports a lens error";
+    default:
+      return "";
+  }
+}
+
+}  // namespace lensd::drivers::aravis

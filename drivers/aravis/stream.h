@@ -1,0 +1,93 @@
+// Frames on their way from Aravis' stream thread to whoever polls.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "base/clock.h"
+#include "base/result.h"
+#include "config.h"
+#include "gobject_handles.h"
+
+using ArvBuffer = struct _ArvBuffer;
+using ArvCamera = struct _ArvCamera;
+using ArvStream = struct _ArvStream;
+
+namespace lensd::drivers::aravis {
+
+/// What came and what did not, since the camera was opened.
+struct StreamCounts {
+  std::uint64_t frames = 0;          ///< complete
+  std::uint64_t lost_frames = 0;     ///< incomplete, or never seen
+  std::uint64_t lost_packets = 0;    ///< GigE Vision
+  std::uint64_t resent_packets = 0;  ///< GigE Vision
+};
+
+/// A frame as it came.
+struct RawFrame {
+  Handle<ArvBuffer> buffer;
+  std::uint64_t sequence = 0;   ///< counts frames exposed, across streams of one camera
+  std::uint64_t device_ns = 0;  ///< stamp of the camera's clock
+  Instant arrival{};            ///< of its first packet
+};
+
+/// Where the newest frame waits. Any thread.
+class Mailbox {
+ public:
+  /// Takes the newest frame not yet taken.
+  std::optional<RawFrame> Take();
+  StreamCounts counts() const;
+  /// When the newest complete frame came, or the stream began.
+  Instant newest() const;
+
+ private:
+  friend class Stream;
+  /// Puts a frame in; the one it replaces comes back.
+  Handle<ArvBuffer> Put(RawFrame frame, std::uint64_t frame_id);
+  void NoteIncomplete(std::uint64_t frame_id);
+  void Begin();
+  void Clear();
+  void Advance(std::uint64_t frame_id);
+
+  mutable std::mutex mutex_;
+  std::optional<RawFrame> newest_;  // guarded by mutex_, as all below
+  StreamCounts counts_;
+  std::uint64_t sequence_ = 0;            ///< of the newest frame heard of
+  std::optional<std::uint64_t> last_id_;  ///< as the camera counts
+  Instant newest_at_{};
+};
+
+/// One stream, from start to stop of acquisition. Used by the link's thread but for Return().
+class Stream {
+ public:
+  /// Starts acquisition; frames go to `mailbox`. Errors as Camera::Start().
+  static Result<std::shared_ptr<Stream>> Start(ArvCamera* camera, const CameraConfig& config,
+                                               std::shared_ptr<Mailbox> mailbox);
+  /// Ends the stream without a word to the camera.
+  ~Stream();
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+
+  /// Ends acquisition.
+  Result<void> Stop(ArvCamera* camera);
+  /// Brings the counts of packets up to date.
+  void Count();
+  /// Gives a buffer back to be filled again. Any thread.
+  void Return(Handle<ArvBuffer> buffer);
+
+ private:
+  explicit Stream(std::shared_ptr<Mailbox> mailbox) : mailbox_(std::move(mailbox)) {}
+  static void Callback(void* self, int type, ArvBuffer* buffer);
+  void Done();
+
+  const std::shared_ptr<Mailbox> mailbox_;
+  Handle<ArvStream> stream_;
+  std::atomic<ArvStream*> running_{nullptr};  ///< stream_, for the threads
+  std::uint64_t missing_ = 0;                 ///< packets, counted so far
+  std::uint64_t resent_ = 0;
+};
+
+}  // namespace lensd::drivers::aravis

@@ -1,0 +1,44 @@
+// A GigE Vision camera with a motorised lens, on the network of this machine: the server side of the protocol is
+// Aravis' fake camera, what its registers do and what its pictures show is the simulator's.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "base/clock.h"
+#include "base/result.h"
+
+namespace lensd::sim {
+
+struct GigeOptions {
+  std::string scene;  ///< scene file
+  std::string serial = "GV01";
+  std::string interface = "127.0.0.1";  ///< an address of this machine; one camera an address
+  double lost_packets = 0.0;            ///< part of the stream's packets never sent, 0..1
+  std::string names = "sfnc";           ///< of the lens' features: sfnc, basler, allied-vision, imaging-source
+  bool needs_initialize = false;        ///< the lens says NotInitialized until told to initialize
+  std::uint64_t seed = 1;               ///< of the noise
+};
+
+/// The camera is there from Start() until it is destroyed. Registers follow the simulated lens within about a
+/// millisecond; each picture shows the lens as it was during the exposure its time stamp names. The camera's clock is
+/// not the host's.
+class GigeCamera {
+ public:
+  /// BadData, Io: the scene. Busy: the address has a camera already. InvalidArgument: an option; an address this
+  /// machine does not have.
+  static Result<std::unique_ptr<GigeCamera>> Start(const GigeOptions& options, const Clock& clock);
+  ~GigeCamera();
+  GigeCamera(const GigeCamera&) = delete;
+  GigeCamera& operator=(const GigeCamera&) = delete;
+
+  /// The GenICam description a client downloads.
+  const std::string& description() const;
+
+ private:
+  struct Body;
+  explicit GigeCamera(std::unique_ptr<Body> body);
+  std::unique_ptr<Body> body_;
+};
+
+}  // namespace lensd::sim

@@ -1,0 +1,88 @@
+// sim-gige-camera: the simulated camera as a program of its own.
+#include <signal.h>
+#include <sysexits.h>
+
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <string_view>
+
+#include "sim/devices/gige_camera.h"
+
+namespace {
+
+constexpr const char* kUsage =
+    "usage: sim-gige-camera --scene FILE.toml [--serial S] [--interface ADDRESS] [--lose FRACTION]\n"
+    "                       [--names sfnc|basler|allied-vision|imaging-source] [--needs-initialize] [--seed N]\n"
+    "                       [--print-description]\n"
+    "A GigE Vision camera with a motorised lens before a simulated scene, until it is interrupted. Prints \"ready\".\n";
+
+struct Arguments {
+  lensd::sim::GigeOptions options;
+  bool print = false;
+};
+
+bool Parse(int argc, char** argv, Arguments& arguments) {
+  lensd::sim::GigeOptions& options = arguments.options;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view key = argv[i];
+    if (key == "--needs-initialize") {
+      options.needs_initialize = true;
+      continue;
+    }
+    if (key == "--print-description") {
+      arguments.print = true;
+      continue;
+    }
+    if (i + 1 == argc) return false;
+    const std::string_view value = argv[++i];
+    const char* end = value.data() + value.size();
+    if (key == "--scene") {
+      options.scene = value;
+    } else if (key == "--serial") {
+      options.serial = value;
+    } else if (key == "--interface") {
+      options.interface = value;
+    } else if (key == "--names") {
+      options.names = value;
+    } else if (key == "--lose") {
+      if (std::from_chars(value.data(), end, options.lost_packets).ptr != end) return false;
+    } else if (key == "--seed") {
+      if (std::from_chars(value.data(), end, options.seed).ptr != end) return false;
+    } else {
+      return false;
+    }
+  }
+  return !options.scene.empty();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments arguments;
+  if (!Parse(argc, argv, arguments)) {
+    std::fputs(kUsage, stderr);
+    return EX_USAGE;
+  }
+  sigset_t ends;
+  sigemptyset(&ends);
+  sigaddset(&ends, SIGINT);
+  sigaddset(&ends, SIGTERM);
+  sigprocmask(SIG_BLOCK, &ends, nullptr);  // before any thread: they inherit it
+  const lensd::MonotonicClock clock;
+  const auto camera = lensd::sim::GigeCamera::Start(arguments.options, clock);
+  if (!camera) {
+    std::fprintf(stderr, "sim-gige-camera: %s\n", camera.error().message.c_str());
+    return camera.error().code == lensd::Code::Busy ? EX_UNAVAILABLE : EX_DATAERR;
+  }
+  if (arguments.print) {
+    std::fputs((*camera)->description().c_str(), stdout);
+    return EX_OK;
+  }
+  std::puts("ready");
+  std::fflush(stdout);
+  int which = 0;
+  sigwait(&ends, &which);
+  return EX_OK;
+}
