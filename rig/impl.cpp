@@ -79,7 +79,10 @@ Instant Rig::Impl::Step(Instant now) {
     for (auto& done : looks_.TakeAll()) Reply(std::move(done), Result<LensedFrame>(std::unexpected(polled.error())));
   }
   const bool frame_to_judge = outside_ && outside_->given();
-  if (Moving() || looks_.anyone() || frame_to_judge || now >= next_read_) ReadLens();
+  // A lens that does not answer is asked again now and then, or because somebody wants something of it.
+  const bool asked = looks_.anyone() || frame_to_judge ||
+                     std::ranges::any_of(drivers::kAxes, [&](Axis axis) { return motions_[axis] != nullptr; });
+  if (asked || (Moving() && !problem_) || now >= next_read_) ReadLens();
   AdvanceMotions();
   ServeLooks();
   ServeOutside();
@@ -90,6 +93,7 @@ Instant Rig::Impl::Step(Instant now) {
 
 Instant Rig::Impl::NextStep(Instant now) const {
   if (!commands_.empty()) return now;
+  if (problem_ && !looks_.anyone() && !(outside_ && outside_->given())) return next_read_;
   const auto steady = SteadySince();
   const bool outside_waits = outside_ && (outside_->unannounced() || outside_->given());
   if (!steady || looks_.frame() || outside_waits) return now + kMotionPeriod;
@@ -103,6 +107,7 @@ void Rig::Impl::ReadLens() {
   auto read = device.lens->Read();
   next_read_ = clock.Now() + kIdlePeriod;
   if (read) {
+    if (problem_) state_.reset();  // what happened meanwhile nobody knows: it has to stand still anew
     problem_.reset();
     read_failures_ = 0;
     NoteReading(*read);
@@ -117,6 +122,7 @@ void Rig::Impl::ReadLens() {
     return;
   }
   problem_ = read.error();
+  targets_ = {};
   history_.Clear();
   FailAll(*problem_);
 }

@@ -76,6 +76,30 @@ TEST_F(MotionTest, WaitingForAnotherAxisIsNotAStall) {
   EXPECT_THAT(answers.only()->reason, ::testing::HasSubstr("stalled"));
 }
 
+TEST_F(MotionTest, ALensThatIsGoneIsAskedNowAndThenAndComesBackWithoutATarget) {
+  Open();
+  Answers<MoveOutcome> answers;
+  rig_->Move(Axis::Focus, At(600), answers.Take());
+  Run(100ms);
+  controls_->disconnected = true;
+  RunUntil(answers, 1s);
+  ASSERT_FALSE(answers.only());
+  EXPECT_EQ(answers.only().error().code, Code::Disconnected);
+  const int reads = controls_->reads;
+  Run(10s);
+  EXPECT_LE(controls_->reads - reads, 25);
+  EXPECT_FALSE(rig_->GetStatus().connected);
+  Answers<MoveOutcome> refused;
+  rig_->Move(Axis::Focus, At(300), refused.Take());
+  RunUntil(refused, 10ms);  // at once, not at the next look
+  EXPECT_EQ(refused.only().error().code, Code::Disconnected);
+  controls_->disconnected = false;
+  Run(1s);
+  const Status status = rig_->GetStatus();
+  EXPECT_TRUE(status.connected);
+  EXPECT_EQ(status.axes[Axis::Focus]->target, status.axes[Axis::Focus]->position);
+}
+
 TEST_F(MotionTest, BacklashIsTakenUpFromOneSideOnly) {
   RigConfig config;
   config.axes[Axis::Focus].backlash = 40.0;
