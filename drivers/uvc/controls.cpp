@@ -28,6 +28,7 @@ Error ErrorOf(Reply::Outcome outcome, const std::string& what) {
     case Reply::Outcome::TimedOut:
       return {Code::Timeout, what + ": the camera did not answer in time"};
     case Reply::Outcome::Cancelled:
+    case Reply::Outcome::NotSent:
       return {Code::Cancelled, what + ": interrupted"};
     case Reply::Outcome::Gone:
       return {Code::Disconnected, what + ": the camera is unplugged"};
@@ -93,7 +94,9 @@ Result<std::optional<std::vector<std::uint8_t>>> Controls::TryGet(std::uint8_t r
 Result<void> Controls::Set(ControlAddress at, std::span<const std::uint8_t> bytes, const std::string& what) {
   if (last_set_ && clock_.Now() < *last_set_ + options_.interval) transport_->WaitUntil(*last_set_ + options_.interval);
   const Reply reply = Run(kSetInterface, kSetCur, at, static_cast<std::uint16_t>(bytes.size()), bytes);
-  last_set_ = clock_.Now();
+  const Reply::Outcome outcome = reply.outcome;
+  set_without_effect_ = outcome == Reply::Outcome::NotSent || outcome == Reply::Outcome::Stalled;
+  if (outcome != Reply::Outcome::NotSent) last_set_ = clock_.Now();
   if (reply.outcome == Reply::Outcome::Done) return {};
   return std::unexpected(Explain(reply.outcome, what));
 }

@@ -59,6 +59,8 @@ class Controls {
   /// have obeyed all the same.
   Result<void> Set(ControlAddress at, std::span<const std::uint8_t> bytes, const std::string& what);
 
+  /// The last setting failed and has certainly not been obeyed.
+  bool set_without_effect() const { return set_without_effect_; }
   /// Why the last refused request was refused.
   Refusal last_refusal() const { return last_refusal_; }
   const ControlOptions& options() const { return options_; }
@@ -74,6 +76,7 @@ class Controls {
   const std::uint8_t interface_;
   const ControlOptions options_;
   std::optional<Instant> last_set_;
+  bool set_without_effect_ = false;
   Refusal last_refusal_ = Refusal::None;
 };
 

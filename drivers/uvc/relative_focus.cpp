@@ -27,13 +27,15 @@ Result<void> RelativeFocus::Run(int direction, Duration how_long) {
     if (auto halted = Halt(); !halted) return halted;
   }
   if (direction_ == 0) {
-    // Where the answer is lost it may be running: the stop is due all the same.
     began_ = clock_.Now();
+    const Sent sent = send_(direction);
+    if (!sent.result && sent.without_effect) return sent.result;
     direction_ = direction;
-    due_ = began_;
-    if (auto sent = send_(direction); !sent) {
-      homed_ = false;
-      return sent;
+    if (!sent.result) {
+      // Where the answer is lost it may be running: it is stopped at once, but where it is nobody knows.
+      due_ = began_;
+      homed_ = homing_ = false;
+      return sent.result;
     }
     began_ = clock_.Now();
   } else {
@@ -45,9 +47,10 @@ Result<void> RelativeFocus::Run(int direction, Duration how_long) {
 }
 
 Result<void> RelativeFocus::Halt() {
-  if (auto sent = send_(0); !sent) {
-    homed_ = false;  // when it stopped, if it did, nobody knows
-    return sent;
+  const Sent sent = send_(0);
+  if (!sent.result) {
+    if (!sent.without_effect) homed_ = homing_ = false;  // when it stopped, if it did, nobody knows
+    return sent.result;
   }
   position_ms_ = Travelled(clock_.Now());
   direction_ = 0;

@@ -16,8 +16,12 @@ namespace lensd::drivers::uvc {
 /// One thread. Positions in ms of travel; 0 is the far end.
 class RelativeFocus {
  public:
+  struct Sent {
+    Result<void> result;
+    bool without_effect = false;  ///< it failed, and has certainly not been obeyed
+  };
   /// Sends one FOCUS_RELATIVE: direction 1 near, -1 far, 0 stop.
-  using Send = std::function<Result<void>(int direction)>;
+  using Send = std::function<Sent(int direction)>;
 
   RelativeFocus(const Clock& clock, Duration travel, double resolution_ms, Send send)
       : clock_(clock), travel_(travel), resolution_ms_(resolution_ms), send_(std::move(send)) {}

@@ -20,6 +20,7 @@ struct Reply {
     Stalled,    ///< the device refused
     TimedOut,   ///< no answer; it may have been obeyed
     Cancelled,  ///< by Interrupt(); it may have been obeyed
+    NotSent,    ///< by Interrupt(), before it was sent
     Gone,       ///< the device is not there any more
     Failed,     ///< anything else; it may have been obeyed
   };

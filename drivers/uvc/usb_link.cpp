@@ -225,7 +225,7 @@ Reply Link::Control(const Setup& setup, std::span<const std::uint8_t> out, Durat
   libusb_fill_control_transfer(transfer.get(), handle_, buffer.data(), OnControl, &call,
                                static_cast<unsigned>(ms.count()));
   std::unique_lock lock(mutex_);
-  if (interrupted_) return {Outcome::Cancelled, {}};
+  if (interrupted_) return {Outcome::NotSent, {}};
   if (gone_) return {Outcome::Gone, {}};
   if (const int code = libusb_submit_transfer(transfer.get()); code != 0) {
     if (code == LIBUSB_ERROR_NO_DEVICE) gone_ = true;

@@ -103,7 +103,8 @@ UvcLens::UvcLens(Capabilities capabilities, std::shared_ptr<Session> session, co
       session_->clock, *config_.focus_travel, ResolutionMs(session_->controls.options()), [this](int direction) {
         const auto byte = static_cast<std::uint8_t>(direction);
         const std::array<std::uint8_t, 2> bytes = {byte, direction == 0 ? std::uint8_t{0} : config_.focus_speed};
-        return session_->controls.Set(session_->At(kFocusRelative), bytes, "focus");
+        auto set = session_->controls.Set(session_->At(kFocusRelative), bytes, "focus");
+        return RelativeFocus::Sent{std::move(set), session_->controls.set_without_effect()};
       });
 }
 
@@ -126,6 +127,7 @@ Result<void> UvcLens::DoStartHome(Axis) {
 
 Result<void> UvcLens::DoStartMove(Axis axis, Native target) {
   session_->transport().BeginCall();
+  if (session_->transport().Gone()) return Fail(Code::Disconnected, NameOf(axis) + ": the camera is unplugged");
   if (axis == Axis::Focus && relative_) return relative_->StartMove(target.value);
   const AbsoluteAxis& absolute = *axes_[axis];
   return SetTo(axis, absolute.range.Nearest(target.value / absolute.unit));
@@ -183,6 +185,7 @@ Result<AxisState> UvcLens::ReadAxis(Axis axis, AbsoluteAxis& absolute) {
 
 Result<LensState> UvcLens::DoRead() {
   session_->transport().BeginCall();
+  if (session_->transport().Gone()) return Fail(Code::Disconnected, "the camera is unplugged");
   TakeEvents();
   LensState state;
   // Stamped before asking: a reading is never older than it says.

@@ -24,7 +24,7 @@ class ModelTransport final : public Transport {
   Reply Control(const Setup& setup, std::span<const std::uint8_t> out, Duration timeout) override {
     using Outcome = Reply::Outcome;
     if (unplugged_) return {Outcome::Gone, {}};
-    if (interrupted_) return {Outcome::Cancelled, {}};
+    if (interrupted_) return {Outcome::NotSent, {}};
     ++transfers_;
     auto answer = model_.Control(setup.Bytes(), out);
     clock_.Advance(kTransfer);
