@@ -74,7 +74,7 @@ Result<void> RelativeFocus::StartMove(double target_ms) {
 
 Result<void> RelativeFocus::Continue() {
   const double left = *target_ms_ - Travelled(clock_.Now());
-  if (std::abs(left) < 0.5 * resolution_ms_) return direction_ != 0 ? Halt() : Result<void>();
+  if (std::abs(left) <= 0.5 * resolution_ms_) return direction_ != 0 ? Halt() : Result<void>();
   return Run(left > 0 ? 1 : -1, FromMilliseconds(std::abs(left)));
 }
 
@@ -94,7 +94,7 @@ Result<AxisState> RelativeFocus::Read() {
     }
   }
   AxisState state;
-  if (direction_ == 0 && homed_ && target_ms_ && std::abs(*target_ms_ - position_ms_) >= resolution_ms_) {
+  if (direction_ == 0 && homed_ && target_ms_ && std::abs(*target_ms_ - position_ms_) > 0.5 * resolution_ms_) {
     if (++corrections_ <= kMostCorrections) {
       if (auto again = Continue(); !again) return std::unexpected(again.error());
     } else {
