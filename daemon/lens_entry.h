@@ -7,17 +7,20 @@
 
 #include "lens_service.h"
 #include "planning.h"
+#include "retry.h"
 
 namespace lensd::daemon {
 
 struct LensService::Lens {
+  LensConfig config;
   std::string name;
   std::string info;                           ///< LensInfo, serialised
   std::string text;                           ///< LensStatus, serialised
   std::shared_ptr<const rig::Status> status;  ///< what `text` says
   std::optional<Planning> planning;           ///< none: the optics are not known
   std::string published;                      ///< the worker's thread: last state it told of, to see changes
-  std::unique_ptr<Worker> worker;
+  std::unique_ptr<Worker> worker;             ///< none: the lens has not been there yet
+  std::optional<Retry> retry;                 ///< until then
 };
 
 }  // namespace lensd::daemon

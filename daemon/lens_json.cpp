@@ -118,6 +118,11 @@ Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig
           {"camera", rig.camera() ? CameraJson(*rig.camera()) : Json(nullptr)}};
 }
 
+Json AbsentInfoJson(const std::string& name, std::string_view driver) {
+  return {{"name", name},          {"driver", driver},  {"model", ""},      {"serial", ""},
+          {"axes", Json::array()}, {"optics", nullptr}, {"camera", nullptr}};
+}
+
 Json StatusJson(const std::string& name, const rig::Status& status) {
   Json axes = Json::array();
   for (const Axis axis : drivers::kAxes) {

@@ -12,6 +12,8 @@ namespace lensd::daemon {
 /// LensInfo.
 proto::Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config,
                      const std::optional<Planning>& planning);
+/// LensInfo of a lens that has not been there yet.
+proto::Json AbsentInfoJson(const std::string& name, std::string_view driver);
 /// LensStatus without readAtMs: equal values mean that nothing changed.
 proto::Json StatusJson(const std::string& name, const rig::Status& status);
 /// MoveResult.

@@ -12,6 +12,32 @@ namespace lensd::daemon {
 
 using proto::Json;
 
+namespace {
+
+void AddTime(Json& json, const rig::Status& status) {
+  json["readAtMs"] = std::chrono::duration<double, std::milli>(status.sampled_at.time_since_epoch()).count();
+}
+
+/// LensStatus, serialised.
+std::string StatusText(const std::string& name, const rig::Status& status) {
+  Json json = StatusJson(name, status);
+  AddTime(json, status);
+  return proto::WriteJson(json);
+}
+
+std::shared_ptr<const rig::Status> AbsentStatus(std::string problem) {
+  auto status = std::make_shared<rig::Status>();
+  status->problem = std::move(problem);
+  return status;
+}
+
+bool AllHomed(const rig::Status& status) {
+  return std::ranges::all_of(drivers::kAxes,
+                             [&](drivers::Axis axis) { return !status.axes[axis] || status.axes[axis]->homed; });
+}
+
+}  // namespace
+
 LensService::LensService(EventLoop& loop, const Clock& clock)
     : loop_(loop), clock_(clock), definition_(BuiltInDefinition(proto::LensInterfaceText())) {
   handlers_ = {{"List", &LensService::List},
@@ -35,23 +61,58 @@ LensService::~LensService() = default;
 Result<void> LensService::AddLens(const LensConfig& config, drivers::Device device) {
   auto rig = rig::Rig::Create(config.rig, std::move(device), clock_);
   if (!rig) return PassOn(std::move(rig));
-  auto lens = std::make_unique<Lens>();
-  Lens& entry = *lens;
-  entry.name = config.name;
-  entry.planning = PlanningOf(**rig, config.rig);
-  entry.info = proto::WriteJson(InfoJson(config.name, **rig, config.rig, entry.planning));
-  auto status = std::make_shared<const rig::Status>((*rig)->GetStatus());
-  Json text = StatusJson(config.name, *status);
-  text["readAtMs"] = std::chrono::duration<double, std::milli>(status->sampled_at.time_since_epoch()).count();
-  entry.text = proto::WriteJson(text);
-  entry.status = std::move(status);
-  lenses_.push_back(std::move(lens));
-  entry.worker = std::make_unique<Worker>(*std::move(rig), clock_,
-                                          [this, &entry](const rig::Status& now, std::vector<Worker::Task> later) {
-                                            Published(entry, now, std::move(later));
-                                          });
-  if (config.home_at_start) HomeAtStart(entry);
+  lenses_.push_back(std::make_unique<Lens>());
+  lenses_.back()->config = config;
+  lenses_.back()->name = config.name;
+  StartRig(*lenses_.back(), *std::move(rig));
   return {};
+}
+
+void LensService::StartRig(Lens& lens, std::unique_ptr<rig::Rig> rig) {
+  lens.planning = PlanningOf(*rig, lens.config.rig);
+  lens.info = proto::WriteJson(InfoJson(lens.name, *rig, lens.config.rig, lens.planning));
+  lens.status = std::make_shared<const rig::Status>(rig->GetStatus());
+  lens.text = StatusText(lens.name, *lens.status);
+  lens.worker = std::make_unique<Worker>(std::move(rig), clock_,
+                                         [this, &lens](const rig::Status& now, std::vector<Worker::Task> later) {
+                                           Published(lens, now, std::move(later));
+                                         });
+  if (lens.config.home_at_start) HomeAtStart(lens);
+}
+
+void LensService::AddAbsentLens(const LensConfig& config, const Error& why,
+                                std::function<Result<drivers::Device>()> open) {
+  lenses_.push_back(std::make_unique<Lens>());
+  Lens& lens = *lenses_.back();
+  lens.config = config;
+  lens.name = config.name;
+  lens.info = proto::WriteJson(AbsentInfoJson(config.name, config.device.driver->name));
+  lens.status = AbsentStatus(why.message);
+  lens.text = StatusText(lens.name, *lens.status);
+  Log(Severity::Warning, Event::LensLost, why.message, lens.name);
+  lens.retry.emplace(plug_signal_, [this, &lens, open = std::move(open)] { return TryToOpen(lens, open); });
+}
+
+/// On the thread of the lens' Retry.
+bool LensService::TryToOpen(Lens& lens, const std::function<Result<drivers::Device>()>& open) {
+  auto device = open();
+  auto rig = device ? rig::Rig::Create(lens.config.rig, *std::move(device), clock_)
+                    : Result<std::unique_ptr<rig::Rig>>(std::unexpected(device.error()));
+  const bool opened = rig.has_value();
+  loop_.Post([this, &lens, rig = std::move(rig)]() mutable {
+    if (rig) {
+      lens.retry.reset();
+      StartRig(lens, *std::move(rig));
+      Log(Severity::Info, Event::LensReady, "the lens is there", lens.name);
+    } else if (lens.status->problem == rig.error().message) {
+      return;
+    } else {
+      lens.status = AbsentStatus(rig.error().message);
+      lens.text = StatusText(lens.name, *lens.status);
+    }
+    TellWatchers(lens);
+  });
+  return opened;
 }
 
 /// On the worker's thread.
@@ -60,7 +121,7 @@ void LensService::Published(Lens& lens, const rig::Status& status, std::vector<W
   std::string without_time = proto::WriteJson(json);
   const bool changed = without_time != lens.published;
   lens.published = std::move(without_time);
-  json["readAtMs"] = std::chrono::duration<double, std::milli>(status.sampled_at.time_since_epoch()).count();
+  AddTime(json, status);
   loop_.Post([this, &lens, copy = std::make_shared<const rig::Status>(status), text = proto::WriteJson(json), changed,
               tasks = std::move(later)]() mutable {
     Update(lens, std::move(copy), std::move(text), changed);
@@ -75,11 +136,15 @@ void LensService::Update(Lens& lens, std::shared_ptr<const rig::Status> status, 
   if (lens.status->connected != was_connected) {
     if (lens.status->connected) {
       Log(Severity::Info, Event::LensReady, "the lens answers", lens.name);
+      if (lens.config.home_at_start && !AllHomed(*lens.status)) HomeAtStart(lens);
     } else {
       Log(Severity::Warning, Event::LensLost, lens.status->problem, lens.name);
     }
   }
-  if (!changed) return;
+  if (changed) TellWatchers(lens);
+}
+
+void LensService::TellWatchers(const Lens& lens) {
   for (auto& [key, watcher] : watchers_) {
     if (watcher.only == nullptr || watcher.only == &lens) watcher.changed(lens);
   }
@@ -90,6 +155,13 @@ void LensService::Serve(std::string_view method, const ExchangePointer& exchange
 }
 
 LensService::Lens* LensService::FindLens(const ExchangePointer& exchange) {
+  Lens* const lens = FindNamed(exchange);
+  if (lens == nullptr || lens->worker) return lens;
+  Refuse(exchange, {Code::Disconnected, lens->status->problem});
+  return nullptr;
+}
+
+LensService::Lens* LensService::FindNamed(const ExchangePointer& exchange) {
   const Json& parameters = exchange->parameters();
   const auto named = parameters.find("lens");
   std::string names;

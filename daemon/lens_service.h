@@ -13,6 +13,7 @@
 #include "config.h"
 #include "event_loop.h"
 #include "planning.h"
+#include "plug_signal.h"
 #include "rig/rig.h"
 #include "router.h"
 #include "task_thread.h"
@@ -31,12 +32,19 @@ class LensService final : public Service {
   /// Starts serving one lens, and homing it where it is to start homed; before the loop runs. InvalidArgument: optics
   /// that make no sense.
   Result<void> AddLens(const LensConfig& config, drivers::Device device);
+  /// Starts serving a lens that is not there, `why` says what is missing: it is disconnected until `open` works, which
+  /// is tried on a thread of its own.
+  void AddAbsentLens(const LensConfig& config, const Error& why, std::function<Result<drivers::Device>()> open);
+  /// Raised when something was plugged in: whoever waits for a device looks at once. Outlives every device.
+  PlugSignal& plug_signal() { return plug_signal_; }
 
   const proto::InterfaceDefinition& definition() const override { return definition_; }
   void Serve(std::string_view method, const ExchangePointer& exchange) override;
 
  private:
   struct Lens;
+  void StartRig(Lens& lens, std::unique_ptr<rig::Rig> rig);
+  bool TryToOpen(Lens& lens, const std::function<Result<drivers::Device>()>& open);
   using Handler = void (LensService::*)(const ExchangePointer&);
   /// A call that hears of every change: Status with `more`, Monitor, Move with `more`.
   struct Watcher {
@@ -72,10 +80,13 @@ class LensService final : public Service {
   void Conclude(const FrameSessionPointer& session, const ExchangePointer& exchange);
   void EndSession(const FrameSessionPointer& session);
 
-  /// The lens the call means; else answers the call with why not and returns null.
+  /// The lens the call means, there or not; else answers the call with why not and returns null.
+  Lens* FindNamed(const ExchangePointer& exchange);
+  /// The same for calls that need the device: its worker is there.
   Lens* FindLens(const ExchangePointer& exchange);
   void Published(Lens& lens, const rig::Status& status, std::vector<Worker::Task> later);
   void Update(Lens& lens, std::shared_ptr<const rig::Status> status, std::string text, bool changed);
+  void TellWatchers(const Lens& lens);
   void Watch(Watcher watcher);
   void Unwatch(const Exchange* exchange) { watchers_.erase(exchange); }
   void Announce(const Lens& lens, std::string_view field, const std::string& result);
@@ -87,6 +98,7 @@ class LensService final : public Service {
 
   EventLoop& loop_;
   const Clock& clock_;
+  PlugSignal plug_signal_;
   proto::InterfaceDefinition definition_;
   std::map<std::string_view, Handler> handlers_;
   std::map<const Exchange*, Watcher> watchers_;

@@ -2,19 +2,30 @@
 
 #include <utility>
 
+#include "replug.h"
+
 namespace lensd::daemon {
 namespace {
 
 /// Names the lens, and the place too unless the message begins with one of its own. A file that is named and cannot be
-/// read is a mistake of the configuration.
+/// read is a mistake of the configuration; a device node that may not be opened is not.
 Error AtLens(const LensConfig& config, Error error) {
   const std::string place = error.code == Code::BadData ? "" : config.where.Text() + ": ";
-  const Code code = error.code == Code::Io ? Code::BadData : error.code;
+  const Code code = error.code == Code::Io && !config.device.driver->reopen ? Code::BadData : error.code;
   return {code, place + "lens \"" + config.name + "\": " + error.message};
 }
 
-Result<std::unique_ptr<drivers::Camera>> OpenCamera(const DeviceConfig& config, const Clock& clock) {
+/// With `signal`, a device that is opened anew when it vanishes.
+Result<drivers::Device> OpenOne(const DeviceConfig& config, const Clock& clock, PlugSignal* signal) {
   auto device = config.driver->open(config.settings, clock);
+  if (!device || signal == nullptr || !config.driver->reopen) return device;
+  const auto open = [config, &clock] { return config.driver->open(config.settings, clock); };
+  return SurviveUnplugging(*std::move(device), open, *signal);
+}
+
+Result<std::unique_ptr<drivers::Camera>> OpenCamera(const DeviceConfig& config, const Clock& clock,
+                                                    PlugSignal* signal) {
+  auto device = OpenOne(config, clock, signal);
   if (!device) return PassOn(std::move(device));
   if (!device->camera) return Fail(Code::BadData, config.settings.where().Text() + ": this device has no camera");
   return std::move(device->camera);
@@ -22,8 +33,13 @@ Result<std::unique_ptr<drivers::Camera>> OpenCamera(const DeviceConfig& config, 
 
 }  // namespace
 
-Result<drivers::Device> OpenDevice(const LensConfig& config, const Clock& clock) {
-  auto device = config.device.driver->open(config.device.settings, clock);
+bool MayComeYet(Code code) {
+  return code == Code::Disconnected || code == Code::Timeout || code == Code::Busy || code == Code::Protocol ||
+         code == Code::Io;
+}
+
+Result<drivers::Device> OpenDevice(const LensConfig& config, const Clock& clock, PlugSignal* signal) {
+  auto device = OpenOne(config.device, clock, signal);
   if (!device) return std::unexpected(AtLens(config, device.error()));
   if (!device->lens) return std::unexpected(AtLens(config, {Code::BadData, "this device has no lens"}));
   if (!config.camera) return device;
@@ -31,7 +47,7 @@ Result<drivers::Device> OpenDevice(const LensConfig& config, const Clock& clock)
     const std::string place = config.camera->settings.where().Text();
     return Fail(Code::BadData, place + ": the lens' own driver brings a camera already; remove [lens.camera]");
   }
-  auto camera = OpenCamera(*config.camera, clock);
+  auto camera = OpenCamera(*config.camera, clock, signal);
   if (!camera) return std::unexpected(AtLens(config, camera.error()));
   device->camera = *std::move(camera);
   return device;
@@ -39,7 +55,12 @@ Result<drivers::Device> OpenDevice(const LensConfig& config, const Clock& clock)
 
 Result<void> OpenLenses(const Config& config, const Clock& clock, LensService& service) {
   for (const LensConfig& lens : config.lenses) {
-    auto device = OpenDevice(lens, clock);
+    const auto open = [lens, &clock, &service] { return OpenDevice(lens, clock, &service.plug_signal()); };
+    auto device = open();
+    if (!device && MayComeYet(device.error().code)) {
+      service.AddAbsentLens(lens, device.error(), open);
+      continue;
+    }
     if (!device) return PassOn(std::move(device));
     auto added = service.AddLens(lens, *std::move(device));
     if (!added) return std::unexpected(AtLens(lens, added.error()));

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "config.h"
+#include "drivers/hotplug/monitor.h"
 #include "event_loop.h"
 #include "lens_service.h"
 #include "lenses.h"
@@ -56,7 +57,10 @@ Result<Config> ConfigOf(const Options& options) {
 
 int CheckConfig(const Config& config, const Clock& clock) {
   for (const LensConfig& lens : config.lenses) {
-    if (auto device = OpenDevice(lens, clock); !device) return Explain(device.error());
+    const auto device = OpenDevice(lens, clock);
+    if (device) continue;
+    if (!MayComeYet(device.error().code)) return Explain(device.error());
+    Log(Severity::Warning, Event::LensLost, device.error().message + " (lensd would wait for it)");
   }
   return EX_OK;
 }
@@ -69,6 +73,8 @@ int Serve(const Options& options, const Config& config, const Clock& clock) {
   if (!listener) return Explain(listener.error());
   LensService service(**loop, clock);
   if (auto opened = OpenLenses(config, clock, service); !opened) return Explain(opened.error());
+  const auto monitor = drivers::hotplug::Monitor::Create((*loop)->get(), [&service] { service.plug_signal().Raise(); });
+  if (!monitor) Log(Severity::Warning, Event::Started, monitor.error().message + "; looking now and then instead");
   Router router({"lensd", "lensd", LENSD_VERSION, "https://lensd.io"});
   router.Add(service);
   auto server = Server::Create(**loop, listener->descriptor(), router, Limits{}, "io.lensd.Lens.Busy",

@@ -25,7 +25,7 @@ void LensService::List(const ExchangePointer& exchange) {
 
 void LensService::Status(const ExchangePointer& exchange) {
   const Lens* only = nullptr;
-  if (NamesALens(exchange) && (only = FindLens(exchange)) == nullptr) return;
+  if (NamesALens(exchange) && (only = FindNamed(exchange)) == nullptr) return;
   std::string reply = "{\"lenses\":[";
   bool first = true;
   for (const auto& lens : lenses_) {
@@ -42,7 +42,7 @@ void LensService::Status(const ExchangePointer& exchange) {
 
 void LensService::Monitor(const ExchangePointer& exchange) {
   const Lens* only = nullptr;
-  if (NamesALens(exchange) && (only = FindLens(exchange)) == nullptr) return;
+  if (NamesALens(exchange) && (only = FindNamed(exchange)) == nullptr) return;
   if (!exchange->call().more) return exchange->Refuse(proto::kExpectedMore, proto::Json::object());
   for (const auto& lens : lenses_) {
     if (only == nullptr || only == lens.get()) exchange->Continue(StatusEvent(lens->text));

@@ -1,0 +1,238 @@
+#include "replug.h"
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "retry.h"
+
+namespace lensd::daemon {
+namespace {
+
+using drivers::Axis;
+
+bool SameAxes(const drivers::Capabilities& a, const drivers::Capabilities& b) {
+  for (const Axis axis : drivers::kAxes) {
+    if (a.axes[axis].has_value() != b.axes[axis].has_value()) return false;
+    if (!a.axes[axis]) continue;
+    const auto& x = *a.axes[axis];
+    const auto& y = *b.axes[axis];
+    if (x.unit != y.unit || x.minimum != y.minimum || x.maximum != y.maximum || x.resolution != y.resolution)
+      return false;
+  }
+  return true;
+}
+
+/// What lens and camera share. The worker's thread calls everything but Interrupt() and what Retry runs.
+class Slot {
+ public:
+  Slot(drivers::Device device, std::function<Result<drivers::Device>()> open, PlugSignal& signal)
+      : device_(std::move(device)), open_(std::move(open)), signal_(signal) {
+    if (device_.lens) lens_ = device_.lens->capabilities();
+    if (device_.camera) camera_ = device_.camera->capabilities();
+  }
+
+  /// The device, taken over from the thread that opened it where it is back; else why there is none.
+  Result<drivers::Device*> Get() {
+    const std::lock_guard lock(mutex_);
+    if (back_) {
+      device_ = *std::exchange(back_, std::nullopt);
+      present_ = true;
+      ++generation_;
+    }
+    if (!present_) return std::unexpected(why_);
+    return &device_;
+  }
+  /// How often it has come back.
+  int generation() const { return generation_; }
+
+  /// Passes a call's answer on, and closes the device where the answer is that it is gone.
+  template <class T>
+  Result<T> Judge(Result<T> answer) {
+    if (!answer && answer.error().code == Code::Disconnected) Lose(answer.error());
+    return answer;
+  }
+
+  /// From any thread.
+  template <class Call>
+  void Interrupt(Call call) {
+    const std::lock_guard lock(mutex_);
+    if (present_) call(device_);
+  }
+
+ private:
+  void Lose(Error why) {
+    {
+      const std::lock_guard lock(mutex_);
+      device_ = {};
+      present_ = false;
+      why_ = std::move(why);
+    }
+    retry_.emplace(signal_, [this] { return TryToOpen(); });
+  }
+
+  bool TryToOpen() {
+    auto opened = open_();
+    Error why{Code::Disconnected, ""};
+    if (!opened) {
+      why.message = opened.error().message;
+    } else if (!Fits(*opened)) {
+      why.message = "another device has taken its place; restart lensd if that is meant";
+      opened = std::unexpected(why);
+    }
+    const std::lock_guard lock(mutex_);
+    if (!opened) {
+      why_ = std::move(why);
+      return false;
+    }
+    back_ = *std::move(opened);
+    return true;
+  }
+
+  bool Fits(const drivers::Device& other) const {
+    if ((other.lens != nullptr) != lens_.has_value() || (other.camera != nullptr) != camera_.has_value()) return false;
+    if (lens_) {
+      const auto& can = other.lens->capabilities();
+      if (can.model != lens_->model || can.serial != lens_->serial || !SameAxes(can, *lens_)) return false;
+    }
+    if (!camera_) return true;
+    const auto& can = other.camera->capabilities();
+    return can.model == camera_->model && can.serial == camera_->serial && can.width == camera_->width &&
+           can.height == camera_->height && can.bits == camera_->bits;
+  }
+
+  std::mutex mutex_;
+  drivers::Device device_;               // replaced under mutex_, used by the worker's thread
+  std::optional<drivers::Device> back_;  // guarded by mutex_
+  bool present_ = true;                  // guarded by mutex_
+  Error why_;                            // guarded by mutex_
+  int generation_ = 0;
+  std::optional<drivers::Capabilities> lens_;
+  std::optional<drivers::CameraCapabilities> camera_;
+  std::function<Result<drivers::Device>()> open_;
+  PlugSignal& signal_;
+  std::optional<Retry> retry_;  // last: its thread uses the others
+};
+
+class ReplugLens final : public drivers::Lens {
+ public:
+  ReplugLens(std::shared_ptr<Slot> slot, drivers::Capabilities can) : Lens(std::move(can)), slot_(std::move(slot)) {}
+
+ private:
+  template <class Call>
+  auto Forward(Call call) -> decltype(call(std::declval<drivers::Lens&>())) {
+    auto device = slot_->Get();
+    if (!device) return std::unexpected(device.error());
+    if (std::exchange(generation_, slot_->generation()) != generation_) {
+      for (const Axis axis : drivers::kAxes)
+        unknown_[axis] = capabilities().axes[axis] && capabilities().axes[axis]->can_home;
+    }
+    return slot_->Judge(call(*(*device)->lens));
+  }
+
+  Result<void> DoStartHome(Axis axis) override {
+    auto started = Forward([&](drivers::Lens& lens) { return lens.StartHome(axis); });
+    if (started) unknown_[axis] = false;
+    return started;
+  }
+  Result<void> DoStartMove(Axis axis, Native target) override {
+    return Forward([&](drivers::Lens& lens) -> Result<void> {
+      if (unknown_[axis] && capabilities().axes[axis]->needs_home) {
+        return Fail(Code::InvalidArgument,
+                    "where " + std::string(AxisName(axis)) +
+                        " is has been unknown since the lens was plugged in again; home it first");
+      }
+      return lens.StartMove(axis, target);
+    });
+  }
+  Result<drivers::LensState> DoRead() override {
+    auto state = Forward([](drivers::Lens& lens) { return lens.Read(); });
+    if (!state) return state;
+    for (const Axis axis : drivers::kAxes) {
+      if (state->axes[axis] && unknown_[axis]) state->axes[axis]->homed = false;
+    }
+    return state;
+  }
+  Result<void> DoStop(Axis axis) override {
+    return Forward([&](drivers::Lens& lens) { return lens.Stop(axis); });
+  }
+  void DoInterrupt() override {
+    slot_->Interrupt([](drivers::Device& device) { device.lens->Interrupt(); });
+  }
+
+  std::shared_ptr<Slot> slot_;
+  int generation_ = 0;
+  drivers::PerAxis<bool> unknown_{};
+};
+
+class ReplugCamera final : public drivers::Camera {
+ public:
+  ReplugCamera(std::shared_ptr<Slot> slot, drivers::CameraCapabilities can)
+      : Camera(std::move(can)), slot_(std::move(slot)) {}
+
+ private:
+  template <class Call>
+  auto Forward(Call call) -> decltype(call(std::declval<drivers::Camera&>())) {
+    auto device = slot_->Get();
+    if (!device) return std::unexpected(device.error());
+    drivers::Camera& camera = *(*device)->camera;
+    if (generation_ != slot_->generation()) {
+      if (auto resumed = slot_->Judge(Resume(camera)); !resumed) return std::unexpected(resumed.error());
+      generation_ = slot_->generation();
+    }
+    return slot_->Judge(call(camera));
+  }
+  /// Brings a camera that is back into the state its user left it in.
+  Result<void> Resume(drivers::Camera& camera) {
+    if (exposure_) {
+      if (auto set = camera.SetExposure(*exposure_); !set) return set;
+    }
+    return streaming_ ? camera.Start() : Result<void>();
+  }
+
+  Result<void> DoStart() override {
+    auto started = Forward([](drivers::Camera& camera) { return camera.Start(); });
+    if (started) streaming_ = true;
+    return started;
+  }
+  Result<void> DoStop() override {
+    streaming_ = false;
+    return Forward([](drivers::Camera& camera) { return camera.Stop(); });
+  }
+  Result<std::optional<drivers::Frame>> DoPoll() override {
+    return Forward([](drivers::Camera& camera) { return camera.Poll(); });
+  }
+  Result<void> DoSetExposure(Duration exposure) override {
+    auto set = Forward([&](drivers::Camera& camera) { return camera.SetExposure(exposure); });
+    if (set) exposure_ = exposure;
+    return set;
+  }
+  void DoInterrupt() override {
+    slot_->Interrupt([](drivers::Device& device) { device.camera->Interrupt(); });
+  }
+
+  std::shared_ptr<Slot> slot_;
+  int generation_ = 0;
+  bool streaming_ = false;
+  std::optional<Duration> exposure_;
+};
+
+}  // namespace
+
+drivers::Device SurviveUnplugging(drivers::Device device, std::function<Result<drivers::Device>()> open,
+                                  PlugSignal& signal) {
+  drivers::Device outer;
+  outer.optics = device.optics;
+  std::optional<drivers::Capabilities> lens;
+  std::optional<drivers::CameraCapabilities> camera;
+  if (device.lens) lens = device.lens->capabilities();
+  if (device.camera) camera = device.camera->capabilities();
+  auto slot = std::make_shared<Slot>(std::move(device), std::move(open), signal);
+  if (lens) outer.lens = std::make_unique<ReplugLens>(slot, *std::move(lens));
+  if (camera) outer.camera = std::make_unique<ReplugCamera>(slot, *std::move(camera));
+  return outer;
+}
+
+}  // namespace lensd::daemon

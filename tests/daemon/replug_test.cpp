@@ -1,0 +1,205 @@
+// Devices that are unplugged and come back.
+#include "replug.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "retry.h"
+
+namespace lensd::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+using drivers::Axis;
+
+/// What is on the desk.
+struct Desk {
+  std::atomic<bool> plugged{true};
+  std::atomic<int> opened{0}, tried{0}, closed{0};
+  std::string serial = "1";
+  std::atomic<bool> streaming{false};
+};
+
+class TestLens final : public drivers::Lens {
+ public:
+  explicit TestLens(std::shared_ptr<Desk> desk) : Lens(Can(desk->serial)), desk_(std::move(desk)) {}
+  ~TestLens() override { ++desk_->closed; }
+
+ private:
+  static drivers::Capabilities Can(const std::string& serial) {
+    drivers::Capabilities can{.driver = "test", .model = "test", .serial = serial, .axes = {}};
+    can.axes[Axis::Focus] = {.maximum = Native{100}, .can_home = true, .needs_home = true};
+    can.axes[Axis::Iris] = {.maximum = Native{100}};
+    return can;
+  }
+  Result<void> Answer() const {
+    if (!desk_->plugged) return Fail(Code::Disconnected, "unplugged");
+    return {};
+  }
+  Result<void> DoStartHome(Axis) override { return Answer(); }
+  Result<void> DoStartMove(Axis, Native) override { return Answer(); }
+  Result<void> DoStop(Axis) override { return Answer(); }
+  Result<drivers::LensState> DoRead() override {
+    if (auto answer = Answer(); !answer) return std::unexpected(answer.error());
+    drivers::LensState state;
+    state.axes[Axis::Focus] = drivers::AxisState{.fault = {}};
+    state.axes[Axis::Iris] = drivers::AxisState{.fault = {}};
+    return state;
+  }
+  std::shared_ptr<Desk> desk_;
+};
+
+class TestCamera final : public drivers::Camera {
+ public:
+  explicit TestCamera(std::shared_ptr<Desk> desk)
+      : Camera({.driver = "test", .model = "test", .serial = desk->serial, .focus_region = {}}),
+        desk_(std::move(desk)) {
+    desk_->streaming = false;
+  }
+
+ private:
+  Result<void> DoStart() override {
+    desk_->streaming = true;
+    return {};
+  }
+  Result<void> DoStop() override {
+    desk_->streaming = false;
+    return {};
+  }
+  Result<std::optional<drivers::Frame>> DoPoll() override {
+    if (!desk_->plugged) return Fail(Code::Disconnected, "unplugged");
+    if (!desk_->streaming) return Fail(Code::InvalidArgument, "not streaming");
+    return drivers::Frame{};
+  }
+  std::shared_ptr<Desk> desk_;
+};
+
+class ReplugTest : public ::testing::Test {
+ protected:
+  Result<drivers::Device> OpenAtDesk() {
+    ++desk_->tried;
+    if (!desk_->plugged) return Fail(Code::Disconnected, "no lens is plugged in");
+    ++desk_->opened;
+    return drivers::Device{.lens = std::make_unique<TestLens>(desk_),
+                           .camera = std::make_unique<TestCamera>(desk_),
+                           .optics = std::nullopt};
+  }
+  void Open() {
+    device_ = SurviveUnplugging(*OpenAtDesk(), [this] { return OpenAtDesk(); }, signal_);
+  }
+  template <class Condition>
+  static bool Eventually(Condition condition) {
+    const auto until = std::chrono::steady_clock::now() + 60s;
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() > until) return false;
+      std::this_thread::sleep_for(1ms);
+    }
+    return true;
+  }
+  Code ReadCode() {
+    const auto read = device_.lens->Read();
+    return read ? Code::Internal : read.error().code;
+  }
+
+  std::shared_ptr<Desk> desk_ = std::make_shared<Desk>();
+  PlugSignal signal_;
+  drivers::Device device_;
+};
+
+TEST_F(ReplugTest, ADeviceThatStaysIsLeftAlone) {
+  Open();
+  EXPECT_TRUE(device_.lens->Read()->axes[Axis::Focus]->homed);
+  EXPECT_TRUE(device_.lens->StartMove(Axis::Focus, Native{10}));
+  EXPECT_EQ(device_.lens->capabilities().serial, "1");
+  EXPECT_EQ(desk_->tried, 1);
+}
+
+TEST_F(ReplugTest, IsFoundAgainWithItsPositionUnknown) {
+  Open();
+  desk_->plugged = false;
+  EXPECT_EQ(ReadCode(), Code::Disconnected);
+  EXPECT_EQ(desk_->closed, 1) << "the dead handle must not be kept";
+  EXPECT_EQ(device_.lens->StartMove(Axis::Focus, Native{10}).error().code, Code::Disconnected);
+  EXPECT_EQ(device_.lens->Stop(Axis::Focus).error().code, Code::Disconnected);
+  device_.lens->Interrupt();
+  desk_->plugged = true;
+  ASSERT_TRUE(Eventually([&] { return device_.lens->Read().has_value(); }));  // without a word from the kernel
+  EXPECT_FALSE(device_.lens->Read()->axes[Axis::Focus]->homed);
+  EXPECT_TRUE(device_.lens->Read()->axes[Axis::Iris]->homed);  // it cannot home: its own word is all there is
+  EXPECT_EQ(device_.lens->StartMove(Axis::Focus, Native{10}).error().code, Code::InvalidArgument);
+  EXPECT_TRUE(device_.lens->StartMove(Axis::Iris, Native{10}));
+  EXPECT_TRUE(device_.lens->StartHome(Axis::Focus));
+  EXPECT_TRUE(device_.lens->Read()->axes[Axis::Focus]->homed);
+  EXPECT_TRUE(device_.lens->StartMove(Axis::Focus, Native{10}));
+}
+
+TEST_F(ReplugTest, ComesBackAgainAndAgain) {
+  Open();
+  for (int i = 0; i < 5; ++i) {
+    desk_->plugged = false;
+    EXPECT_EQ(ReadCode(), Code::Disconnected);
+    desk_->plugged = true;
+    signal_.Raise();
+    ASSERT_TRUE(Eventually([&] { return device_.lens->Read().has_value(); }));
+  }
+  EXPECT_EQ(desk_->opened, 6);
+}
+
+TEST_F(ReplugTest, AnotherDeviceIsNotTakenForIt) {
+  Open();
+  desk_->plugged = false;
+  EXPECT_EQ(ReadCode(), Code::Disconnected);
+  desk_->serial = "2";
+  desk_->plugged = true;
+  const int tried = desk_->tried;
+  ASSERT_TRUE(Eventually([&] { return desk_->tried > tried + 1; }));
+  const auto read = device_.lens->Read();
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().code, Code::Disconnected);
+  EXPECT_NE(read.error().message.find("another device"), std::string::npos);
+}
+
+TEST_F(ReplugTest, ACameraThatStreamedStreamsAgain) {
+  Open();
+  ASSERT_TRUE(device_.camera->Start());
+  desk_->plugged = false;
+  EXPECT_EQ(device_.camera->Poll().error().code, Code::Disconnected);
+  EXPECT_EQ(ReadCode(), Code::Disconnected);  // both hang on one plug
+  desk_->plugged = true;
+  ASSERT_TRUE(Eventually([&] { return device_.camera->Poll().has_value(); }));
+  EXPECT_TRUE(desk_->streaming);
+}
+
+TEST_F(ReplugTest, IsDestroyedWhileItIsGone) {
+  Open();
+  desk_->plugged = false;
+  EXPECT_EQ(ReadCode(), Code::Disconnected);
+  device_ = {};
+  EXPECT_EQ(desk_->closed, desk_->opened);
+}
+
+TEST(RetryTest, SomethingPluggedInEndsThePause) {
+  PlugSignal signal;
+  std::atomic<int> tries{0};
+  std::atomic<bool> there{false};
+  const auto eventually = [](auto condition) {
+    for (int i = 0; i < 60'000 && !condition(); ++i) std::this_thread::sleep_for(1ms);
+    return condition();
+  };
+  Retry retry(signal, [&] {
+    ++tries;
+    return there.load();
+  });
+  ASSERT_TRUE(eventually([&] { return tries >= 4; }));  // the pause is 2 s by now
+  there = true;
+  signal.Raise();
+  ASSERT_TRUE(eventually([&] { return tries >= 5; }));
+  std::this_thread::sleep_for(20ms);
+  EXPECT_EQ(tries, 5) << "it goes on although it has what it wanted";
+}
+
+}  // namespace
+}  // namespace lensd::daemon
