@@ -69,6 +69,13 @@ Result<void> ReadLimits(ArvCamera* camera, const AxisCandidate& candidate, AxisF
   return {};
 }
 
+bool Uninitialized(ArvCamera* camera, const std::string& status) {
+  if (status.empty()) return false;
+  CallError error;
+  const char* entry = arv_camera_get_string(camera, status.c_str(), error.out());
+  return entry != nullptr && !error && ConditionOf(entry) == Condition::NotInitialized;
+}
+
 Result<AxisFeature> Describe(ArvCamera* camera, const AxisCandidate& candidate, const LensFacts& lens,
                              const LensNames& names) {
   AxisFeature axis;
@@ -81,6 +88,7 @@ Result<AxisFeature> Describe(ArvCamera* camera, const AxisCandidate& candidate, 
   axis.can.unit = candidate.unit;
   axis.can.feedback = names.feedback.value_or(candidate.feedback);
   axis.can.can_home = !axis.initialize.empty();
+  axis.can.needs_home = axis.can.can_home && (Uninitialized(camera, axis.status) || Uninitialized(camera, lens.status));
   axis.can.can_stop = !lens.abort.empty();
   if (auto read = ReadLimits(camera, candidate, axis); !read) return PassOn(std::move(read));
   return axis;

@@ -11,7 +11,7 @@
 namespace lensd::sim {
 
 struct GigeOptions {
-  std::string scene;  ///< scene file
+  std::string scene{};  ///< scene file
   std::string serial = "GV01";
   std::string interface = "127.0.0.1";  ///< an address of this machine; one camera an address
   double lost_packets = 0.0;            ///< part of the stream's packets never sent, 0..1
