@@ -27,6 +27,7 @@ constexpr std::array kNames = {
     Names{"allied-vision", "EFLensFocusCurrent", "EFLensFStopCurrent", "EFLensZoomCurrent", "", "", "", "",
           "EFLensInitialize", "", "", ""},
     Names{"imaging-source", "Focus", "Iris", "Zoom", "", "", "", "", "", "", "", ""},
+    Names{"none", "", "", "", "", "", "", "", "", "", "", ""},
 };
 
 std::string Hex(unsigned address) {
@@ -153,6 +154,7 @@ void AddCommand(Document& document, std::string_view name, unsigned address, con
 }
 
 void AddLens(Document& document, const Names& names, const GenicamOptions& options, std::vector<std::string>& lens) {
+  if (names.focus.empty()) return;
   const std::string_view focus = options.focus_is_power ? "FocalPower" : names.focus;
   AddAxis(document, focus, options.focus, "Focus", registers::kFocusTarget, registers::kFocusPlace);
   lens.emplace_back(focus);

@@ -61,6 +61,7 @@ struct AxisRegisters {
   unsigned place = 0;
   double (*native)(const LensSettings&, double count) = nullptr;
   double (*count)(const LensSettings&, double native) = nullptr;
+  double grid = 1.0;              ///< counts between positions that are reported
   std::uint32_t last_target = 0;  ///< as it stood when last looked at
 };
 
@@ -91,15 +92,14 @@ struct GigeCamera::Body {
   std::shared_ptr<const Scene> scene;
   World world;
   std::string description;
-  std::string description_file;
   std::unique_ptr<ArvGvFakeCamera, Unref> server;
   ArvFakeCamera* memory = nullptr;
   std::vector<AxisRegisters> axes;
   bool initialized = true;
-  std::uint64_t clock_counts = 0;
 
   std::mutex mutex;
   std::condition_variable new_frame;
+  std::optional<double> placed;         // guarded by mutex: where something else turns the focus
   std::optional<drivers::Frame> frame;  // guarded by mutex
   std::uint64_t frames_taken = 0;       // guarded by mutex
   std::uint64_t frames_sent = 0;        // the server's thread
@@ -124,7 +124,6 @@ GigeCamera::Body::~Body() {
   lens_thread = {};
   eye_thread = {};
   server.reset();
-  if (!description_file.empty()) unlink(description_file.c_str());
 }
 
 std::uint32_t GigeCamera::Body::Read(unsigned address) const {
@@ -141,8 +140,8 @@ Result<void> GigeCamera::Body::Describe() {
   text.width = scene->camera.width;
   text.height = scene->camera.height;
   text.focus = {.minimum = 0.0, .maximum = lens.steps - 1.0};
-  const auto add = [&](Axis axis, unsigned target, unsigned place, auto native, auto count) {
-    axes.push_back({axis, target, place, native, count, 0});
+  const auto add = [&](Axis axis, unsigned target, unsigned place, auto native, auto count, double grid = 1.0) {
+    axes.push_back({axis, target, place, native, count, grid, 0});
   };
   add(Axis::Focus, registers::kFocusTarget, registers::kFocusPlace, Same, Same);
   const bool optical = options.names == "sfnc" || options.names == "allied-vision";
@@ -152,7 +151,7 @@ Result<void> GigeCamera::Body::Describe() {
     text.iris = optical ? LensAxisText{lens.min_f_number, lens.max_f_number, kPerFNumber, 0.0, step}
                         : LensAxisText{0.0, lens.iris_steps - 1.0, 1.0, 0.0, 0.0};
     add(Axis::Iris, registers::kIrisTarget, registers::kIrisPlace, optical ? IrisNative : Same,
-        optical ? IrisCount : Same);
+        optical ? IrisCount : Same, optical ? step / kPerFNumber : 1.0);
   }
   if (can.axes[Axis::Zoom] && options.names == "sfnc") {
     text.zoom = LensAxisText{lens.min_focal_length_mm, lens.max_focal_length_mm, kPerMillimetre, 0.0,
@@ -160,9 +159,10 @@ Result<void> GigeCamera::Body::Describe() {
     add(Axis::Zoom, registers::kZoomTarget, registers::kZoomPlace, ZoomNative, ZoomCount);
   }
   description = GenicamText(text);
+  if (options.names == "none") axes.clear();
   if (!description.empty()) return {};
   return Fail(Code::InvalidArgument,
-              "names are sfnc, basler, allied-vision or imaging-source, not \"" + options.names + "\"");
+              "names are sfnc, basler, allied-vision, imaging-source or none, not \"" + options.names + "\"");
 }
 
 Result<void> GigeCamera::Body::Serve() {
@@ -170,9 +170,9 @@ Result<void> GigeCamera::Body::Serve() {
   const int file = mkstemp(name);
   if (file < 0) return Fail(Code::Io, std::string("no room for a file in /tmp: ") + std::strerror(errno));
   close(file);
-  description_file = name;
-  std::ofstream(description_file) << description;
+  std::ofstream(name) << description;
   server.reset(arv_gv_fake_camera_new_full(options.interface.c_str(), options.serial.c_str(), name));
+  unlink(name);
   if (!server || !arv_gv_fake_camera_is_running(server.get())) {
     return Fail(Code::Io, "cannot serve a camera at " + options.interface);
   }
@@ -227,6 +227,12 @@ void GigeCamera::Body::TickLens() {
     initialized = false;
   }
   drivers::Lens& lens = *world.device.lens;
+  std::optional<double> elsewhere;
+  {
+    const std::lock_guard lock(mutex);
+    elsewhere = std::exchange(placed, std::nullopt);
+  }
+  if (elsewhere) (void)lens.StartMove(Axis::Focus, Native{std::clamp(*elsewhere, 0.0, scene->lens.steps - 1.0)});
   for (AxisRegisters& axis : axes) {
     const std::uint32_t bit = 2u << static_cast<unsigned>(axis.axis);
     const bool toggled_now = (Read(axis.target) & registers::kToggle) != 0;
@@ -243,7 +249,9 @@ void GigeCamera::Body::TickLens() {
   if (!state) return;
   Write(registers::kStatus, StatusOf(*state));
   for (const AxisRegisters& axis : axes) {
-    const double count = axis.count(scene->lens, state->axes[axis.axis]->position.value);
+    const double exact = axis.count(scene->lens, state->axes[axis.axis]->position.value);
+    const double least = axis.count(scene->lens, 0.0);
+    const double count = least + std::round((exact - least) / axis.grid) * axis.grid;
     Write(axis.place, static_cast<std::uint32_t>(std::lround(std::max(count, 0.0))));
   }
 }
@@ -360,6 +368,12 @@ Result<std::unique_ptr<GigeCamera>> GigeCamera::Start(const GigeOptions& options
 
 GigeCamera::GigeCamera(std::unique_ptr<Body> body) : body_(std::move(body)) {}
 GigeCamera::~GigeCamera() = default;
+
+void GigeCamera::PlaceFocus(double steps) {
+  const std::lock_guard lock(body_->mutex);
+  body_->placed = steps;
+}
+
 const std::string& GigeCamera::description() const {
   return body_->description;
 }

@@ -1,12 +1,14 @@
 // sim-gige-camera: the simulated camera as a program of its own.
 #include <signal.h>
 #include <sysexits.h>
+#include <unistd.h>
 
 #include <charconv>
 #include <cstdio>
-#include <cstring>
+#include <iostream>
 #include <string>
 #include <string_view>
+#include <thread>
 
 #include "sim/devices/gige_camera.h"
 
@@ -14,9 +16,10 @@ namespace {
 
 constexpr const char* kUsage =
     "usage: sim-gige-camera --scene FILE.toml [--serial S] [--interface ADDRESS] [--lose FRACTION]\n"
-    "                       [--names sfnc|basler|allied-vision|imaging-source] [--needs-initialize] [--seed N]\n"
+    "                       [--names sfnc|basler|allied-vision|imaging-source|none] [--needs-initialize] [--seed N]\n"
     "                       [--print-description]\n"
-    "A GigE Vision camera with a motorised lens before a simulated scene, until it is interrupted. Prints \"ready\".\n";
+    "A GigE Vision camera with a motorised lens before a simulated scene, until it is interrupted. Prints \"ready\".\n"
+    "Each line \"focus STEPS\" on standard input sends the lens' focus there, as if something else turned it.\n";
 
 struct Arguments {
   lensd::sim::GigeOptions options;
@@ -57,6 +60,14 @@ bool Parse(int argc, char** argv, Arguments& arguments) {
   return !options.scene.empty();
 }
 
+/// Until the end of the input.
+void Listen(lensd::sim::GigeCamera& camera) {
+  for (std::string line; std::getline(std::cin, line);) {
+    double steps = 0.0;
+    if (std::sscanf(line.c_str(), "focus %lf", &steps) == 1) camera.PlaceFocus(steps);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -82,7 +93,8 @@ int main(int argc, char** argv) {
   }
   std::puts("ready");
   std::fflush(stdout);
+  std::thread([&camera] { Listen(**camera); }).detach();
   int which = 0;
   sigwait(&ends, &which);
-  return EX_OK;
+  _exit(EX_OK);  // the listener may be reading still; nothing here needs an orderly end
 }

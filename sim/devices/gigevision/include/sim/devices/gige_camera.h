@@ -15,7 +15,7 @@ struct GigeOptions {
   std::string serial = "GV01";
   std::string interface = "127.0.0.1";  ///< an address of this machine; one camera an address
   double lost_packets = 0.0;            ///< part of the stream's packets never sent, 0..1
-  std::string names = "sfnc";           ///< of the lens' features: sfnc, basler, allied-vision, imaging-source
+  std::string names = "sfnc";           ///< of the lens' features: sfnc, basler, allied-vision, imaging-source, none
   bool needs_initialize = false;        ///< the lens says NotInitialized until told to initialize
   std::uint64_t seed = 1;               ///< of the noise
 };
@@ -32,6 +32,8 @@ class GigeCamera {
   GigeCamera(const GigeCamera&) = delete;
   GigeCamera& operator=(const GigeCamera&) = delete;
 
+  /// Sends the simulated lens' focus motor to `steps`, as if something else turned it. Any thread.
+  void PlaceFocus(double steps);
   /// The GenICam description a client downloads.
   const std::string& description() const;
 
