@@ -31,7 +31,7 @@ Error ErrorOf(Reply::Outcome outcome, const std::string& what) {
     case Reply::Outcome::NotSent:
       return {Code::Cancelled, what + ": interrupted"};
     case Reply::Outcome::Gone:
-      return {Code::Disconnected, what + ": the camera is unplugged"};
+      return {Code::Disconnected, "the camera is unplugged"};
     case Reply::Outcome::Stalled:
       return {Code::Protocol, what + ": the camera refused"};
     case Reply::Outcome::Done:

@@ -127,7 +127,7 @@ Result<void> UvcLens::DoStartHome(Axis) {
 
 Result<void> UvcLens::DoStartMove(Axis axis, Native target) {
   session_->transport().BeginCall();
-  if (session_->transport().Gone()) return Fail(Code::Disconnected, NameOf(axis) + ": the camera is unplugged");
+  if (session_->transport().Gone()) return Fail(Code::Disconnected, "the camera is unplugged");
   if (axis == Axis::Focus && relative_) return relative_->StartMove(target.value);
   const AbsoluteAxis& absolute = *axes_[axis];
   return SetTo(axis, absolute.range.Nearest(target.value / absolute.unit));
