@@ -278,7 +278,8 @@ TEST_F(UvcBench, DamagedPicturesAreDroppedWhole) {
 }
 
 /// Moves with random faults through the real stack, with the rig on top.
-TEST_F(UvcBench, ThreeHundredMovesWithFaultsNeverLie) {
+using UvcMoves = UvcBench;
+TEST_F(UvcMoves, ThreeHundredMovesWithFaultsNeverLie) {
   Open(kBulk, {{"feedback", true},
                {"use", std::string("lens")},
                {"timeout_ms", std::int64_t{150}},
@@ -298,7 +299,7 @@ TEST_F(UvcBench, ThreeHundredMovesWithFaultsNeverLie) {
       resident = testing::ResidentKilobytes();
     }
     UvcFaults faults;
-    const int which = static_cast<int>(uniform() * 20);
+    const int which = static_cast<int>(uniform() * 30);
     if (which == 0)
       faults = {.stall = 1 + static_cast<int>(uniform() * 4), .error = static_cast<std::uint8_t>(uniform() * 9)};
     if (which == 1) faults.ignore = 1;
