@@ -1,0 +1,113 @@
+#include "controls.h"
+
+#include <linux/videodev2.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace lensd::v4l2 {
+namespace {
+
+bool Plain(std::uint32_t type) {
+  return type == V4L2_CTRL_TYPE_INTEGER || type == V4L2_CTRL_TYPE_BOOLEAN || type == V4L2_CTRL_TYPE_MENU ||
+         type == V4L2_CTRL_TYPE_INTEGER_MENU;
+}
+
+/// Extended, since that is what camera-class controls are defined for.
+v4l2_ext_controls Around(v4l2_ext_control& control) {
+  v4l2_ext_controls all{};
+  all.which = V4L2_CTRL_WHICH_CUR_VAL;
+  all.count = 1;
+  all.controls = &control;
+  return all;
+}
+
+}  // namespace
+
+Result<std::optional<Control>> FindControl(const Node& node, std::uint32_t id) {
+  v4l2_query_ext_ctrl query{};
+  query.id = id;
+  const int status = node.Ioctl(VIDIOC_QUERY_EXT_CTRL, &query);
+  if (status == -EINVAL || status == -ENOTTY) return std::nullopt;
+  if (status < 0) return KernelError(-status, node.path() + ", asking for a control");
+  if ((query.flags & (V4L2_CTRL_FLAG_DISABLED | V4L2_CTRL_FLAG_READ_ONLY)) != 0 || !Plain(query.type)) {
+    return std::nullopt;
+  }
+  Control control;
+  control.id = id;
+  control.name.assign(query.name, strnlen(query.name, sizeof query.name));
+  control.minimum = query.minimum;
+  control.maximum = query.maximum;
+  control.step = std::max<std::int64_t>(1, static_cast<std::int64_t>(query.step));
+  control.readable = (query.flags & V4L2_CTRL_FLAG_WRITE_ONLY) == 0;
+  control.live = control.readable && (query.flags & V4L2_CTRL_FLAG_VOLATILE) != 0;
+  control.inactive = (query.flags & V4L2_CTRL_FLAG_INACTIVE) != 0;
+  return control;
+}
+
+Result<void> SetControl(const Node& node, const Control& control, std::int64_t value) {
+  v4l2_ext_control one{};
+  one.id = control.id;
+  one.value = static_cast<std::int32_t>(value);
+  v4l2_ext_controls all = Around(one);
+  const int status = node.Ioctl(VIDIOC_S_EXT_CTRLS, &all);
+  if (status == 0) return {};
+  const std::string what = node.path() + ", setting \"" + control.name + "\" to " + std::to_string(value);
+  if (status == -EACCES) {
+    return Fail(Code::Busy, what + ": the device's own automatism holds it; another program has switched it on");
+  }
+  return KernelError(-status, what);
+}
+
+Result<std::int64_t> GetControl(const Node& node, const Control& control) {
+  v4l2_ext_control one{};
+  one.id = control.id;
+  v4l2_ext_controls all = Around(one);
+  const int status = node.Ioctl(VIDIOC_G_EXT_CTRLS, &all);
+  if (status < 0) return KernelError(-status, node.path() + ", reading \"" + control.name + "\"");
+  return std::int64_t{one.value};
+}
+
+void Subscribe(const Node& node, std::uint32_t id) {
+  v4l2_event_subscription wanted{};
+  wanted.type = V4L2_EVENT_CTRL;
+  wanted.id = id;
+  (void)node.Ioctl(VIDIOC_SUBSCRIBE_EVENT, &wanted);
+}
+
+std::vector<ControlEvent> TakeEvents(const Node& node) {
+  std::vector<ControlEvent> events;
+  // The node was opened not to wait. The bound keeps a driver that invents events from keeping us.
+  for (int i = 0; i < 64; ++i) {
+    v4l2_event event{};
+    if (node.Ioctl(VIDIOC_DQEVENT, &event) < 0) break;
+    if (event.type != V4L2_EVENT_CTRL) continue;
+    events.push_back({.id = event.id,
+                      .value_changed = (event.u.ctrl.changes & V4L2_EVENT_CTRL_CH_VALUE) != 0,
+                      .range_changed = (event.u.ctrl.changes & V4L2_EVENT_CTRL_CH_RANGE) != 0,
+                      .value = event.u.ctrl.value});
+  }
+  return events;
+}
+
+Result<std::optional<HeldSwitch>> HeldSwitch::Hold(const Node& node, std::uint32_t id, std::int64_t value) {
+  const auto control = FindControl(node, id);
+  if (!control) return std::unexpected(control.error());
+  if (!*control) return std::nullopt;
+  const auto before = GetControl(node, **control);
+  if (!before) return std::unexpected(before.error());
+  if (*before == value) return std::nullopt;
+  if (auto set = SetControl(node, **control, value); !set) return PassOn(std::move(set));
+  return HeldSwitch(node, **control, *before);
+}
+
+HeldSwitch::HeldSwitch(HeldSwitch&& other) noexcept
+    : node_(std::exchange(other.node_, nullptr)), control_(std::move(other.control_)), before_(other.before_) {}
+
+HeldSwitch::~HeldSwitch() {
+  if (node_ != nullptr) (void)SetControl(*node_, control_, before_);
+}
+
+}  // namespace lensd::v4l2

@@ -1,0 +1,62 @@
+// V4L2 controls of one node.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "kernel.h"
+
+namespace lensd::v4l2 {
+
+/// One integer, menu or switch control as the driver describes it.
+struct Control {
+  std::uint32_t id = 0;
+  std::string name;
+  std::int64_t minimum = 0;
+  std::int64_t maximum = 0;
+  std::int64_t step = 1;
+  bool readable = true;
+  bool live = false;      ///< read from the device each time, not from what was written
+  bool inactive = false;  ///< has no effect now: some automatism is on
+};
+
+/// What happened to a control since the last look.
+struct ControlEvent {
+  std::uint32_t id = 0;
+  bool value_changed = false;
+  bool range_changed = false;
+  std::int64_t value = 0;
+};
+
+/// The control, or none where the node has none that can be written. Disconnected and the like: from the device.
+Result<std::optional<Control>> FindControl(const Node& node, std::uint32_t id);
+/// EACCES here means that an automatism of the device holds the control: Busy.
+Result<void> SetControl(const Node& node, const Control& control, std::int64_t value);
+Result<std::int64_t> GetControl(const Node& node, const Control& control);
+/// Asks to be told of changes that others make. Drivers without events are none the worse.
+void Subscribe(const Node& node, std::uint32_t id);
+/// All events waiting.
+std::vector<ControlEvent> TakeEvents(const Node& node);
+
+/// A switch that is set for the life of this object and then set back: the device's own autofocus.
+class HeldSwitch {
+ public:
+  /// Sets the control to `value` where the node has it and it is not so already.
+  static Result<std::optional<HeldSwitch>> Hold(const Node& node, std::uint32_t id, std::int64_t value);
+  HeldSwitch(HeldSwitch&& other) noexcept;
+  HeldSwitch& operator=(HeldSwitch&&) = delete;
+  ~HeldSwitch();
+
+ private:
+  HeldSwitch(const Node& node, Control control, std::int64_t before)
+      : node_(&node), control_(control), before_(before) {}
+
+  const Node* node_;
+  Control control_;
+  std::int64_t before_;
+};
+
+}  // namespace lensd::v4l2

@@ -1,0 +1,204 @@
+#include "drivers/v4l2/driver.h"
+
+#include <linux/videodev2.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "actuator.h"
+#include "camera.h"
+#include "config.h"
+#include "drivers/hotplug/nodes.h"
+#include "lens.h"
+#include "media.h"
+#include "open.h"
+
+namespace lensd::v4l2 {
+namespace {
+
+using drivers::Axis;
+
+struct AxisControl {
+  Axis axis;
+  std::uint32_t id;
+};
+constexpr AxisControl kAxisControls[] = {
+    {Axis::Focus, V4L2_CID_FOCUS_ABSOLUTE}, {Axis::Iris, V4L2_CID_IRIS_ABSOLUTE}, {Axis::Zoom, V4L2_CID_ZOOM_ABSOLUTE}};
+
+/// Of a voice coil unless configured: as fast as the kernel's own drivers ramp it (16 codes a millisecond), and the
+/// usual time until the coil stands still.
+constexpr double kCoilSpeed = 16000.0;
+constexpr Duration kCoilSettle = std::chrono::milliseconds(10);
+
+/// A node, and what the device is called.
+struct Place {
+  std::string path;
+  std::string serial;
+};
+
+class NodeChanges final : public Changes {
+ public:
+  explicit NodeChanges(std::shared_ptr<const Node> node) : node_(std::move(node)) {
+    for (const AxisControl& one : kAxisControls) Subscribe(*node_, one.id);
+    Subscribe(*node_, V4L2_CID_FOCUS_AUTO);
+  }
+  std::vector<Change> Take() override {
+    std::vector<Change> changes;
+    for (const ControlEvent& event : TakeEvents(*node_)) {
+      if (event.id == V4L2_CID_FOCUS_AUTO && event.value_changed && event.value != 0) {
+        changes.push_back({Axis::Focus, std::nullopt, "another program has switched on the device's own autofocus"});
+      }
+      const auto* found = std::ranges::find(kAxisControls, event.id, &AxisControl::id);
+      if (found == std::end(kAxisControls)) continue;
+      Change change{found->axis, std::nullopt, ""};
+      if (event.value_changed) change.code = event.value;
+      if (event.range_changed) change.notice = "its range has changed: the device must be opened again";
+      changes.push_back(std::move(change));
+    }
+    return changes;
+  }
+
+ private:
+  const std::shared_ptr<const Node> node_;
+};
+
+/// Whatever must be undone before the node is closed.
+struct Held {
+  std::shared_ptr<const Node> node;
+  std::optional<HeldSwitch> autofocus;
+};
+
+/// Null where the node has no control of a lens.
+Result<std::unique_ptr<drivers::Lens>> LensOn(std::shared_ptr<const Node> node, drivers::Capabilities who, bool coil,
+                                              const Config& config, const Clock& clock) {
+  std::vector<AxisParts> axes;
+  for (const AxisControl& one : kAxisControls) {
+    auto control = FindControl(*node, one.id);
+    if (!control) return std::unexpected(control.error());
+    if (!*control || (*control)->minimum >= (*control)->maximum) continue;
+    AxisConfig axis = config.axes[one.axis];
+    if (coil && !axis.speed) axis.speed = kCoilSpeed * axis.scale;
+    if (coil && !axis.settle) axis.settle = kCoilSettle;
+    axes.push_back({one.axis, std::make_unique<ControlActuator>(node, **control), axis});
+  }
+  if (axes.empty()) return std::unique_ptr<drivers::Lens>();
+  // Before anything is written: while the device focuses by itself it refuses or ignores what it is told.
+  auto autofocus = HeldSwitch::Hold(*node, V4L2_CID_FOCUS_AUTO, 0);
+  if (!autofocus) return std::unexpected(autofocus.error());
+  auto held = std::make_shared<Held>();
+  held->node = node;
+  if (*autofocus) held->autofocus.emplace(std::move(**autofocus));
+  return CodeLens::Make(std::move(who), std::move(axes), std::move(held), std::make_unique<NodeChanges>(node), clock);
+}
+
+Result<drivers::Device> OpenCoil(Kernel& kernel, const Config& config, const Clock& clock) {
+  auto chip = OpenDw9714(kernel, config.i2c_bus, config.i2c_address);
+  if (!chip) return std::unexpected(chip.error());
+  std::vector<AxisParts> axes;
+  AxisConfig axis = config.axes[Axis::Focus];
+  if (!axis.speed) axis.speed = kCoilSpeed * axis.scale;
+  if (!axis.settle) axis.settle = kCoilSettle;
+  axes.push_back({Axis::Focus, std::move(*chip), axis});
+  drivers::Capabilities who{
+      .driver = "v4l2", .model = "DW9714 voice coil on " + config.i2c_bus, .serial = "", .axes = {}};
+  auto lens = CodeLens::Make(std::move(who), std::move(axes), nullptr, nullptr, clock);
+  if (!lens) return std::unexpected(lens.error());
+  return drivers::Device{.lens = std::move(*lens), .camera = nullptr, .optics = std::nullopt};
+}
+
+/// The video nodes that show pictures: a USB camera has others beside, for metadata.
+Result<std::vector<drivers::hotplug::Node>> PictureNodes(Kernel& kernel) {
+  auto nodes = drivers::hotplug::ListNodes("video4linux");
+  if (!nodes) return nodes;
+  std::erase_if(*nodes, [&](const drivers::hotplug::Node& node) {
+    const std::string name = node.path.substr(node.path.rfind('/') + 1);
+    return !name.starts_with("video") || !kernel.Text("/sys/class/video4linux/" + name + "/index").starts_with("0");
+  });
+  return nodes;
+}
+
+Result<Place> FindPlace(Kernel& kernel, const Config& config) {
+  if (!config.device.empty()) return Place{config.device, ""};
+  if (!config.sensor.empty()) {
+    const auto path = FindLensOfSensor(kernel, config.sensor);
+    if (!path) return std::unexpected(path.error());
+    return Place{*path, ""};
+  }
+  const auto nodes = PictureNodes(kernel);
+  if (!nodes) return std::unexpected(nodes.error());
+  const auto node = drivers::hotplug::Pick(*nodes, {config.serial, config.id_path}, "video device");
+  if (!node) return std::unexpected(node.error());
+  return Place{node->path, node->serial};
+}
+
+}  // namespace
+
+Result<drivers::Device> OpenOn(Kernel& kernel, const Config& config, const Clock& clock) {
+  if (!config.i2c_bus.empty()) return OpenCoil(kernel, config, clock);
+  const auto place = FindPlace(kernel, config);
+  if (!place) return std::unexpected(place.error());
+  auto opened = Node::Open(kernel, place->path);
+  if (!opened) return std::unexpected(opened.error());
+  const auto node = std::make_shared<const Node>(std::move(*opened));
+  const auto info = AskNode(*node);
+  if (!info && info.error().code != Code::Unsupported) return std::unexpected(info.error());
+  const bool coil = !info;  // a sub-device: nothing but controls
+  drivers::Device device;
+  if (config.parts != Parts::Camera) {
+    const std::string model = coil ? "lens sub-device " + place->path : info->card + " (" + info->driver + ")";
+    auto lens =
+        LensOn(node, {.driver = "v4l2", .model = model, .serial = place->serial, .axes = {}}, coil, config, clock);
+    if (!lens) return std::unexpected(lens.error());
+    device.lens = std::move(*lens);
+  }
+  if (config.parts != Parts::Lens && !coil && info->capture) {
+    auto camera = StreamCamera::Make(node, *info, place->serial, config, clock);
+    if (!camera) return std::unexpected(camera.error());
+    device.camera = std::move(*camera);
+  }
+  if (!device.lens && !device.camera) {
+    const char* lacks = config.parts == Parts::Camera ? "no picture"
+                        : config.parts == Parts::Lens ? "no control of focus, iris or zoom"
+                                                      : "neither a picture nor a control of focus, iris or zoom";
+    return Fail(Code::Unsupported, place->path + " has " + lacks);
+  }
+  return device;
+}
+
+Result<drivers::Device> OpenV4l2(const Settings& settings, const Clock& clock) {
+  const auto config = ReadConfig(settings);
+  if (!config) return std::unexpected(config.error());
+  return OpenOn(RealKernel(), *config, clock);
+}
+
+Result<std::vector<drivers::FoundDevice>> ProbeV4l2() {
+  Kernel& kernel = RealKernel();
+  const auto nodes = PictureNodes(kernel);
+  if (!nodes) return std::unexpected(nodes.error());
+  std::vector<drivers::FoundDevice> found;
+  for (const drivers::hotplug::Node& node : *nodes) {
+    drivers::FoundDevice device;
+    device.model = node.name;
+    device.serial = node.serial;
+    device.node = node.path;
+    device.config = ConfigLines(node);
+    if (device.config.empty()) device.config = "device = \"" + node.path + "\"\n";
+    device.problem = drivers::hotplug::AccessProblem(node.path);
+    // Asking a video node what it can do disturbs no stream.
+    if (const auto opened = Node::Open(kernel, node.path); opened) {
+      const auto info = AskNode(*opened);
+      if (!info) continue;
+      device.camera = info->capture;
+      if (device.model.empty()) device.model = info->card;
+      for (const AxisControl& one : kAxisControls) {
+        const auto control = FindControl(*opened, one.id);
+        device.lens = device.lens || (control && *control);
+      }
+      if (!device.camera && !device.lens) continue;
+    }
+    found.push_back(std::move(device));
+  }
+  return found;
+}
+
+}  // namespace lensd::v4l2

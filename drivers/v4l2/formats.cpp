@@ -1,0 +1,117 @@
+#include "formats.h"
+
+#include <linux/videodev2.h>
+
+#include <algorithm>
+#include <iterator>
+
+// Newer than some kernels' headers.
+#ifndef V4L2_PIX_FMT_Y12P
+#define V4L2_PIX_FMT_Y12P v4l2_fourcc('Y', '1', '2', 'P')
+#endif
+#ifndef V4L2_PIX_FMT_Y14P
+#define V4L2_PIX_FMT_Y14P v4l2_fourcc('Y', '1', '4', 'P')
+#endif
+
+namespace lensd::v4l2 {
+namespace {
+
+using drivers::pixels::Packing;
+using drivers::pixels::RawFormat;
+
+struct Known {
+  std::uint32_t code;
+  RawFormat raw;
+};
+
+constexpr RawFormat Mosaic(Packing packing, int bits) {
+  return {.packing = packing, .bits = bits, .bayer = true};
+}
+
+/// The best first.
+constexpr Known kKnown[] = {
+    {V4L2_PIX_FMT_Y16, {Packing::Words, 16}},
+    {V4L2_PIX_FMT_Y14, {Packing::Words, 14}},
+    {V4L2_PIX_FMT_Y14P, {Packing::Csi2, 14}},
+    {V4L2_PIX_FMT_Y12, {Packing::Words, 12}},
+    {V4L2_PIX_FMT_Y12P, {Packing::Csi2, 12}},
+    {V4L2_PIX_FMT_Y10, {Packing::Words, 10}},
+    {V4L2_PIX_FMT_Y10P, {Packing::Csi2, 10}},
+    {V4L2_PIX_FMT_GREY, {}},
+    {V4L2_PIX_FMT_SBGGR16, Mosaic(Packing::Words, 16)},
+    {V4L2_PIX_FMT_SGBRG16, Mosaic(Packing::Words, 16)},
+    {V4L2_PIX_FMT_SGRBG16, Mosaic(Packing::Words, 16)},
+    {V4L2_PIX_FMT_SRGGB16, Mosaic(Packing::Words, 16)},
+    {V4L2_PIX_FMT_SBGGR14, Mosaic(Packing::Words, 14)},
+    {V4L2_PIX_FMT_SGBRG14, Mosaic(Packing::Words, 14)},
+    {V4L2_PIX_FMT_SGRBG14, Mosaic(Packing::Words, 14)},
+    {V4L2_PIX_FMT_SRGGB14, Mosaic(Packing::Words, 14)},
+    {V4L2_PIX_FMT_SBGGR14P, Mosaic(Packing::Csi2, 14)},
+    {V4L2_PIX_FMT_SGBRG14P, Mosaic(Packing::Csi2, 14)},
+    {V4L2_PIX_FMT_SGRBG14P, Mosaic(Packing::Csi2, 14)},
+    {V4L2_PIX_FMT_SRGGB14P, Mosaic(Packing::Csi2, 14)},
+    {V4L2_PIX_FMT_SBGGR12, Mosaic(Packing::Words, 12)},
+    {V4L2_PIX_FMT_SGBRG12, Mosaic(Packing::Words, 12)},
+    {V4L2_PIX_FMT_SGRBG12, Mosaic(Packing::Words, 12)},
+    {V4L2_PIX_FMT_SRGGB12, Mosaic(Packing::Words, 12)},
+    {V4L2_PIX_FMT_SBGGR12P, Mosaic(Packing::Csi2, 12)},
+    {V4L2_PIX_FMT_SGBRG12P, Mosaic(Packing::Csi2, 12)},
+    {V4L2_PIX_FMT_SGRBG12P, Mosaic(Packing::Csi2, 12)},
+    {V4L2_PIX_FMT_SRGGB12P, Mosaic(Packing::Csi2, 12)},
+    {V4L2_PIX_FMT_SBGGR10, Mosaic(Packing::Words, 10)},
+    {V4L2_PIX_FMT_SGBRG10, Mosaic(Packing::Words, 10)},
+    {V4L2_PIX_FMT_SGRBG10, Mosaic(Packing::Words, 10)},
+    {V4L2_PIX_FMT_SRGGB10, Mosaic(Packing::Words, 10)},
+    {V4L2_PIX_FMT_SBGGR10P, Mosaic(Packing::Csi2, 10)},
+    {V4L2_PIX_FMT_SGBRG10P, Mosaic(Packing::Csi2, 10)},
+    {V4L2_PIX_FMT_SGRBG10P, Mosaic(Packing::Csi2, 10)},
+    {V4L2_PIX_FMT_SRGGB10P, Mosaic(Packing::Csi2, 10)},
+    {V4L2_PIX_FMT_SBGGR8, Mosaic(Packing::Bytes, 8)},
+    {V4L2_PIX_FMT_SGBRG8, Mosaic(Packing::Bytes, 8)},
+    {V4L2_PIX_FMT_SGRBG8, Mosaic(Packing::Bytes, 8)},
+    {V4L2_PIX_FMT_SRGGB8, Mosaic(Packing::Bytes, 8)},
+    {V4L2_PIX_FMT_NV12, {.limited = true}},
+    {V4L2_PIX_FMT_NV12M, {.limited = true}},
+    {V4L2_PIX_FMT_NV21, {.limited = true}},
+    {V4L2_PIX_FMT_YUV420, {.limited = true}},
+    {V4L2_PIX_FMT_YUYV, {.packing = Packing::Yuyv, .limited = true}},
+    {V4L2_PIX_FMT_UYVY, {.packing = Packing::Uyvy, .limited = true}},
+    {V4L2_PIX_FMT_MJPEG, {.packing = Packing::Jpeg}},
+    {V4L2_PIX_FMT_JPEG, {.packing = Packing::Jpeg}},
+};
+
+}  // namespace
+
+std::optional<RawFormat> RawFormatOf(std::uint32_t code) {
+  const auto* known = std::ranges::find(kKnown, code, &Known::code);
+  if (known == std::end(kKnown)) return std::nullopt;
+  return known->raw;
+}
+
+std::optional<std::uint32_t> BestOf(const std::vector<std::uint32_t>& offered) {
+  for (const Known& known : kKnown) {
+    if (std::ranges::find(offered, known.code) != offered.end()) return known.code;
+  }
+  return std::nullopt;
+}
+
+std::string NameOfFormat(std::uint32_t code) {
+  std::string name;
+  for (int shift = 0; shift < 32; shift += 8) name += static_cast<char>((code >> shift) & 0x7f);
+  while (!name.empty() && name.back() == ' ') name.pop_back();
+  return name;
+}
+
+std::uint32_t FormatNamed(const std::string& name) {
+  std::string four = name;
+  four.resize(4, ' ');
+  std::uint32_t code = 0;
+  for (std::size_t i = 0; i < 4; ++i) code |= std::uint32_t{static_cast<unsigned char>(four[i])} << (8 * i);
+  return code;
+}
+
+bool IsLinear(const RawFormat& format) {
+  return format.packing != Packing::Jpeg && !format.limited;
+}
+
+}  // namespace lensd::v4l2
