@@ -6,6 +6,7 @@
 #include "drivers/lensconnect/driver.h"
 #include "drivers/modbus/driver.h"
 #include "drivers/uvc/driver.h"
+#include "drivers/v4l2/driver.h"
 #include "sim/driver.h"
 
 namespace lensd::daemon {
@@ -13,6 +14,7 @@ namespace {
 
 constexpr drivers::Driver kDrivers[] = {
     {.name = "sim", .open = sim::OpenSim, .probe = nullptr, .reopen = false},
+    {.name = "v4l2", .open = v4l2::OpenV4l2, .probe = v4l2::ProbeV4l2},
     {.name = "uvc", .open = drivers::uvc::OpenUvc, .probe = drivers::uvc::ProbeUvc},
     {.name = "lensconnect",
      .open = drivers::lensconnect::OpenLensConnect,

@@ -55,10 +55,13 @@ std::vector<std::uint32_t> OfferedFormats(const Node& node, std::uint32_t type) 
   return offered;
 }
 
-std::string NamesOf(const std::vector<std::uint32_t>& formats) {
+/// Of what the device offers, what can be read; a device may offer fifty more.
+std::string WhatFits(const std::vector<std::uint32_t>& offered) {
   std::string names;
-  for (const std::uint32_t code : formats) names += (names.empty() ? "" : ", ") + NameOfFormat(code);
-  return names.empty() ? "none" : names;
+  for (const std::uint32_t code : offered) {
+    if (RawFormatOf(code)) names += (names.empty() ? "" : ", ") + NameOfFormat(code);
+  }
+  return names.empty() ? "" : "; of those it has, these can: " + names;
 }
 
 }  // namespace
@@ -105,8 +108,8 @@ Result<StreamCamera::Format> StreamCamera::Negotiate(const Node& node, const Nod
   const auto raw = RawFormatOf(wanted);
   if (!raw) {
     const std::string which =
-        config.format.empty() ? "no picture format of this device is known" : "\"" + config.format + "\" is not known";
-    return Fail(Code::Unsupported, node.path() + ": " + which + "; it offers " + NamesOf(offered));
+        config.format.empty() ? "no picture format of this device" : "\"" + config.format + "\" is not one that";
+    return Fail(Code::Unsupported, node.path() + ": " + which + " can be read" + WhatFits(offered));
   }
   const bool resize = config.width > 0;
   if (wanted != pix.pixelformat || resize) {
@@ -120,7 +123,7 @@ Result<StreamCamera::Format> StreamCamera::Negotiate(const Node& node, const Nod
   }
   if (pix.pixelformat != wanted) {
     return Fail(Code::Unsupported,
-                node.path() + " has no format \"" + NameOfFormat(wanted) + "\"; it offers " + NamesOf(offered));
+                node.path() + " has no format \"" + NameOfFormat(wanted) + "\" that can be read" + WhatFits(offered));
   }
   Format format;
   format.code = wanted;
@@ -342,10 +345,12 @@ Duration StreamCamera::ExposureBound() const {
 /// exposed.
 void StreamCamera::SetTimes(const Filled& filled, drivers::Frame& frame) const {
   const Duration exposure = ExposureBound();
-  const Instant stamp = filled.stamp.value_or(clock_.Now());
+  // What is here has been exposed, whatever the driver says.
+  const Instant now = clock_.Now();
+  const Instant stamp = std::min(filled.stamp.value_or(now), now);
   if (filled.at_start && info_.driver != "uvcvideo") {
     frame.exposure_start = stamp;
-    frame.exposure_end = stamp + exposure;
+    frame.exposure_end = std::min(stamp + exposure, now);
     return;
   }
   // uvcvideo calls it the start and stamps the first packet, which leaves when the first line has been exposed. Others
