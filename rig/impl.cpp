@@ -87,6 +87,7 @@ Instant Rig::Impl::Step(Instant now) {
   ServeLooks();
   ServeOutside();
   if (run_) run_->CheckDeadline();
+  FollowTemperature();
   RunReplies();
   return NextStep(now);
 }
@@ -176,6 +177,8 @@ void Rig::Impl::EndMotion(Axis axis, Result<MoveOutcome> end) {
   const auto motion = std::exchange(motions_[axis], nullptr);
   if (run_ && axis == Axis::Focus) run_motions_ += motion->commands();
   if (end) AddOptics(*end);
+  const bool followed = axis == Axis::Focus && std::exchange(following_, false);
+  if (axis == Axis::Focus && end && end->reached && !followed) held_ = end->extension;
   if (!end || !end->reached) targets_[axis].reset();
   Reply(motion->TakeCallback(), std::move(end));
 }
@@ -201,7 +204,7 @@ void Rig::Impl::Move(Axis axis, const Target& target, MoveCallback done) {
   const auto native = Resolve(axis, target);
   if (!native) return Reply(std::move(done), Result<MoveOutcome>(std::unexpected(native.error())));
   Disturb(axis);
-  StartMotion(axis, *native, config_.axes[axis].backlash.value_or(0.0), std::move(done));
+  StartMotion(axis, *native, target.take_up.value_or(config_.axes[axis].backlash.value_or(0.0)), std::move(done));
 }
 
 void Rig::Impl::Home(Axis axis, MoveCallback done) {

@@ -30,6 +30,8 @@ class Rig::Impl {
   void Command(std::move_only_function<void()> command) { commands_.push_back(std::move(command)); }
   Instant Step(Instant now);
   std::pair<Native, Native> SoftLimits(drivers::Axis axis) const;
+  bool ApproachesUp(drivers::Axis axis) const { return setups_[axis] && setups_[axis]->approach_up; }
+  Backlash BacklashOf(drivers::Axis axis) const;
   Status GetStatus() const;
 
   // The commands, as carried out inside Step().
@@ -41,6 +43,7 @@ class Rig::Impl {
   void Snapshot(Instant since, SnapshotCallback done);
   void SetCalibration(std::shared_ptr<const Calibration> calibration, StopCallback done);
 
+  std::uint64_t commands_given = 0;
   drivers::Device device;
   std::optional<OpticsTable> optics;
   const Clock& clock;
@@ -68,6 +71,7 @@ class Rig::Impl {
   // What positions mean: impl_optics.cpp.
   void AdoptBacklash();
   void NoteConditions(const drivers::LensState& state);
+  void FollowTemperature();
   void AddOptics(MoveOutcome& outcome) const;
   void AddOptics(Status& status) const;
   void RunReplies();
@@ -86,6 +90,8 @@ class Rig::Impl {
   RigConfig config_;
   const RigConfig as_configured_;  ///< before the calibration filled in what it leaves open
   std::shared_ptr<const Calibration> calibration_;
+  std::optional<Metres> held_;  ///< the extension focus was last brought to, to be held as the temperature changes
+  bool following_ = false;      ///< the motion of focus under way follows the temperature
   std::shared_ptr<const OpticsTable> shared_optics_;  ///< the same as `optics`, for those on other threads
   drivers::PerAxis<std::optional<AxisSetup>> setups_;
   drivers::PerAxis<double> tolerances_;

@@ -58,6 +58,7 @@ void Rig::Impl::SetCalibration(std::shared_ptr<const Calibration> calibration, S
   EndAutofocus(Fail(Code::Superseded, "the lens got another calibration"));
   optics = *std::move(table);
   shared_optics_ = nullptr;
+  held_.reset();
   calibration_ = std::move(calibration);
   AdoptBacklash();
   if (state_) NoteConditions(*state_);
@@ -75,6 +76,23 @@ void Rig::Impl::NoteConditions(const drivers::LensState& state) {
   if (shared_optics_ && now == optics->conditions()) return;
   optics = optics->In(now);
   shared_optics_ = std::make_shared<const OpticsTable>(*optics);
+}
+
+Backlash Rig::Impl::BacklashOf(Axis axis) const {
+  if (const auto& said = as_configured_.axes[axis].backlash) return {*said, *said, *said, false};
+  if (calibration_ && calibration_->backlash[axis]) return *calibration_->backlash[axis];
+  return {};
+}
+
+/// While nothing else goes on, focus goes after the temperature, once that is worth a move.
+void Rig::Impl::FollowTemperature() {
+  if (!config_.temperature.compensate || !held_ || !optics || !optics->has_focus() || problem_) return;
+  if (run_ || looks_.anyone() || Moving() || !targets_[Axis::Focus] || !setups_[Axis::Focus]) return;
+  const AxisSetup& focus = *setups_[Axis::Focus];
+  const Native wanted = std::clamp(optics->NativeFromExtension(*held_), focus.minimum, focus.maximum);
+  if (std::abs((wanted - *targets_[Axis::Focus]).value) < config_.temperature.minimum_move) return;
+  Move(Axis::Focus, {.kind = Target::Kind::Native, .value = wanted.value, .from = {}, .take_up = {}}, nullptr);
+  following_ = true;
 }
 
 void Rig::Impl::AddOptics(MoveOutcome& outcome) const {

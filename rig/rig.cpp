@@ -188,22 +188,26 @@ Result<Native> Rig::Resolve(Axis axis, const Target& target) const {
 }
 
 void Rig::Move(Axis axis, const Target& target, MoveCallback done) {
+  ++impl_->commands_given;
   impl_->Command([impl = impl_.get(), axis, target, done = std::move(done)]() mutable {
     impl->Move(axis, target, std::move(done));
   });
 }
 
 void Rig::Home(Axis axis, MoveCallback done) {
+  ++impl_->commands_given;
   impl_->Command([impl = impl_.get(), axis, done = std::move(done)]() mutable { impl->Home(axis, std::move(done)); });
 }
 
 void Rig::Stop(std::vector<Axis> axes, StopCallback done) {
+  ++impl_->commands_given;
   impl_->Command([impl = impl_.get(), axes = std::move(axes), done = std::move(done)]() mutable {
     impl->Stop(axes, std::move(done));
   });
 }
 
 void Rig::Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done) {
+  ++impl_->commands_given;
   impl_->Command([impl = impl_.get(), request = std::move(request), progress = std::move(progress),
                   done = std::move(done)]() mutable {
     impl->Autofocus(std::move(request), std::move(progress), std::move(done));
@@ -235,6 +239,23 @@ void Rig::SetCalibration(std::shared_ptr<const Calibration> calibration, StopCal
   impl_->Command([impl = impl_.get(), calibration = std::move(calibration), done = std::move(done)]() mutable {
     impl->SetCalibration(std::move(calibration), std::move(done));
   });
+}
+
+bool Rig::approaches_up(Axis axis) const {
+  return impl_->ApproachesUp(axis);
+}
+
+Backlash Rig::backlash(Axis axis) const {
+  return impl_->BacklashOf(axis);
+}
+
+std::uint64_t Rig::commands_given() const {
+  return impl_->commands_given;
+}
+
+Result<void> Rig::SetExposure(Duration exposure) {
+  if (!impl_->device.camera) return Fail(Code::Unsupported, "this lens has no camera");
+  return impl_->device.camera->SetExposure(exposure);
 }
 
 Instant Rig::Step(Instant now) {

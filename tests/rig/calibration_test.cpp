@@ -20,6 +20,8 @@
 namespace lensd::rig {
 namespace {
 
+using namespace std::chrono_literals;
+
 constexpr double kFocalLength = 0.025;
 
 drivers::NominalOptics Nominal() {
@@ -370,7 +372,7 @@ TEST_F(RigTest, ACalibrationMovesToTheRightStepAndWidensTheBound) {
   ASSERT_TRUE(made) << made.error().message;
   rig_ = *std::move(made);
   Answers<MoveOutcome> moved;
-  rig_->Move(Axis::Focus, {.kind = Target::Kind::Extension, .value = 0.5e-3, .from = {}}, moved.Take());
+  rig_->Move(Axis::Focus, {.kind = Target::Kind::Extension, .value = 0.5e-3, .from = {}, .take_up = {}}, moved.Take());
   RunUntil(moved);
   ASSERT_TRUE(moved.only());
   const MoveOutcome& outcome = *moved.only();
@@ -406,6 +408,47 @@ TEST_F(RigTest, ACalibrationComesAndGoesAndBringsItsBacklash) {
   rig_->SetCalibration(nullptr, gone.Take());
   RunUntil(gone);
   EXPECT_EQ(rig_->GetStatus().grade, Grade::Uncalibrated);
+}
+
+TEST_F(RigTest, FocusFollowsTheTemperatureWhenToldToAndWorthAMove) {
+  auto calibration = With({Measured(21)});
+  calibration->serial = "1";
+  calibration->temperature = TemperatureModel{Metres{2e-6}, Metres{}, Celsius{20}, Celsius{0}, Celsius{40}};
+  RigConfig config;
+  config.temperature.compensate = true;
+  config.temperature.minimum_move = 6.0;
+  for (const bool compensate : {true, false}) {
+    config.temperature.compensate = compensate;
+    *controls_ = {};
+    controls_->temperature_c = 20.0;
+    rig_ = *Rig::Create(config, testing::MakeFakeDevice(clock_, controls_), clock_, calibration);
+    Answers<MoveOutcome> moved;
+    rig_->Move(Axis::Focus, {.kind = Target::Kind::Extension, .value = 0.5e-3, .from = {}, .take_up = {}},
+               moved.Take());
+    RunUntil(moved);
+    const double at_20 = Focus();
+    controls_->temperature_c = 21.5;  // 3 um are 3 steps: not worth it
+    Run(5s);
+    EXPECT_EQ(Focus(), at_20);
+    controls_->temperature_c = 26.0;
+    Run(5s);
+    if (!compensate) {
+      EXPECT_EQ(Focus(), at_20);
+      continue;
+    }
+    // 12 um more by themselves: the motor takes them back.
+    EXPECT_NEAR(TrueExtension(Focus()) + 12e-6, 0.5e-3, 0.6e-6);
+    const double at_26 = Focus();
+    controls_->temperature_c = 20.0;
+    Run(5s);
+    EXPECT_EQ(Focus(), at_20);
+    EXPECT_LT(at_26, at_20);
+    Answers<void> stopped;
+    rig_->Stop({}, stopped.Take());  // what was stopped is held no longer
+    controls_->temperature_c = 40.0;
+    Run(5s);
+    EXPECT_EQ(Focus(), at_20);
+  }
 }
 
 }  // namespace

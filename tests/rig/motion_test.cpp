@@ -43,7 +43,7 @@ TEST_F(MotionTest, ReachesAndSettlesAndSaysWhere) {
 TEST_F(MotionTest, IrisTellsItsFNumber) {
   Open();
   Answers<MoveOutcome> answers;
-  rig_->Move(Axis::Iris, {.kind = Target::Kind::FNumber, .value = 4.0, .from = {}}, answers.Take());
+  rig_->Move(Axis::Iris, {.kind = Target::Kind::FNumber, .value = 4.0, .from = {}, .take_up = {}}, answers.Take());
   RunUntil(answers);
   ASSERT_TRUE(answers.only());
   // 100 steps over three stops: two stops end at step 33.33, rounded to 33.
@@ -318,7 +318,7 @@ TEST_F(MotionTest, TargetsOfEveryKind) {
   Open({}, 500);
   using Kind = Target::Kind;
   const auto focus = [&](Kind kind, double value) {
-    return rig_->Resolve(Axis::Focus, {.kind = kind, .value = value, .from = {}});
+    return rig_->Resolve(Axis::Focus, {.kind = kind, .value = value, .from = {}, .take_up = {}});
   };
   EXPECT_EQ(focus(Kind::NativeRelative, -20)->value, 480.0);
   EXPECT_EQ(focus(Kind::TowardNear, 20)->value, 520.0);
@@ -332,7 +332,8 @@ TEST_F(MotionTest, TargetsOfEveryKind) {
   EXPECT_EQ(focus(Kind::Native, NAN).error().code, Code::InvalidArgument);
   EXPECT_EQ(rig_->Resolve(Axis::Filter, At(1)).error().code, Code::Unsupported);
   // From the sensor the same subject is 1.025 + 0.025625 m away.
-  const Target from_sensor{.kind = Kind::Distance, .value = 1.050625, .from = optics::DistanceFrom::Sensor};
+  const Target from_sensor{
+      .kind = Kind::Distance, .value = 1.050625, .from = optics::DistanceFrom::Sensor, .take_up = {}};
   EXPECT_EQ(rig_->Resolve(Axis::Focus, from_sensor)->value, 625.0);
 }
 
@@ -340,8 +341,12 @@ TEST_F(MotionTest, NearIsTheOtherWayWhereTheWiringIs) {
   RigConfig config;
   config.axes[Axis::Focus].near_positive = false;
   Open(config, 500);
-  EXPECT_EQ(rig_->Resolve(Axis::Focus, {.kind = Target::Kind::TowardNear, .value = 20, .from = {}})->value, 480.0);
-  EXPECT_EQ(rig_->Resolve(Axis::Focus, {.kind = Target::Kind::Extension, .value = 0.25e-3, .from = {}})->value, 750.0);
+  EXPECT_EQ(
+      rig_->Resolve(Axis::Focus, {.kind = Target::Kind::TowardNear, .value = 20, .from = {}, .take_up = {}})->value,
+      480.0);
+  EXPECT_EQ(
+      rig_->Resolve(Axis::Focus, {.kind = Target::Kind::Extension, .value = 0.25e-3, .from = {}, .take_up = {}})->value,
+      750.0);
 }
 
 }  // namespace

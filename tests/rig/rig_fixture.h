@@ -54,7 +54,7 @@ class RigTest : public ::testing::Test {
 };
 
 inline Target At(double native) {
-  return {.kind = Target::Kind::Native, .value = native, .from = {}};
+  return {.kind = Target::Kind::Native, .value = native, .from = {}, .take_up = {}};
 }
 
 }  // namespace lensd::rig

@@ -14,16 +14,17 @@ namespace lensd::testing {
 
 /// What a test may turn while the device is in use, and what it may count.
 struct FakeControls {
-  double speed = 1000.0;      ///< native units per second
-  bool stalled = false;       ///< motors stand still whatever they are told
-  bool waiting = false;       ///< they say that they wait for another axis
-  bool disconnected = false;  ///< every call fails
-  int lost_read_replies = 0;  ///< the next so many reads time out
-  int lost_move_replies = 0;  ///< the next so many moves time out, though obeyed
-  bool stale = false;         ///< reads repeat the last state, with its old time
-  bool dark = false;          ///< the camera gives no frames
-  double sharp_at = 600.0;    ///< focus position of the subject
-  double contrast = 0.5;      ///< of its texture; 0: blank
+  double speed = 1000.0;       ///< native units per second
+  bool stalled = false;        ///< motors stand still whatever they are told
+  bool waiting = false;        ///< they say that they wait for another axis
+  bool disconnected = false;   ///< every call fails
+  int lost_read_replies = 0;   ///< the next so many reads time out
+  int lost_move_replies = 0;   ///< the next so many moves time out, though obeyed
+  bool stale = false;          ///< reads repeat the last state, with its old time
+  bool dark = false;           ///< the camera gives no frames
+  double sharp_at = 600.0;     ///< focus position of the subject
+  double contrast = 0.5;       ///< of its texture; 0: blank
+  double temperature_c = NAN;  ///< what its thermometer says; NAN: it has none
   int moves = 0, reads = 0, stops = 0, homes = 0;
   int camera_starts = 0;
 };
@@ -89,6 +90,7 @@ class FakeLens final : public drivers::Lens {
     if (controls_->lost_read_replies > 0 && controls_->lost_read_replies-- > 0) return Fail(Code::Timeout, "no reply");
     if (controls_->stale) return last_;
     last_.sampled_at = clock_.Now();
+    if (!std::isnan(controls_->temperature_c)) last_.temperature = Celsius{controls_->temperature_c};
     for (const auto axis : drivers::kAxes) {
       const auto& can = capabilities().axes[axis];
       if (!can) continue;

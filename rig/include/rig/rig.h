@@ -196,6 +196,15 @@ class Rig {
   /// then the old one stays.
   void SetCalibration(std::shared_ptr<const Calibration> calibration, StopCallback done);
 
+  /// The side an axis is approached from: its last motion goes toward larger positions.
+  bool approaches_up(drivers::Axis axis) const;
+  /// What is known of the axis' backlash, from the configuration or else the calibration; 0 where nothing is.
+  Backlash backlash(drivers::Axis axis) const;
+  /// How many motions, homings, stops and autofocus runs have been asked for, by whomever.
+  std::uint64_t commands_given() const;
+  /// Exposure time of the frames that start from now on. Unsupported, OutOfRange: from the camera.
+  Result<void> SetExposure(Duration exposure);
+
   /// Does one bounded piece of work (each device call ends within its driver's I/O deadline) and returns when it wants
   /// to be called next, at the latest; call it at once after a command.
   Instant Step(Instant now);

@@ -1,0 +1,224 @@
+// The way is divided so that within one part focus has to move by no more than the tolerance. Zoom and focus then start
+// each part together, and wherever either is at any moment, focus is within one part's travel of where it belongs.
+//
+// Backlash: where focus follows against the direction it is otherwise approached from, its counts are shifted by the
+// backlash, which the first part of the way takes up; at the end it goes past its place by no more than what is not
+// known of the backlash, and comes back from its own side.
+#include "rig/zoom.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "command_guard.h"
+
+namespace lensd::rig {
+namespace {
+
+using drivers::Axis;
+
+constexpr double kTolerance_px = 2.0;
+constexpr double kOfRange = 0.01;
+constexpr int kFinest = 4096;  ///< parts at most
+
+class ZoomRun : public std::enable_shared_from_this<ZoomRun> {
+ public:
+  using Done = std::move_only_function<void(Result<ZoomOutcome>)>;
+  ZoomRun(Rig& rig, const ZoomRequest& request, Done done)
+      : rig_(rig), guard_(rig), request_(request), done_(std::move(done)) {}
+  void Begin();
+
+ private:
+  struct Part {
+    Native zoom;
+    Native focus;  ///< as approached from its own side
+  };
+  Result<Native> FocusAt(Native zoom) const;
+  Result<void> Divide(Native from, Native to);
+  Metres Tolerance(const Status& status) const;
+  Metres Off(Native zoom, Native focus, Native focus_there) const;
+  void Next();
+  void OnMoved(Axis axis, Result<MoveOutcome> moved);
+  void TakeUp();
+  void Finish();
+  void MoveFocus(Native to, MoveCallback done);
+
+  Rig& rig_;
+  CommandGuard guard_;
+  ZoomRequest request_;
+  Done done_;
+  std::shared_ptr<const OpticsTable> optics_;
+  Dioptres kept_;
+  double shift_ = 0.0;    ///< of the counts while moving against the approach
+  double margin_ = 0.0;   ///< what is not known of it
+  bool up_ = true;        ///< focus is approached moving up
+  bool against_ = false;  ///< it last moved the other way
+  Native start_;
+  std::vector<Part> parts_;
+  std::size_t next_ = 0;
+  int moving_ = 0;
+  std::optional<Error> error_;
+  ZoomOutcome outcome_;
+};
+
+Metres ZoomRun::Tolerance(const Status& status) const {
+  if (request_.tolerance) return *request_.tolerance;
+  const auto* camera = rig_.camera();
+  if (camera != nullptr && camera->pixel_um > 0.0 && status.f_number) {
+    return Metres{kTolerance_px * camera->pixel_um * 1e-6 * status.f_number->value};
+  }
+  const auto [low, high] = rig_.SoftLimits(Axis::Focus);
+  const Metres range = optics_->ExtensionFromNative(high) - optics_->ExtensionFromNative(low);
+  return Metres{kOfRange * std::abs(range.value)};
+}
+
+/// Where focus belongs with the zoom there.
+Result<Native> ZoomRun::FocusAt(Native zoom) const {
+  Conditions there = optics_->conditions();
+  there.zoom = zoom;
+  const OpticsTable table = optics_->In(there);
+  const auto extension = table.ExtensionInFocus(kept_);
+  if (!extension) return std::unexpected(extension.error());
+  const Native focus = table.NativeFromExtension(*extension);
+  const auto [low, high] = rig_.SoftLimits(Axis::Focus);
+  const double resolution = rig_.lens().axes[Axis::Focus]->resolution;
+  if (focus.value < low.value - resolution || focus.value > high.value + resolution) {
+    return Fail(Code::OutOfRange, "at that focal length the plane in focus is out of the reach of focus");
+  }
+  return std::clamp(focus, low, high);
+}
+
+/// On the sensor side, with the zoom there: from where focus is to where it belongs.
+Metres ZoomRun::Off(Native zoom, Native focus, Native focus_there) const {
+  Conditions there = optics_->conditions();
+  there.zoom = zoom;
+  const OpticsTable table = optics_->In(there);
+  return Metres{std::abs((table.ExtensionFromNative(focus) - table.ExtensionFromNative(focus_there)).value)};
+}
+
+Result<void> ZoomRun::Divide(Native from, Native to) {
+  const auto start = FocusAt(from);
+  if (!start) return std::unexpected(start.error());
+  start_ = *start;
+  const Metres tolerance = Tolerance(rig_.GetStatus());
+  const double resolution = rig_.lens().axes[Axis::Zoom]->resolution;
+  const double whole = std::abs((to - from).value);
+  // Halved until no part asks focus for more than the tolerance: what focus does over the zoom is smooth.
+  for (int count = 1;; count *= 2) {
+    parts_.clear();
+    Metres worst{0.0};
+    Part before{from, *start};
+    for (int i = 1; i <= count; ++i) {
+      Native zoom = from + (to - from) * (static_cast<double>(i) / count);
+      if (i < count) zoom = Native{from.value + std::round((zoom - from).value / resolution) * resolution};
+      const auto focus = FocusAt(zoom);
+      if (!focus) return std::unexpected(focus.error());
+      worst = std::max(worst, Off(zoom, before.focus, *focus));
+      parts_.push_back({zoom, *focus});
+      before = parts_.back();
+    }
+    outcome_.tracking_bound = worst;
+    if (worst <= tolerance || whole / count <= 2.0 * resolution || count >= kFinest) return {};
+  }
+}
+
+void ZoomRun::Begin() {
+  const Status status = rig_.GetStatus();
+  optics_ = status.optics;
+  const auto& zoom = status.axes[Axis::Zoom];
+  if (!optics_ || !optics_->has_zoom() || !optics_->has_focus() || !status.vergence || !zoom) {
+    return done_(Fail(Code::Unsupported,
+                      "focus cannot follow the zoom: the focal lengths or the focus of this lens are not known"));
+  }
+  const auto target = rig_.Resolve(Axis::Zoom, request_.target);
+  if (!target) return done_(std::unexpected(target.error()));
+  kept_ = outcome_.kept = *status.vergence;
+  if (auto divided = Divide(zoom->position, *target); !divided) return done_(std::unexpected(divided.error()));
+  outcome_.steps = static_cast<int>(parts_.size());
+  up_ = rig_.approaches_up(Axis::Focus);
+  const Backlash backlash = rig_.backlash(Axis::Focus);
+  shift_ = backlash.steps;
+  margin_ = std::max(backlash.high - backlash.steps, backlash.steps - backlash.low);
+  if (shift_ > 0.0) margin_ = std::max(margin_, rig_.lens().axes[Axis::Focus]->resolution);
+  // What is known of where focus stands, and of what its positions mean, holds on the way as well.
+  const double unsure = margin_ + rig_.lens().axes[Axis::Focus]->resolution;
+  Metres worst{0.0};
+  for (const Part& part : parts_) {
+    Conditions there = optics_->conditions();
+    there.zoom = part.zoom;
+    const OpticsTable table = optics_->In(there);
+    worst = std::max(
+        worst, Off(part.zoom, part.focus, part.focus + Native{2.0 * unsure}) + 2.0 * table.ExtensionError(part.focus));
+  }
+  outcome_.tracking_bound = outcome_.tracking_bound + worst;
+  Next();
+}
+
+void ZoomRun::MoveFocus(Native to, MoveCallback done) {
+  const auto [low, high] = rig_.SoftLimits(Axis::Focus);
+  const Target target{
+      .kind = Target::Kind::Native, .value = std::clamp(to, low, high).value, .from = {}, .take_up = 0.0};
+  guard_.Move(Axis::Focus, target, std::move(done));
+}
+
+void ZoomRun::Next() {
+  if (next_ == parts_.size()) return against_ ? TakeUp() : Finish();
+  const Part& part = parts_[next_];
+  const double ahead = (part.focus - (next_ == 0 ? start_ : parts_[next_ - 1].focus)).value * (up_ ? 1.0 : -1.0);
+  if (ahead != 0.0) against_ = shift_ > 0.0 && ahead < 0.0;
+  const Native focus = against_ ? part.focus + Native{up_ ? -shift_ : shift_} : part.focus;
+  moving_ = 2;
+  const auto self = shared_from_this();
+  const Target zoom{.kind = Target::Kind::Native, .value = part.zoom.value, .from = {}, .take_up = 0.0};
+  guard_.Move(Axis::Zoom, zoom, [self](Result<MoveOutcome> moved) { self->OnMoved(Axis::Zoom, std::move(moved)); });
+  MoveFocus(focus, [self](Result<MoveOutcome> moved) { self->OnMoved(Axis::Focus, std::move(moved)); });
+}
+
+void ZoomRun::OnMoved(Axis axis, Result<MoveOutcome> moved) {
+  if (!moved && !error_) error_ = moved.error();
+  if (moved && axis == Axis::Zoom) outcome_.zoom = *moved;
+  if (moved && axis == Axis::Focus) outcome_.focus = *moved;
+  if (--moving_ > 0) return;
+  if (error_) return done_(std::unexpected(*error_));
+  for (MoveOutcome* one : {&outcome_.zoom, &*outcome_.focus}) {
+    if (one->reached) continue;
+    outcome_.zoom.reached = false;
+    if (outcome_.zoom.reason.empty()) outcome_.zoom.reason = "focus could not follow: " + one->reason;
+    return done_(outcome_);
+  }
+  ++next_;
+  Next();
+}
+
+/// From its own side, past the place by no more than what is not known of the backlash.
+void ZoomRun::TakeUp() {
+  const Native place = parts_.back().focus;
+  const double past = std::ceil(shift_ + margin_);
+  MoveFocus(place + Native{up_ ? -past : past}, [self = shared_from_this()](Result<MoveOutcome> moved) {
+    if (!moved) return self->done_(std::unexpected(moved.error()));
+    self->Finish();
+  });
+}
+
+void ZoomRun::Finish() {
+  MoveFocus(parts_.back().focus, [self = shared_from_this()](Result<MoveOutcome> moved) {
+    if (!moved) return self->done_(std::unexpected(moved.error()));
+    self->outcome_.focus = *moved;
+    if (!moved->reached) {
+      self->outcome_.zoom.reached = false;
+      self->outcome_.zoom.reason = "focus could not follow: " + moved->reason;
+    }
+    self->done_(self->outcome_);
+  });
+}
+
+}  // namespace
+
+void ZoomKeepingFocus(Rig& rig, const ZoomRequest& request, std::move_only_function<void(Result<ZoomOutcome>)> done) {
+  if (auto possible = rig.Resolve(Axis::Zoom, request.target); !possible) return done(PassOn(std::move(possible)));
+  std::make_shared<ZoomRun>(rig, request, std::move(done))->Begin();
+}
+
+}  // namespace lensd::rig
