@@ -28,7 +28,7 @@ struct Target {
   Kind kind = Kind::Native;
   double value = 0.0;                        ///< in the unit the kind names
   std::optional<optics::DistanceFrom> from;  ///< Distance only: instead of the configured origin
-  std::optional<double> take_up;             ///< native units, instead of the axis' backlash; 0: straight there
+  std::optional<double> take_up = {};        ///< native units, instead of the axis' backlash; 0: straight there
 };
 
 /// The end of a motion that was carried out, well or not. A motion that was never carried out (superseded, stopped,
