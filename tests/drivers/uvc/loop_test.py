@@ -17,8 +17,9 @@ SUBJECT_D = 1 / 1.2
 HALF_DEPTH_D = 2 * 13.8e-6 * 2.8 / (0.025 * 0.0255)
 
 CONFIG = {
-    "uvc": 'driver = "uvc"\nserial = "LOOP"\nfeedback = true\ntimeout_ms = 5000\nframe_timeout_ms = 20000\n',
-    "v4l2": 'driver = "v4l2"\nserial = "LOOP"\n',
+    "uvc": 'driver = "uvc"\nserial = "LOOP"\nfeedback = true\ntimeout_ms = 5000\nframe_timeout_ms = 20000\npixel_um = 13.8\n',
+    "v4l2": 'driver = "v4l2"\nserial = "LOOP"\npixel_um = 13.8\ngamma = 1.0\nformat = "YUYV"\n'
+            'focus_speed = 1500\nfocus_settle_ms = 300\niris_unit = "f-number"\niris_scale = 0.01\n',
 }
 OPTICS = """[lens.optics]
 focal_length_mm = 25
@@ -118,6 +119,9 @@ def survives_the_plug(sim, daemon):
     check("lensd still runs", daemon.process.poll() is None)
     again = daemon.ctl("focus", "usb", "@100")
     check(f"a lens that is not there takes no orders: {again.stderr.strip()}", again.returncode != 0)
+    sim.say("plug")
+    eventually("the lens is found again", lambda: daemon.ctl("focus", "usb", "@200").returncode == 0)
+    check(f"and moves: {sim.where()}", abs(sim.where()["focus"] - 200) <= 1)
 
 
 def main():
