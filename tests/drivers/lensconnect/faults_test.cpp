@@ -112,7 +112,8 @@ class Storm {
     } else {
       ++reached;
       const double within = axis == Axis::Filter ? 0.0 : 1.0;  // the rig's default tolerance
-      const bool there = !motor.Busy(now) && (home ? !motor.NeedsHome(now) : std::abs(motor.Position(now) - target) <= within);
+      const bool there =
+          !motor.Busy(now) && (home ? !motor.NeedsHome(now) : std::abs(motor.Position(now) - target) <= within);
       if (!there) {
         ++false_reached;
         std::printf("falsely reached: %s %s, target %g, truly %d, busy %d, needs home %d; last fault %d, %.3f ms ago\n",
