@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <numeric>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "disk_filter.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -16,7 +18,7 @@ namespace lensd::sim::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 /// Four vectors side by side share the reading of the taps.
-template <class D, int kVectors, bool kRuns>
+template <class D, int kVectors, bool kRuns, bool kStream = false>
 HWY_INLINE void FilterAt(D d, const float* here, std::ptrdiff_t stride,
                          const std::vector<std::vector<DiskFilter::Tap>>& rows, float mean, float* HWY_RESTRICT out) {
   using V = hn::Vec<D>;
@@ -48,16 +50,32 @@ HWY_INLINE void FilterAt(D d, const float* here, std::ptrdiff_t stride,
       }
     }
   }
-  for (int k = 0; k < kVectors; ++k) hn::StoreU(sums[k], d, out + k * lanes);
+  for (int k = 0; k < kVectors; ++k) {
+    if constexpr (kStream) {
+      hn::Stream(sums[k], d, out + k * lanes);
+    } else {
+      hn::StoreU(sums[k], d, out + k * lanes);
+    }
+  }
 }
 
+/// `stream`: past the cache, which then need not read what is about to be overwritten.
 template <bool kRuns>
 void FilterRow(const float* first, std::ptrdiff_t stride, const std::vector<std::vector<DiskFilter::Tap>>& rows,
-               float mean, int width, float* out) {
+               float mean, int width, bool stream, float* out) {
   const hn::ScalableTag<float> wide;
   const hn::CappedTag<float, 1> single;
   const int lanes = static_cast<int>(hn::Lanes(wide));
   int x = 0;
+  if (stream) {
+    const auto aligned = [&](const float* at) {
+      return reinterpret_cast<std::uintptr_t>(at) % (lanes * sizeof(float)) == 0;
+    };
+    for (; x < width && !aligned(out + x); ++x)
+      FilterAt<decltype(single), 1, kRuns>(single, first + x, stride, rows, mean, out + x);
+    for (; x + 4 * lanes <= width; x += 4 * lanes)
+      FilterAt<decltype(wide), 4, kRuns, true>(wide, first + x, stride, rows, mean, out + x);
+  }
   for (; x + 4 * lanes <= width; x += 4 * lanes)
     FilterAt<decltype(wide), 4, kRuns>(wide, first + x, stride, rows, mean, out + x);
   for (; x + lanes <= width; x += lanes)
@@ -66,13 +84,13 @@ void FilterRow(const float* first, std::ptrdiff_t stride, const std::vector<std:
 }
 
 void FilterRowDirect(const float* first, std::ptrdiff_t stride, const std::vector<std::vector<DiskFilter::Tap>>& rows,
-                     float mean, int width, float* out) {
-  FilterRow<false>(first, stride, rows, mean, width, out);
+                     float mean, int width, bool stream, float* out) {
+  FilterRow<false>(first, stride, rows, mean, width, stream, out);
 }
 
 void FilterRowRuns(const float* first, std::ptrdiff_t stride, const std::vector<std::vector<DiskFilter::Tap>>& rows,
-                   float mean, int width, float* out) {
-  FilterRow<true>(first, stride, rows, mean, width, out);
+                   float mean, int width, bool stream, float* out) {
+  FilterRow<true>(first, stride, rows, mean, width, stream, out);
 }
 
 }  // namespace lensd::sim::HWY_NAMESPACE
@@ -147,16 +165,19 @@ DiskFilter::DiskFilter(double diameter_px, Method method) : method_(method) {
 
 void DiskFilter::BlurRows(const SummedRaster& source, int first, int count, Raster& out) const {
   const PixelRect from = source.cells().rect;
+  constexpr std::size_t kBeyondCache = std::size_t{4} << 20;
+  const bool stream = out.values.size() * sizeof(float) >= kBeyondCache;
   for (int y = first; y < first + count; ++y) {
     const std::ptrdiff_t left = out.rect.x - from.x;
     if (method_ == Method::Runs) {
       HWY_DYNAMIC_DISPATCH(FilterRowRuns)
-      (source.Sums(y) + left, from.width + 1, rows_, source.mean(), out.rect.width, out.Row(y));
+      (source.Sums(y) + left, from.width + 1, rows_, source.mean(), out.rect.width, stream, out.Row(y));
     } else {
       HWY_DYNAMIC_DISPATCH(FilterRowDirect)
-      (source.cells().Row(y) + left, from.width, rows_, 0.0f, out.rect.width, out.Row(y));
+      (source.cells().Row(y) + left, from.width, rows_, 0.0f, out.rect.width, stream, out.Row(y));
     }
   }
+  if (stream) hwy::FlushStream();
 }
 
 void DiskFilter::Blur(const SummedRaster& source, Raster& out) const {

@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <utility>
+#include <vector>
 
 namespace lensd::sim {
 namespace {
 
 constexpr int kTileWidth = 32;
+constexpr int kGrain = 16;  // columns are blurred by that many at once
 constexpr int kTileHeight = 16;
 
 /// The ladder: rungs a thirty-second of a pixel apart where disks are small and one cell matters, wider where disks
@@ -20,13 +24,16 @@ struct LadderPart {
 constexpr LadderPart kLadder[] = {{1.0, 0.03125, 0}, {2.0, 0.0625, 32}, {4.0, 0.125, 64}, {8.0, 0.25, 96},
                                   {16.0, 0.5, 128},  {48.0, 1.0, 192},  {128.0, 2.0, 272}};
 
-/// A diameter's place on the ladder: whole rungs at whole numbers, linear in between.
-double RungOf(double diameter_px) {
-  const LadderPart* part = kLadder;
-  for (const LadderPart& next : kLadder) {
-    if (diameter_px >= next.from) part = &next;
+/// A diameter's place on the ladder: whole rungs at whole numbers, linear in between. The steps grow, so that the
+/// lowest of the parts' lines is the ladder everywhere.
+template <class T>
+T RungOf(T diameter_px) {
+  const T diameter = std::max(diameter_px, T(1));
+  T rung = std::numeric_limits<T>::max();
+  for (const LadderPart& part : kLadder) {
+    rung = std::min(rung, T(part.first) + (diameter - T(part.from)) * T(1.0 / part.step));
   }
-  return part->first + (std::max(diameter_px, 1.0) - part->from) / part->step;
+  return rung;
 }
 
 double DiameterOf(int rung) {
@@ -49,27 +56,72 @@ class Ladder {
   std::map<int, DiskFilter> filters_;
 };
 
-void BlurTile(const SummedRaster& source, Ladder& ladder, const Raster& diameters, PixelRect tile, Raster& out) {
+/// The columns of a tile in which each rung from `first` on has a share, as [from, to) relative to the tile.
+struct Spans {
+  int first = 0;
+  std::vector<std::pair<int, int>> columns;
+};
+
+Raster RungsOf(const Raster& diameters, PixelRect tile) {
   Raster rungs(tile);
   for (int y = tile.y; y < tile.y + tile.height; ++y) {
-    for (int x = 0; x < tile.width; ++x) {
-      rungs.Row(y)[x] = static_cast<float>(RungOf(static_cast<double>(diameters.At(tile.x + x, y))));
+    const float* from = diameters.Row(y) + (tile.x - diameters.rect.x);
+    float* to = rungs.Row(y);
+    for (int x = 0; x < tile.width; ++x) to[x] = RungOf(from[x]);
+  }
+  return rungs;
+}
+
+Spans SpansOf(const Raster& rungs) {
+  const PixelRect tile = rungs.rect;
+  const float* top = rungs.Row(tile.y);
+  std::vector<float> low(top, top + tile.width), high = low;
+  for (int y = tile.y + 1; y < tile.y + tile.height; ++y) {
+    const float* row = rungs.Row(y);
+    for (std::size_t x = 0; x < low.size(); ++x) {
+      low[x] = std::min(low[x], row[x]);
+      high[x] = std::max(high[x], row[x]);
     }
   }
-  const auto [low, high] = std::minmax_element(rungs.values.begin(), rungs.values.end());
-  const int first = static_cast<int>(*low);
-  const int last = static_cast<int>(std::ceil(*high));
-  Raster sum(tile);
-  Raster blurred(tile);
-  for (int rung = first; rung <= last; ++rung) {
+  Spans spans;
+  spans.first = static_cast<int>(*std::min_element(low.begin(), low.end()));
+  const int last = static_cast<int>(std::ceil(*std::max_element(high.begin(), high.end())));
+  spans.columns.assign(static_cast<std::size_t>(last - spans.first + 1), {tile.width, 0});
+  for (int x = 0; x < tile.width; ++x) {
+    const auto i = static_cast<std::size_t>(x);
+    for (int rung = static_cast<int>(low[i]); rung <= static_cast<int>(std::ceil(high[i])); ++rung) {
+      auto& [from, to] = spans.columns[static_cast<std::size_t>(rung - spans.first)];
+      from = std::min(from, x);
+      to = x + 1;
+    }
+  }
+  for (auto& [from, to] : spans.columns) {
+    if (from >= to) continue;
+    from = from / kGrain * kGrain;
+    to = std::min(tile.width, (to + kGrain - 1) / kGrain * kGrain);
+  }
+  return spans;
+}
+
+void BlurTile(const SummedRaster& source, Ladder& ladder, const Raster& rungs, Raster& out) {
+  const PixelRect tile = rungs.rect;
+  const Spans spans = SpansOf(rungs);
+  for (int y = tile.y; y < tile.y + tile.height; ++y) std::fill_n(out.Row(y) + (tile.x - out.rect.x), tile.width, 0.0f);
+  for (std::size_t i = 0; i < spans.columns.size(); ++i) {
+    const auto [from, to] = spans.columns[i];
+    if (from >= to) continue;
+    const int rung = spans.first + static_cast<int>(i);
+    Raster blurred({tile.x + from, tile.y, to - from, tile.height});
     ladder.Filter(rung).Blur(source, blurred);
-    for (std::size_t i = 0; i < sum.values.size(); ++i) {
-      const float weight = std::max(0.0f, 1.0f - std::abs(rungs.values[i] - static_cast<float>(rung)));
-      sum.values[i] += weight * blurred.values[i];
+    for (int y = tile.y; y < tile.y + tile.height; ++y) {
+      const float* rung_row = rungs.Row(y) + from;
+      const float* blurred_row = blurred.Row(y);
+      float* to_row = out.Row(y) + (tile.x - out.rect.x) + from;
+      for (int x = 0; x < to - from; ++x) {
+        const float weight = std::max(0.0f, 1.0f - std::abs(rung_row[x] - static_cast<float>(rung)));
+        to_row[x] += weight * blurred_row[x];
+      }
     }
-  }
-  for (int y = tile.y; y < tile.y + tile.height; ++y) {
-    std::copy_n(sum.Row(y), tile.width, out.Row(y) + (tile.x - out.rect.x));
   }
 }
 
@@ -91,7 +143,7 @@ void BlurVarying(const SummedRaster& source, const Raster& diameters, Raster& ou
     for (int x = 0; x < all.width; x += kTileWidth) {
       const PixelRect tile{all.x + x, all.y + y, std::min(kTileWidth, all.width - x),
                            std::min(kTileHeight, all.height - y)};
-      BlurTile(source, ladder, diameters, tile, out);
+      BlurTile(source, ladder, RungsOf(diameters, tile), out);
     }
   }
 }

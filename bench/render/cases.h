@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "base/result.h"
+
 namespace lensd::bench {
 
 /// Errors are in levels of an 8-bit picture (1/255 of full scale), exceeded by one pixel in a thousand (or the largest
@@ -19,6 +21,7 @@ struct RenderRow {
   double elapsed_ms = 0.0;  ///< CPU time of the one thread
   std::optional<double> interior_error{};
   std::optional<double> boundary_error{};  ///< within a blur radius of where something hides something else
+  std::optional<double> p99_error{};       ///< of all pixels, exceeded by one in a hundred; of scenes only
 };
 
 struct RenderBenchOptions {
@@ -34,7 +37,8 @@ std::vector<RenderRow> OneDiskRows(const RenderBenchOptions& options);
 /// Diameters from 1 to 41 px across the frame, against each pixel's own sum.
 std::vector<RenderRow> VaryingDiskRows(const RenderBenchOptions& options);
 
-/// Small scenes in which things hide each other, against rays without end.
-std::vector<RenderRow> SceneRows();
+/// Small scenes in which things hide each other, or the scene of a file at its own size in three states of focus,
+/// against rays in great number. BadData, Io: the file.
+Result<std::vector<RenderRow>> SceneRows(const std::string& path);
 
 }  // namespace lensd::bench

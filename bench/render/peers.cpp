@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <type_traits>
 
+#include <kissfft/kiss_fft.h>
+#include <kissfft/kiss_fftnd.h>
 #ifdef LENSD_HAVE_OPENCV
 #include <opencv2/imgproc.hpp>
 #endif
@@ -54,7 +57,6 @@ void AddOpenCv(double diameter, std::vector<Peer>& peers) {
 }
 #endif
 
-#ifdef LENSD_HAVE_FFTW
 int GoodSize(int least) {
   for (int size = (least + 7) / 8 * 8;; size += 8) {
     int rest = size;
@@ -65,6 +67,7 @@ int GoodSize(int least) {
   }
 }
 
+#ifdef LENSD_HAVE_FFTW
 /// Convolution in the plane of real transforms, planned with FFTW_MEASURE; the kernel's transform is prepared.
 class FftwBlur {
  public:
@@ -131,10 +134,72 @@ class FftwBlur {
 };
 #endif
 
+/// The same with KissFFT. The kernel is symmetric, its transform real: one complex transform carries the upper half of
+/// the picture in its real part and the lower half in its imaginary part, and neither sees the other.
+class KissBlur {
+ public:
+  KissBlur(double diameter, int width, int height)
+      : kernel_(diameter),
+        columns_(GoodSize(width + 2 * kernel_.reach)),
+        rows_(GoodSize((height + 1) / 2 + 2 * kernel_.reach)),
+        plane_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)),
+        spectrum_(plane_.size()) {
+    const int sizes[] = {rows_, columns_};
+    forward_.reset(kiss_fftnd_alloc(sizes, 2, 0, nullptr, nullptr));
+    backward_.reset(kiss_fftnd_alloc(sizes, 2, 1, nullptr, nullptr));
+    for (int y = -kernel_.reach; y <= kernel_.reach; ++y) {
+      for (int x = -kernel_.reach; x <= kernel_.reach; ++x) {
+        plane_[At((x + columns_) % columns_, (y + rows_) % rows_)].r =
+            static_cast<float>(kernel_.At(x, y) / static_cast<double>(plane_.size()));
+      }
+    }
+    kiss_fftnd(forward_.get(), plane_.data(), spectrum_.data());
+    for (const kiss_fft_cpx& bin : spectrum_) transfer_.push_back(bin.r);
+  }
+
+  void operator()(const sim::Raster& source, sim::Raster& out) {
+    const int reach = kernel_.reach, half = (out.rect.height + 1) / 2;
+    const sim::PixelRect rect = sim::Grown(out.rect, reach);
+    std::fill(plane_.begin(), plane_.end(), kiss_fft_cpx{});
+    for (int y = 0; y < half + 2 * reach; ++y) {
+      const float* upper = source.Row(rect.y + y) + (rect.x - source.rect.x);
+      const float* lower = source.Row(std::min(rect.y + y + half, rect.y + rect.height - 1)) + (rect.x - source.rect.x);
+      for (int x = 0; x < rect.width; ++x) plane_[At(x, y)] = {upper[x], lower[x]};
+    }
+    kiss_fftnd(forward_.get(), plane_.data(), spectrum_.data());
+    for (std::size_t i = 0; i < spectrum_.size(); ++i) {
+      spectrum_[i].r *= transfer_[i];
+      spectrum_[i].i *= transfer_[i];
+    }
+    kiss_fftnd(backward_.get(), spectrum_.data(), plane_.data());
+    for (int y = 0; y < out.rect.height; ++y) {
+      const kiss_fft_cpx* from = plane_.data() + At(reach, reach + (y < half ? y : y - half));
+      float* to = out.Row(out.rect.y + y);
+      for (int x = 0; x < out.rect.width; ++x) to[x] = y < half ? from[x].r : from[x].i;
+    }
+  }
+
+ private:
+  struct Free {
+    void operator()(kiss_fftnd_cfg plan) const { kiss_fft_free(plan); }
+  };
+  using Plan = std::unique_ptr<std::remove_pointer_t<kiss_fftnd_cfg>, Free>;
+
+  std::size_t At(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(x);
+  }
+
+  sim::DiskKernel kernel_;
+  int columns_;
+  int rows_;
+  std::vector<kiss_fft_cpx> plane_, spectrum_;
+  Plan forward_, backward_;
+  std::vector<float> transfer_;
+};
+
 }  // namespace
 
-std::vector<Peer> DiskPeers([[maybe_unused]] double diameter_px, [[maybe_unused]] int width,
-                            [[maybe_unused]] int height) {
+std::vector<Peer> DiskPeers(double diameter_px, int width, int height) {
   std::vector<Peer> peers;
 #ifdef LENSD_HAVE_OPENCV
   AddOpenCv(diameter_px, peers);
@@ -143,6 +208,9 @@ std::vector<Peer> DiskPeers([[maybe_unused]] double diameter_px, [[maybe_unused]
   const auto fftw = std::make_shared<FftwBlur>(diameter_px, width, height);
   peers.push_back({"FFTW convolution", [fftw](const sim::Raster& source, sim::Raster& out) { (*fftw)(source, out); }});
 #endif
+  const auto kiss = std::make_shared<KissBlur>(diameter_px, width, height);
+  peers.push_back(
+      {"KissFFT convolution", [kiss](const sim::Raster& source, sim::Raster& out) { (*kiss)(source, out); }});
   return peers;
 }
 

@@ -1,7 +1,10 @@
 #include "bench/render/render.h"
 
+#include <sysexits.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <iostream>
 #include <map>
 
 #include "bench/command.h"
@@ -27,7 +30,8 @@ ordered_json JsonOf(const RenderRow& row) {
           {"rays", number(row.rays)},
           {"elapsedMs", row.elapsed_ms},
           {"interiorErrorLevels", number(row.interior_error)},
-          {"boundaryErrorLevels", number(row.boundary_error)}};
+          {"boundaryErrorLevels", number(row.boundary_error)},
+          {"errorLevelsP99", number(row.p99_error)}};
 }
 
 io::Chart CostAgainstDiameter(const std::vector<RenderRow>& rows) {
@@ -101,7 +105,7 @@ std::string ChartOf(const std::vector<RenderRow>& rows) {
 int RunRender(int argc, char** argv) {
   Outputs outputs;
   RenderBenchOptions options;
-  std::string only;
+  std::string only, scene;
   CLI::App app("Time against error for every renderer and peer, and cost against disk diameter.", argv[0]);
   app.add_option("--csv", outputs.csv, "write every figure to this file");
   app.add_option("--svg", outputs.svg, "write the charts to this file");
@@ -114,12 +118,21 @@ int RunRender(int argc, char** argv) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   app.add_option("--only", only, "disks, varying or scenes")->check(CLI::IsMember({"disks", "varying", "scenes"}));
+  app.add_option("--scene", scene, "only this scene file, at its own size, in focus far, halfway and near");
   return ParseThen(app, argc, argv, [&] {
     std::vector<RenderRow> rows;
     const auto add = [&](std::vector<RenderRow> more) { rows.insert(rows.end(), more.begin(), more.end()); };
+    if (!scene.empty()) only = "scenes";
     if (only.empty() || only == "disks") add(OneDiskRows(options));
     if (only.empty() || only == "varying") add(VaryingDiskRows(options));
-    if (only.empty() || only == "scenes") add(SceneRows());
+    if (only.empty() || only == "scenes") {
+      auto scenes = SceneRows(scene);
+      if (!scenes) {
+        std::cerr << "lens-bench render: " << scenes.error().message << "\n";
+        return scenes.error().code == Code::Io ? EX_IOERR : EX_DATAERR;
+      }
+      add(*std::move(scenes));
+    }
     std::vector<ordered_json> json;
     for (const RenderRow& row : rows) json.push_back(JsonOf(row));
     return WriteOutputs(argv[0], json, MissingPeers(), outputs, [&] { return ChartOf(rows); });
