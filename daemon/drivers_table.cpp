@@ -20,11 +20,11 @@ constexpr drivers::Driver kDrivers[] = {
      .open = drivers::lensconnect::OpenLensConnect,
      .probe = drivers::lensconnect::ProbeLensConnect},
     {.name = "modbus",
-     .open = modbus::OpenModbus,
+     .open = drivers::modbus::OpenModbus,
      .probe = nullptr,
      .reopen = false,
-     .check_bus = modbus::CheckBus,
-     .profiles = &modbus::kProfiles},
+     .check_bus = drivers::modbus::CheckBus,
+     .profiles = &drivers::modbus::kProfiles},
     {.name = "aravis", .open = drivers::aravis::OpenAravis, .probe = drivers::aravis::ProbeAravis, .reopen = false},
 };
 

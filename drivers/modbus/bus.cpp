@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-namespace lensd::modbus {
+namespace lensd::drivers::modbus {
 namespace {
 
 using std::chrono::milliseconds;
@@ -14,9 +14,9 @@ constexpr int kLostAfter = 5;                        ///< bad exchanges in a row
 constexpr Duration kLostPause = milliseconds(250);   ///< between questions to a drive that is not there
 constexpr Duration kFirstPause = milliseconds(100);  ///< between attempts to connect
 constexpr Duration kLongestPause = std::chrono::seconds(2);
-constexpr int kReconnectAfter = 3;                 ///< bad exchanges in a row, on TCP
-constexpr Duration kFreshWait = milliseconds(25);  ///< Look() waits so long before an older sample will do
-constexpr Duration kOldest = milliseconds(250);    ///< how old that may be
+constexpr int kReconnectAfter = 3;                  ///< bad exchanges in a row, on TCP
+constexpr Duration kFreshWait = milliseconds(100);  ///< Look() waits so long before an older sample will do
+constexpr Duration kOldest = milliseconds(250);     ///< how old that may be
 
 Error Named(const Drive& drive, Error error) {
   return {error.code, drive.label() + " " + error.message};
@@ -148,10 +148,12 @@ Result<std::vector<Sample>> Bus::Look(std::span<const std::unique_ptr<Seat>> sea
   const auto recent = [&](const auto& seat) { return seat->newest && clock_.Now() - seat->newest->at < kOldest; };
   answers_.wait_until(lock, now + kFreshWait, settled);
   if (!settled() && !std::ranges::all_of(seats, recent)) answers_.wait_until(lock, now + IoDeadline(), settled);
-  std::vector<Sample> samples;
   for (std::size_t i = 0; i < seats.size(); ++i) {
     if (answered(i) && !seats[i]->look_answer) return std::unexpected(seats[i]->look_answer.error());
-    if (interrupts.count != before && !answered(i)) return Fail(Code::Cancelled, "interrupted");
+  }
+  if (interrupts.count != before) return Fail(Code::Cancelled, "interrupted");
+  std::vector<Sample> samples;
+  for (std::size_t i = 0; i < seats.size(); ++i) {
     if (!answered(i) && !recent(seats[i])) {
       return Fail(Code::Timeout, seats[i]->drive->label() + " could not be asked in time: the bus is busy");
     }
@@ -360,4 +362,4 @@ Duration Bus::Gap() {
   return std::max({characters, Duration(std::chrono::microseconds(1750)), profile_gap_, config_.gap});
 }
 
-}  // namespace lensd::modbus
+}  // namespace lensd::drivers::modbus

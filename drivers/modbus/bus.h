@@ -28,7 +28,7 @@
 #include "drive.h"
 #include "link.h"
 
-namespace lensd::modbus {
+namespace lensd::drivers::modbus {
 
 /// A drive as its bus holds it.
 struct Seat {
@@ -129,4 +129,4 @@ class Bus {
   std::jthread thread_;
 };
 
-}  // namespace lensd::modbus
+}  // namespace lensd::drivers::modbus

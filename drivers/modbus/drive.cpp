@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <utility>
 
-namespace lensd::modbus {
+namespace lensd::drivers::modbus {
 namespace {
 
 using std::chrono::milliseconds;
@@ -99,9 +99,9 @@ Result<void> Drive::Obey(const Order& order, Talk& talk) {
 /// Tells the drive to go for the goal.
 Result<void> Drive::Begin(Talk& talk) {
   const Profile& profile = config_.profile;
-  if (release_due_) {
+  if (release_due_ || stop_unknown_) {
     if (auto released = talk.Run(profile.release, profile, 0); !released) return released;
-    release_due_ = false;
+    release_due_ = stop_unknown_ = false;
   }
   if (tries_ > 0) {
     if (auto rearmed = talk.Run(profile.rearm, profile, 0); !rearmed) return rearmed;
@@ -132,6 +132,7 @@ void Drive::Forget() {
   phase_ = Phase::Idle;
   homed_here_ = false;
   halt_due_ = false;
+  stop_unknown_ = true;
 }
 
 Result<Sample> Drive::Look(Talk& talk) {
@@ -181,7 +182,10 @@ bool Drive::Repeat(Talk& talk, std::string complaint) {
 }
 
 bool Drive::Follow(const Seen& seen, Talk& talk) {
-  if (release_due_ && !seen.moving && talk.Run(config_.profile.release, config_.profile, 0)) release_due_ = false;
+  const bool held = release_due_ || (stop_unknown_ && phase_ == Phase::Waiting);
+  if (held && !seen.moving && talk.Run(config_.profile.release, config_.profile, 0)) {
+    release_due_ = stop_unknown_ = false;
+  }
   if (phase_ != Phase::Idle && seen.fault) phase_ = Phase::Idle;
   switch (phase_) {
     case Phase::Idle:
@@ -249,4 +253,4 @@ bool Drive::FinishHoming(const Seen&, Talk& talk) {
   return !config_.profile.after_home.empty();
 }
 
-}  // namespace lensd::modbus
+}  // namespace lensd::drivers::modbus

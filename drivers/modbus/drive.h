@@ -20,7 +20,7 @@
 #include "profile.h"
 #include "talk.h"
 
-namespace lensd::modbus {
+namespace lensd::drivers::modbus {
 
 /// How one axis is set up: a table of `drives`.
 struct DriveConfig {
@@ -111,9 +111,10 @@ class Drive {
   std::int64_t began_at_ = 0;  ///< counts, at the first look after the goal was begun
   bool began_known_ = false;
   bool release_due_ = false;  ///< a stop is still asserted
+  bool stop_unknown_ = true;  ///< whoever spoke to it before us may have left a stop asserted
   bool halt_due_ = false;     ///< a stop was sent when a late answer could pass for its own: to be sent again
   bool homed_here_ = false;   ///< homed by us since we are connected, for drives that do not tell
   std::string complaint_;
 };
 
-}  // namespace lensd::modbus
+}  // namespace lensd::drivers::modbus

@@ -10,7 +10,7 @@
 #include "bus.h"
 #include "modbus_lens.h"
 
-namespace lensd::modbus {
+namespace lensd::drivers::modbus {
 namespace {
 
 using drivers::Axis;
@@ -211,4 +211,4 @@ Result<void> CheckBus(const Settings& bus) {
   return {};
 }
 
-}  // namespace lensd::modbus
+}  // namespace lensd::drivers::modbus

@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <cmath>
 
-namespace lensd::modbus {
+namespace lensd::drivers::modbus {
 namespace {
 
 using std::chrono::milliseconds;
@@ -200,4 +200,4 @@ Result<void> Link::Write(int unit, int function, std::uint16_t address, std::spa
                              : modbus_write_registers(context_, address, count, registers.data()));
 }
 
-}  // namespace lensd::modbus
+}  // namespace lensd::drivers::modbus

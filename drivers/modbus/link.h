@@ -13,7 +13,7 @@
 
 struct _modbus;
 
-namespace lensd::modbus {
+namespace lensd::drivers::modbus {
 
 /// One [[bus]].
 struct BusConfig {
@@ -76,4 +76,4 @@ class Link {
   Outcome outcome_ = Outcome::Answered;
 };
 
-}  // namespace lensd::modbus
+}  // namespace lensd::drivers::modbus

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace lensd::modbus {
+namespace lensd::drivers::modbus {
 namespace {
 
 using drivers::Axis;
@@ -95,4 +95,4 @@ void ModbusLens::DoInterrupt() {
   bus_->Interrupt(interrupts_);
 }
 
-}  // namespace lensd::modbus
+}  // namespace lensd::drivers::modbus

@@ -8,7 +8,7 @@
 #include "bus.h"
 #include "drivers/api/lens.h"
 
-namespace lensd::modbus {
+namespace lensd::drivers::modbus {
 
 class ModbusLens final : public drivers::Lens {
  public:
@@ -31,4 +31,4 @@ class ModbusLens final : public drivers::Lens {
   drivers::PerAxis<bool> may_move_;  ///< told to since it was last seen to rest
 };
 
-}  // namespace lensd::modbus
+}  // namespace lensd::drivers::modbus

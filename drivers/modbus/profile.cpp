@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-namespace lensd::modbus {
+namespace lensd::drivers::modbus {
 namespace {
 
 constexpr Range kAddress{0, 0xFFFF};
@@ -297,4 +297,4 @@ std::string AlarmText(const Profile& profile, std::int64_t alarm) {
   return text.str();
 }
 
-}  // namespace lensd::modbus
+}  // namespace lensd::drivers::modbus

@@ -11,7 +11,7 @@
 #include "base/settings.h"
 #include "values.h"
 
-namespace lensd::modbus {
+namespace lensd::drivers::modbus {
 
 /// One number of a write: fixed, the target of a motion, or a parameter.
 struct Field {
@@ -82,4 +82,4 @@ Result<std::vector<std::uint16_t>> RegistersOf(const WriteStep& step, const Prof
 /// "alarm 0x30: overload", "alarm: over-temperature, encoder". Empty: none.
 std::string AlarmText(const Profile& profile, std::int64_t alarm);
 
-}  // namespace lensd::modbus
+}  // namespace lensd::drivers::modbus

@@ -7,7 +7,7 @@
 #include "base/result.h"
 #include "profile.h"
 
-namespace lensd::modbus {
+namespace lensd::drivers::modbus {
 
 /// The bus' thread only. Every call is one exchange (Run() one for each step) and fails with Cancelled, nothing sent,
 /// where a stop for this drive came in between or the order was withdrawn.
@@ -25,4 +25,4 @@ class Talk {
   ~Talk() = default;
 };
 
-}  // namespace lensd::modbus
+}  // namespace lensd::drivers::modbus

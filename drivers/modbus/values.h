@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-namespace lensd::modbus {
+namespace lensd::drivers::modbus {
 
 /// Which half of a 32-bit number has the lower address.
 enum class WordOrder { HighFirst, LowFirst };
@@ -50,4 +50,4 @@ inline std::int64_t NumberAt(std::span<const std::uint16_t> registers, NumberTyp
   return type == NumberType::U32 ? std::int64_t{both} : std::int64_t{static_cast<std::int32_t>(both)};
 }
 
-}  // namespace lensd::modbus
+}  // namespace lensd::drivers::modbus

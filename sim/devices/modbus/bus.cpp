@@ -138,8 +138,9 @@ Result<void> ModbusBus::ServeRtu(const std::string& link) {
   unlink(link.c_str());
   if (symlink(name.data(), link.c_str()) != 0) return FromErrno(link);
   serial_ = true;
+  link_ = link;
   received_[terminal_] = {};
-  last_byte_ = Now();
+  last_byte_ = Now() - std::chrono::seconds(1);
   Start();
   return {};
 }
@@ -191,6 +192,9 @@ void ModbusBus::CloseAll() {
     if (*end >= 0) close(*end);
     *end = -1;
   }
+  // The terminal's number may soon be somebody else's.
+  if (!link_.empty()) unlink(link_.c_str());
+  link_.clear();
   received_.clear();
   pending_.clear();
   busy_until_.clear();
@@ -322,7 +326,7 @@ ModbusBus::Bytes ModbusBus::Answer(int unit, const Bytes& request, bool ignore) 
   const auto refuse = [&](std::uint8_t code) { return Bytes{static_cast<std::uint8_t>(request[0] | 0x80), code}; };
   if (request.size() < 5) return refuse(0x03);
   const std::uint16_t address = Word(request, 1), second = Word(request, 3);
-  if (ignore) drive.Ignore(1);
+  if (ignore && request[0] != 0x03) drive.Ignore(1);
   std::expected<void, std::uint8_t> written;
   if (request[0] == 0x03) {
     if (second < 1 || second > 125) return refuse(0x03);

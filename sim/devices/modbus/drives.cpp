@@ -18,11 +18,11 @@ class OrientalAz final : public ModbusDrive {
     file_.AddRange(0x0058, 0x0069, true);
     file_.AddRange(0x0078, 0x007D, true);
     for (const auto& [first, last] : {std::pair{0x007E, 0x0095},
-                                     {0x00AC, 0x00AD},
-                                     {0x00C6, 0x00D7},
-                                     {0x00F8, 0x00FB},
-                                     {0x0120, 0x0123},
-                                     {0x0178, 0x017F}}) {
+                                      {0x00AC, 0x00AD},
+                                      {0x00C6, 0x00D7},
+                                      {0x00F8, 0x00FB},
+                                      {0x0120, 0x0123},
+                                      {0x0178, 0x017F}}) {
       file_.AddRange(static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(last), false);
     }
     file_.AddRange(0x0180, 0x018D, true);
@@ -69,6 +69,11 @@ class OrientalAz final : public ModbusDrive {
     homing_ = false;
     history_.insert(history_.begin(), alarm);
     history_.resize(std::min<std::size_t>(history_.size(), 10));
+  }
+
+  void Preset(Duration now) override {
+    homed_ = true;
+    shaft_.Call(now, 0.0);
   }
 
  private:
@@ -139,11 +144,6 @@ class OrientalAz final : public ModbusDrive {
     static constexpr std::uint32_t kPowerCycle[] = {0x20, 0x28, 0x2A, 0x33, 0x41, 0x42, 0x43,
                                                     0x44, 0x45, 0x71, 0x72, 0x83, 0xF0};
     if (std::ranges::find(kPowerCycle, alarm_) == std::end(kPowerCycle)) alarm_ = 0;
-  }
-
-  void Preset(Duration now) {
-    homed_ = true;
-    shaft_.Call(now, 0.0);
   }
 
   RegisterFile file_;
@@ -310,11 +310,11 @@ class LeadshineRs final : public ModbusDrive {
     file_.AddRange(0x000F, 0x000F, true);
     file_.AddRange(0x0191, 0x0191, true);
     for (const auto& [first, last] : {std::pair{0x1003, 0x1003},
-                                     {0x1010, 0x1015},
-                                     {0x1044, 0x1047},
-                                     {0x1901, 0x1901},
-                                     {0x2203, 0x2203},
-                                     {0x602A, 0x602D}}) {
+                                      {0x1010, 0x1015},
+                                      {0x1044, 0x1047},
+                                      {0x1901, 0x1901},
+                                      {0x2203, 0x2203},
+                                      {0x602A, 0x602D}}) {
       file_.AddRange(static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(last), false);
     }
     shaft_.Call(Duration{}, 0.0);

@@ -7,6 +7,8 @@
 namespace lensd::sim {
 namespace {
 
+constexpr double kBackOff = 200.0;  // counts
+
 double Seconds(Duration duration) {
   return std::chrono::duration<double>(duration).count();
 }
@@ -55,8 +57,16 @@ void Shaft::MoveTo(Duration at, double target, double speed, double acceleration
   Go(at, target + zero_, speed, acceleration);
 }
 
+/// From close by, it backs off first, as drives do to come upon the sensor from one side.
 void Shaft::MoveToReference(Duration at, double speed, double acceleration) {
-  Go(at, 0.0, speed, acceleration);
+  const bool close = std::abs(CountAt(at) + zero_) < kBackOff;
+  Go(at, close ? kBackOff : 0.0, speed, acceleration);
+  if (!close) return;
+  for (const sim::Stretch& stretch :
+       PlanPath(kBackOff, 0.0, 0.0, std::max(speed, 1e-3), std::max(acceleration, 1e-3))) {
+    path_.push_back({stretch.seconds, stretch.position, stretch.speed, stretch.acceleration});
+  }
+  target_ = 0.0;
 }
 
 /// On a whole count, as a counter has nothing between.

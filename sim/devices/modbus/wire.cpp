@@ -18,8 +18,11 @@ std::uint16_t Checksum(std::span<const std::uint8_t> bytes) {
 int RequestLength(std::span<const std::uint8_t> begin) {
   if (begin.size() < 2) return 0;
   switch (begin[1]) {
+    case 0x01:
+    case 0x02:
     case 0x03:
     case 0x04:
+    case 0x05:
     case 0x06:
     case 0x08:
       return 8;

@@ -5,7 +5,7 @@
 
 #include "drivers/api/device.h"
 
-namespace lensd::modbus {
+namespace lensd::drivers::modbus {
 
 /// Opens a lens whose axes are drives on one bus. Keys of `settings`: `bus`, the table of the [[bus]] it hangs on (with
 /// its `name`), and `drives`, a table by axis, each with `unit`, `range` and `profile`, the profile's own table.
@@ -22,4 +22,4 @@ std::string_view ShippedProfile(std::string_view name);
 std::string_view ShippedProfileNames();
 inline constexpr drivers::Profiles kProfiles{ShippedProfile, ShippedProfileNames};
 
-}  // namespace lensd::modbus
+}  // namespace lensd::drivers::modbus

@@ -53,7 +53,8 @@ class ModbusBus {
 
   void AddDrive(int unit, std::unique_ptr<ModbusDrive> drive);
 
-  /// A pseudo-terminal; `link` becomes a symbolic link to its other end, replacing another link.
+  /// A pseudo-terminal; `link` becomes a symbolic link to its other end, replacing another
+  /// link; it goes when the wire is cut.
   Result<void> ServeRtu(const std::string& link);
   /// On 127.0.0.1; port 0: any. The port.
   Result<int> ServeTcp(int port);
@@ -117,6 +118,7 @@ class ModbusBus {
   int listener_ = -1;
   int terminal_ = -1;
   int other_end_ = -1;  ///< held open, so that closing it does not hang up
+  std::string link_;    ///< points to the terminal
   int wake_[2] = {-1, -1};
   std::map<int, Bytes> received_;       ///< by connection
   std::deque<Pending> pending_;         ///< by time

@@ -23,7 +23,7 @@ class Shaft {
   explicit Shaft(double counts) : place_(counts) {}
 
   void MoveTo(Duration at, double target, double speed, double acceleration);
-  /// Toward the mechanical reference, `margin` counts below the count it was made with.
+  /// To the mechanical reference, which is at 0 until Call() says otherwise.
   void MoveToReference(Duration at, double speed, double acceleration);
   void Stop(Duration at, double deceleration);
   void StopDead(Duration at);
@@ -71,6 +71,10 @@ class ModbusDrive {
   void Ignore(int count) { ignored_ = count; }
   /// The motor stands still whatever it is told, as one whose shaft is blocked and that does not notice.
   void Block(bool blocked) { blocked_ = blocked; }
+  /// Here is now `counts`, as if somebody had told it so.
+  void SetCount(Duration now, double counts) { shaft_.Call(now, counts); }
+  /// As SetCount(0), and that is its reference.
+  virtual void Preset(Duration now) { SetCount(now, 0.0); }
   const Shaft& shaft() const { return shaft_; }
   /// Motions begun so far.
   int motions() const { return motions_; }

@@ -1,0 +1,174 @@
+// Thousands of moves of four axes on one bus while exchanges go wrong at random: every move ends, what is called
+// reached is, and no answer is taken for another's.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <iostream>
+#include <map>
+#include <random>
+#include <thread>
+
+#include "modbus_bench.h"
+#include "rig/rig.h"
+#include "test_level.h"
+
+namespace lensd::drivers::modbus {
+namespace {
+
+using sim::WireFault;
+
+constexpr double kRange = 2000.0;
+
+struct Tally {
+  long moves = 0, reached = 0, refused = 0, failed = 0, stopped = 0, wrong_position = 0, false_reached = 0, hung = 0;
+  Duration longest{};
+  std::map<std::string, long> reasons;
+};
+
+/// Where the positions of a drive lie: nowhere another's do, and no status looks like one.
+double BaseOf(int unit) {
+  return 1e6 * unit;
+}
+
+/// One lens of two drives, driven as the daemon's worker does.
+class Driver {
+ public:
+  Driver(Bench& bench, std::array<int, 2> units, std::uint64_t seed) : bench_(bench), units_(units), random_(seed) {}
+
+  void Open() {
+    auto range = [](int unit) {
+      return "[" + std::to_string(BaseOf(unit)) + ", " + std::to_string(BaseOf(unit) + kRange) + "]";
+    };
+    auto device =
+        bench_.Open(FastAz("focus", units_[0], range(units_[0])) + FastAz("iris", units_[1], range(units_[1])),
+                    "response_timeout_ms = 30");
+    ASSERT_TRUE(device.has_value()) << device.error().message;
+    for (const Axis axis : {Axis::Focus, Axis::Iris}) {
+      ASSERT_TRUE(bench_.Home(*device->lens, axis));
+      bench_.wire.With(UnitOf(axis),
+                       [&](sim::ModbusDrive& drive, Duration now) { drive.SetCount(now, BaseOf(UnitOf(axis))); });
+    }
+    auto made = rig::Rig::Create({}, *std::move(device), bench_.clock);
+    ASSERT_TRUE(made.has_value()) << made.error().message;
+    rig_ = *std::move(made);
+  }
+
+  void Run(long moves) {
+    for (long i = 0; i < moves && tally.hung == 0; ++i) MoveOnce();
+  }
+  Tally tally;
+
+ private:
+  int UnitOf(Axis axis) const { return units_[axis == Axis::Focus ? 0 : 1]; }
+
+  void MoveOnce() {
+    const Axis axis = random_() % 2 == 0 ? Axis::Focus : Axis::Iris;
+    const double target = BaseOf(UnitOf(axis)) + static_cast<double>(random_() % static_cast<unsigned>(kRange + 1));
+    std::optional<Result<rig::MoveOutcome>> end;
+    rig_->Move(axis, {.kind = rig::Target::Kind::Native, .value = target, .from = {}},
+               [&](Result<rig::MoveOutcome> outcome) { end = std::move(outcome); });
+    const Instant began = bench_.clock.Now();
+    const bool stop = random_() % 10 == 0;
+    const Duration stop_after = std::chrono::milliseconds(random_() % 60);
+    bool stop_sent = false;
+    ++tally.moves;
+    while (!end) {
+      Step();
+      const Duration gone = bench_.clock.Now() - began;
+      if (stop && !stop_sent && gone > stop_after && !end) {
+        stop_sent = true;
+        ++tally.stopped;
+        rig_->Stop({axis}, [](Result<void>) {});
+      }
+      if (gone > std::chrono::seconds(30)) {
+        ++tally.hung;
+        return;
+      }
+    }
+    tally.longest = std::max(tally.longest, bench_.clock.Now() - began);
+    Judge(axis, target, *end);
+  }
+
+  void Step() {
+    const Instant next = rig_->Step(bench_.clock.Now());
+    const auto status = rig_->GetStatus();
+    for (const Axis axis : {Axis::Focus, Axis::Iris}) {
+      if (!status.axes[axis]) continue;
+      const double at = status.axes[axis]->position.value - BaseOf(UnitOf(axis));
+      if (at < -1.0 || at > kRange + 1.0) ++tally.wrong_position;
+    }
+    std::this_thread::sleep_until(std::min(next, bench_.clock.Now() + std::chrono::milliseconds(2)));
+  }
+
+  void Judge(Axis axis, double target, const Result<rig::MoveOutcome>& end) {
+    if (!end) {
+      ++tally.failed;
+      ++tally.reasons[end.error().message];
+    } else if (!end->reached) {
+      ++tally.refused;
+      ++tally.reasons[end->reason];
+    } else {
+      ++tally.reached;
+      if (std::abs(bench_.Count(UnitOf(axis)) - target) > 1.0) ++tally.false_reached;
+    }
+  }
+
+  Bench& bench_;
+  const std::array<int, 2> units_;
+  std::mt19937_64 random_;
+  std::unique_ptr<rig::Rig> rig_;
+};
+
+class ModbusFaults : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Wire, ModbusFaults, ::testing::Bool(),
+                         [](const auto& serial) { return serial.param ? "Rtu" : "Tcp"; });
+
+TEST_P(ModbusFaults, FourAxesOfOneBus) {
+  Bench bench(GetParam(), {"oriental-az", "oriental-az", "oriental-az", "oriental-az"});
+  Driver one(bench, {1, 2}, 1), other(bench, {3, 4}, 2);
+  ASSERT_NO_FATAL_FAILURE(one.Open());
+  ASSERT_NO_FATAL_FAILURE(other.Open());
+  bench.wire.SetLate(std::chrono::milliseconds(50));
+  bench.wire.SetRandomFaults({{WireFault::NoReply, 0.004},
+                              {WireFault::Deaf, 0.004},
+                              {WireFault::Late, 0.008},
+                              {WireFault::BadCrc, 0.004},
+                              {WireFault::Short, 0.004},
+                              {WireFault::WrongUnit, 0.004},
+                              {WireFault::Exception, 0.004},
+                              {WireFault::Split, 0.01},
+                              {WireFault::Noise, 0.004},
+                              {WireFault::Ignore, 0.01}},
+                             7);
+  // Half of the 10,000 over either wire at each level.
+  const long moves = testing::ByLevel(40, 250, 5000) / 2;
+  {
+    const std::jthread first([&] { one.Run(moves); });
+    const std::jthread second([&] { other.Run(moves); });
+  }
+  Tally all = one.tally;
+  all.moves += other.tally.moves;
+  all.reached += other.tally.reached;
+  all.refused += other.tally.refused;
+  all.failed += other.tally.failed;
+  all.stopped += other.tally.stopped;
+  all.hung += other.tally.hung;
+  all.wrong_position += other.tally.wrong_position;
+  all.false_reached += other.tally.false_reached;
+  all.longest = std::max(all.longest, other.tally.longest);
+  for (const auto& [reason, count] : other.tally.reasons) all.reasons[reason] += count;
+  std::cout << all.moves << " moves, " << bench.wire.requests() << " exchanges, " << bench.wire.faults()
+            << " faults: " << all.reached << " reached, " << all.refused << " not reached, " << all.failed
+            << " failed (" << all.stopped << " stopped), longest " << std::chrono::duration<double>(all.longest).count()
+            << " s\n";
+  for (const auto& [reason, count] : all.reasons) std::cout << "  " << count << " x " << reason << "\n";
+  EXPECT_EQ(all.hung, 0);
+  EXPECT_EQ(all.wrong_position, 0);
+  EXPECT_EQ(all.false_reached, 0);
+  EXPECT_GT(all.reached, all.moves / 2);
+}
+
+}  // namespace
+}  // namespace lensd::drivers::modbus
