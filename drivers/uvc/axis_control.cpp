@@ -60,8 +60,7 @@ std::optional<StatusEvent> ParseStatus(std::span<const std::uint8_t> packet) {
   event.entity = packet[1];
   event.selector = packet[3];
   event.attribute = static_cast<StatusEvent::Attribute>(packet[4]);
-  const auto value = packet.subspan(5);
-  if (!value.empty() && value.size() <= 4) event.value = FromLittle(value);
+  event.value.assign(packet.begin() + 5, packet.end());
   return event;
 }
 

@@ -33,7 +33,7 @@ struct StatusEvent {
   std::uint8_t entity = 0;
   std::uint8_t selector = 0;
   Attribute attribute = Attribute::Value;
-  std::optional<std::uint32_t> value;  ///< where the packet has up to 4 bytes of it
+  std::vector<std::uint8_t> value;  ///< the control's new one, as far as the packet has it
 };
 /// nullopt: about something else, or damaged.
 std::optional<StatusEvent> ParseStatus(std::span<const std::uint8_t> packet);

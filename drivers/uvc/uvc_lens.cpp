@@ -223,8 +223,10 @@ void UvcLens::TakeEvents() {
         absolute->failed = absolute->awaiting;
         absolute->awaiting = false;
       } else if (event->attribute == StatusEvent::Attribute::Value) {
-        // The end of an earlier move carries another value.
-        if (!event->value || *event->value == absolute->target) absolute->awaiting = false;
+        // The end of an earlier move carries another value; without one it proves nothing.
+        const std::size_t length = absolute->control.length;
+        if (event->value.size() < length) continue;
+        if (FromLittle(std::span(event->value).first(length)) == absolute->target) absolute->awaiting = false;
       }
     }
   }

@@ -272,6 +272,8 @@ TEST_F(UvcBytes, Section5AsynchronousMoveEndsWithItsStatusEvent) {
   EXPECT_TRUE(moving_after("02 01 00 06 00 F4 01"));  // a streaming interface
   EXPECT_TRUE(moving_after("01 01 00 06 00 2C 01"));  // the end of an earlier move
   EXPECT_TRUE(moving_after("01 01"));                 // cut short
+  EXPECT_TRUE(moving_after("01 01 00 06 00"));        // without the value
+  EXPECT_TRUE(moving_after("01 01 00 06 00 F4"));     // half of it
   EXPECT_FALSE(moving_after("01 01 00 06 00 F4 01"));
   clock_.Advance(std::chrono::seconds(1));
   wire_->ExpectOut("21 01 00 06 00 01 02 00", "58 02");

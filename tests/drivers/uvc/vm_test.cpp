@@ -310,14 +310,17 @@ TEST_F(UvcMoves, ThreeHundredMovesWithFaultsNeverLie) {
     // Short ones: the point is the conversation, not the travel.
     const double target = std::floor(400 + uniform() * 60);
     std::optional<Result<rig::MoveOutcome>> end;
+    bool there = false;
     rig.Move(Axis::Focus, {.kind = rig::Target::Kind::Native, .value = target, .from = {}},
-             [&](Result<rig::MoveOutcome> outcome) { end = std::move(outcome); });
+             [&](Result<rig::MoveOutcome> outcome) {
+               end = std::move(outcome);
+               there = std::abs(camera_->truth()->Now().focus_steps - target) <= 1.0;  // then, not later
+             });
     for (const auto limit = std::chrono::steady_clock::now() + kPatience;
          !end && std::chrono::steady_clock::now() < limit;) {
       std::this_thread::sleep_until(std::min(rig.Step(Now().Now()), Now().Now() + std::chrono::milliseconds(5)));
     }
     ASSERT_TRUE(end) << "the move to " << target << " never ended";
-    const bool there = std::abs(camera_->truth()->Now().focus_steps - target) <= 1.0;
     if (!*end) {
       ++failed;
     } else if ((*end)->reached) {
