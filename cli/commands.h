@@ -19,6 +19,7 @@ inline constexpr std::initializer_list<AddCommand> kCommands = {
     AddBlur,
     AddDof,
     AddConjugate,
+    AddDevices,
     AddList,
     AddStatus,
     AddFocus,
@@ -29,6 +30,7 @@ inline constexpr std::initializer_list<AddCommand> kCommands = {
     AddSnapshot,
     AddStack,
     AddMonitor,
+    AddDoctor,
     AddCall,
     AddIntrospect,
 };

@@ -41,6 +41,7 @@ bool AllHomed(const rig::Status& status) {
 LensService::LensService(EventLoop& loop, const Clock& clock)
     : loop_(loop), clock_(clock), definition_(BuiltInDefinition(proto::LensInterfaceText())) {
   handlers_ = {{"List", &LensService::List},
+               {"Devices", &LensService::Devices},
                {"Status", &LensService::Status},
                {"Monitor", &LensService::Monitor},
                {"Move", &LensService::Move},

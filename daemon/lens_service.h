@@ -55,6 +55,9 @@ class LensService final : public Service {
   };
 
   void List(const ExchangePointer& exchange);
+  void Devices(const ExchangePointer& exchange);
+  std::string DevicesReply(const struct Search& search) const;
+  std::optional<std::string> UserOf(std::string_view driver, std::string_view serial) const;
   void Status(const ExchangePointer& exchange);
   void Monitor(const ExchangePointer& exchange);
   void Move(const ExchangePointer& exchange);
@@ -105,7 +108,9 @@ class LensService final : public Service {
   std::map<std::int64_t, FrameSessionPointer> sessions_;
   std::int64_t last_session_ = 0;
   std::vector<std::unique_ptr<Lens>> lenses_;
-  TaskThread pictures_;  // compresses snapshots
+  std::vector<ExchangePointer> searchers_;  // who waits for the search in progress
+  TaskThread pictures_;                     // compresses snapshots
+  TaskThread searches_;                     // looks for devices
 };
 
 }  // namespace lensd::daemon

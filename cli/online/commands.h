@@ -5,6 +5,8 @@
 
 namespace lensd::cli {
 
+void AddDevices(CLI::App& root, Run& run);
+void AddDoctor(CLI::App& root, Run& run);
 void AddList(CLI::App& root, Run& run);
 void AddStatus(CLI::App& root, Run& run);
 void AddMonitor(CLI::App& root, Run& run);

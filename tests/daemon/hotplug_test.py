@@ -75,6 +75,67 @@ class AbsentLens(unittest.TestCase):
         self.assertIn("lensd would wait for it", done.stderr)
 
 
+class Advice(unittest.TestCase):
+    """lensctl devices and doctor."""
+
+    def doctor(self, *arguments, **options):
+        done = subprocess.run([os.path.join(BIN, "lensctl"), "doctor", "--json", *arguments], capture_output=True,
+                              text=True, timeout=120, check=False, **options)
+        findings = json.loads(done.stdout)
+        for finding in findings:
+            self.assertEqual(finding["status"] == "ok", finding["remedy"] is None, finding)
+        problems = any(finding["status"] == "problem" for finding in findings)
+        self.assertEqual(done.returncode, 1 if problems else 0, done.stdout)
+        return {finding["check"]: finding for finding in findings}
+
+    def test_a_missing_lens_is_a_problem_and_the_other_is_not(self):
+        daemon = Daemon(config=CONFIG)
+        try:
+            found = self.doctor("--socket", daemon.socket)
+            devices = daemon.lensctl("devices", "--json")
+        finally:
+            daemon.stop()
+        self.assertEqual(found["lens gone"]["status"], "problem")
+        for check in ("socket", "daemon", "configuration", "lens here"):
+            self.assertEqual(found[check]["status"], "ok", found)
+        self.assertEqual(devices.returncode, 0, devices.stderr)
+        for device in json.loads(devices.stdout):  # whatever this machine has
+            self.assertIn(f'driver = "{device["driver"]}"', device["config"])
+
+    def test_a_healthy_daemon_has_no_problem(self):
+        daemon = Daemon(("a",))
+        try:
+            found = self.doctor("--socket", daemon.socket)
+        finally:
+            daemon.stop()
+        self.assertEqual(found["lens a"]["status"], "ok")
+
+    def test_without_a_daemon_the_file_is_checked(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "lensd.toml")
+            for text, status in (("version = 1\n", "ok"), ("version = 1\nlens = 3\n", "problem"), (CONFIG, "warning")):
+                with open(path, "w", encoding="utf-8") as file:
+                    file.write(text)
+                found = self.doctor("--socket", os.path.join(folder, "s"), "--config", path)
+                self.assertEqual(found["socket"]["status"], "problem")
+                self.assertEqual(found["configuration"]["status"], status, (text, found))
+
+    @unittest.skipUnless(os.geteuid() == 0, "needs root to become somebody else")
+    def test_a_forbidden_socket_names_the_group(self):
+        daemon = Daemon(("a",))
+        try:
+            os.chmod(daemon.folder.name, 0o755)
+            os.chmod(daemon.socket, 0o660)
+            os.chown(daemon.socket, 0, 44)  # video
+            found = self.doctor("--socket", daemon.socket, user=65534, group=65534, extra_groups=[])
+            self.assertEqual(found["socket"]["status"], "problem")
+            self.assertIn("usermod -aG video", found["socket"]["remedy"])
+            found = self.doctor("--socket", daemon.socket, user=65534, group=65534, extra_groups=[44])
+            self.assertEqual(found["socket"]["status"], "ok")
+        finally:
+            daemon.stop()
+
+
 class WrongKeys(unittest.TestCase):
     def test_a_wrong_key_is_an_error_even_when_the_lens_is_not_there(self):
         for wrong in ('speed = 3', 'stop_value = -1', 'iris_pps = 0', 'concurrent_axes = 1', 'serial = 5'):

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import time
+import tomllib
 import unittest
 
 ROOT, BIN = sys.argv[1:3]
@@ -85,6 +86,12 @@ class Plugged(unittest.TestCase):
         self.wait_for(lambda: self.status()["connected"])
         self.assertFalse(self.axis("focus")["homed"])
         self.assertEqual(self.move("focus", 10)["error"], LENS + "InvalidRequest")  # not homed
+        device, = json.loads(self.daemon.lensctl("devices", "--json").stdout)
+        self.assertEqual((device["driver"], device["serial"], device["usedBy"], device["problem"]),
+                         ("lensconnect", "A123", "usb", None))
+        self.assertEqual(tomllib.loads(device["config"]),
+                         {"lens": [{"name": "lens-1", "driver": "lensconnect", "serial": "A123"}]})
+        self.assertIn("used by usb", self.daemon.lensctl("devices").stdout)
         homed = self.call("Home")["parameters"]["moves"]
         self.assertEqual([m["reached"] for m in homed], [True] * 4, homed)
         for number, (axis, target) in enumerate((("zoom", 1500), ("focus", 2500), ("iris", 300), ("filter", 2))):

@@ -1,0 +1,253 @@
+// doctor: everything that commonly keeps a lens from working, looked at one by one, each finding with what to do.
+#include <grp.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "cli/online/commands.h"
+#include "cli/online/link.h"
+#include "proto/interfaces.h"
+
+namespace lensd::cli {
+namespace {
+
+using proto::Json;
+
+constexpr const char* kConfiguration = "/etc/lensd/lensd.toml";
+
+/// What was found, for people and programs.
+class Findings {
+ public:
+  void Ok(std::string check, std::string message) { Add(std::move(check), "ok", std::move(message), ""); }
+  void Warn(std::string check, std::string message, std::string remedy) {
+    Add(std::move(check), "warning", std::move(message), std::move(remedy));
+  }
+  void Problem(std::string check, std::string message, std::string remedy) {
+    ++problems_;
+    Add(std::move(check), "problem", std::move(message), std::move(remedy));
+  }
+  int problems() const { return problems_; }
+  const Json& json() const { return json_; }
+
+ private:
+  void Add(std::string check, const char* status, std::string message, std::string remedy) {
+    json_.push_back({{"check", std::move(check)},
+                     {"status", status},
+                     {"message", std::move(message)},
+                     {"remedy", remedy.empty() ? Json(nullptr) : Json(std::move(remedy))}});
+  }
+
+  Json json_ = Json::array();
+  int problems_ = 0;
+};
+
+std::string GroupName(gid_t group) {
+  const struct group* found = getgrgid(group);
+  return found != nullptr ? found->gr_name : std::to_string(group);
+}
+
+bool InGroup(gid_t wanted) {
+  if (getegid() == wanted) return true;
+  std::vector<gid_t> groups(static_cast<std::size_t>(std::max(getgroups(0, nullptr), 0)));
+  const int count = getgroups(static_cast<int>(groups.size()), groups.data());
+  groups.resize(static_cast<std::size_t>(std::max(count, 0)));
+  return std::ranges::find(groups, wanted) != groups.end();
+}
+
+/// Whether the socket is there and this user may use it.
+bool CheckSocket(const std::string& path, Findings& findings) {
+  struct stat about{};
+  if (stat(path.c_str(), &about) != 0) {
+    if (errno == EACCES) {
+      findings.Problem("socket", "you may not look at " + path, "ask for permission to enter its folder");
+    } else {
+      findings.Problem("socket", "there is no socket " + path,
+                       "start the daemon (systemctl enable --now lensd.socket), or name its socket with --socket or "
+                       "LENSD_SOCKET");
+    }
+    return false;
+  }
+  if (access(path.c_str(), R_OK | W_OK) != 0) {
+    const std::string group = GroupName(about.st_gid);
+    findings.Problem("socket", "you may not use " + path + ", which is for the group " + group,
+                     InGroup(about.st_gid) ? "ask its owner for permission"
+                                           : "sudo usermod -aG " + group + " $USER, then log in again");
+    return false;
+  }
+  findings.Ok("socket", path + " is there" + (geteuid() == 0 ? "" : ", and you may use it"));
+  return true;
+}
+
+std::optional<Link> CheckDaemon(Session& session, Findings& findings) {
+  auto link = Link::Open(session);
+  if (!link) {
+    findings.Problem("daemon", link.error().message, "systemctl restart lensd; journalctl -u lensd tells why it ended");
+    return std::nullopt;
+  }
+  auto info = link->Ask("org.varlink.service.GetInfo", Json::object());
+  if (!info) {
+    findings.Problem("daemon", info.error().message, "systemctl restart lensd");
+    return std::nullopt;
+  }
+  const std::string version = info->value("version", "?");
+  if (version == LENSD_VERSION) {
+    findings.Ok("daemon", "lensd " + version + " answers");
+  } else {
+    findings.Warn("daemon", "lensd is version " + version + ", lensctl is " LENSD_VERSION,
+                  "systemctl restart lensd, so that the installed version runs");
+  }
+  return *std::move(link);
+}
+
+/// The daemon's own word on the file, its exit status and what it says.
+std::pair<int, std::string> RunCheck(const std::string& daemon, const std::string& file) {
+  int ends[2];
+  if (pipe(ends) != 0) return {-1, std::strerror(errno)};
+  const pid_t child = fork();
+  if (child == 0) {
+    dup2(ends[1], STDERR_FILENO);
+    dup2(ends[1], STDOUT_FILENO);
+    close(ends[0]);
+    close(ends[1]);
+    execlp(daemon.c_str(), daemon.c_str(), "--check-config", "--config", file.c_str(), nullptr);
+    _exit(127);
+  }
+  close(ends[1]);
+  std::string said;
+  std::array<char, 4096> buffer{};
+  for (ssize_t count = 0; (count = read(ends[0], buffer.data(), buffer.size())) > 0;) {
+    said.append(buffer.data(), static_cast<std::size_t>(count));
+  }
+  close(ends[0]);
+  int status = 0;
+  if (child < 0 || waitpid(child, &status, 0) < 0 || !WIFEXITED(status)) return {-1, said};
+  while (!said.empty() && said.back() == '\n') said.pop_back();
+  return {WEXITSTATUS(status), said};
+}
+
+/// A running daemon has read its file, and opening the devices beside it would disturb them: then there is nothing to
+/// do.
+void CheckConfiguration(const std::string& file, bool daemon_answers, std::size_t lenses, Findings& findings) {
+  if (daemon_answers) {
+    if (lenses > 0) return findings.Ok("configuration", "lensd has read " + std::to_string(lenses) + " lenses");
+    return findings.Warn("configuration", "no lens is configured",
+                         "put the lines that `lensctl devices` prints into " + file + " and restart lensd");
+  }
+  if (access(file.c_str(), R_OK) != 0) {
+    return findings.Warn("configuration", file + ": " + std::strerror(errno),
+                         "name the daemon's file with --config, or run this as a user who may read it");
+  }
+  std::error_code ignored;
+  const auto beside = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / "lensd";
+  const auto [status, said] = RunCheck(std::filesystem::exists(beside, ignored) ? beside.string() : "lensd", file);
+  if (status == 0 && said.empty()) return findings.Ok("configuration", file + " is valid");
+  if (status == 0) return findings.Warn("configuration", said, "plug the lens in; lensd finds it then");
+  if (status == 127) return findings.Warn("configuration", "lensd is not installed here", "install lensd");
+  findings.Problem("configuration", said, "correct the file; `lensd --check-config` checks it again");
+}
+
+void CheckRules(Findings& findings) {
+  for (const char* folder : {"/etc/udev/rules.d", "/run/udev/rules.d", "/usr/local/lib/udev/rules.d",
+                             "/usr/lib/udev/rules.d", "/lib/udev/rules.d"}) {
+    const std::string path = std::string(folder) + "/60-lensd.rules";
+    if (access(path.c_str(), F_OK) == 0) return findings.Ok("udev", path + " is installed");
+  }
+  findings.Warn("udev", "60-lensd.rules is not installed: USB lenses are for root only",
+                "copy udev/60-lensd.rules to /etc/udev/rules.d, run udevadm control --reload, plug the lens in again");
+}
+
+void CheckDevices(Link& link, Findings& findings) {
+  auto reply = link.Ask(MethodOfLens("Devices"), Json::object());
+  if (!reply) return findings.Problem("devices", reply.error().message, "restart lensd");
+  for (const Json& failed : (*reply)["failed"]) {
+    findings.Warn("devices",
+                  "driver " + failed.value("driver", "") + " could not search: " + failed.value("message", ""),
+                  "journalctl -u lensd may tell more");
+  }
+  std::size_t fine = 0;
+  for (const Json& device : (*reply)["devices"]) {
+    const bool used = device["usedBy"].is_string();
+    if (used || device["problem"].is_null()) {
+      ++fine;
+      continue;
+    }
+    findings.Problem("devices", device.value("driver", "") + " " + device.value("model", "") + ": lensd cannot open it",
+                     device["problem"].get<std::string>());
+  }
+  findings.Ok("devices",
+              std::to_string(fine) + (fine == 1 ? " device is" : " devices are") + " plugged in that lensd may open");
+}
+
+void CheckLens(const Json& lens, Findings& findings) {
+  const std::string check = "lens " + lens.value("name", "");
+  if (!lens.value("connected", false)) {
+    const bool says = lens.contains("error") && lens["error"].is_string();
+    return findings.Problem(check, says ? lens["error"].get<std::string>() : "it does not answer",
+                            "plug it in and power it; lensd finds it by itself. `lensctl devices` tells what is there");
+  }
+  bool fine = true;
+  for (const Json& axis : lens["axes"]) {
+    const std::string name = axis.value("axis", "");
+    if (const std::string fault = axis.value("fault", ""); !fault.empty()) {
+      findings.Problem(check, name + " says: " + fault,
+                       "look what holds it, then: lensctl home " + lens.value("name", "") + " " + name);
+      fine = false;
+    } else if (!axis.value("homed", true)) {
+      findings.Warn(check, "where " + name + " is is not known", "lensctl home " + lens.value("name", "") + " " + name);
+      fine = false;
+    }
+  }
+  if (fine) findings.Ok(check, "it answers");
+}
+
+Json LensesOf(Link& link, Findings& findings) {
+  auto reply = link.Ask(MethodOfLens("Status"), Json::object());
+  if (reply) return (*reply)["lenses"];
+  findings.Problem("lenses", reply.error().message, "restart lensd");
+  return Json::array();
+}
+
+Outcome Doctor(Session& session, const std::string& file) {
+  Findings findings;
+  const std::string socket = session.globals().socket.value_or(std::string(proto::kDefaultSocket));
+  std::optional<Link> link;
+  if (CheckSocket(socket, findings)) link = CheckDaemon(session, findings);
+  const Json lenses = link ? LensesOf(*link, findings) : Json::array();
+  CheckConfiguration(file, link.has_value(), lenses.size(), findings);
+  CheckRules(findings);
+  if (link) CheckDevices(*link, findings);
+  for (const Json& lens : lenses) CheckLens(lens, findings);
+  const Exit exit = findings.problems() == 0 ? Exit::Done : Exit::No;
+  if (session.json()) {
+    session.PrintJson(findings.json());
+    return exit;
+  }
+  for (const Json& finding : findings.json()) {
+    session.PrintText(finding["status"].get<std::string>() + ": " + finding["check"].get<std::string>() + ": " +
+                      finding["message"].get<std::string>());
+    if (finding["remedy"].is_string()) session.PrintText("    what to do: " + finding["remedy"].get<std::string>());
+  }
+  return exit;
+}
+
+}  // namespace
+
+void AddDoctor(CLI::App& root, Run& run) {
+  auto file = std::make_shared<std::string>(kConfiguration);
+  auto* command = root.add_subcommand("doctor", "looks for what keeps lenses from working, and says what to do");
+  command->group(kOnline);
+  command->add_option("--config", *file, "the daemon's file, read where the daemon does not answer")
+      ->type_name("FILE")
+      ->capture_default_str();
+  command->callback([&run, file] { run = [file](Session& session) { return Doctor(session, *file); }; });
+}
+
+}  // namespace lensd::cli
