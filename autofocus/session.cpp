@@ -117,9 +117,14 @@ Advice Session::Follow(const Look& look) {
   // The next method begins where the last one gave up.
   while (Refused(advice) && running_ + 1 < names_.size()) {
     to_check_.reset();
+    earlier_ = std::get<Verdict>(advice);
     ++running_;
     StartMethod();
     advice = Ask(look);
+  }
+  if (auto* verdict = std::get_if<Verdict>(&advice); verdict != nullptr && !verdict->focused && earlier_) {
+    verdict->reason += "; before that, " + std::string(names_[running_ - 1]) + ": " + earlier_->reason;
+    if (verdict->candidates.empty()) verdict->candidates = earlier_->candidates;
   }
   return advice;
 }

@@ -5,6 +5,7 @@
 #include "lens_entry.h"
 #include "lens_json.h"
 #include "lens_service.h"
+#include "proto/interfaces.h"
 
 namespace lensd::daemon {
 
@@ -61,6 +62,15 @@ void LensService::Autofocus(const ExchangePointer& exchange) {
     exchange->Finish(Wrap("autofocus", result));
     Announce(*lens, "autofocus", result);
   };
+  if (const Json* track = Given(exchange->parameters(), "track"); track != nullptr && track->get<bool>()) {
+    if (!exchange->call().more) return exchange->Refuse(proto::kExpectedMore, Json::object());
+    request->track = [this, lens, exchange](const rig::AutofocusOutcome& outcome) {
+      lens->worker->Later([this, lens, exchange, text = proto::WriteJson(AutofocusJson(lens->name, outcome))] {
+        exchange->Continue(Wrap("autofocus", text));
+        Announce(*lens, "autofocus", text);
+      });
+    };
+  }
   rig::ProgressCallback progress;
   if (exchange->call().more) {
     progress = [lens, exchange](const rig::AutofocusProgress& now) {

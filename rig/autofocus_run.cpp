@@ -36,7 +36,7 @@ Activity AutofocusRun::activity() const {
 }
 
 void AutofocusRun::CheckDeadline() {
-  if (hands_.now() < deadline_ || going_back_with_) return;
+  if (holding_ || hands_.now() < deadline_ || going_back_with_) return;
   GoBack(Refusal("no answer by the deadline"));
 }
 
@@ -46,6 +46,11 @@ void AutofocusRun::OnFrame(Result<Seen> seen) {
   const auto& focus = seen->lensed.axes[drivers::Axis::Focus];
   if (!focus) return GoBack(Fail(Code::Internal, "a frame came without the lens position it was taken at"));
   stands_ = Native{0.5 * (focus->lowest + focus->highest).value};
+  if (holding_) {
+    auto changed = Watch(*seen);
+    if (!changed) return End(PassOn(std::move(changed)));
+    if (!*changed) return Look();
+  }
   if (!start_) start_ = stands_;
   const Duration before = ThreadCpu();
   auto advice = Show(*seen);
@@ -64,7 +69,7 @@ Result<autofocus::Advice> AutofocusRun::Show(const Seen& seen) {
 void AutofocusRun::Report() {
   if (!progress_) return;
   progress_({.frames = search_.frames(),
-             .moves = hands_.motions(),
+             .moves = hands_.motions() - motions_before_,
              .frames_expected = search_.frames_expected(),
              .position = stands_,
              .sharpness = search_.relative_sharpness()});
@@ -73,7 +78,7 @@ void AutofocusRun::Report() {
 void AutofocusRun::Follow(const autofocus::Advice& advice) {
   if (const auto* verdict = std::get_if<autofocus::Verdict>(&advice)) {
     if (!verdict->focused) return GoBack(Outcome(*verdict));
-    return hands_.end(Outcome(*verdict));
+    return End(Outcome(*verdict));
   }
   const Native target = scale_.native(std::get<autofocus::GoAndLook>(advice).position);
   if (std::abs((target - stands_).value) < 0.5 * scale_.resolution) return Look();
@@ -91,18 +96,48 @@ void AutofocusRun::OnMoved(Result<MoveOutcome> moved) {
 /// Returns the lens to where the run found it, then gives the answer; says so where that fails.
 void AutofocusRun::GoBack(Result<AutofocusOutcome> answer) {
   going_back_with_ = std::move(answer);
-  if (!start_) return hands_.end(*std::move(going_back_with_));
+  if (!start_) return End(*std::move(going_back_with_));
   hands_.move(*start_, [this](Result<MoveOutcome> moved) {
     auto last = *std::move(going_back_with_);
     const bool back = moved && moved->reached;
     const std::string trouble =
         back ? "" : "; the lens could not be brought back: " + (moved ? moved->reason : moved.error().message);
-    if (!last) return hands_.end(Fail(last.error().code, last.error().message + trouble));
+    if (!last) return End(Fail(last.error().code, last.error().message + trouble));
     if (moved) stands_ = moved->position;
     AutofocusOutcome refusal = Refusal(last->reason + trouble);
     refusal.candidates = std::move(last->candidates);
-    hands_.end(std::move(refusal));
+    End(std::move(refusal));
   });
+}
+
+/// The end, unless the subject is to be tracked: then only an error is.
+void AutofocusRun::End(Result<AutofocusOutcome> answer) {
+  if (!tracking_ || !answer) return hands_.end(std::move(answer));
+  tracking_->tell(*answer);
+  tracker_.SearchEnded(answer->focused, hands_.now());
+  holding_ = true;
+  start_.reset();
+  Look();
+}
+
+/// Whether the scene has changed; then a new search has begun, and the frame at hand is its first.
+Result<bool> AutofocusRun::Watch(const Seen& seen) {
+  const drivers::Frame& frame = seen.lensed.frame;
+  auto window = autofocus::WindowOf(search_.regions().front(), frame.width, frame.height);
+  if (!window) return PassOn(std::move(window));
+  auto score = autofocus::ScoreFocus(frame, *window);
+  if (!score) return PassOn(std::move(score));
+  if (!tracker_.Changed(*score, frame.bits, window->width * window->height, hands_.now())) return false;
+  auto search = tracking_->search_anew();
+  if (!search) return PassOn(std::move(search));
+  search_ = *std::move(search);
+  holding_ = false;
+  start_ = stands_;
+  began_at_ = hands_.now();
+  deadline_ = began_at_ + tracking_->limit;
+  motions_before_ = hands_.motions();
+  cpu_ = {};
+  return true;
 }
 
 AutofocusOutcome AutofocusRun::Refusal(std::string reason) const {
@@ -116,7 +151,7 @@ AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const 
   outcome.focused = verdict.focused;
   outcome.method = search_.method();
   outcome.frames = search_.frames();
-  outcome.moves = hands_.motions();
+  outcome.moves = hands_.motions() - motions_before_;
   outcome.elapsed = hands_.now() - began_at_;
   outcome.position = stands_;
   outcome.cpu = cpu_;

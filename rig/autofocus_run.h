@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "autofocus/regions.h"
+#include "autofocus/tracker.h"
 #include "outside.h"
 #include "rig/rig.h"
 
@@ -29,9 +30,18 @@ class AutofocusRun {
     const OpticsTable* optics = nullptr;  ///< positions are extensions in metres; nullptr: native units
   };
 
+  /// What a run needs that goes on after its answer.
+  struct Tracking {
+    std::function<void(const AutofocusOutcome&)> tell;
+    std::function<Result<autofocus::Regions>()> search_anew;
+    Duration limit{};  ///< of each search
+  };
+
   AutofocusRun(autofocus::Regions search, Instant deadline, Hands hands, Scale scale, ProgressCallback progress);
   /// Asks for the first frame.
   void Begin();
+  /// Before Begin(): tracks from the first answer on.
+  void Track(Tracking tracking) { tracking_ = std::move(tracking); }
   /// To be called at every step: ends the search at its deadline.
   void CheckDeadline();
   Activity activity() const;
@@ -46,6 +56,8 @@ class AutofocusRun {
   void OnMoved(Result<MoveOutcome> moved);
   void Follow(const autofocus::Advice& advice);
   void GoBack(Result<AutofocusOutcome> answer);
+  void End(Result<AutofocusOutcome> answer);
+  Result<bool> Watch(const Seen& seen);
   void Report();
   AutofocusOutcome Outcome(const autofocus::Verdict& verdict) const;
   AutofocusOutcome Refusal(std::string reason) const;
@@ -60,6 +72,10 @@ class AutofocusRun {
   Native stands_;
   std::optional<Result<AutofocusOutcome>> going_back_with_;
   Duration cpu_{};
+  std::optional<Tracking> tracking_;
+  autofocus::Tracker tracker_;
+  bool holding_ = false;  ///< tracking, between two searches
+  int motions_before_ = 0;
 };
 
 }  // namespace lensd::rig

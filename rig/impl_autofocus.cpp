@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "impl.h"
-#include "optics/conjugates.h"
 
 namespace lensd::rig {
 namespace {
@@ -115,8 +114,14 @@ void Rig::Impl::Autofocus(AutofocusRequest request, ProgressCallback progress, A
       if (!window) return refuse(window.error());
     }
   }
+  if (request.track && (request.outside || regions.size() != 1)) {
+    return refuse({Code::InvalidArgument, "tracking takes one region, and frames of the lens' own camera"});
+  }
   if (request.deadline <= Duration::zero()) return refuse({Code::InvalidArgument, "a deadline must be above 0"});
-  auto search = autofocus::Regions::Create(request.method, AutofocusSetup(request), std::move(regions), request.policy);
+  auto search_anew = [this, request, regions] {
+    return autofocus::Regions::Create(request.method, AutofocusSetup(request), regions, request.policy);
+  };
+  auto search = search_anew();
   if (!search) return refuse(search.error());
 
   const bool focus_under_way = motions_[Axis::Focus] != nullptr;
@@ -129,6 +134,7 @@ void Rig::Impl::Autofocus(AutofocusRequest request, ProgressCallback progress, A
   if (request.outside) outside_.emplace(*std::move(request.outside));
   run_ = std::make_unique<AutofocusRun>(*std::move(search), clock.Now() + request.deadline, HandsOfRun(), ScaleOfRun(),
                                         std::move(progress));
+  if (request.track) run_->Track({std::move(request.track), std::move(search_anew), request.deadline});
   run_->Begin();
 }
 

@@ -185,6 +185,7 @@ TrueState Mechanics::StateOf(Duration at) const {
   state.optics.focal_length_m = nominal_m * (1.0 + lens.breathing * along);
   state.optics.aperture_diameter_m = nominal_m / state.f_number;
   state.optics.sensor_distance_m = state.optics.focal_length_m + state.extension_m;
+  state.sway_d = SwayD(*scene_, std::chrono::duration<double>(at).count());
   state.focal_plane_d = 1.0 / state.optics.focal_length_m - 1.0 / state.optics.sensor_distance_m;
   return state;
 }

@@ -1,5 +1,10 @@
 #include "sim/scene.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <variant>
+
 #include "io/toml.h"
 #include "scene_parts.h"
 
@@ -48,12 +53,24 @@ Result<Scene> SceneFromSettings(const Settings& settings) {
   auto region = ReadTruthRegion(read.Table("truth"));
   if (!region) return PassOn(std::move(region));
   scene.truth_region = *region;
+  const bool sways = std::ranges::any_of(scene.surfaces, [](const Surface& surface) { return surface.sway_m > 0; });
+  if (sways && (scene.surfaces.size() + scene.lights.size() > 1 || scene.lens.model != LensModel::Thin)) {
+    read.Reject("surface", "has a wall that sways (sway_m): it must be the only thing there, before a thin lens");
+  }
   if (scene.surfaces.empty() && scene.lights.empty()) read.Reject("", "needs a [[surface]] or a [[light]] to look at");
   if (auto done = read.Finish(); !done) return PassOn(std::move(done));
   return scene;
 }
 
 }  // namespace
+
+double SwayD(const Scene& scene, double seconds) {
+  const auto sways = std::ranges::find_if(scene.surfaces, [](const Surface& surface) { return surface.sway_m > 0; });
+  if (sways == scene.surfaces.end()) return 0.0;
+  const double before_d = std::get<PlaneShape>(sways->shape).u0_d;
+  const double moved_m = sways->sway_m * std::sin(2.0 * std::numbers::pi * seconds / sways->sway_s);
+  return 1.0 / (1.0 / before_d + moved_m) - before_d;
+}
 
 Result<Scene> LoadScene(const std::string& path) {
   const auto settings = io::ReadTomlFile(path);

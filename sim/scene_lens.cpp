@@ -82,6 +82,7 @@ Result<CameraSettings> ReadCamera(const Settings* table) {
   camera.frame_rate_hz = read.Number("frame_rate_hz", camera.frame_rate_hz, {1e-3, 1e5});
   camera.flicker = read.Number("flicker", camera.flicker, kFraction);
   camera.gamma = read.Number("gamma", camera.gamma, {0.1, 10.0});
+  camera.shake_px = read.Number("shake_px", camera.shake_px, {0.0, 100.0});
   if (auto done = read.Finish(); !done) return PassOn(std::move(done));
   return camera;
 }

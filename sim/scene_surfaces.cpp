@@ -98,7 +98,13 @@ Result<Surface> ReadSurface(const Settings& table) {
   surface.region = ReadRegion(read, "region", surface.region);
   read.RequiredText("kind");
   const auto kind = read.Choice("kind", {"wall", "plane", "depth-map"}, 0);
-  if (kind == 0) surface.shape = PlaneShape{1.0 / ReadDistance(read, "distance_m"), 0.0, 0.0};
+  if (kind == 0) {
+    const double distance_m = ReadDistance(read, "distance_m");
+    surface.shape = PlaneShape{1.0 / distance_m, 0.0, 0.0};
+    surface.sway_m = read.Number("sway_m", surface.sway_m, {0.0, 1e3});
+    surface.sway_s = read.Number("sway_s", surface.sway_s, {1e-3, 1e6});
+    if (!(surface.sway_m < distance_m)) read.Reject("sway_m", "must be less than distance_m");
+  }
   if (kind == 1) surface.shape = ReadPlane(read, surface.region);
   if (kind == 2) surface.shape = DepthMapShape{Load(read, "file", LoadDepthMap)};
   surface.paint = ReadPaint(read, kind == 2);

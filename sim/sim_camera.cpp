@@ -1,10 +1,12 @@
 #include "sim_camera.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "noise.h"
 #include "sensor.h"
@@ -54,6 +56,50 @@ double GatheredBy(const LensSettings& lens, const TrueState& state) {
   if (lens.model == LensModel::Pinhole) return 1.0;
   const double working = state.optics.sensor_distance_m / state.optics.aperture_diameter_m;
   return (lens.initial_f_number / working) * (lens.initial_f_number / working);
+}
+
+/// The lens that blurs the wall where it stood at time 0 as this one blurs it where it is now. Blur in the picture goes
+/// with Zs (1/f - U) - 1, so the sensor is moved instead of the wall; its size in the picture stays what it was.
+OpticalState AsIfStill(const Scene& scene, const TrueState& state) {
+  OpticalState optics = state.optics;
+  if (state.sway_d == 0.0) return optics;
+  const double power_d = 1.0 / optics.focal_length_m;
+  const double then_d = std::get<PlaneShape>(scene.surfaces.front().shape).u0_d;
+  optics.sensor_distance_m *= (power_d - then_d - state.sway_d) / (power_d - then_d);
+  return optics;
+}
+
+/// The picture moved sideways, between pixels by Catmull-Rom; beyond the border the border goes on.
+void Displace(std::vector<float>& light, int width, int height, double dx, double dy) {
+  const auto along = [](double at, std::array<float, 4>& weights) {
+    const double whole = std::floor(at);
+    const auto t = static_cast<float>(at - whole);
+    weights = {((-0.5f * t + 1.0f) * t - 0.5f) * t, (1.5f * t - 2.5f) * t * t + 1.0f,
+               ((-1.5f * t + 2.0f) * t + 0.5f) * t, (0.5f * t - 0.5f) * t * t};
+    return static_cast<int>(whole) - 1;
+  };
+  std::array<float, 4> across{}, down{};
+  const int left = along(dx, across);
+  const int upper = along(dy, down);
+  std::vector<float> moved(light.size());
+  std::vector<float> row(static_cast<std::size_t>(width));
+  for (int y = 0; y < height; ++y) {
+    std::ranges::fill(row, 0.0f);
+    for (int k = 0; k < 4; ++k) {
+      const float* from = light.data() + static_cast<std::ptrdiff_t>(std::clamp(y + upper + k, 0, height - 1)) * width;
+      for (int x = 0; x < width; ++x) row[static_cast<std::size_t>(x)] += down[static_cast<std::size_t>(k)] * from[x];
+    }
+    for (int x = 0; x < width; ++x) {
+      float sum = 0.0f;
+      for (int k = 0; k < 4; ++k) {
+        sum +=
+            across[static_cast<std::size_t>(k)] * row[static_cast<std::size_t>(std::clamp(x + left + k, 0, width - 1))];
+      }
+      moved[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] =
+          std::max(sum, 0.0f);
+    }
+  }
+  light = std::move(moved);
 }
 
 void AddPicture(std::vector<float>& light, const Picture& picture, float weight) {
@@ -142,6 +188,11 @@ Result<std::shared_ptr<const std::vector<std::uint16_t>>> SimCamera::Take(const 
   const double gain = kWhite * Seconds(length) / (camera.exposure_ms * 1e-3) *
                       FlickerOver(camera.flicker, exposure.start, std::max(length, Duration(1)));
   const std::uint64_t key = Mix(Mix(seed_) ^ exposure.sequence);
+  if (camera.shake_px > 0.0) {
+    std::array<float, 2> off{};
+    FillNormals(Mix(key), off);
+    Displace(light_, camera.width, camera.height, camera.shake_px * off[0], camera.shake_px * off[1]);
+  }
   return std::make_shared<const std::vector<std::uint16_t>>(Expose(camera, light_, static_cast<float>(gain), key));
 }
 
@@ -162,7 +213,7 @@ Result<void> SimCamera::Collect(Duration start, Duration length) {
   if (smear_px <= kSmear_px) states = {mechanics_->StateAt(start + length / 2)};
   light_.assign(static_cast<std::size_t>(scene.camera.width) * static_cast<std::size_t>(scene.camera.height), 0.0f);
   for (const TrueState& state : states) {
-    auto picture = pictures_->At(state.optics);
+    auto picture = pictures_->At(AsIfStill(scene, state));
     if (!picture) return PassOn(std::move(picture));
     const double weight = GatheredBy(scene.lens, state) / static_cast<double>(states.size());
     AddPicture(light_, **picture, static_cast<float>(weight));

@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <sstream>
-
-#include "defocus/parts.h"
 
 namespace lensd::autofocus {
 namespace {
@@ -29,6 +28,11 @@ constexpr int kLeastFrames = 3;
 constexpr int kFrameBudget = 6;
 constexpr int kFramesWithoutTexture = 4;
 constexpr double kMostSaturated = 0.003;
+constexpr double kClearMotion = 1.5;    // px sideways
+constexpr double kWorthNaming = 0.1;    // of all probability: a distance that cannot be told from the others
+constexpr double kPartReach = 40.0;     // px of blur around the focus where a part may have its own
+constexpr double kBlurredAlike = 12.0;  // px of blur between two frames that must look alike
+constexpr const char* kMoved = "the subject or the camera moved between the frames";
 constexpr double kBeyond = 12.0;  // px beyond the range where the focus is looked for, to tell that it is there
 
 Verdict Refuse(std::string reason) {
@@ -43,6 +47,18 @@ bool HasTexture(const RingStack& stack) {
   return stack.rings.size() >= kLeastRings && count >= kLeastCount;
 }
 
+/// A few frequencies stand far out of the noise and the others show nothing.
+bool Repeats(const RingStack& stack) {
+  constexpr double kFarOut = 100.0;  // times the power of the noise
+  return std::ranges::any_of(stack.rings, [&](const defocus::Ring& ring) {
+    for (int i = 0; i < stack.frames; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      if (ring.power[at * defocus::kMostFrames + at] > kFarOut * stack.noise[at]) return true;
+    }
+    return false;
+  });
+}
+
 }  // namespace
 
 Advice Defocus::Next(const Look& look) {
@@ -51,27 +67,41 @@ Advice Defocus::Next(const Look& look) {
     asked_ = look.window;
     analysed_ = defocus::AnalysisWindow(look.window, look.frame->width, look.frame->height, kLeastSide, kMostSide);
   }
-  taken_.push_back({look.position / *setup_.blur_px, *look.frame, defocus::SpectrumOf(*look.frame, analysed_)});
+  taken_.push_back({look.position / *setup_.blur_px, *look.frame, defocus::SpectrumOf(*look.frame, analysed_), {}});
   if (auto reason = Unusable()) return Refuse(*std::move(reason));
+  Register();
 
   const std::vector<const Taken*> frames = Nearest(focus_);
-  std::vector<const defocus::Spectrum*> spectra;
-  for (const Taken* frame : frames) spectra.push_back(&frame->spectrum);
-  const RingStack stack = defocus::StackRings(spectra);
-  const Posterior posterior = PosteriorOf(stack, frames);
+  registered_ = false;
+  RingStack stack = StackOf(frames);
+  Posterior posterior = PosteriorOf(stack, frames);
+  if (moved_ > 0 && posterior.misfit() > kMostMisfit) {
+    // A scene that stands still does not explain the frames: perhaps one that moved sideways does.
+    registered_ = true;
+    RingStack moved_stack = StackOf(frames);
+    Posterior moved = PosteriorOf(moved_stack, frames);
+    registered_ = moved.misfit() <= kMostMisfit;
+    if (registered_) {
+      stack = std::move(moved_stack);
+      posterior = std::move(moved);
+    }
+  }
   focus_ = posterior.focus();
   const bool enough = HasTexture(stack) && posterior.misfit() <= kMostMisfit;
   if (taken_.size() >= kLeastFrames && enough) {
-    if (const Taken* proof = FrameInFocus(posterior); proof != nullptr) {
-      if (PartsAgree(frames, posterior, proof->at)) return Accept(*proof, posterior);
-      return Refuse("parts of the region are in focus at different distances");
+    const Taken* proof = FrameInFocus(posterior);
+    if (proof != nullptr && (alike_ || unlike_ || !doubtful_)) {
+      if (unlike_) return Refuse(kMoved);
+      const auto parts = Parts(frames, proof->at, posterior.slope(), kPartReach);
+      if (std::ranges::none_of(parts, &defocus::PartFocus::elsewhere)) return Accept(*proof, posterior);
+      return RefuseDepths();
     }
   }
   if (taken_.size() >= kLeastFrames && Beyond(posterior)) {
     return Refuse("the subject lies beyond what this lens reaches");
   }
   const std::size_t most = HasTexture(stack) ? kFrameBudget : kFramesWithoutTexture;
-  if (taken_.size() >= most) return Refuse(WhyNot(stack, posterior));
+  if (taken_.size() >= most) return WhyNot(stack, posterior);
   if (taken_.size() == 1) return GoTo(SecondPlace(posterior));
   return GoTo(taken_.size() == 2 ? posterior.focus() : NextPlace(posterior.focus()));
 }
@@ -152,21 +182,89 @@ const Defocus::Taken* Defocus::FrameInFocus(const Posterior& posterior) const {
   return posterior.MassNear(nearest->at, kHalfDepthOfFieldPx) >= kMassNeeded ? nearest : nullptr;
 }
 
-/// Quarters of the window analysed, and the window asked for, each on its own.
-bool Defocus::PartsAgree(const std::vector<const Taken*>& frames, const Posterior& posterior, double at) const {
+/// What its quarters and the window asked for say, each on its own.
+std::vector<defocus::PartFocus> Defocus::Parts(const std::vector<const Taken*>& frames, double at, double slope,
+                                               double reach) const {
   std::vector<defocus::PartFrame> seen;
-  for (const Taken* frame : frames) seen.push_back({frame->at, &frame->frame});
-  std::vector<Window> parts;
+  for (const Taken* frame : frames)
+    seen.push_back({frame->at, &frame->frame, registered_ ? frame->shift : defocus::Shift{}});
+  std::vector<Window> windows;
   const int width = analysed_.width / 2;
   const int height = analysed_.height / 2;
   for (const int x : {0, width}) {
-    for (const int y : {0, height}) parts.push_back({analysed_.x + x, analysed_.y + y, width, height});
+    for (const int y : {0, height}) windows.push_back({analysed_.x + x, analysed_.y + y, width, height});
   }
   if (asked_ != analysed_ && asked_.width <= analysed_.width && asked_.height <= analysed_.height) {
-    parts.push_back(asked_);
+    windows.push_back(asked_);
   }
-  return std::ranges::all_of(
-      parts, [&](const Window& part) { return defocus::PartAgrees(seen, part, at, posterior.slope()); });
+  std::vector<defocus::PartFocus> parts;
+  for (const Window& window : windows) {
+    parts.push_back(defocus::FocusOfPart(seen, window, at, slope, at - reach, at + reach));
+  }
+  return parts;
+}
+
+/// Names what each part says of itself; depths nearer to each other than a depth of field count as one.
+Verdict Defocus::RefuseDepths() const {
+  Verdict verdict = Refuse("parts of the region are in focus at different distances: choose a smaller region");
+  // The first frames are the ones spread most widely: those taken later crowd around a place that may mean nothing.
+  std::vector<const Taken*> frames;
+  for (const Taken& taken : taken_) {
+    if (frames.size() < defocus::kMostFrames) frames.push_back(&taken);
+  }
+  const double middle = 0.5 * (setup_.lowest + setup_.highest) / *setup_.blur_px;
+  const double reach = 0.5 * (setup_.highest - setup_.lowest) / *setup_.blur_px;
+  std::vector<double> depths;
+  for (const defocus::PartFocus& part : Parts(frames, middle, 1.0, reach)) {
+    if (part.textured) depths.push_back(part.focus);
+  }
+  std::ranges::sort(depths);
+  std::vector<double> apart;
+  for (const double depth : depths) {
+    if (apart.empty() || depth - apart.back() > 2.0 * kHalfDepthOfFieldPx) apart.push_back(depth);
+  }
+  for (const double depth : apart) {
+    if (apart.size() > 1) verdict.candidates.push_back({depth * *setup_.blur_px, 0.0, 0});
+  }
+  return verdict;
+}
+
+RingStack Defocus::StackOf(const std::vector<const Taken*>& frames) const {
+  std::vector<defocus::Spectrum> moved;
+  moved.reserve(frames.size());
+  std::vector<const defocus::Spectrum*> spectra;
+  for (const Taken* frame : frames) {
+    spectra.push_back(&frame->spectrum);
+    if (!registered_ || !frame->shift.clear) continue;
+    moved.push_back(frame->spectrum);
+    defocus::Move(moved.back(), frame->shift);
+    spectra.back() = &moved.back();
+  }
+  return defocus::StackRings(spectra);
+}
+
+/// Finds how far the newest frame's picture has moved sideways from the others'. The frame taken nearest to it is
+/// blurred most like it; its own shift counts as well.
+void Defocus::Register() {
+  if (taken_.size() < 2) return;
+  const Taken& newest = taken_.back();
+  const auto others = std::span(taken_).first(taken_.size() - 1);
+  const Taken& nearest =
+      *std::ranges::min_element(others, {}, [&](const Taken& other) { return std::abs(other.at - newest.at); });
+  defocus::Shift shift = defocus::ShiftBetween(nearest.spectrum, newest.spectrum);
+  if (nearest.shift.clear) {
+    shift.x += nearest.shift.x;
+    shift.y += nearest.shift.y;
+    shift.clear = true;
+  }
+  if (shift.lost) moving_ = true;
+  // Far apart in focus even one scene may look like another: a coarse pattern changes its sign.
+  const bool near = std::abs(nearest.at - newest.at) <= kBlurredAlike;
+  if (shift.unlike) (near ? unlike_ : doubtful_) = true;
+  if (near && !shift.unlike) alike_ = true;
+  if (!shift.clear || shift.lost) return;
+  taken_.back().shift = shift;
+  moved_ = std::max(moved_, std::hypot(shift.x, shift.y));
 }
 
 Verdict Defocus::Accept(const Taken& frame, const Posterior& posterior) const {
@@ -191,12 +289,31 @@ bool Defocus::Beyond(const Posterior& posterior) const {
   return inside < 1.0 - kMassNeeded;
 }
 
-std::string Defocus::WhyNot(const RingStack& stack, const Posterior& posterior) const {
-  if (!HasTexture(stack)) return "too little texture to tell blur from shading";
-  if (posterior.misfit() > kMostMisfit) {
-    return "blur alone does not explain the frames: several depths, motion, or light that changed";
+Verdict Defocus::WhyNot(const RingStack& stack, const Posterior& posterior) const {
+  if (!HasTexture(stack)) {
+    if (!Repeats(stack)) return Refuse("too little texture to tell blur from shading");
+    return RefuseOpen("the texture repeats: several distances leave the same contrast", posterior);
   }
-  return "the frames leave the distance open: repeating or too little texture, or too little light";
+  if (unlike_) return Refuse(kMoved);
+  if (posterior.misfit() <= kMostMisfit) {
+    return RefuseOpen("the frames leave the distance open: repeating or too little texture, or too little light",
+                      posterior);
+  }
+  if (moving_ || moved_ > kClearMotion) return Refuse(kMoved);
+  Verdict several = RefuseDepths();
+  if (!several.candidates.empty()) return several;
+  return Refuse("blur alone does not explain the frames: several depths, motion, or light that changed");
+}
+
+/// Names the distances that the frames cannot tell apart.
+Verdict Defocus::RefuseOpen(std::string reason, const Posterior& posterior) const {
+  Verdict verdict = Refuse(std::move(reason));
+  for (const double place : posterior.Places(kWorthNaming)) {
+    const double position = place * *setup_.blur_px;
+    if (position >= setup_.lowest && position <= setup_.highest) verdict.candidates.push_back({position, 0.0, 0});
+  }
+  if (verdict.candidates.size() < 2) verdict.candidates.clear();
+  return verdict;
 }
 
 }  // namespace lensd::autofocus

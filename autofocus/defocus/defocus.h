@@ -13,7 +13,9 @@
 #include <vector>
 
 #include "autofocus/method.h"
+#include "defocus/parts.h"
 #include "defocus/posterior.h"
+#include "defocus/shift.h"
 #include "defocus/spectrum.h"
 
 namespace lensd::autofocus {
@@ -29,24 +31,36 @@ class Defocus final : public Method {
     double at = 0.0;  ///< position in pixels of blur
     drivers::Frame frame;
     defocus::Spectrum spectrum;
+    defocus::Shift shift{};  ///< that would lay its picture on the first frame's
   };
   std::vector<const Taken*> Nearest(double focus) const;
+  defocus::RingStack StackOf(const std::vector<const Taken*>& frames) const;
   defocus::Posterior PosteriorOf(const defocus::RingStack& stack, const std::vector<const Taken*>& frames) const;
   std::optional<std::string> Unusable() const;
   Advice GoTo(double at);
   double SecondPlace(const defocus::Posterior& posterior) const;
   double NextPlace(double focus) const;
   const Taken* FrameInFocus(const defocus::Posterior& posterior) const;
-  bool PartsAgree(const std::vector<const Taken*>& frames, const defocus::Posterior& posterior, double at) const;
+  std::vector<defocus::PartFocus> Parts(const std::vector<const Taken*>& frames, double at, double slope,
+                                        double reach) const;
+  Verdict RefuseDepths() const;
+  void Register();
   Verdict Accept(const Taken& frame, const defocus::Posterior& posterior) const;
   bool Beyond(const defocus::Posterior& posterior) const;
-  std::string WhyNot(const defocus::RingStack& stack, const defocus::Posterior& posterior) const;
+  Verdict WhyNot(const defocus::RingStack& stack, const defocus::Posterior& posterior) const;
+  Verdict RefuseOpen(std::string reason, const defocus::Posterior& posterior) const;
 
   Setup setup_;
   Window asked_;     ///< where the subject is
   Window analysed_;  ///< what is transformed: at least as large
   std::vector<Taken> taken_;
-  double focus_ = 0.0;  ///< the newest estimate, pixels of blur
+  double focus_ = 0.0;       ///< the newest estimate, pixels of blur
+  bool moving_ = false;      ///< between some frames the picture moved farther than can be undone
+  bool unlike_ = false;      ///< two frames blurred nearly alike show nothing in common,
+  bool doubtful_ = false;    ///< or two that are not,
+  bool alike_ = false;       ///< while two that are do
+  double moved_ = 0.0;       ///< px: the largest movement that can be
+  bool registered_ = false;  ///< and it is
 };
 
 }  // namespace lensd::autofocus

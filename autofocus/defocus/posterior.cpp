@@ -126,6 +126,25 @@ double Posterior::MassBelow(double position) const {
   return mass;
 }
 
+std::vector<double> Posterior::Places(double least) const {
+  constexpr double kApart = 4.0;  // px of blur: nearer ones are one peak
+  std::vector<double> places;
+  double mass = 0.0, sum = 0.0, last = 0.0;
+  const auto close = [&] {
+    if (mass >= least) places.push_back(sum / mass);
+    mass = sum = 0.0;
+  };
+  for (const Cell& cell : cells_) {
+    if (cell.mass < 1e-4) continue;
+    if (mass > 0 && cell.focus - last > kApart) close();
+    mass += cell.mass;
+    sum += cell.mass * cell.focus;
+    last = cell.focus;
+  }
+  close();
+  return places;
+}
+
 double Posterior::TypicalDistance(double position) const {
   std::vector<std::pair<double, double>> distances;
   for (const Cell& cell : cells_) distances.emplace_back(std::abs(cell.focus - position), cell.mass);

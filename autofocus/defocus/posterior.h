@@ -30,6 +30,8 @@ class Posterior {
   double MassNear(double position, double reach) const;
   /// Probability that it is below `position`.
   double MassBelow(double position) const;
+  /// The peaks that hold at least the share `least` of the probability, in order of position.
+  std::vector<double> Places(double least) const;
   /// Median distance of the focus from `position`.
   double TypicalDistance(double position) const;
 

@@ -29,7 +29,7 @@ void Score(const sim::Truth& truth, const sim::Scene& scene, AutofocusRunResult&
   result.half_dof_d = sim::HalfDepthOfFieldD(scene.camera, state);
   result.error_d = std::numeric_limits<double>::infinity();
   for (const sim::SubjectDepth& subject : truth.subjects()) {
-    result.error_d = std::min(result.error_d, std::abs(state.focal_plane_d - subject.vergence_d));
+    result.error_d = std::min(result.error_d, std::abs(state.focal_plane_d - subject.vergence_d - state.sway_d));
   }
 }
 

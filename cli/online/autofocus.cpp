@@ -54,6 +54,10 @@ Outcome Autofocus(Session& session, const AutofocusOptions& options) {
   if (!parameters) return std::unexpected(parameters.error());
   auto link = Link::Open(session);
   if (!link) return std::unexpected(link.error());
+  if (options.track && !options.frames_from.empty()) {
+    return Refuse(Exit::Usage, "--track works with the lens' own camera, not with --frames-from");
+  }
+  if (options.track) return TrackSubject(session, *link, *std::move(parameters));
   auto result = options.frames_from.empty() ? FocusByOwnCamera(*link, *std::move(parameters))
                                             : FocusByCommand(*link, *std::move(parameters), options);
   if (!result) return std::unexpected(result.error());
@@ -72,8 +76,13 @@ void ProgressLine::Show(const std::string& text) {
   shown_ = true;
 }
 
-ProgressLine::~ProgressLine() {
+void ProgressLine::Clear() {
   if (shown_) std::fprintf(stderr, "\r%-78s\r", "");
+  shown_ = false;
+}
+
+ProgressLine::~ProgressLine() {
+  Clear();
 }
 
 std::expected<Json, Failure> FocusByOwnCamera(Link& link, Json parameters) {
@@ -85,6 +94,22 @@ std::expected<Json, Failure> FocusByOwnCamera(Link& link, Json parameters) {
   });
   if (!reply) return std::unexpected(reply.error());
   return (*reply)["autofocus"];
+}
+
+Outcome TrackSubject(Session& session, Link& link, Json parameters) {
+  parameters["track"] = true;
+  ProgressLine line;
+  auto ended = link.Follow(MethodOfLens("Autofocus"), std::move(parameters), [&](const Json& step) {
+    if (step.contains("progress") && step["progress"].is_object()) line.Show(AutofocusProgressText(step["progress"]));
+    if (!step.contains("autofocus") || !step["autofocus"].is_object()) return true;
+    line.Clear();
+    const Json& result = step["autofocus"];
+    session.json() ? session.PrintJson(result) : session.PrintText(AutofocusText(result));
+    return true;
+  });
+  if (!ended && ended.error().status == Exit::TryAgain) return Exit::Done;  // Control-C, --timeout or another command
+  if (!ended) return std::unexpected(ended.error());
+  return Exit::Done;
 }
 
 void AddAutofocus(CLI::App& root, Run& run) {
@@ -99,6 +124,7 @@ void AddAutofocus(CLI::App& root, Run& run) {
       ->type_name("X,Y,W,H")
       ->expected(1)
       ->take_all();
+  command->add_flag("--track", options->track, "go on: hold focus on the region until Control-C");
   command->add_option("--policy", options->policy, "which of several regions: nearest (default), farthest or widest")
       ->type_name("NAME");
   command->add_option("--method", options->method, "method; the daemon chooses when left out")->type_name("NAME");

@@ -13,6 +13,7 @@ struct AutofocusOptions {
   std::vector<std::string> regions;
   std::string policy;
   std::string method;
+  bool track = false;
   std::string frames_from;  ///< a shell command; empty: the lens' own camera
   std::string pixel;        ///< of its pictures
 };
@@ -25,12 +26,15 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
   void Show(const std::string& text);
+  void Clear();
 
  private:
   bool on_terminal_;
   bool shown_ = false;
 };
 
+/// Prints every answer as it comes, until Control-C.
+Outcome TrackSubject(Session& session, Link& link, proto::Json parameters);
 /// Both return AutofocusResult; `parameters` are those that Autofocus and AutofocusBegin share.
 std::expected<proto::Json, Failure> FocusByOwnCamera(Link& link, proto::Json parameters);
 std::expected<proto::Json, Failure> FocusByCommand(Link& link, proto::Json parameters, const AutofocusOptions& options);

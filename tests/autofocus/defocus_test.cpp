@@ -93,12 +93,14 @@ struct Ending {
   Verdict verdict;
   int frames = 0;
 };
-Ending RunOn(const std::vector<Wave>& waves, double start, double focus, double noise, double highest = 60.0) {
+/// `picture`: of a position, for the n-th frame.
+template <class Picturer>
+Ending RunOn(const Picturer& picture, double start, double highest = 60.0) {
   Defocus method({.lowest = -60.0, .highest = highest, .resolution = 0.02, .blur_px = 1.0, .ascending = true});
   Ending run;
   double position = start;
   while (true) {
-    const auto frame = Picture(waves, position - focus, noise, static_cast<unsigned>(77 + ++run.frames));
+    const auto frame = picture(position, ++run.frames);
     const Window window{0, 0, frame.width, frame.height};
     const Advice advice = method.Next({.position = position, .frame = &frame, .window = window, .score = {}});
     if (const auto* verdict = std::get_if<Verdict>(&advice)) {
@@ -110,6 +112,83 @@ Ending RunOn(const std::vector<Wave>& waves, double start, double focus, double 
     EXPECT_LE(position, highest);
     if (run.frames > 20) return run;
   }
+}
+
+Ending RunOn(const std::vector<Wave>& waves, double start, double focus, double noise, double highest = 60.0) {
+  const auto picture = [&](double position, int n) {
+    return Picture(waves, position - focus, noise, static_cast<unsigned>(77 + n));
+  };
+  return RunOn(picture, start, highest);
+}
+
+/// The scene moved sideways by so many px.
+std::vector<Wave> Moved(std::vector<Wave> waves, double x, double y) {
+  for (Wave& wave : waves) wave.phase -= 2.0 * std::numbers::pi * (wave.fx * x + wave.fy * y);
+  return waves;
+}
+
+TEST(DefocusMethod, UndoesMotionSideways) {
+  for (const double step : {0.7, 1.5, 2.5}) {
+    const auto waves = NaturalWaves(26);
+    const auto picture = [&](double position, int n) {
+      return Picture(Moved(waves, step * n, -0.5 * step * n), position - 3.0, 0.005, static_cast<unsigned>(n));
+    };
+    const Ending run = RunOn(picture, -20.0);
+    EXPECT_TRUE(run.verdict.focused) << step << ": " << run.verdict.reason;
+    EXPECT_NEAR(run.verdict.position, 3.0, 2.0) << step;
+  }
+}
+
+TEST(DefocusMethod, AnotherSceneInEveryFrameIsNotMistakenForBlur) {
+  int refused_for_motion = 0;
+  for (const unsigned seed : {40u, 60u, 80u}) {
+    const auto picture = [&](double position, int n) {
+      const auto waves = NaturalWaves(seed + static_cast<unsigned>(n), n % 2 == 0 ? 1.4 : 3.4);
+      return Picture(waves, position, 0.005, static_cast<unsigned>(n));
+    };
+    const Ending run = RunOn(picture, -20.0);
+    EXPECT_FALSE(run.verdict.focused) << run.verdict.position;
+    refused_for_motion += run.verdict.reason.find("moved between") != std::string::npos ? 1 : 0;
+  }
+  EXPECT_GE(refused_for_motion, 1);
+}
+
+TEST(ShiftBetween, FindsWhatMovedAndSaysWhatIsAnotherPicture) {
+  const auto waves = NaturalWaves(30);
+  const auto spectrum = [](const std::vector<Wave>& scene, double blur, unsigned seed) {
+    return defocus::SpectrumOf(Picture(scene, blur, 0.01, seed), {0, 0, 192, 192});
+  };
+  const auto still = spectrum(waves, 4.0, 1);
+  const auto moved = defocus::ShiftBetween(still, spectrum(Moved(waves, 3.3, -1.6), 9.0, 2));
+  EXPECT_TRUE(moved.clear);
+  EXPECT_FALSE(moved.lost);
+  EXPECT_NEAR(moved.x, -3.3, 0.25);
+  EXPECT_NEAR(moved.y, 1.6, 0.25);
+  EXPECT_FALSE(defocus::ShiftBetween(still, spectrum(waves, 12.0, 3)).clear);
+  EXPECT_TRUE(defocus::ShiftBetween(still, spectrum(NaturalWaves(31), 4.0, 4)).lost);
+}
+
+TEST(DefocusMethod, NamesTheDepthsOfARegionThatHasSeveral) {
+  const auto left = NaturalWaves(28), right = NaturalWaves(29);
+  const auto picture = [&](double position, int n) {
+    auto frame = Picture(left, position, 0.005, static_cast<unsigned>(n));
+    const auto other = Picture(right, position - 16.0, 0.005, static_cast<unsigned>(100 + n));
+    auto samples = *frame.samples;
+    for (int y = 0; y < frame.height; ++y) {
+      for (int x = frame.width / 2; x < frame.width; ++x) {
+        const auto at = static_cast<std::size_t>(y * frame.width + x);
+        samples[at] = (*other.samples)[at];
+      }
+    }
+    frame.samples = std::make_shared<const std::vector<std::uint16_t>>(std::move(samples));
+    return frame;
+  };
+  const Ending run = RunOn(picture, -20.0);
+  EXPECT_FALSE(run.verdict.focused);
+  EXPECT_NE(run.verdict.reason.find("different distances"), std::string::npos) << run.verdict.reason;
+  ASSERT_GE(run.verdict.candidates.size(), 2u);
+  EXPECT_NEAR(run.verdict.candidates.front().position, 0.0, 4.0);
+  EXPECT_NEAR(run.verdict.candidates.back().position, 16.0, 4.0);
 }
 
 TEST(DefocusMethod, FocusesInThreeFrames) {
@@ -140,6 +219,8 @@ TEST(DefocusMethod, RefusesASinusoidOrFindsIt) {
     const Ending run = RunOn({{0.125, 0.0, 0.3, 0.5}}, start, 0.0, 0.01);
     if (run.verdict.focused) {
       EXPECT_NEAR(run.verdict.position, 0.0, 2.0) << start;
+    } else {
+      EXPECT_NE(run.verdict.reason.find("repeat"), std::string::npos) << run.verdict.reason;
     }
   }
 }

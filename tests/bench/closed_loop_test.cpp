@@ -65,7 +65,7 @@ TEST_P(Regimes, SucceedsOrRefuses) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shipped, Regimes,
-                         ::testing::Values("end-of-range", "flicker", "gradient", "lights", "low-light", "sinusoid",
+                         ::testing::Values("end-of-range", "flicker", "gradient", "lights", "low-light", "shake", "sinusoid",
                                            "small-window", "two-depths", "worn-mechanics"),
                          [](const auto& scene) {
                            std::string name = scene.param;

@@ -62,6 +62,7 @@ class Session {
   int bits_ = 8;
   int pixels_ = 1;
   std::optional<Verdict> to_check_;
+  std::optional<Verdict> earlier_;  ///< what the method before this one refused with
 };
 
 }  // namespace lensd::autofocus

@@ -64,11 +64,16 @@ struct OutsideScore {
   Instant exposure_end{};
 };
 
+struct AutofocusOutcome;
+
 struct AutofocusRequest {
   std::vector<drivers::Region> regions{};                 ///< default: the camera's own
   autofocus::Policy policy = autofocus::Policy::Nearest;  ///< which of several regions gives the answer
   std::string method = "auto";                            ///< a name of autofocus::MethodNames()
   Duration deadline = std::chrono::seconds(20);           ///< for the search, from its start; going back adds a move
+  /// Goes on after each answer or refusal, which it is told of, and holds focus on the one region until it is stopped,
+  /// superseded or fails: only then the run ends. The deadline is one for each search.
+  std::function<void(const AutofocusOutcome&)> track{};
   std::optional<OutsideCamera> outside{};  ///< instead of the lens's own camera; `regions` are of its frames then,
                                            ///< all of them by default
 };

@@ -76,6 +76,8 @@ struct Surface {
   std::variant<PlaneShape, DepthMapShape> shape;
   Region region;
   Paint paint;
+  double sway_m = 0.0;   ///< a wall alone in its scene: its distance goes up and down by so much ...
+  double sway_s = 10.0;  ///< ... once in this time, receding at first
 };
 
 /// A point of light; x and y are fractions of the frame.
@@ -98,6 +100,7 @@ struct CameraSettings {
   double frame_rate_hz = 60.0;
   double flicker = 0.0;  ///< relative amplitude at 100 Hz
   double gamma = 1.0;
+  double shake_px = 0.0;  ///< standard deviation of the picture's sideways displacement from frame to frame
 };
 
 enum class LensModel { Pinhole, Aperture, Thin };
@@ -160,6 +163,9 @@ struct Scene {
   std::vector<Fault> faults;
   Region truth_region{0.4, 0.4, 0.2, 0.2};
 };
+
+/// How far the vergence of the scene's one moving wall is from where it stood at time 0; 0 where nothing moves.
+double SwayD(const Scene& scene, double seconds);
 
 /// Reads a scene file with its textures and depth maps. Paths in it are relative to it. Errors: Code::BadData
 /// ("file:line: what is wrong") for an unknown key, a wrong value or a damaged picture; Code::Io where a file cannot be

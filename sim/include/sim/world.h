@@ -31,6 +31,7 @@ struct TrueState {
   double extension_m = 0.0;
   double f_number = 0.0;
   double focal_plane_d = 0.0;  ///< vergence of the plane in focus; negative past infinity
+  double sway_d = 0.0;         ///< how far the subject's vergence is from where it was at time 0, where it moves
 };
 
 /// One subject in the region of truth.
@@ -46,7 +47,7 @@ class Truth {
   /// What can be focused on in the scene's truth region, the largest share first. Rule: the vergences of the nearest
   /// surface at each pixel, sorted, are cut where neighbours differ by more than one pixel of blur at the widest
   /// opening; each piece of at least 5 % of the region is a subject and its best focus is its median. Where no piece is
-  /// that large, the whole region is one subject.
+  /// that large, the whole region is one subject. As at time 0: TrueState::sway_d is to be added.
   virtual const std::vector<SubjectDepth>& subjects() const = 0;
   virtual TrueState Now() const = 0;
 };

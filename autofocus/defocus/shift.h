@@ -1,0 +1,23 @@
+// How far the picture moved sideways between two frames.
+#pragma once
+
+#include "defocus/spectrum.h"
+
+namespace lensd::autofocus::defocus {
+
+struct Shift {
+  double x = 0.0;  ///< px that `second` must be moved by to lie on `first`
+  double y = 0.0;
+  bool clear = false;   ///< they fit clearly better so than unmoved
+  bool lost = false;    ///< whatever fits best lies at the edge of what was searched, or is `unlike`
+  bool unlike = false;  ///< no shift makes them alike: it is another picture
+};
+
+/// The plain cross-correlation's peak within kSearched px. Blur that differs between the frames leaves it where it is,
+/// which is not so once the spectra are whitened: a disc's response changes sign. The spectra are of one window.
+Shift ShiftBetween(const Spectrum& first, const Spectrum& second);
+
+/// `spectrum` as if the picture had been moved by `shift`.
+void Move(Spectrum& spectrum, const Shift& shift);
+
+}  // namespace lensd::autofocus::defocus
