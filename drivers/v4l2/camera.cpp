@@ -18,6 +18,8 @@ namespace {
 constexpr Duration kExposureUnit = std::chrono::microseconds(100);
 /// Assumed where the driver tells no rate.
 constexpr Duration kUnknownPeriod = std::chrono::milliseconds(100);
+/// Of the usual transfer functions of video, near enough.
+constexpr double kVideoGamma = 2.2;
 /// So many damaged frames in a row are a fault of the link rather than bad luck.
 constexpr int kTooManyDamaged = 10;
 
@@ -73,6 +75,7 @@ struct StreamCamera::Format {
   int height = 0;
   std::size_t stride = 0;
   double gamma = 1.0;
+  std::optional<Duration> latency;
   int buffers = 4;
 };
 
@@ -137,8 +140,18 @@ Result<StreamCamera::Format> StreamCamera::Negotiate(const Node& node, const Nod
   }
   format.stride = info.planes ? now.fmt.pix_mp.plane_fmt[0].bytesperline : now.fmt.pix.bytesperline;
   const std::uint32_t range = info.planes ? now.fmt.pix_mp.quantization : now.fmt.pix.quantization;
-  if (range == V4L2_QUANTIZATION_FULL_RANGE) format.raw.limited = false;
-  format.gamma = config.gamma.value_or(IsLinear(*raw) ? 1.0 : 2.2);
+  // USB cameras do not say. Taking full range for limited would clip the brightest eighth; the other way round costs
+  // nothing but a little contrast.
+  const bool full =
+      range == V4L2_QUANTIZATION_FULL_RANGE || (range == V4L2_QUANTIZATION_DEFAULT && info.driver == "uvcvideo");
+  if (config.range == VideoRange::Full || (config.range == VideoRange::Auto && full)) format.raw.limited = false;
+  if (config.range == VideoRange::Limited && !IsLinear(*raw)) format.raw.limited = true;
+  const std::uint32_t colours = info.planes ? now.fmt.pix_mp.colorspace : now.fmt.pix.colorspace;
+  std::uint32_t transfer = info.planes ? now.fmt.pix_mp.xfer_func : now.fmt.pix.xfer_func;
+  if (transfer == V4L2_XFER_FUNC_DEFAULT) transfer = V4L2_MAP_XFER_FUNC_DEFAULT(colours);
+  const bool linear = IsLinear(*raw) || transfer == V4L2_XFER_FUNC_NONE;
+  format.gamma = config.gamma.value_or(linear ? 1.0 : kVideoGamma);
+  format.latency = config.latency;
   format.buffers = config.buffers;
   return format;
 }
@@ -161,9 +174,10 @@ Result<double> StreamCamera::SetRate(const Node& node, const NodeInfo& info, dou
   return period.numerator > 0 ? static_cast<double>(period.denominator) / period.numerator : 0.0;
 }
 
-Result<std::unique_ptr<drivers::Camera>> StreamCamera::Make(std::shared_ptr<const Node> node, const NodeInfo& info,
-                                                            const std::string& serial, const Config& config,
-                                                            const Clock& clock) {
+Result<std::unique_ptr<drivers::Camera>> StreamCamera::Make(std::shared_ptr<const Node> node,
+                                                            std::shared_ptr<Automatics> automatics,
+                                                            const NodeInfo& info, const std::string& serial,
+                                                            const Config& config, const Clock& clock) {
   const auto format = Negotiate(*node, info, config);
   if (!format) return std::unexpected(format.error());
   const auto rate = SetRate(*node, info, config.frame_rate_hz);
@@ -180,14 +194,16 @@ Result<std::unique_ptr<drivers::Camera>> StreamCamera::Make(std::shared_ptr<cons
   can.pixel_um = config.pixel_um;
   can.frame_rate_hz = *rate;
   can.can_set_exposure = exposure->has_value();
-  return std::unique_ptr<drivers::Camera>(
-      new StreamCamera(std::move(can), std::move(node), info, *format, std::move(*exposure), clock));
+  return std::unique_ptr<drivers::Camera>(new StreamCamera(std::move(can), std::move(node), std::move(automatics), info,
+                                                           *format, std::move(*exposure), clock));
 }
 
-StreamCamera::StreamCamera(drivers::CameraCapabilities can, std::shared_ptr<const Node> node, const NodeInfo& info,
-                           const Format& format, std::optional<Control> exposure, const Clock& clock)
+StreamCamera::StreamCamera(drivers::CameraCapabilities can, std::shared_ptr<const Node> node,
+                           std::shared_ptr<Automatics> automatics, const NodeInfo& info, const Format& format,
+                           std::optional<Control> exposure, const Clock& clock)
     : Camera(std::move(can)),
       node_(std::move(node)),
+      automatics_(std::move(automatics)),
       info_(info),
       format_(std::make_unique<const Format>(format)),
       exposure_control_(std::move(exposure)),
@@ -335,16 +351,15 @@ Result<std::optional<drivers::Frame>> StreamCamera::Picture(const Filled& filled
   return frame;
 }
 
-Duration StreamCamera::ExposureBound() const {
+Duration StreamCamera::Period() const {
   const double rate = capabilities().frame_rate_hz;
-  const Duration period = rate > 0.0 ? Duration(std::llround(1e9 / rate)) : kUnknownPeriod;
-  return exposure_.value_or(period);
+  return rate > 0.0 ? Duration(std::llround(1e9 / rate)) : kUnknownPeriod;
 }
 
 /// The interval is never too short, since whoever moves the lens relies on it: what a driver leaves open counts as
 /// exposed.
 void StreamCamera::SetTimes(const Filled& filled, drivers::Frame& frame) const {
-  const Duration exposure = ExposureBound();
+  const Duration exposure = exposure_.value_or(Period());
   // What is here has been exposed, whatever the driver says.
   const Instant now = clock_.Now();
   const Instant stamp = std::min(filled.stamp.value_or(now), now);
@@ -353,12 +368,10 @@ void StreamCamera::SetTimes(const Filled& filled, drivers::Frame& frame) const {
     frame.exposure_end = std::min(stamp + exposure, now);
     return;
   }
-  // uvcvideo calls it the start and stamps the first packet, which leaves when the first line has been exposed. Others
-  // stamp the end of the transfer, up to one period after that.
-  const double rate = capabilities().frame_rate_hz;
-  const Duration period = rate > 0.0 ? Duration(std::llround(1e9 / rate)) : kUnknownPeriod;
-  frame.exposure_end = stamp;
-  frame.exposure_start = stamp - exposure - (filled.at_start ? Duration::zero() : period);
+  // Most stamp the end of the transfer. uvcvideo calls it the start of the exposure and stamps the first packet, which
+  // leaves once the first line has been exposed; the last line follows within a period.
+  frame.exposure_start = stamp - exposure - format_->latency.value_or(Period());
+  frame.exposure_end = filled.at_start ? std::min(stamp + Period(), now) : stamp;
 }
 
 Result<void> StreamCamera::DoSetExposure(Duration exposure) {
@@ -369,11 +382,7 @@ Result<void> StreamCamera::DoSetExposure(Duration exposure) {
     return Fail(Code::OutOfRange, "this camera exposes from " + ms(exposure_control_->minimum) + " ms to " +
                                       ms(exposure_control_->maximum) + " ms");
   }
-  if (!manual_exposure_) {
-    auto held = HeldSwitch::Hold(*node_, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL);
-    if (!held) return std::unexpected(held.error());
-    if (*held) manual_exposure_.emplace(std::move(**held));
-  }
+  if (auto held = automatics_->Hold(V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL); !held) return held;
   if (auto set = SetControl(*node_, *exposure_control_, units); !set) return set;
   exposure_ = units * kExposureUnit;
   if (!exposure_control_->readable) return {};

@@ -29,7 +29,8 @@ Result<NodeInfo> AskNode(const Node& node);
 class StreamCamera final : public drivers::Camera {
  public:
   /// Sets format, size and rate as configured. Unsupported: no picture format that is known, or not the one asked for.
-  static Result<std::unique_ptr<drivers::Camera>> Make(std::shared_ptr<const Node> node, const NodeInfo& info,
+  static Result<std::unique_ptr<drivers::Camera>> Make(std::shared_ptr<const Node> node,
+                                                       std::shared_ptr<Automatics> automatics, const NodeInfo& info,
                                                        const std::string& serial, const Config& config,
                                                        const Clock& clock);
   ~StreamCamera() override;
@@ -50,8 +51,9 @@ class StreamCamera final : public drivers::Camera {
     bool damaged = false;
   };
 
-  StreamCamera(drivers::CameraCapabilities can, std::shared_ptr<const Node> node, const NodeInfo& info,
-               const Format& format, std::optional<Control> exposure, const Clock& clock);
+  StreamCamera(drivers::CameraCapabilities can, std::shared_ptr<const Node> node,
+               std::shared_ptr<Automatics> automatics, const NodeInfo& info, const Format& format,
+               std::optional<Control> exposure, const Clock& clock);
   Result<void> DoStart() override;
   Result<void> DoStop() override;
   Result<std::optional<drivers::Frame>> DoPoll() override;
@@ -66,16 +68,16 @@ class StreamCamera final : public drivers::Camera {
   Result<std::optional<Filled>> Dequeue() const;
   Result<std::optional<drivers::Frame>> Picture(const Filled& filled);
   void SetTimes(const Filled& filled, drivers::Frame& frame) const;
-  /// The longest an exposure may have been.
-  Duration ExposureBound() const;
+  /// From frame to frame, and so the longest an exposure may last.
+  Duration Period() const;
   std::uint32_t type() const;
 
   const std::shared_ptr<const Node> node_;
+  const std::shared_ptr<Automatics> automatics_;
   const NodeInfo info_;
   const std::unique_ptr<const Format> format_;
   const std::optional<Control> exposure_control_;
   const Clock& clock_;
-  std::optional<HeldSwitch> manual_exposure_;
   std::optional<Duration> exposure_;  ///< as the device has confirmed it
   drivers::pixels::LumaReader luma_;
   std::vector<Mapping> buffers_;  ///< of the plane that has the luminance; empty: not streaming

@@ -8,6 +8,10 @@ namespace {
 
 using drivers::Axis;
 
+Duration Milliseconds(double ms) {
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(ms));
+}
+
 /// "focus_unit", "focus_scale", "focus_speed", "focus_settle_ms", and the same of the other axes.
 AxisConfig ReadAxis(SettingsReader& read, Axis axis) {
   static const std::vector<std::string_view> kUnits = {"steps", "dioptres", "f-number", "millimetres", "position"};
@@ -16,9 +20,7 @@ AxisConfig ReadAxis(SettingsReader& read, Axis axis) {
   config.unit = static_cast<drivers::NativeUnit>(read.Choice(name + "_unit", kUnits, 0));
   config.scale = read.Number(name + "_scale", 1.0, kPositive);
   config.speed = read.OptionalNumber(name + "_speed", kNonNegative);
-  if (const auto ms = read.OptionalNumber(name + "_settle_ms", {0.0, 60e3})) {
-    config.settle = std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(*ms));
-  }
+  if (const auto ms = read.OptionalNumber(name + "_settle_ms", {0.0, 60e3})) config.settle = Milliseconds(*ms);
   return config;
 }
 
@@ -64,6 +66,8 @@ Result<Config> ReadConfig(const Settings& settings) {
   config.frame_rate_hz = read.Number("frame_rate_hz", 0.0, kPositive);
   config.pixel_um = read.Number("pixel_um", 0.0, kPositive);
   config.gamma = read.OptionalNumber("gamma", kPositive);
+  config.range = static_cast<VideoRange>(read.Choice("range", {"auto", "full", "limited"}, 0));
+  if (const auto ms = read.OptionalNumber("latency_ms", {0.0, 10e3})) config.latency = Milliseconds(*ms);
   config.buffers = static_cast<int>(read.Integer("buffers", 4, {2, 32}));
   if (auto done = read.Finish(); !done) return PassOn(std::move(done));
   return config;

@@ -20,6 +20,8 @@ struct AxisConfig {
 };
 
 enum class Parts { Both, Lens, Camera };
+/// Which values of 8-bit video are black and white: as the driver says, 0..255, or 16..235.
+enum class VideoRange { Auto, Full, Limited };
 
 struct Config {
   // Which device: one of these groups, or none for the only video device there is.
@@ -40,6 +42,8 @@ struct Config {
   double frame_rate_hz = 0.0;  ///< 0: as the device is set
   double pixel_um = 0.0;
   std::optional<double> gamma{};
+  VideoRange range = VideoRange::Auto;
+  std::optional<Duration> latency{};  ///< from the end of an exposure to its time stamp, at most
   int buffers = 4;
 };
 

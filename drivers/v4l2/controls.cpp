@@ -92,22 +92,21 @@ std::vector<ControlEvent> TakeEvents(const Node& node) {
   return events;
 }
 
-Result<std::optional<HeldSwitch>> HeldSwitch::Hold(const Node& node, std::uint32_t id, std::int64_t value) {
-  const auto control = FindControl(node, id);
+Result<void> Automatics::Hold(std::uint32_t id, std::int64_t value) {
+  const auto control = FindControl(*node_, id);
   if (!control) return std::unexpected(control.error());
-  if (!*control) return std::nullopt;
-  const auto before = GetControl(node, **control);
-  if (!before) return std::unexpected(before.error());
-  if (*before == value) return std::nullopt;
-  if (auto set = SetControl(node, **control, value); !set) return PassOn(std::move(set));
-  return HeldSwitch(node, **control, *before);
+  if (!*control || !(*control)->readable) return {};
+  const auto now = GetControl(*node_, **control);
+  if (!now) return std::unexpected(now.error());
+  if (*now == value) return {};
+  if (auto set = SetControl(*node_, **control, value); !set) return set;
+  const bool known = std::ranges::find(before_, id, [](const Before& one) { return one.control.id; }) != before_.end();
+  if (!known) before_.push_back({**control, *now});
+  return {};
 }
 
-HeldSwitch::HeldSwitch(HeldSwitch&& other) noexcept
-    : node_(std::exchange(other.node_, nullptr)), control_(std::move(other.control_)), before_(other.before_) {}
-
-HeldSwitch::~HeldSwitch() {
-  if (node_ != nullptr) (void)SetControl(*node_, control_, before_);
+Automatics::~Automatics() {
+  for (const Before& one : before_) (void)SetControl(*node_, one.control, one.value);
 }
 
 }  // namespace lensd::v4l2

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,22 +42,26 @@ void Subscribe(const Node& node, std::uint32_t id);
 /// All events waiting.
 std::vector<ControlEvent> TakeEvents(const Node& node);
 
-/// A switch that is set for the life of this object and then set back: the device's own autofocus.
-class HeldSwitch {
+/// The device's own automatisms, switched off for the life of this object and back as they were at its end. A lens and
+/// a camera of one node share it, so that neither brings back what the other has set.
+class Automatics {
  public:
-  /// Sets the control to `value` where the node has it and it is not so already.
-  static Result<std::optional<HeldSwitch>> Hold(const Node& node, std::uint32_t id, std::int64_t value);
-  HeldSwitch(HeldSwitch&& other) noexcept;
-  HeldSwitch& operator=(HeldSwitch&&) = delete;
-  ~HeldSwitch();
+  explicit Automatics(std::shared_ptr<const Node> node) : node_(std::move(node)) {}
+  Automatics(const Automatics&) = delete;
+  Automatics& operator=(const Automatics&) = delete;
+  ~Automatics();
+
+  /// Sets the control to `value`, where the node has it and it is not so already.
+  Result<void> Hold(std::uint32_t id, std::int64_t value);
 
  private:
-  HeldSwitch(const Node& node, Control control, std::int64_t before)
-      : node_(&node), control_(control), before_(before) {}
+  struct Before {
+    Control control;
+    std::int64_t value = 0;
+  };
 
-  const Node* node_;
-  Control control_;
-  std::int64_t before_;
+  const std::shared_ptr<const Node> node_;
+  std::vector<Before> before_;
 };
 
 }  // namespace lensd::v4l2

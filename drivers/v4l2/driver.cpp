@@ -62,15 +62,23 @@ class NodeChanges final : public Changes {
   const std::shared_ptr<const Node> node_;
 };
 
-/// Whatever must be undone before the node is closed.
-struct Held {
-  std::shared_ptr<const Node> node;
-  std::optional<HeldSwitch> autofocus;
-};
+/// Automatic exposure moves the iris, or refuses that others do, but for the modes that set only the exposure time.
+Result<void> HoldIris(const Node& node, Automatics& automatics) {
+  const auto control = FindControl(node, V4L2_CID_EXPOSURE_AUTO);
+  if (!control) return std::unexpected(control.error());
+  if (!*control || !(*control)->readable) return {};
+  const auto mode = GetControl(node, **control);
+  if (!mode) return std::unexpected(mode.error());
+  if (*mode == V4L2_EXPOSURE_MANUAL || *mode == V4L2_EXPOSURE_APERTURE_PRIORITY) return {};
+  auto held = automatics.Hold(V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_APERTURE_PRIORITY);
+  if (held || held.error().code == Code::Disconnected) return held;
+  return automatics.Hold(V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL);
+}
 
 /// Null where the node has no control of a lens.
-Result<std::unique_ptr<drivers::Lens>> LensOn(std::shared_ptr<const Node> node, drivers::Capabilities who, bool coil,
-                                              const Config& config, const Clock& clock) {
+Result<std::unique_ptr<drivers::Lens>> LensOn(std::shared_ptr<const Node> node, std::shared_ptr<Automatics> automatics,
+                                              drivers::Capabilities who, bool coil, const Config& config,
+                                              const Clock& clock) {
   std::vector<AxisParts> axes;
   for (const AxisControl& one : kAxisControls) {
     auto control = FindControl(*node, one.id);
@@ -83,12 +91,12 @@ Result<std::unique_ptr<drivers::Lens>> LensOn(std::shared_ptr<const Node> node, 
   }
   if (axes.empty()) return std::unique_ptr<drivers::Lens>();
   // Before anything is written: while the device focuses by itself it refuses or ignores what it is told.
-  auto autofocus = HeldSwitch::Hold(*node, V4L2_CID_FOCUS_AUTO, 0);
-  if (!autofocus) return std::unexpected(autofocus.error());
-  auto held = std::make_shared<Held>();
-  held->node = node;
-  if (*autofocus) held->autofocus.emplace(std::move(**autofocus));
-  return CodeLens::Make(std::move(who), std::move(axes), std::move(held), std::make_unique<NodeChanges>(node), clock);
+  if (auto held = automatics->Hold(V4L2_CID_FOCUS_AUTO, 0); !held) return PassOn(std::move(held));
+  if (std::ranges::find(axes, Axis::Iris, &AxisParts::axis) != axes.end()) {
+    if (auto held = HoldIris(*node, *automatics); !held) return PassOn(std::move(held));
+  }
+  return CodeLens::Make(std::move(who), std::move(axes), std::move(automatics), std::make_unique<NodeChanges>(node),
+                        clock);
 }
 
 Result<drivers::Device> OpenCoil(Kernel& kernel, const Config& config, const Clock& clock) {
@@ -143,16 +151,17 @@ Result<drivers::Device> OpenOn(Kernel& kernel, const Config& config, const Clock
   const auto info = AskNode(*node);
   if (!info && info.error().code != Code::Unsupported) return std::unexpected(info.error());
   const bool coil = !info;  // a sub-device: nothing but controls
+  const auto automatics = std::make_shared<Automatics>(node);
   drivers::Device device;
   if (config.parts != Parts::Camera) {
     const std::string model = coil ? "lens sub-device " + place->path : info->card + " (" + info->driver + ")";
-    auto lens =
-        LensOn(node, {.driver = "v4l2", .model = model, .serial = place->serial, .axes = {}}, coil, config, clock);
+    auto lens = LensOn(node, automatics, {.driver = "v4l2", .model = model, .serial = place->serial, .axes = {}}, coil,
+                       config, clock);
     if (!lens) return std::unexpected(lens.error());
     device.lens = std::move(*lens);
   }
   if (config.parts != Parts::Lens && !coil && info->capture) {
-    auto camera = StreamCamera::Make(node, *info, place->serial, config, clock);
+    auto camera = StreamCamera::Make(node, automatics, *info, place->serial, config, clock);
     if (!camera) return std::unexpected(camera.error());
     device.camera = std::move(*camera);
   }

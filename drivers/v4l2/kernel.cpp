@@ -88,7 +88,11 @@ Kernel& RealKernel() {
 }
 
 std::unexpected<Error> KernelError(int error, const std::string& what) {
-  return Fail(CodeOf(error), what + ": " + std::strerror(error));
+  std::string why = std::strerror(error);
+  if (error == ENODEV || error == ESHUTDOWN) why = "the device has been unplugged";
+  // What USB makes of a device that does not answer as it should; the words are those of other trades.
+  if (error == EILSEQ || error == EPROTO || error == EPIPE) why = "the device refused it or its answer was damaged";
+  return Fail(CodeOf(error), what + ": " + why);
 }
 
 Result<Node> Node::Open(Kernel& kernel, const std::string& path) {

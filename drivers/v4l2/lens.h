@@ -41,8 +41,8 @@ class Changes {
 
 class CodeLens final : public drivers::Lens {
  public:
-  /// `held` is destroyed after the last write, as is `changes`: switches to set back, nodes to close. Reads every axis
-  /// once.
+  /// `held` is destroyed after the last write, as is `changes`: automatics to set back, nodes to close. Reads every
+  /// axis once.
   static Result<std::unique_ptr<drivers::Lens>> Make(drivers::Capabilities who, std::vector<AxisParts> axes,
                                                      std::shared_ptr<void> held, std::unique_ptr<Changes> changes,
                                                      const Clock& clock);
