@@ -142,8 +142,8 @@ Result<void> Link::Open() {
 }
 
 Result<void> Link::Connect() {
-  // The node is known: libusb need not look at, or listen for, any other device.
-  libusb_set_option(nullptr, LIBUSB_OPTION_NO_DEVICE_DISCOVERY);
+  // Not told to leave discovery out (LIBUSB_OPTION_NO_DEVICE_DISCOVERY), although the node is known: before 1.0.27 that
+  // holds for every context of the process, and other libraries look for their cameras through libusb.
   if (const int code = libusb_init(&context_); code != 0) return std::unexpected(ErrorFromUsb(code, "libusb"));
   if (const int code = libusb_wrap_sys_device(context_, fd_, &handle_); code != 0) {
     return std::unexpected(ErrorFromUsb(code, options_.node));
