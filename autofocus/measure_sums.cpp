@@ -66,16 +66,28 @@ HWY_INLINE RowSlopes SlopesAt(const std::uint8_t* samples) {
   return {hn::Sub(right, left), hn::Add(sides, twice), kNoise ? hn::Sub(sides, twice) : sides};
 }
 
-/// Columns from 1 on that whole vectors cover.
+/// Inner columns that vectors cover: all of them, or none where a vector is wider.
 int WholeColumns(View view) {
+  const int inner = view.width - 2;
+  return inner >= static_cast<int>(hn::Lanes(Words())) ? inner : 0;
+}
+
+/// Calls `step(x, keep)` for vectors that together cover `count` columns from `first` on, at least a vector of them.
+/// The last one may overlap the one before: `keep` clears the lanes that were counted.
+template <class Step>
+HWY_INLINE void ForColumns(int first, int count, const Step& step) {
   const int lanes = static_cast<int>(hn::Lanes(Words()));
-  return (view.width - 2) / lanes * lanes;
+  if (count < lanes) return;
+  int x = first;
+  for (; x + lanes <= first + count; x += lanes) step(x, [](WordVec v) HWY_ATTR { return v; });
+  const int left = first + count - x;
+  if (left == 0) return;
+  const auto mask = hn::Gt(hn::Iota(Words(), 0), hn::Set(Words(), static_cast<std::int16_t>(lanes - left - 1)));
+  step(first + count - lanes, [mask](WordVec v) HWY_ATTR { return hn::IfThenElseZero(mask, v); });
 }
 
 template <bool kNoise>
 HWY_INLINE FocusSums SumSlopes(View view) {
-  const int lanes = static_cast<int>(hn::Lanes(Words()));
-  const int end = 1 + WholeColumns(view);
   FocusSums sums;
   SumVec along_x[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
   SumVec along_y[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
@@ -88,7 +100,7 @@ HWY_INLINE FocusSums SumSlopes(View view) {
   for (int top = 1; top + 1 < view.height; top += kBlock) {
     const int rows = HWY_MIN(kBlock, view.height - 1 - top);
     int step = 0;
-    for (int x = 1; x < end; x += lanes) {
+    ForColumns(1, view.width - 2, [&](int x, const auto& keep) HWY_ATTR {
       const std::uint8_t* at = view.samples + (top - 1) * view.stride + x;
       RowSlopes above = SlopesAt<kNoise>(at);
       RowSlopes here = SlopesAt<kNoise>(at += view.stride);
@@ -96,8 +108,8 @@ HWY_INLINE FocusSums SumSlopes(View view) {
       for (int row = 0; row < rows; ++row) {
         const RowSlopes below = SlopesAt<kNoise>(at += view.stride);
         const WordVec gx = hn::Add(hn::Add(above.slope, below.slope), hn::ShiftLeft<1>(here.slope));
-        AddSquares(gx, along_x[0], along_x[1]);
-        AddSquares(hn::Sub(below.smooth, above.smooth), along_y[0], along_y[1]);
+        AddSquares(keep(gx), along_x[0], along_x[1]);
+        AddSquares(keep(hn::Sub(below.smooth, above.smooth)), along_y[0], along_y[1]);
         if constexpr (kNoise) {
           const WordVec bend = hn::Sub(hn::Add(above.bend, below.bend), hn::ShiftLeft<1>(here.bend));
           noise = hn::Add(noise, hn::Abs(bend));
@@ -105,9 +117,9 @@ HWY_INLINE FocusSums SumSlopes(View view) {
         above = here;
         here = below;
       }
-      if constexpr (kNoise) AddValues(noise, bends[0], bends[1]);
+      if constexpr (kNoise) AddValues(keep(noise), bends[0], bends[1]);
       if (++step % kSteps == 0) empty();
-    }
+    });
     empty();
   }
   return sums;
@@ -122,8 +134,6 @@ std::uint64_t SumSlopesAlone(View view) {
 }
 
 LaplacianSums SumLaplacians(View view) {
-  const int lanes = static_cast<int>(hn::Lanes(Words()));
-  const int end = 1 + WholeColumns(view);
   LaplacianSums sums;
   SumVec squares[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
   SumVec values[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
@@ -134,7 +144,7 @@ LaplacianSums SumLaplacians(View view) {
   for (int top = 1; top + 1 < view.height; top += kBlock) {
     const int rows = HWY_MIN(kBlock, view.height - 1 - top);
     int step = 0;
-    for (int x = 1; x < end; x += lanes) {
+    ForColumns(1, view.width - 2, [&](int x, const auto& keep) HWY_ATTR {
       const std::uint8_t* at = view.samples + top * view.stride + x;
       WordVec above = Load(at - view.stride);
       WordVec here = Load(at);
@@ -143,14 +153,14 @@ LaplacianSums SumLaplacians(View view) {
         const WordVec below = Load(at + view.stride);
         const WordVec sides = hn::Add(Load(at - 1), Load(at + 1));
         const WordVec laplacian = hn::Sub(hn::Add(hn::Add(above, below), sides), hn::ShiftLeft<2>(here));
-        AddSquares(laplacian, squares[0], squares[1]);
+        AddSquares(keep(laplacian), squares[0], squares[1]);
         value = hn::Add(value, laplacian);
         above = here;
         here = below;
       }
-      AddValues(value, values[0], values[1]);
+      AddValues(keep(value), values[0], values[1]);
       if (++step % kSteps == 0) empty();
-    }
+    });
     empty();
   }
   return sums;
@@ -158,8 +168,6 @@ LaplacianSums SumLaplacians(View view) {
 
 /// Pairs two apart in every row, as many columns as whole vectors hold.
 std::uint64_t SumPairs(View view) {
-  const int lanes = static_cast<int>(hn::Lanes(Words()));
-  const int end = WholeColumns(view);
   std::uint64_t total = 0;
   SumVec squares[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
   const auto empty = [&] {
@@ -168,10 +176,10 @@ std::uint64_t SumPairs(View view) {
   int step = 0;
   for (int y = 0; y < view.height; ++y) {
     const std::uint8_t* row = view.samples + y * view.stride;
-    for (int x = 0; x < end; x += lanes) {
-      AddSquares(hn::Sub(Load(row + x + 2), Load(row + x)), squares[0], squares[1]);
+    ForColumns(0, view.width - 2, [&](int x, const auto& keep) HWY_ATTR {
+      AddSquares(keep(hn::Sub(Load(row + x + 2), Load(row + x))), squares[0], squares[1]);
       if (++step % 8192 == 0) empty();  // a step adds at most 2 x 255^2 to a lane: 2^31 holds 16,512
-    }
+    });
   }
   empty();
   return total;
@@ -235,24 +243,21 @@ LaplacianSums SumLaplacian(GreyView<std::uint8_t> view) {
 }
 
 FocusSums SumFocus(GreyView<std::uint8_t> view, std::uint8_t full_scale) {
-  FocusSums sums;
-  constexpr int kRows = 16;  // taken twice while they are in the cache: slopes, then levels
   const int whole = HWY_DYNAMIC_DISPATCH(WholeColumns)(view);
-  for (int top = 0; top < view.height; top += kRows) {
-    const int first = top == 0 ? 0 : top - 1;
-    const int last = HWY_MIN(top + kRows + 1, view.height);
-    const GreyView<std::uint8_t> band{view.samples + first * view.stride, view.width, last - first, view.stride};
-    if (band.height >= 3) {
-      const FocusSums slopes = HWY_DYNAMIC_DISPATCH(SumSlopesAndNoise)(band);
-      const FocusSums rest = scalar::SlopesOf(RestOf(band, whole));
-      sums.gradient += slopes.gradient + rest.gradient;
-      sums.noise += slopes.noise + rest.noise;
+  const auto slopes = [whole](GreyView<std::uint8_t> band, bool noise) {
+    FocusSums sums = scalar::SlopesOf(RestOf(band, whole), noise);
+    if (noise) {
+      const FocusSums both = HWY_DYNAMIC_DISPATCH(SumSlopesAndNoise)(band);
+      sums.gradient += both.gradient;
+      sums.noise += both.noise;
+    } else {
+      sums.gradient += HWY_DYNAMIC_DISPATCH(SumSlopesAlone)(band);
     }
-    for (int y = top; y < HWY_MIN(top + kRows, view.height); ++y) {
-      HWY_DYNAMIC_DISPATCH(AddRowLevels)(view.samples + y * view.stride, view.width, full_scale, sums);
-    }
-  }
-  return sums;
+    return sums;
+  };
+  return scalar::ByBands(view, slopes, [&](const std::uint8_t* row, FocusSums& sums) {
+    HWY_DYNAMIC_DISPATCH(AddRowLevels)(row, view.width, full_scale, sums);
+  });
 }
 
 std::uint64_t SumGradient(GreyView<std::uint16_t> view) {
@@ -268,9 +273,9 @@ LaplacianSums SumLaplacian(GreyView<std::uint16_t> view) {
 }
 
 FocusSums SumFocus(GreyView<std::uint16_t> view, std::uint16_t full_scale) {
-  FocusSums sums = scalar::SlopesOf(view);
-  for (int y = 0; y < view.height; ++y) scalar::AddLevels(view.samples + y * view.stride, view.width, full_scale, sums);
-  return sums;
+  return scalar::ByBands(view, scalar::SlopesOf<std::uint16_t>, [&](const std::uint16_t* row, FocusSums& sums) {
+    scalar::AddLevels(row, view.width, full_scale, sums);
+  });
 }
 
 }  // namespace lensd::autofocus

@@ -40,8 +40,8 @@ Result<FocusScore> ScoreFocus(const drivers::Frame& frame, Window window) {
   score.gradient_energy = static_cast<double>(sums.gradient) / (64.0 * full * full * InnerPixels(window));
   // White noise gives the second difference a standard deviation of 6 (root of the mask's squared sum, 36), and a
   // normal variable's mean size is sqrt(2 / pi) of its standard deviation.
-  score.noise =
-      static_cast<double>(sums.noise) / (full * InnerPixels(window)) * std::sqrt(0.5 * std::numbers::pi) / 6.0;
+  score.noise = static_cast<double>(sums.noise) / (full * static_cast<double>(sums.noise_pixels)) *
+                std::sqrt(0.5 * std::numbers::pi) / 6.0;
   score.saturated_fraction = static_cast<double>(sums.saturated) / all;
   score.mean = static_cast<double>(sums.light) / (full * all);
   return score;

@@ -63,7 +63,7 @@ TEST(Measures, CountsSaturatedSamples) {
 
 TEST(Measures, VectorsSumWhatSingleSamplesSum) {
   std::uint32_t state = 9;
-  for (const auto& [width, height] : {std::pair(3, 3), {17, 4}, {34, 9}, {129, 35}, {1923, 21}}) {
+  for (const auto& [width, height] : {std::pair(3, 3), {17, 4}, {34, 9}, {129, 35}, {1923, 21}, {1923, 131}}) {
     for (const bool extreme : {false, true}) {
       std::vector<std::uint8_t> bytes;
       std::vector<std::uint16_t> words;

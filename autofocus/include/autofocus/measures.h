@@ -57,10 +57,11 @@ Result<double> LaplacianVariance(const drivers::Frame& frame, Window window);
 
 /// Raw sums over the inner pixels of a view (all but its outermost ring), in sample units.
 struct FocusSums {
-  std::uint64_t gradient = 0;   ///< sum of Sobel gx^2 + gy^2
-  std::uint64_t noise = 0;      ///< sum of |second difference along both axes|, mask (1 -2 1)(1 -2 1)
-  std::uint64_t saturated = 0;  ///< samples >= full_scale, of the whole view
-  std::uint64_t light = 0;      ///< sum of samples, of the whole view
+  std::uint64_t gradient = 0;      ///< sum of Sobel gx^2 + gy^2
+  std::uint64_t noise = 0;         ///< sum of |second difference along both axes|, mask (1 -2 1)(1 -2 1)
+  std::uint64_t noise_pixels = 0;  ///< over so many inner pixels: a part of them serves where they are many
+  std::uint64_t saturated = 0;     ///< samples >= full_scale, of the whole view
+  std::uint64_t light = 0;         ///< sum of samples, of the whole view
   friend bool operator==(const FocusSums&, const FocusSums&) = default;
 };
 /// Sums of the four-neighbour Laplacian over the inner pixels.
