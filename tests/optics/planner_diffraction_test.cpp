@@ -179,7 +179,7 @@ std::optional<bool> Feasible60(const PlanRequest& request, const Names& names, c
   const Optics o(request);
   Real a = ToReal(request.f_numbers.low), b = ToReal(request.f_numbers.high);
   if (!names.contains("fNumber")) {
-    a = Real("1e-9");
+    a = Real("1e-36");
     b = ConcaveUpTo(request, o, names) / ratio;
     for (const BlurLimit& limit : request.limits) {  // larger ones must be ruled out by diffraction alone
       const bool sharp = limit.kind == LimitKind::Sharp && names.contains(limit.name);
