@@ -28,6 +28,29 @@ std::optional<double> ReadBacklash(SettingsReader& read) {
   return read.OptionalNumber("backlash", kNonNegative);
 }
 
+Duration Milliseconds(double ms) {
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(ms));
+}
+
+void ReadSettling(SettingsReader& read, AxisConfig& config) {
+  const Settings* raw = read.Any("settle_ms");
+  if (raw == nullptr) return;
+  const auto* text = std::get_if<std::string>(&raw->value());
+  config.settle_by_readback = text != nullptr && *text == "readback";
+  if (config.settle_by_readback) return;
+  if (!raw->AsNumber()) read.Reject("settle_ms", "must be \"readback\" or a number of milliseconds");
+  if (const auto settle_ms = read.OptionalNumber("settle_ms", {0.0, 60e3})) config.settle = Milliseconds(*settle_ms);
+}
+
+void ReadShaper(SettingsReader& read, AxisConfig& config) {
+  config.shaper = static_cast<Shaper>(read.Choice("shaper", {"none", "split", "zv", "zvd", "ramp"}, 0));
+  config.ring_hz = read.Number("ring_hz", 0.0, {0.0, 1e5});
+  config.ring_damping = read.Number("ring_damping", 0.0, {0.0, 0.99});
+  if (config.shaper != Shaper::None && config.ring_hz <= 0.0) {
+    read.Reject("ring_hz", "must be given, above 0, where there is a shaper");
+  }
+}
+
 Result<AxisConfig> ReadAxis(const Settings& table, Axis axis) {
   SettingsReader read(table, "[lens." + std::string(AxisName(axis)) + "]");
   AxisConfig config;
@@ -36,9 +59,15 @@ Result<AxisConfig> ReadAxis(const Settings& table, Axis axis) {
     config.approach_near = read.Choice("approach", {"near", "far"}, 0) == 0;
   }
   config.backlash = ReadBacklash(read);
-  if (const auto settle_ms = read.OptionalNumber("settle_ms", {0.0, 60e3})) {
-    config.settle = std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(*settle_ms));
-  }
+  ReadSettling(read, config);
+  config.deadband = read.Number("deadband", 0.0, kNonNegative);
+  config.retries = static_cast<int>(read.Integer("retries", config.retries, {0.0, 100.0}));
+  config.repeatability = read.Number("repeatability", 0.0, kNonNegative);
+  config.lost_travel = read.Number("lost_travel", 0.0, {0.0, 1.0});
+  config.sag = read.OptionalNumber("sag", kNonNegative);
+  config.latency = Milliseconds(read.Number("latency_ms", 0.0, {0.0, 10e3}));
+  config.restore = static_cast<Restore>(read.Choice("restore", {"never", "always", "near-zero", "conditional"}, 0));
+  ReadShaper(read, config);
   config.tolerance = read.OptionalNumber("tolerance", kNonNegative);
   config.speed = read.OptionalNumber("speed", kPositive);
   if (const auto limits = ReadRange(read, "limits", {}))

@@ -12,42 +12,25 @@ constexpr Duration kMotionPeriod = std::chrono::milliseconds(2);  ///< between r
 constexpr Duration kIdlePeriod = std::chrono::milliseconds(500);
 constexpr int kReadAttempts = 3;
 
-AxisSetup MakeSetup(Axis axis, const drivers::AxisCapabilities& can, const AxisConfig& config) {
-  AxisSetup setup;
-  setup.axis = axis;
-  setup.can = can;
-  setup.config = config;
-  setup.minimum = can.minimum;
-  setup.maximum = can.maximum;
-  if (config.limits) {
-    setup.minimum = std::max(can.minimum, config.limits->first);
-    setup.maximum = std::min(can.maximum, config.limits->second);
-  }
-  setup.settle = config.settle.value_or(can.settle);
-  setup.speed = config.speed;
-  if (!setup.speed && can.speed > 0) setup.speed = can.speed;
-  // A neighbouring filter is another filter.
-  setup.tolerance = config.tolerance.value_or(axis == Axis::Filter ? 0.5 * can.resolution : can.resolution);
-  setup.approach_up = axis == Axis::Focus ? config.approach_near == config.near_positive : true;
-  return setup;
-}
-
 }  // namespace
 
 Rig::Impl::Impl(RigConfig config, drivers::Device opened, std::optional<OpticsTable> table, const Clock& the_clock,
-                std::shared_ptr<const Calibration> calibration)
+                std::shared_ptr<const Calibration> calibration, std::unique_ptr<PositionMemory> memory)
     : device(std::move(opened)),
       optics(std::move(table)),
       clock(the_clock),
       config_(std::move(config)),
       as_configured_(config_),
       calibration_(std::move(calibration)),
+      memory_(std::move(memory)),
       looks_(device.camera.get()) {
   for (const Axis axis : drivers::kAxes) {
     const auto& can = device.lens->capabilities().axes[axis];
     if (!can) continue;
     setups_[axis] = MakeSetup(axis, *can, config_.axes[axis]);
+    tracks_[axis] = std::make_unique<AxisTrack>(*setups_[axis]);
     tolerances_[axis] = setups_[axis]->tolerance;
+    latency_ = std::max(latency_, config_.axes[axis].latency);
   }
   AdoptBacklash();
   ReadLens();
@@ -97,7 +80,14 @@ Instant Rig::Impl::NextStep(Instant now) const {
   if (problem_ && !looks_.anyone() && !(outside_ && outside_->given())) return next_read_;
   const auto steady = SteadySince();
   const bool outside_waits = outside_ && (outside_->unannounced() || outside_->given());
-  if (!steady || looks_.frame() || outside_waits) return now + kMotionPeriod;
+  if (!steady || looks_.frame() || outside_waits) {
+    Instant next = now + kMotionPeriod;
+    for (const Axis axis : drivers::kAxes) {
+      const auto part = motions_[axis] ? motions_[axis]->next_part() : std::nullopt;
+      if (part) next = std::min(next, *part);
+    }
+    return next;
+  }
   if (looks_.anyone()) return looks_.NextPoll(now, *steady);
   return next_read_;
 }
@@ -128,7 +118,12 @@ void Rig::Impl::ReadLens() {
   FailAll(*problem_);
 }
 
-void Rig::Impl::NoteReading(const drivers::LensState& state) {
+void Rig::Impl::NoteReading(drivers::LensState state) {
+  state.sampled_at -= latency_;
+  if (!std::exchange(recalled_, true)) Recall(state);
+  for (const Axis axis : drivers::kAxes) {
+    if (tracks_[axis] && state.axes[axis]) state.axes[axis]->position.value += tracks_[axis]->offset().value;
+  }
   history_.Add(state);
   for (const Axis axis : drivers::kAxes) {
     if (!setups_[axis] || !state.axes[axis]) continue;
@@ -139,8 +134,21 @@ void Rig::Impl::NoteReading(const drivers::LensState& state) {
     // It came to rest at this reading at the latest.
     if (!stood) steady_since_[axis] = state.sampled_at + setups_[axis]->settle;
   }
-  state_ = state;
-  NoteConditions(state);
+  state_ = std::move(state);
+  NoteConditions(*state_);
+  for (const Axis axis : drivers::kAxes) {
+    if (tracks_[axis] && state_->axes[axis]) NoteAxis(axis, *state_->axes[axis], state_->sampled_at);
+  }
+}
+
+/// Who moves it, and when it has come to rest.
+void Rig::Impl::NoteAxis(Axis axis, const drivers::AxisState& state, Instant sampled_at) {
+  AxisTrack& track = *tracks_[axis];
+  const bool was_moved = track.moved_by_another();
+  track.Note(state, sampled_at, motions_[axis] != nullptr || coasting_[axis]);
+  if (track.moved_by_another() && !was_moved) targets_[axis].reset();
+  if (coasting_[axis] && !state.moving && sampled_at > *coasting_[axis]) coasting_[axis].reset();
+  if (!motions_[axis] && !coasting_[axis] && !state.moving) RememberRest(axis);
 }
 
 bool Rig::Impl::Moving() const {
@@ -159,27 +167,91 @@ std::optional<Instant> Rig::Impl::SteadySince() const {
 
 // ---- motions ------------------------------------------------------------------------------------------------------
 
+/// The motor of one axis: every command passes here, and none goes out before it is remembered.
+class Rig::Impl::AxisMotor final : public Motor {
+ public:
+  AxisMotor(Impl& rig, Axis axis) : rig_(rig), axis_(axis), track_(*rig.tracks_[axis]), setup_(*rig.setups_[axis]) {}
+
+  Result<void> Go(Native target, bool begins) override {
+    const drivers::AxisState& state = *rig_.state_->axes[axis_];
+    const Native room{track_.slack().whole()};
+    auto remembered =
+        rig_.RememberMotion(axis_, std::min(state.position, target) - room, std::max(state.position, target) + room);
+    if (!remembered) return remembered;
+    if (begins) {
+      const double ahead = (target - state.position).value * (setup_.approach_up ? 1.0 : -1.0);
+      track_.Commanded(state.moving || ahead < 0.0, rig_.clock.Now());
+    }
+    return rig_.device.lens->StartMove(axis_, target - track_.offset());
+  }
+  Result<void> Home() override {
+    if (auto remembered = rig_.RememberMotion(axis_, setup_.minimum, setup_.maximum); !remembered) return remembered;
+    track_.Commanded(true, rig_.clock.Now());
+    return rig_.device.lens->StartHome(axis_);
+  }
+  /// That it cannot be stopped changes nothing about the answer.
+  void Halt() override {
+    if (setup_.can.can_stop) (void)rig_.device.lens->Stop(axis_);
+  }
+  Native AtReference(Native position) override {
+    const Native stands = position - track_.offset();
+    track_.Homed(rig_.clock.Now());
+    SetLimits(*rig_.setups_[axis_], {});
+    rig_.state_->axes[axis_]->position = stands;
+    return stands;
+  }
+
+ private:
+  Impl& rig_;
+  Axis axis_;
+  AxisTrack& track_;
+  const AxisSetup& setup_;
+};
+
 void Rig::Impl::AdvanceMotions() {
   for (const Axis axis : drivers::kAxes) {
     if (!motions_[axis] || problem_ || !state_ || !state_->axes[axis]) continue;
-    auto end = motions_[axis]->Step(*device.lens, *state_->axes[axis], state_->sampled_at, clock.Now());
+    AxisMotor motor(*this, axis);
+    auto end = motions_[axis]->Step(motor, *state_->axes[axis], state_->sampled_at, clock.Now());
     if (end) EndMotion(axis, *std::move(end));
   }
 }
 
-void Rig::Impl::StartMotion(Axis axis, std::optional<Native> target, double take_up, MoveCallback done) {
-  motions_[axis] = std::make_unique<AxisMotion>(*setups_[axis], target, take_up, std::move(done), clock.Now());
+void Rig::Impl::StartMotion(Axis axis, std::optional<Native> target, double overshoot, TakeUp take_up,
+                            MoveCallback done) {
+  motions_[axis] = std::make_unique<AxisMotion>(*setups_[axis], *tracks_[axis], target, overshoot, take_up,
+                                                std::move(done), clock.Now());
   targets_[axis] = target;
+}
+
+/// A motion of `axis` ended before it stood.
+void Rig::Impl::Coasts(Axis axis) {
+  coasting_[axis] = clock.Now();
+  tracks_[axis]->Disturbed(clock.Now());
+}
+
+/// Ends it unanswered.
+void Rig::Impl::DropMotion(Axis axis) {
+  const auto motion = std::exchange(motions_[axis], nullptr);
+  targets_[axis].reset();
+  if (motion && motion->commands() > 0) Coasts(axis);
 }
 
 void Rig::Impl::EndMotion(Axis axis, Result<MoveOutcome> end) {
   if (!motions_[axis]) return;
   const auto motion = std::exchange(motions_[axis], nullptr);
   if (run_ && axis == Axis::Focus) run_motions_ += motion->commands();
+  const bool reached = end && end->reached;
   if (end) AddOptics(*end);
   const bool followed = axis == Axis::Focus && std::exchange(following_, false);
-  if (axis == Axis::Focus && end && end->reached && !followed) held_ = end->extension;
-  if (!end || !end->reached) targets_[axis].reset();
+  if (axis == Axis::Focus && reached && !followed) held_ = end->extension;
+  if (!reached) targets_[axis].reset();
+  if (reached) {
+    coasting_[axis].reset();
+    RememberRest(axis);
+  } else if (motion->commands() > 0) {
+    Coasts(axis);
+  }
   Reply(motion->TakeCallback(), std::move(end));
 }
 
@@ -203,8 +275,13 @@ void Rig::Impl::FailAll(const Error& error) {
 void Rig::Impl::Move(Axis axis, const Target& target, MoveCallback done) {
   const auto native = Resolve(axis, target);
   if (!native) return Reply(std::move(done), Result<MoveOutcome>(std::unexpected(native.error())));
+  if (auto unknown = PositionUnknown(axis)) {
+    return Reply(std::move(done), Result<MoveOutcome>(std::unexpected(*unknown)));
+  }
   Disturb(axis);
-  StartMotion(axis, *native, target.take_up.value_or(config_.axes[axis].backlash.value_or(0.0)), std::move(done));
+  if (target.take_up) return StartMotion(axis, *native, *target.take_up, TakeUp::FromBeyond, std::move(done));
+  const double overshoot = setups_[axis]->TakesUp() ? tracks_[axis]->slack().whole() : 0.0;
+  StartMotion(axis, *native, overshoot, TakeUp::Always, std::move(done));
 }
 
 void Rig::Impl::Home(Axis axis, MoveCallback done) {
@@ -214,7 +291,7 @@ void Rig::Impl::Home(Axis axis, MoveCallback done) {
                                       Code::Unsupported, "this lens has no " + name + " that can search a reference")));
   }
   Disturb(axis);
-  StartMotion(axis, std::nullopt, 0.0, std::move(done));
+  StartMotion(axis, std::nullopt, 0.0, TakeUp::Always, std::move(done));
 }
 
 void Rig::Impl::Stop(const std::vector<Axis>& axes, StopCallback done) {
@@ -233,6 +310,7 @@ void Rig::Impl::Stop(const std::vector<Axis>& axes, StopCallback done) {
       }
     }
     if (!stopped && answer) answer = stopped;
+    if (moving) Coasts(axis);
     EndMotion(axis, std::unexpected(cancelled));
     targets_[axis].reset();
   }
@@ -273,14 +351,22 @@ LensedFrame Rig::Impl::WithLens(const drivers::Frame& frame) const {
   LensedFrame lensed;
   lensed.frame = frame;
   lensed.axes = history_.During(frame.exposure_start, frame.exposure_end, tolerances_);
-  const auto middle = [&](Axis axis) { return 0.5 * (lensed.axes[axis]->lowest + lensed.axes[axis]->highest); };
-  if (optics && optics->has_focus() && lensed.axes[Axis::Focus]) {
-    lensed.extension = optics->ExtensionFromNative(middle(Axis::Focus));
+  for (const Axis axis : drivers::kAxes) {
+    auto& during = lensed.axes[axis];
+    if (during) during->bound = 0.5 * (during->highest - during->lowest) + Native{tracks_[axis]->Bound()};
   }
-  if (optics && optics->has_iris() && lensed.axes[Axis::Iris]) {
+  const auto middle = [&](Axis axis) { return 0.5 * (lensed.axes[axis]->lowest + lensed.axes[axis]->highest); };
+  if (optics && optics->has_focus() && lensed.axes[Axis::Focus] && Known(Axis::Focus)) {
+    lensed.extension = optics->ExtensionFromNative(middle(Axis::Focus));
+    lensed.extension_bound = ExtensionBound(middle(Axis::Focus), lensed.axes[Axis::Focus]->bound);
+  }
+  if (optics && optics->has_iris()) {
+    if (!lensed.axes[Axis::Iris] || !Known(Axis::Iris)) return lensed;
     lensed.f_number = optics->FNumberFromNative(middle(Axis::Iris));
-  } else if (optics) {
+    lensed.f_number_bound = FNumberBound(middle(Axis::Iris), lensed.axes[Axis::Iris]->bound);
+  } else if (optics && optics->fixed_f_number()) {
     lensed.f_number = optics->fixed_f_number();
+    lensed.f_number_bound = FNumber{};
   }
   return lensed;
 }

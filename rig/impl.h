@@ -9,6 +9,8 @@
 
 #include "autofocus_run.h"
 #include "axis_motion.h"
+#include "axis_setup.h"
+#include "axis_track.h"
 #include "history.h"
 #include "looks.h"
 #include "outside.h"
@@ -23,7 +25,7 @@ Result<std::optional<OpticsTable>> TableFor(const RigConfig& config, const drive
 class Rig::Impl {
  public:
   Impl(RigConfig config, drivers::Device device, std::optional<OpticsTable> optics, const Clock& clock,
-       std::shared_ptr<const Calibration> calibration);
+       std::shared_ptr<const Calibration> calibration, std::unique_ptr<PositionMemory> memory);
   ~Impl();
 
   Result<Native> Resolve(drivers::Axis axis, const Target& target) const;
@@ -55,13 +57,21 @@ class Rig::Impl {
       if (done) done(std::move(answer));
     });
   }
-  void StartMotion(drivers::Axis axis, std::optional<Native> target, double take_up, MoveCallback done);
+  class AxisMotor;
+  void StartMotion(drivers::Axis axis, std::optional<Native> target, double overshoot, TakeUp take_up,
+                   MoveCallback done);
   void EndMotion(drivers::Axis axis, Result<MoveOutcome> end);
+  void Coasts(drivers::Axis axis);
+  void DropMotion(drivers::Axis axis);
   void EndAutofocus(Result<AutofocusOutcome> end);
   void Disturb(drivers::Axis axis);
   void FailAll(const Error& error);
   void ReadLens();
-  void NoteReading(const drivers::LensState& state);
+  void NoteReading(drivers::LensState state);
+  void NoteAxis(drivers::Axis axis, const drivers::AxisState& state, Instant sampled_at);
+  void Recall(const drivers::LensState& state);
+  Result<void> RememberMotion(drivers::Axis axis, Native lowest, Native highest);
+  void RememberRest(drivers::Axis axis);
   void AdvanceMotions();
   void ServeLooks();
   void ServeOutside();
@@ -74,6 +84,10 @@ class Rig::Impl {
   void FollowTemperature();
   void AddOptics(MoveOutcome& outcome) const;
   void AddOptics(Status& status) const;
+  Metres ExtensionBound(Native position, Native bound) const;
+  FNumber FNumberBound(Native position, Native bound) const;
+  std::optional<Error> PositionUnknown(drivers::Axis axis) const;
+  bool Known(drivers::Axis axis) const { return tracks_[axis] && tracks_[axis]->known(); }
   void RunReplies();
   Result<Native> Aim(drivers::Axis axis, const Target& target) const;
   Result<Metres> ExtensionOf(const Target& target) const;
@@ -93,10 +107,16 @@ class Rig::Impl {
   std::optional<Metres> held_;  ///< the extension focus was last brought to, to be held as the temperature changes
   bool following_ = false;      ///< the motion of focus under way follows the temperature
   std::shared_ptr<const OpticsTable> shared_optics_;  ///< the same as `optics`, for those on other threads
+  std::unique_ptr<PositionMemory> memory_;
   drivers::PerAxis<std::optional<AxisSetup>> setups_;
+  drivers::PerAxis<std::unique_ptr<AxisTrack>> tracks_;
   drivers::PerAxis<double> tolerances_;
+  Duration latency_{};
   drivers::PerAxis<std::unique_ptr<AxisMotion>> motions_;
   drivers::PerAxis<std::optional<Native>> targets_;
+  drivers::PerAxis<std::optional<Instant>> coasting_;  ///< its motion ended then, and it has not been seen to stand
+  PositionMemory::Axes remembered_;                    ///< as saved
+  bool recalled_ = false;
   drivers::PerAxis<Instant> steady_since_;
   std::optional<drivers::LensState> state_;
   std::optional<Error> problem_;

@@ -70,7 +70,7 @@ AutofocusRun::Hands Rig::Impl::HandsOfRun() {
   hands.move = [this, guarded](Native target, MoveCallback done) {
     const AxisSetup& focus = *setups_[Axis::Focus];
     EndMotion(Axis::Focus, Fail(Code::Superseded, "autofocus went elsewhere"));
-    StartMotion(Axis::Focus, std::clamp(target, focus.minimum, focus.maximum), AutofocusTakeUp(),
+    StartMotion(Axis::Focus, std::clamp(target, focus.minimum, focus.maximum), AutofocusTakeUp(), TakeUp::FromBeyond,
                 guarded(std::move(done)));
   };
   hands.look = [this, guarded](SeenCallback done) {
@@ -100,6 +100,7 @@ void Rig::Impl::Autofocus(AutofocusRequest request, ProgressCallback progress, A
         {Code::Unsupported, "this lens has no camera: autofocus needs one, or frames from outside (AutofocusBegin)"});
   }
   if (!setups_[Axis::Focus]) return refuse({Code::Unsupported, "this lens has no motorised focus"});
+  if (auto unknown = PositionUnknown(Axis::Focus)) return refuse(*unknown);
   std::vector<drivers::Region> regions = request.regions;
   if (request.outside) {
     if (regions.empty()) regions.push_back({0.0, 0.0, 1.0, 1.0});
@@ -202,8 +203,7 @@ void Rig::Impl::EndAutofocus(Result<AutofocusOutcome> end) {
   if (!run_ || run_ended_) return;
   run_.reset();
   EndOutside();
-  motions_[Axis::Focus].reset();
-  targets_[Axis::Focus].reset();
+  DropMotion(Axis::Focus);
   looks_.ForgetAutofocus();
   Reply(std::exchange(autofocus_done_, nullptr), std::move(end));
 }

@@ -48,7 +48,9 @@ void Rig::Impl::AdoptBacklash() {
     if (!setups_[axis] || as_configured_.axes[axis].backlash) continue;
     std::optional<double> backlash;
     if (calibration_ && calibration_->backlash[axis]) backlash = std::ceil(calibration_->backlash[axis]->high);
-    config_.axes[axis].backlash = setups_[axis]->config.backlash = backlash;
+    config_.axes[axis].backlash = backlash;
+    SetBacklash(*setups_[axis], backlash);
+    tracks_[axis]->BacklashChanged();
   }
 }
 
@@ -95,13 +97,25 @@ void Rig::Impl::FollowTemperature() {
   following_ = true;
 }
 
+Metres Rig::Impl::ExtensionBound(Native here, Native bound) const {
+  return Reach(optics->ExtensionFromNative(here), optics->ExtensionFromNative(here - bound),
+               optics->ExtensionFromNative(here + bound)) +
+         optics->ExtensionError(here);
+}
+
+FNumber Rig::Impl::FNumberBound(Native here, Native bound) const {
+  const FNumber middle = optics->FNumberFromNative(here);
+  return Reach(middle, optics->FNumberFromNative(here - bound), optics->FNumberFromNative(here + bound)) +
+         middle * optics->FNumberError();
+}
+
 void Rig::Impl::AddOptics(MoveOutcome& outcome) const {
   if (!optics) return;
   const Native here = outcome.position, low = here - outcome.bound, high = here + outcome.bound;
   if (outcome.axis == Axis::Focus && optics->has_focus()) {
     const Metres at_low = optics->ExtensionFromNative(low), at_high = optics->ExtensionFromNative(high);
     outcome.extension = optics->ExtensionFromNative(here);
-    outcome.extension_bound = Reach(*outcome.extension, at_low, at_high) + optics->ExtensionError(here);
+    outcome.extension_bound = ExtensionBound(here, outcome.bound);
     outcome.vergence = optics->VergenceFromExtension(*outcome.extension);
     outcome.vergence_bound =
         Reach(*outcome.vergence, optics->VergenceFromExtension(at_low), optics->VergenceFromExtension(at_high)) +
@@ -109,8 +123,7 @@ void Rig::Impl::AddOptics(MoveOutcome& outcome) const {
   }
   if (outcome.axis == Axis::Iris && optics->has_iris()) {
     outcome.f_number = optics->FNumberFromNative(here);
-    outcome.f_number_bound = Reach(*outcome.f_number, optics->FNumberFromNative(low), optics->FNumberFromNative(high)) +
-                             *outcome.f_number * optics->FNumberError();
+    outcome.f_number_bound = FNumberBound(here, outcome.bound);
   }
   if (outcome.axis == Axis::Zoom && optics->has_zoom()) {
     outcome.focal_length = optics->FocalLengthFromNative(here);
@@ -124,7 +137,7 @@ void Rig::Impl::AddOptics(Status& status) const {
   if (!optics) return;
   status.optics = shared_optics_;
   status.focal_length = optics->focal_length();
-  if (optics->has_focus() && status.axes[Axis::Focus]) {
+  if (optics->has_focus() && status.axes[Axis::Focus] && Known(Axis::Focus)) {
     const Native focus = status.axes[Axis::Focus]->position;
     status.extension = optics->ExtensionFromNative(focus);
     status.vergence = optics->VergenceFromExtension(*status.extension);
@@ -133,7 +146,7 @@ void Rig::Impl::AddOptics(Status& status) const {
     if (status.grade != Grade::Uncalibrated) status.extension_error = optics->ExtensionError(focus);
   }
   if (optics->has_iris() && status.axes[Axis::Iris]) {
-    status.f_number = optics->FNumberFromNative(status.axes[Axis::Iris]->position);
+    if (Known(Axis::Iris)) status.f_number = optics->FNumberFromNative(status.axes[Axis::Iris]->position);
   } else {
     status.f_number = optics->fixed_f_number();
   }

@@ -129,7 +129,10 @@ Status Rig::Impl::GetStatus() const {
                                    .minimum = setup.minimum,
                                    .maximum = setup.maximum,
                                    .moving = state.moving || motions_[axis] != nullptr,
-                                   .homed = state.homed,
+                                   .homed = state.homed && Known(axis),
+                                   .bound = Native{tracks_[axis]->Bound()},
+                                   .moved_by_us = tracks_[axis]->moved_by_us(),
+                                   .moved_by_another = tracks_[axis]->moved_by_another(),
                                    .fault = state.fault};
   }
   AddOptics(status);
@@ -152,7 +155,8 @@ Activity Rig::Impl::CurrentActivity() const {
 // ---- the public face ----------------------------------------------------------------------------------------------
 
 Result<std::unique_ptr<Rig>> Rig::Create(RigConfig config, drivers::Device device, const Clock& clock,
-                                         std::shared_ptr<const Calibration> calibration) {
+                                         std::shared_ptr<const Calibration> calibration,
+                                         std::unique_ptr<PositionMemory> memory) {
   if (!device.lens) return Fail(Code::InvalidArgument, "a rig needs a lens");
   for (const Axis axis : drivers::kAxes) {
     const auto& can = device.lens->capabilities().axes[axis];
@@ -164,8 +168,8 @@ Result<std::unique_ptr<Rig>> Rig::Create(RigConfig config, drivers::Device devic
   }
   auto table = TableFor(config, device, calibration);
   if (!table) return PassOn(std::move(table));
-  return std::unique_ptr<Rig>(new Rig(
-      std::make_unique<Impl>(std::move(config), std::move(device), *std::move(table), clock, std::move(calibration))));
+  return std::unique_ptr<Rig>(new Rig(std::make_unique<Impl>(std::move(config), std::move(device), *std::move(table),
+                                                             clock, std::move(calibration), std::move(memory))));
 }
 
 Rig::Rig(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -70,8 +70,11 @@ drivers::Capabilities CapabilitiesOf(const LensSettings& lens) {
   capabilities.axes[Axis::Focus] = AxisOver(NativeUnit::Steps, 0.0, lens.steps - 1.0, 1.0);
   capabilities.axes[Axis::Focus]->speed = lens.speed_steps_per_s;
   capabilities.axes[Axis::Focus]->settle = Duration(std::llround(lens.settle_ms * 1e6));
+  // As a data sheet would tell.
+  capabilities.axes[Axis::Focus]->backlash = lens.backlash_steps;
   if (lens.max_f_number > lens.min_f_number) {
     capabilities.axes[Axis::Iris] = AxisOver(NativeUnit::Steps, 0.0, lens.iris_steps - 1.0, 1.0);
+    capabilities.axes[Axis::Iris]->backlash = lens.iris_backlash_steps;
   }
   if (lens.zooms()) {
     const double span = lens.max_focal_length_mm - lens.min_focal_length_mm;

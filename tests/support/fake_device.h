@@ -53,8 +53,8 @@ class FakeLens final : public drivers::Lens {
 
   static drivers::Capabilities MakeCapabilities() {
     drivers::Capabilities can{.driver = "fake", .model = "fake", .serial = "1", .axes = {}};
-    can.axes[drivers::Axis::Focus] = {.maximum = Native{1000.0}, .can_home = true};
-    can.axes[drivers::Axis::Iris] = {.maximum = Native{100.0}};
+    can.axes[drivers::Axis::Focus] = {.maximum = Native{1000.0}, .can_home = true, .backlash = 0.0};
+    can.axes[drivers::Axis::Iris] = {.maximum = Native{100.0}, .backlash = 0.0};
     can.axes[drivers::Axis::Zoom] = {.maximum = Native{100.0}, .feedback = false, .can_stop = false};
     return can;
   }

@@ -15,8 +15,15 @@
 
 namespace lensd::rig {
 
+/// How a step is divided so that an actuator that rings arrives at rest; see rig/shaping.h.
+enum class Shaper { None, Split, Zv, Zvd, Ramp };
+
+/// What a remembered position is worth when lensd starts again; see rig/position_memory.h.
+enum class Restore { Never, Always, NearZero, Conditional };
+
 /// One axis: [lens.focus], [lens.iris], [lens.zoom], [lens.filter].
 struct AxisConfig {
+  AxisConfig() = default;           // no aggregate: GCC 12 crashes on `{}` for a RigConfig otherwise
   bool near_positive = true;        ///< focus: larger native positions focus nearer
   bool approach_near = true;        ///< the last motion always goes toward near (other axes: toward larger positions)
   std::optional<double> backlash;   ///< native units to overshoot by when arriving from the other side; default unknown
@@ -24,6 +31,17 @@ struct AxisConfig {
   std::optional<double> tolerance;  ///< native units; default one resolution
   std::optional<std::pair<Native, Native>> limits;  ///< soft limits; default what the device takes
   std::optional<double> speed;  ///< native units per second; default what the driver says, or the whole range in 60 s
+  double deadband = 0.0;        ///< native units: a target this near is reached already
+  int retries = 2;              ///< commands repeated where it came to rest beyond `tolerance`
+  bool settle_by_readback = false;  ///< settled when the readings stand still, instead of after `settle`
+  double repeatability = 0.0;       ///< native units: how far a steady readback may be from the mechanism it measures
+  double lost_travel = 0.0;         ///< part of all travel since the reference that may have been lost unnoticed
+  std::optional<double> sag;  ///< native units, without feedback only: how far from the command; default `tolerance`
+  Duration latency = Duration::zero();  ///< readings may be this much older than they say
+  Restore restore = Restore::Never;
+  Shaper shaper = Shaper::None;
+  double ring_hz = 0.0;       ///< of the actuator, damping included; above 0 where there is a shaper
+  double ring_damping = 0.0;  ///< of critical, below 1
 };
 
 /// What to do about a lens that gets warm: [lens.temperature]. What the calibration knows counts where nothing is said.

@@ -48,7 +48,9 @@ struct MoveOutcome {
   std::optional<FNumber> f_number_bound;
   std::optional<Metres> focal_length;  ///< zoom with known optics
   std::optional<Metres> focal_length_bound;
-  std::string reason;  ///< empty when all is well, else one line for people
+  bool missed = false;            ///< came to rest elsewhere, as often as it was tried
+  bool moved_by_another = false;  ///< somebody else moved the axis meanwhile; it stands where that left it
+  std::string reason;             ///< empty when all is well, else one line for people
   Duration elapsed{};
 };
 

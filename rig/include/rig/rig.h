@@ -21,6 +21,7 @@
 #include "rig/config.h"
 #include "rig/motion.h"
 #include "rig/optics_table.h"
+#include "rig/position_memory.h"
 
 namespace lensd::rig {
 
@@ -31,11 +32,14 @@ struct LensedFrame {
     Native lowest;
     Native highest;
     bool moving = false;  ///< it moved, or had not settled, at some time of the exposure
+    Native bound = {};    ///< the true position was within this of the middle of the two, if it was not moving
   };
   drivers::Frame frame;
   drivers::PerAxis<std::optional<AxisDuring>> axes;
   std::optional<Metres> extension;  ///< middle of the focus interval, where optics are known
+  std::optional<Metres> extension_bound;
   std::optional<FNumber> f_number;
+  std::optional<FNumber> f_number_bound;  ///< 0 where the f-number is fixed
 };
 
 /// Where an autofocus whose frames come from outside wants the next one.
@@ -121,8 +125,11 @@ struct AxisStatus {
   Native minimum;  ///< soft limits
   Native maximum;
   bool moving = false;
-  bool homed = false;
-  std::string fault;  ///< empty, or what the device complains of
+  bool homed = false;        ///< the position is known: it refers to a reference, and nothing has put that in doubt
+  Native bound = {};         ///< the mechanism is within this of `position` while it stands
+  bool moved_by_us = false;  ///< the last motion was asked of this rig
+  bool moved_by_another = false;  ///< the last motion was not
+  std::string fault;              ///< empty, or what the device complains of
 };
 
 /// What the rig is doing, for people and clients.
@@ -161,10 +168,12 @@ struct Status {
 /// the readback.
 class Rig {
  public:
-  /// `device.lens` must be there; `clock` must outlive the rig. InvalidArgument: optics that make no sense, a
-  /// calibration (null: none) that is of another lens or contradicts the configuration.
+  /// `device.lens` must be there; `clock` must outlive the rig; without `memory` a restart trusts what the device says.
+  /// InvalidArgument: optics that make no sense, a calibration (null: none) that is of another lens or contradicts the
+  /// configuration.
   static Result<std::unique_ptr<Rig>> Create(RigConfig config, drivers::Device device, const Clock& clock,
-                                             std::shared_ptr<const Calibration> calibration = nullptr);
+                                             std::shared_ptr<const Calibration> calibration = nullptr,
+                                             std::unique_ptr<PositionMemory> memory = nullptr);
   ~Rig();
   Rig(const Rig&) = delete;
   Rig& operator=(const Rig&) = delete;
@@ -180,6 +189,8 @@ class Rig {
   Result<Native> Resolve(drivers::Axis axis, const Target& target) const;
 
   /// Moves and reports. An impossible target fails with Resolve()'s error before anything moves or is displaced.
+  /// Unsupported too while the position of an axis that could search its reference is not known. Io: the memory cannot
+  /// be written, and nothing has moved.
   void Move(drivers::Axis axis, const Target& target, MoveCallback done);
   /// Searches the reference of `axis`. Unsupported where it has none.
   void Home(drivers::Axis axis, MoveCallback done);

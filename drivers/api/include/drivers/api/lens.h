@@ -45,6 +45,7 @@ struct AxisCapabilities {
   bool can_stop = true;     ///< Stop() ends a motion midway
   double speed = 0.0;       ///< native units per second as the data sheet has it; 0: not known
   Duration settle{};        ///< from standing still to a steady picture, as far as the driver knows
+  double backlash = -1.0;   ///< native units, as far as the driver knows; 0: none; below 0: not known
 };
 
 /// What a lens is and can do. Immutable once the device is open.

@@ -1,0 +1,47 @@
+#include "axis_setup.h"
+
+#include <algorithm>
+
+namespace lensd::rig {
+namespace {
+
+/// Of the range: what the backlash of a stepping motor is taken for while nobody has said or measured it.
+constexpr double kAssumedBacklash = 0.1;
+
+}  // namespace
+
+void SetLimits(AxisSetup& setup, Native offset) {
+  setup.minimum = setup.can.minimum + offset;
+  setup.maximum = setup.can.maximum + offset;
+  if (!setup.config.limits) return;
+  setup.minimum = std::max(setup.minimum, setup.config.limits->first);
+  setup.maximum = std::min(setup.maximum, setup.config.limits->second);
+}
+
+void SetBacklash(AxisSetup& setup, std::optional<double> backlash) {
+  setup.config.backlash = backlash;
+  if (!backlash && setup.can.backlash >= 0.0) backlash = setup.can.backlash;
+  // Whoever counts in optical units or in places closes the loop behind its own gears.
+  setup.backlash_known = backlash || setup.can.unit != drivers::NativeUnit::Steps;
+  const double assumed = setup.backlash_known ? 0.0 : kAssumedBacklash * (setup.maximum - setup.minimum).value;
+  setup.backlash = backlash.value_or(assumed);
+}
+
+AxisSetup MakeSetup(drivers::Axis axis, const drivers::AxisCapabilities& can, const AxisConfig& config) {
+  AxisSetup setup;
+  setup.axis = axis;
+  setup.can = can;
+  setup.config = config;
+  SetLimits(setup, {});
+  setup.settle = config.settle.value_or(can.settle);
+  setup.speed = config.speed;
+  if (!setup.speed && can.speed > 0) setup.speed = can.speed;
+  // A neighbouring filter is another filter.
+  setup.tolerance = config.tolerance.value_or(axis == drivers::Axis::Filter ? 0.5 * can.resolution : can.resolution);
+  setup.approach_up = axis == drivers::Axis::Focus ? config.approach_near == config.near_positive : true;
+  SetBacklash(setup, config.backlash);
+  setup.impulses = ImpulsesOf(config.shaper, config.ring_hz, config.ring_damping);
+  return setup;
+}
+
+}  // namespace lensd::rig

@@ -1,0 +1,41 @@
+// What stays the same for every motion of an axis.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "base/clock.h"
+#include "drivers/api/lens.h"
+#include "rig/config.h"
+#include "shaping.h"
+
+namespace lensd::rig {
+
+struct AxisSetup {
+  drivers::Axis axis = drivers::Axis::Focus;
+  drivers::AxisCapabilities can;
+  AxisConfig config;
+  Native minimum;  ///< soft limits, inside the capabilities
+  Native maximum;
+  double tolerance = 1.0;       ///< native units
+  std::optional<double> speed;  ///< native units per second
+  Duration settle{};            ///< from standing still to a steady picture
+  bool approach_up = true;      ///< the last motion goes toward larger positions
+  double backlash = 0.0;        ///< native units; assumed where it is not known
+  bool backlash_known = true;
+  std::vector<Impulse> impulses;  ///< how a step is divided; empty: not at all
+
+  /// An overshoot that takes up the backlash, native units: none where the backlash is not known.
+  bool TakesUp() const { return backlash_known && backlash > 0.0; }
+};
+
+/// Soft limits: what the device reaches, its positions being `offset` below the rig's, and the configuration allows.
+void SetLimits(AxisSetup& setup, Native offset);
+
+/// As it is known now; nothing: what the driver knows, or an assumption.
+void SetBacklash(AxisSetup& setup, std::optional<double> backlash);
+
+/// What a configuration and a device make of it. `config.limits` must leave something of the range.
+AxisSetup MakeSetup(drivers::Axis axis, const drivers::AxisCapabilities& can, const AxisConfig& config);
+
+}  // namespace lensd::rig

@@ -1,0 +1,88 @@
+// What is known of one axis beyond its last reading: the backlash not taken up, the travel since its reference, who
+// moved it last, and so how far its mechanism may be from where the readings say it is.
+#pragma once
+
+#include <optional>
+
+#include "axis_setup.h"
+#include "rig/position_memory.h"
+
+namespace lensd::rig {
+
+/// Backlash not taken up. Only travel in the approach direction takes it up; whatever may have gone the other way puts
+/// all of it back. Never too small, whatever the readings miss between them; sometimes too large.
+class Slack {
+ public:
+  /// `upward`: of the approach; `noise`: readings scatter by up to this either way.
+  Slack(double backlash, double noise, bool upward);
+  /// All of it, and nothing is taken up before the axis is seen standing after `since`.
+  void Reset(Instant since);
+  void Note(Native position, bool moving, Instant sampled_at);
+  /// What remains, native units, the scatter of the readings counted; 0: taken up.
+  double left() const;
+  /// What remains of the mechanism's own backlash.
+  double residue() const;
+  /// The travel that takes all of it up for certain.
+  double whole() const { return whole_; }
+  /// As it was remembered.
+  void Restore(double left, Native position);
+
+ private:
+  double backlash_;
+  double whole_;
+  double reversal_;
+  double sign_;
+  std::optional<Instant> since_;  ///< waits for a standing reading from after this
+  bool begun_ = false;
+  double anchor_ = 0.0;  ///< lowest place since it was whole, upward in the approach direction
+  double peak_ = 0.0;    ///< highest place after that
+};
+
+class AxisTrack {
+ public:
+  explicit AxisTrack(const AxisSetup& setup);
+
+  /// Takes note of a reading. `ours`: a motion of this rig is under way, or has not been seen to come to rest.
+  void Note(const drivers::AxisState& state, Instant sampled_at, bool ours);
+  /// A command goes out now. `backward`: away from the approach direction, or from an axis that moves.
+  void Commanded(bool backward, Instant now);
+  /// The motion ended early: where it turns is anybody's guess.
+  void Disturbed(Instant now) { slack_.Reset(now); }
+  /// The setup's backlash has changed.
+  void BacklashChanged();
+  /// Stands at the reference.
+  void Homed(Instant now);
+
+  const Slack& slack() const { return slack_; }
+  /// The mechanism stands within this of the readback, native units.
+  double Bound() const;
+  /// The position means something: nothing has put it in doubt since the reference.
+  bool known() const { return known_; }
+  bool moved_by_us() const { return moved_by_us_; }
+  bool moved_by_another() const { return moved_by_another_; }
+  /// To be added to the device's positions.
+  Native offset() const { return offset_; }
+
+  /// What to remember of it while it stands.
+  AxisMemory Remember(Native position) const;
+  /// At the start: what to make of `memory` under the axis' policy, the device saying `state`. Sets offset and known.
+  void Recall(const AxisMemory& memory, const drivers::AxisState& state);
+  /// Nothing is known: the memory is damaged.
+  void Forget() { known_ = false; }
+
+ private:
+  void Trust(const AxisMemory& memory, Native position);
+
+  const AxisSetup& setup_;
+  Slack slack_;
+  std::optional<Native> last_;  ///< reading
+  std::optional<Native> rest_;  ///< where it should stand
+  double travel_ = 0.0;
+  double doubt_ = 0.0;  ///< native units: a remembered position that could not be told better
+  bool known_ = true;
+  bool moved_by_us_ = false;
+  bool moved_by_another_ = false;
+  Native offset_{};
+};
+
+}  // namespace lensd::rig

@@ -1,0 +1,39 @@
+#include "shaping.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace lensd::rig {
+namespace {
+
+constexpr int kRampParts = 16;
+
+Duration Seconds(double seconds) {
+  return std::chrono::round<Duration>(std::chrono::duration<double>(seconds));
+}
+
+}  // namespace
+
+std::vector<Impulse> ImpulsesOf(Shaper shaper, double ring_hz, double damping) {
+  if (shaper == Shaper::None) return {};
+  const double period_s = 1.0 / ring_hz;
+  const double k = std::exp(-damping * std::numbers::pi / std::sqrt(1.0 - damping * damping));
+  const double sum = 1.0 + k;
+  switch (shaper) {
+    case Shaper::Split:
+      return {{Duration{}, 0.5}, {Seconds(0.5 * period_s), 0.5}};
+    case Shaper::Zv:
+      return {{Duration{}, 1.0 / sum}, {Seconds(0.5 * period_s), k / sum}};
+    case Shaper::Zvd:
+      return {{Duration{}, 1.0 / (sum * sum)},
+              {Seconds(0.5 * period_s), 2.0 * k / (sum * sum)},
+              {Seconds(period_s), k * k / (sum * sum)}};
+    default:
+      break;
+  }
+  std::vector<Impulse> ramp;
+  for (int i = 0; i < kRampParts; ++i) ramp.push_back({Seconds(i * period_s / kRampParts), 1.0 / kRampParts});
+  return ramp;
+}
+
+}  // namespace lensd::rig
