@@ -37,9 +37,9 @@ struct LensedFrame {
   drivers::Frame frame;
   drivers::PerAxis<std::optional<AxisDuring>> axes;
   std::optional<Metres> extension;  ///< middle of the focus interval, where optics are known
-  std::optional<Metres> extension_bound;
+  std::optional<Metres> extension_bound = {};
   std::optional<FNumber> f_number;
-  std::optional<FNumber> f_number_bound;  ///< 0 where the f-number is fixed
+  std::optional<FNumber> f_number_bound = {};  ///< 0 where the f-number is fixed
 };
 
 /// Where an autofocus whose frames come from outside wants the next one.
