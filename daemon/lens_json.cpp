@@ -48,6 +48,11 @@ std::string_view ActivityName(rig::Activity::Kind kind) {
   return "idle";
 }
 
+Json MovedBy(const rig::AxisStatus& axis) {
+  if (axis.moved_by_another) return "external";
+  return axis.moved_by_us ? Json("lensd") : Json(nullptr);
+}
+
 std::string_view OriginName(optics::DistanceFrom from) {
   switch (from) {
     case optics::DistanceFrom::Lens:
@@ -133,6 +138,8 @@ Json StatusJson(const std::string& name, const rig::Status& status) {
                     {"target", NativeJson(now->target.value)},
                     {"moving", now->moving},
                     {"homed", now->homed},
+                    {"bound", NativeJson(now->bound.value)},
+                    {"movedBy", MovedBy(*now)},
                     {"fault", now->fault}});
   }
   return {{"name", name},
@@ -157,6 +164,8 @@ Json MoveJson(const std::string& name, const rig::MoveOutcome& outcome) {
             {"verified", outcome.verified},
             {"steps", NativeJson(outcome.position.value)},
             {"extensionMm", Optional(outcome.extension, kMmPerMetre)},
+            {"missed", outcome.missed},
+            {"movedBy", outcome.moved_by_another ? "external" : "lensd"},
             {"reason", outcome.reason},
             {"elapsedMs", Milliseconds(outcome.elapsed)}};
   if (outcome.axis == Axis::Focus) move["vergenceD"] = Optional(outcome.vergence);
@@ -227,7 +236,9 @@ Json FrameJson(const rig::LensedFrame& lensed) {
           {"exposureStartNs", frame.exposure_start.time_since_epoch().count()},
           {"exposureEndNs", frame.exposure_end.time_since_epoch().count()},
           {"extensionMm", Optional(lensed.extension, kMmPerMetre)},
+          {"extensionBoundUm", Optional(lensed.extension_bound, kUmPerMetre)},
           {"fNumber", Optional(lensed.f_number)},
+          {"fNumberBound", Optional(lensed.f_number_bound)},
           {"moving", moving}};
 }
 

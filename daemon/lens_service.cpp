@@ -6,6 +6,7 @@
 #include "lens_entry.h"
 #include "lens_json.h"
 #include "log.h"
+#include "position_store.h"
 #include "proto/interfaces.h"
 
 namespace lensd::daemon {
@@ -38,8 +39,8 @@ bool AllHomed(const rig::Status& status) {
 
 }  // namespace
 
-LensService::LensService(EventLoop& loop, const Clock& clock)
-    : loop_(loop), clock_(clock), definition_(BuiltInDefinition(proto::LensInterfaceText())) {
+LensService::LensService(EventLoop& loop, const Clock& clock, std::string state)
+    : loop_(loop), clock_(clock), state_(std::move(state)), definition_(BuiltInDefinition(proto::LensInterfaceText())) {
   handlers_ = {{"List", &LensService::List},
                {"Devices", &LensService::Devices},
                {"Status", &LensService::Status},
@@ -59,8 +60,20 @@ LensService::LensService(EventLoop& loop, const Clock& clock)
 
 LensService::~LensService() = default;
 
+/// Null: nothing is to be remembered. A file that cannot be read makes every position unknown, and is told of.
+std::unique_ptr<rig::PositionMemory> LensService::MemoryOf(const std::string& lens, const std::string& serial) const {
+  if (state_.empty()) return nullptr;
+  auto store = std::make_unique<PositionStore>(state_, lens, serial);
+  if (auto loaded = store->Load(); !loaded) {
+    Log(Severity::Warning, Event::LensLost,
+        loaded.error().message + ": no position of this lens is known until it is homed", lens);
+  }
+  return store;
+}
+
 Result<void> LensService::AddLens(const LensConfig& config, drivers::Device device) {
-  auto rig = rig::Rig::Create(config.rig, std::move(device), clock_);
+  const std::string serial = device.lens->capabilities().serial;
+  auto rig = rig::Rig::Create(config.rig, std::move(device), clock_, nullptr, MemoryOf(config.name, serial));
   if (!rig) return PassOn(std::move(rig));
   lenses_.push_back(std::make_unique<Lens>());
   lenses_.back()->config = config;

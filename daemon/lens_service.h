@@ -25,8 +25,8 @@ namespace lensd::daemon {
 /// after every step.
 class LensService final : public Service {
  public:
-  /// `loop` and `clock` must outlive the service.
-  LensService(EventLoop& loop, const Clock& clock);
+  /// `loop` and `clock` must outlive the service. `state`: folder for what outlives the daemon; empty: nowhere.
+  LensService(EventLoop& loop, const Clock& clock, std::string state = "");
   ~LensService() override;
 
   /// Starts serving one lens, and homing it where it is to start homed; before the loop runs. InvalidArgument: optics
@@ -54,6 +54,7 @@ class LensService final : public Service {
     bool wants_events = false;  ///< also hears of finished moves and autofocus
   };
 
+  std::unique_ptr<rig::PositionMemory> MemoryOf(const std::string& lens, const std::string& serial) const;
   void List(const ExchangePointer& exchange);
   void Devices(const ExchangePointer& exchange);
   std::string DevicesReply(const struct Search& search) const;
@@ -102,6 +103,7 @@ class LensService final : public Service {
   EventLoop& loop_;
   const Clock& clock_;
   PlugSignal plug_signal_;
+  const std::string state_;
   proto::InterfaceDefinition definition_;
   std::map<std::string_view, Handler> handlers_;
   std::map<const Exchange*, Watcher> watchers_;

@@ -6,7 +6,9 @@
 
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <string>
+#include <system_error>
 
 #include "config.h"
 #include "drivers/hotplug/monitor.h"
@@ -65,13 +67,23 @@ int CheckConfig(const Config& config, const Clock& clock) {
   return EX_OK;
 }
 
+/// The folder may be missing, not the one it is in.
+Result<void> MakeStateFolder(const std::string& folder) {
+  std::error_code error;
+  if (folder.empty() || std::filesystem::is_directory(folder, error)) return {};
+  std::filesystem::create_directory(folder, error);
+  if (error) return Fail(Code::Io, "the state folder " + folder + " cannot be made: " + error.message());
+  return {};
+}
+
 int Serve(const Options& options, const Config& config, const Clock& clock) {
   auto loop = EventLoop::Create();
   if (!loop) return Explain(loop.error());
   if (auto watched = (*loop)->QuitOnSignals(); !watched) return Explain(watched.error());
   auto listener = Listener::Open(options.socket);
   if (!listener) return Explain(listener.error());
-  LensService service(**loop, clock);
+  if (auto made = MakeStateFolder(options.state); !made) return Explain(made.error());
+  LensService service(**loop, clock, options.state);
   if (auto opened = OpenLenses(config, clock, service); !opened) return Explain(opened.error());
   const auto monitor = drivers::hotplug::Monitor::Create((*loop)->get(), [&service] { service.plug_signal().Raise(); });
   if (!monitor) Log(Severity::Warning, Event::Started, monitor.error().message + "; looking now and then instead");

@@ -4,6 +4,8 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
+#include <string_view>
 
 #include "proto/interfaces.h"
 
@@ -20,6 +22,10 @@ std::variant<Options, int> ParseOptions(int argc, char** argv) {
       ->type_name("PATH")
       ->envname("LENSD_SOCKET")
       ->capture_default_str();
+  app.add_option("--state", options.state,
+                 "folder for remembered positions; without it, and without $STATE_DIRECTORY from systemd, they are\n"
+                 "forgotten at the end")
+      ->type_name("DIR");
   app.add_flag("--check-config", options.check_config, "read the configuration and what it names, then exit");
   app.footer(
       "Exit status: 0 after SIGTERM or SIGINT, else as in sysexits.h: 64 usage, 69 another lensd answers at the\n"
@@ -33,6 +39,9 @@ std::variant<Options, int> ParseOptions(int argc, char** argv) {
     return EX_USAGE;
   }
   if (!config.empty()) options.config = config;
+  if (const char* folders = std::getenv("STATE_DIRECTORY"); options.state.empty() && folders != nullptr) {
+    options.state = std::string(folders).substr(0, std::string_view(folders).find(':'));
+  }
   return options;
 }
 

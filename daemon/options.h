@@ -10,6 +10,7 @@ namespace lensd::daemon {
 struct Options {
   std::optional<std::string> config;  ///< none: no lens configured
   std::string socket;
+  std::string state;  ///< folder for what outlives the daemon; empty: memory only
   bool check_config = false;
 };
 

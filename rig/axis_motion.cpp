@@ -80,6 +80,7 @@ AxisMotion::End AxisMotion::Launch(Motor& motor, const drivers::AxisState& state
     return std::nullopt;
   }
   const Native leg = FirstLeg(state);
+  launched_moving_ = state.moving;
   return Command(motor, leg, leg == *target_ ? Phase::Going : Phase::TakingUp, state.position, now);
 }
 
@@ -204,7 +205,8 @@ bool AxisMotion::LegDone(const drivers::AxisState& state, Instant sampled_at) co
 }
 
 AxisMotion::End AxisMotion::Arrived(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now) {
-  rests_since_.reset();
+  if (!rests_since_) rests_since_ = sampled_at;
+  launched_moving_ = false;
   if (phase_ == Phase::TakingUp) return Command(motor, *target_, Phase::Going, state.position, now);
   if (phase_ == Phase::Going) {
     stood_since_ = sampled_at;
@@ -228,7 +230,9 @@ bool AxisMotion::Settled(const drivers::AxisState& state, Instant sampled_at) {
 
 /// Stands where it was not sent, and not because it cannot move: that is for WhatIsWrong() to say.
 AxisMotion::End AxisMotion::Elsewhere(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now) {
-  const bool moved = tries_ > 0 || std::abs((state.position - leg_start_).value) > Scatter();
+  // Of a leg that is hardly longer than the readings scatter, they cannot say whether it began.
+  const bool short_leg = std::abs((leg_ - leg_start_).value) <= 4.0 * std::max(Scatter(), setup_.tolerance);
+  const bool moved = tries_ > 0 || short_leg || std::abs((state.position - leg_start_).value) > Scatter();
   if (state.moving || !setup_.can.feedback || !state.fault.empty() || !moved) {
     rests_since_.reset();
     return std::nullopt;
@@ -248,14 +252,16 @@ AxisMotion::End AxisMotion::Elsewhere(Motor& motor, const drivers::AxisState& st
   return outcome;
 }
 
-/// It came nearer and now goes away again, by more than overshooting explains: somebody else commands it.
+/// It came nearer and now goes away again, by more than overshooting or a missed target explains: somebody else
+/// commands it.
 bool AxisMotion::LedAway(const drivers::AxisState& state) {
-  if (!setup_.can.feedback) return false;
+  // What was moving already may have to turn first.
+  if (!setup_.can.feedback || launched_moving_) return false;
   const double distance = ShortOf(state);
   farthest_ = std::max(farthest_, distance);
   approaches_ = approaches_ || distance < farthest_ - Scatter();
   if (approaches_) closest_ = std::min(closest_, distance);
-  const double allowed = std::max({2.0 * Scatter(), 2.0 * setup_.tolerance, kOvershoot * farthest_});
+  const double allowed = std::max({4.0 * Scatter(), 8.0 * setup_.tolerance, kOvershoot * farthest_});
   readings_away_ = approaches_ && distance > closest_ + allowed ? readings_away_ + 1 : 0;
   return readings_away_ >= 2;
 }

@@ -107,6 +107,7 @@ class AxisMotion {
   double farthest_ = 0.0;
   bool approaches_ = false;  ///< has been seen to come nearer
   int readings_away_ = 0;
+  bool launched_moving_ = false;
   Native progress_position_;
   Instant progress_at_{};
   Instant began_at_;

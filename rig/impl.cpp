@@ -137,7 +137,10 @@ void Rig::Impl::NoteReading(drivers::LensState state) {
   state_ = std::move(state);
   NoteConditions(*state_);
   for (const Axis axis : drivers::kAxes) {
-    if (tracks_[axis] && state_->axes[axis]) NoteAxis(axis, *state_->axes[axis], state_->sampled_at);
+    if (!tracks_[axis] || !state_->axes[axis]) continue;
+    NoteAxis(axis, *state_->axes[axis], state_->sampled_at);
+    // A reading from before the stop says nothing of it.
+    if (coasting_[axis]) state_->axes[axis]->moving = true;
   }
 }
 

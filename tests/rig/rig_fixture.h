@@ -28,8 +28,9 @@ struct Answers {
 
 class RigTest : public ::testing::Test {
  protected:
-  void Open(RigConfig config = {}, double focus = 100.0) {
-    auto made = Rig::Create(std::move(config), testing::MakeFakeDevice(clock_, controls_, focus), clock_);
+  void Open(RigConfig config = {}, double focus = 100.0, std::unique_ptr<PositionMemory> memory = nullptr) {
+    auto made = Rig::Create(std::move(config), testing::MakeFakeDevice(clock_, controls_, focus), clock_, nullptr,
+                            std::move(memory));
     ASSERT_TRUE(made) << made.error().message;
     rig_ = *std::move(made);
   }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/clock.h"
@@ -25,6 +27,11 @@ struct FakeControls {
   double sharp_at = 600.0;     ///< focus position of the subject
   double contrast = 0.5;       ///< of its texture; 0: blank
   double temperature_c = NAN;  ///< what its thermometer says; NAN: it has none
+  int short_moves = 0;         ///< the next so many moves of focus end `short_by` before their target
+  double short_by = 0.0;
+  std::optional<double> foreign_target;            ///< another program sends focus there, at the next read
+  std::optional<drivers::AxisCapabilities> focus;  ///< instead of its own, when the device is made
+  std::vector<double> focus_targets;               ///< of every move of focus so far
   int moves = 0, reads = 0, stops = 0, homes = 0;
   int camera_starts = 0;
 };
@@ -33,7 +40,7 @@ struct FakeControls {
 class FakeLens final : public drivers::Lens {
  public:
   FakeLens(const Clock& clock, std::shared_ptr<FakeControls> controls, double focus)
-      : Lens(MakeCapabilities()), clock_(clock), controls_(std::move(controls)) {
+      : Lens(MakeCapabilities(*controls)), clock_(clock), controls_(std::move(controls)) {
     for (const auto axis : drivers::kAxes) motors_[axis] = {0.0, 0.0, clock_.Now()};
     motors_[drivers::Axis::Focus].from = motors_[drivers::Axis::Focus].to = focus;
   }
@@ -51,9 +58,10 @@ class FakeLens final : public drivers::Lens {
     Instant began{};
   };
 
-  static drivers::Capabilities MakeCapabilities() {
+  static drivers::Capabilities MakeCapabilities(const FakeControls& controls) {
     drivers::Capabilities can{.driver = "fake", .model = "fake", .serial = "1", .axes = {}};
     can.axes[drivers::Axis::Focus] = {.maximum = Native{1000.0}, .can_home = true, .backlash = 0.0};
+    if (controls.focus) can.axes[drivers::Axis::Focus] = controls.focus;
     can.axes[drivers::Axis::Iris] = {.maximum = Native{100.0}, .backlash = 0.0};
     can.axes[drivers::Axis::Zoom] = {.maximum = Native{100.0}, .feedback = false, .can_stop = false};
     return can;
@@ -79,7 +87,14 @@ class FakeLens final : public drivers::Lens {
   Result<void> DoStartMove(drivers::Axis axis, Native target) override {
     ++controls_->moves;
     if (auto answer = Answer(); !answer) return answer;
-    Go(axis, target.value);
+    double to = target.value;
+    if (axis == drivers::Axis::Focus) {
+      controls_->focus_targets.push_back(to);
+      if (controls_->short_moves > 0 && controls_->short_moves-- > 0) {
+        to += std::copysign(controls_->short_by, PositionNow(axis) - to);
+      }
+    }
+    Go(axis, to);
     if (controls_->lost_move_replies > 0 && controls_->lost_move_replies-- > 0) return Fail(Code::Timeout, "no reply");
     return {};
   }
@@ -89,6 +104,7 @@ class FakeLens final : public drivers::Lens {
     if (auto answer = Answer(); !answer) return PassOn(std::move(answer));
     if (controls_->lost_read_replies > 0 && controls_->lost_read_replies-- > 0) return Fail(Code::Timeout, "no reply");
     if (controls_->stale) return last_;
+    if (controls_->foreign_target) Go(drivers::Axis::Focus, *std::exchange(controls_->foreign_target, {}));
     last_.sampled_at = clock_.Now();
     if (!std::isnan(controls_->temperature_c)) last_.temperature = Celsius{controls_->temperature_c};
     for (const auto axis : drivers::kAxes) {

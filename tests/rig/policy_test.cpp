@@ -1,0 +1,437 @@
+// The rules of motion: dead band, retries, one approach direction inside the soft limits, whose motion it was, and what
+// is remembered of it.
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <chrono>
+#include <random>
+#include <string>
+
+#include "rig_fixture.h"
+#include "test_level.h"
+
+namespace lensd::rig {
+namespace {
+
+using namespace std::chrono_literals;
+
+class PolicyTest : public RigTest {
+ protected:
+  Result<MoveOutcome> Move(double target, Axis axis = Axis::Focus) {
+    Answers<MoveOutcome> answers;
+    rig_->Move(axis, At(target), answers.Take());
+    RunUntil(answers);
+    return answers.only();
+  }
+  static RigConfig WithBacklash(double backlash) {
+    RigConfig config;
+    config.axes[Axis::Focus].backlash = backlash;
+    return config;
+  }
+  AxisStatus FocusStatus() { return *rig_->GetStatus().axes[Axis::Focus]; }
+};
+
+// ---- dead bands, retries ------------------------------------------------------------------------------------------
+
+TEST_F(PolicyTest, WithinTheDeadBandNothingMoves) {
+  RigConfig config;
+  config.axes[Axis::Focus].deadband = 5.0;
+  Open(config, 100);
+  const auto near = Move(105);
+  ASSERT_TRUE(near && near->reached && near->verified);
+  EXPECT_EQ(near->position.value, 100.0);
+  EXPECT_EQ(controls_->moves, 0);
+  ASSERT_TRUE(Move(106));
+  EXPECT_EQ(controls_->moves, 1);
+}
+
+TEST_F(PolicyTest, TheDeadBandDoesNotKeepBacklashFromBeingTakenUp) {
+  Open(WithBacklash(40), 500);
+  const auto moved = Move(500);
+  ASSERT_TRUE(moved && moved->reached);
+  EXPECT_EQ(controls_->focus_targets, (std::vector<double>{460, 500}));
+  EXPECT_EQ(moved->bound.value, 0.5);
+  ASSERT_TRUE(Move(500));
+  EXPECT_EQ(controls_->moves, 2);
+}
+
+TEST_F(PolicyTest, WhatComesToRestElsewhereIsSentAgain) {
+  Open({}, 100);
+  controls_->short_moves = 2;
+  controls_->short_by = 5.0;
+  const auto moved = Move(600);
+  ASSERT_TRUE(moved && moved->reached && !moved->missed) << moved->reason;
+  EXPECT_EQ(moved->position.value, 600.0);
+  EXPECT_EQ(controls_->moves, 3);
+}
+
+TEST_F(PolicyTest, AfterTheRetriesItIsMissed) {
+  Open({}, 100);
+  controls_->short_moves = 100;
+  controls_->short_by = 5.0;
+  const auto moved = Move(600);
+  ASSERT_TRUE(moved);
+  EXPECT_TRUE(moved->missed && !moved->reached && !moved->verified);
+  EXPECT_EQ(moved->position.value, 595.0);
+  EXPECT_EQ(moved->reason, "missed: stands 5 steps from the target after 2 retries");
+  EXPECT_EQ(controls_->moves, 3);
+}
+
+TEST_F(PolicyTest, ToleranceIsTheRetryDeadBand) {
+  RigConfig config;
+  config.axes[Axis::Focus].tolerance = 5.0;
+  Open(config, 100);
+  controls_->short_moves = 1;
+  controls_->short_by = 5.0;
+  const auto moved = Move(600);
+  ASSERT_TRUE(moved && moved->reached);
+  EXPECT_EQ(moved->position.value, 595.0);
+  EXPECT_EQ(controls_->moves, 1);
+}
+
+TEST_F(PolicyTest, SettlesByReadback) {
+  RigConfig config;
+  config.axes[Axis::Focus].settle_by_readback = true;
+  Open(config, 100);
+  const auto moved = Move(200);
+  ASSERT_TRUE(moved && moved->settled);
+  EXPECT_GE(moved->elapsed, 120ms);
+  EXPECT_LE(moved->elapsed, 130ms);
+}
+
+TEST_F(PolicyTest, WithoutFeedbackTheSagIsInTheBound) {
+  RigConfig config;
+  config.axes[Axis::Zoom].sag = 7.0;
+  config.axes[Axis::Zoom].backlash = 0.0;
+  Open(config);
+  const auto moved = Move(50, Axis::Zoom);
+  ASSERT_TRUE(moved && moved->reached && !moved->verified);
+  EXPECT_EQ(moved->bound.value, 7.5);
+  EXPECT_EQ(moved->reason, "no position feedback");
+}
+
+// ---- backlash -----------------------------------------------------------------------------------------------------
+
+TEST_F(PolicyTest, AShortMoveTakesUpWhatNobodyHasTakenUp) {
+  Open(WithBacklash(40), 500);
+  ASSERT_TRUE(Move(510));
+  EXPECT_EQ(controls_->focus_targets, (std::vector<double>{470, 510}));
+  ASSERT_TRUE(Move(511));
+  EXPECT_EQ(controls_->focus_targets.size(), 3u) << "taken up already";
+}
+
+TEST_F(PolicyTest, AStopInMidMoveLeavesTheBacklashInDoubt) {
+  Open(WithBacklash(40), 500);
+  Answers<MoveOutcome> away;
+  Answers<void> stopped;
+  rig_->Move(Axis::Focus, At(900), away.Take());
+  Run(200ms);
+  rig_->Stop({}, stopped.Take());
+  Run(100ms);
+  EXPECT_FALSE(FocusStatus().moved_by_another);
+  EXPECT_EQ(FocusStatus().bound.value, 40.5);
+  const double here = Focus();
+  const auto moved = Move(here + 10);
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(moved->bound.value, 0.5);
+  EXPECT_EQ(controls_->focus_targets.size(), 3u);
+}
+
+TEST_F(PolicyTest, UnknownBacklashIsNotTakenUpAndWidensTheBound) {
+  drivers::AxisCapabilities can{.maximum = Native{1000.0}};
+  controls_->focus = can;
+  Open({}, 500);
+  const auto back = Move(300);
+  ASSERT_TRUE(back && back->reached);
+  EXPECT_EQ(controls_->moves, 1);
+  EXPECT_EQ(back->bound.value, 100.5);
+  EXPECT_NE(back->reason.find("backlash not known"), std::string::npos) << back->reason;
+  const auto far = Move(450);
+  ASSERT_TRUE(far);
+  EXPECT_EQ(far->bound.value, 0.5) << "150 steps up take up more than any such lens has";
+  EXPECT_EQ(far->reason, "");
+}
+
+/// Whatever the limits, the backlash and the targets: no command leaves the soft limits, every move arrives from the
+/// approach side, and what could not be taken up is in the bound.
+RC_GTEST_PROP(PolicyProperty, TheTakeUpStaysWithinTheSoftLimits, ()) {
+  const int low = *rc::gen::inRange(0, 900);
+  const int high = *rc::gen::inRange(low + 1, 1001);
+  const int backlash = *rc::gen::inRange(0, 300);
+  const bool near = *rc::gen::arbitrary<bool>();
+  RigConfig config;
+  AxisConfig& focus = config.axes[Axis::Focus];
+  focus.limits = {Native{static_cast<double>(low)}, Native{static_cast<double>(high)}};
+  focus.backlash = backlash;
+  focus.approach_near = near;
+  focus.near_positive = *rc::gen::arbitrary<bool>();
+  const bool up = near == focus.near_positive;
+  SteppedClock clock;
+  auto controls = std::make_shared<testing::FakeControls>();
+  controls->speed = 1e5;
+  auto rig = Rig::Create(config, testing::MakeFakeDevice(clock, controls, *rc::gen::inRange(0, 1001)), clock);
+  RC_ASSERT(rig.has_value());
+  // Near both ends, mostly.
+  const auto target =
+      rc::gen::oneOf(rc::gen::inRange(low, std::min(low + 10, high) + 1),
+                     rc::gen::inRange(std::max(low, high - 10), high + 1), rc::gen::inRange(low, high + 1));
+  for (const int to : *rc::gen::container<std::vector<int>>(target)) {
+    controls->focus_targets.clear();
+    Answers<MoveOutcome> answers;
+    (*rig)->Move(Axis::Focus, At(to), answers.Take());
+    const Instant end = clock.Now() + 20s;
+    while (answers.all.empty() && clock.Now() < end)
+      clock.AdvanceTo(std::max((*rig)->Step(clock.Now()), clock.Now() + 1ms));
+    RC_ASSERT(answers.all.size() == 1u);
+    RC_ASSERT(answers.all[0].has_value() && answers.all[0]->reached);
+    RC_ASSERT(answers.all[0]->position.value == to);
+    for (const double commanded : controls->focus_targets) RC_ASSERT(commanded >= low && commanded <= high);
+    RC_ASSERT(controls->focus_targets.size() <= 2u);
+    const double room = up ? to - low : high - to;
+    RC_ASSERT(answers.all[0]->bound.value <= 0.5 + std::max(0.0, backlash - room) + 1e-9);
+  }
+}
+
+// ---- somebody else ------------------------------------------------------------------------------------------------
+
+TEST_F(PolicyTest, AnothersMotionIsSeenAndAdopted) {
+  Open(WithBacklash(40), 500);
+  ASSERT_TRUE(Move(600));
+  EXPECT_TRUE(FocusStatus().moved_by_us);
+  controls_->foreign_target = 450;
+  Run(2s);
+  EXPECT_TRUE(FocusStatus().moved_by_another && !FocusStatus().moved_by_us);
+  EXPECT_EQ(FocusStatus().position.value, 450.0);
+  EXPECT_EQ(FocusStatus().target.value, 450.0);
+  EXPECT_EQ(FocusStatus().bound.value, 40.5) << "who knows which way it came";
+  const auto relative = rig_->Resolve(Axis::Focus, {.kind = Target::Kind::NativeRelative, .value = 10, .from = {}});
+  EXPECT_EQ(relative->value, 460.0);
+  ASSERT_TRUE(Move(460));
+  EXPECT_FALSE(FocusStatus().moved_by_another);
+}
+
+TEST_F(PolicyTest, AMoveThatAnotherTakesAwaySaysSo) {
+  Open({}, 100);
+  Answers<MoveOutcome> answers;
+  rig_->Move(Axis::Focus, At(900), answers.Take());
+  Run(200ms);
+  controls_->foreign_target = 50;
+  RunUntil(answers);
+  ASSERT_TRUE(answers.only());
+  EXPECT_TRUE(answers.only()->moved_by_another && !answers.only()->reached);
+  EXPECT_EQ(answers.only()->reason, "moved by another program");
+  EXPECT_EQ(controls_->stops, 0) << "the other one's motion is left alone";
+}
+
+// ---- storms -------------------------------------------------------------------------------------------------------
+
+TEST_F(PolicyTest, AThousandTargetsASecondEndAtTheLastWithItsBacklashTakenUp) {
+  Open(WithBacklash(40), 500);
+  std::mt19937 random(11);
+  constexpr int kCommands = 10000;
+  std::vector<int> answered(kCommands, 0);
+  std::optional<MoveOutcome> last;
+  double to = 0;
+  for (int i = 0; i < kCommands; ++i) {
+    to = std::uniform_int_distribution(0, 1000)(random);
+    rig_->Move(Axis::Focus, At(to), [&, i](Result<MoveOutcome> answer) {
+      ++answered[i];
+      if (answer) last = *answer;
+    });
+    Run(1ms);
+  }
+  Run(5s);
+  EXPECT_EQ(std::count(answered.begin(), answered.end(), 1), kCommands);
+  ASSERT_TRUE(last && last->verified);
+  EXPECT_EQ(last->position.value, to);
+  EXPECT_EQ(last->bound.value, to >= 40 ? 0.5 : 40.5 - to);
+}
+
+// ---- memory -------------------------------------------------------------------------------------------------------
+
+/// Remembers in the test, and what it was told in which order.
+struct Disk {
+  PositionMemory::Axes axes;
+  std::vector<std::string> told;
+  bool full = false;
+  bool damaged = false;
+};
+
+class FakeMemory final : public PositionMemory {
+ public:
+  FakeMemory(std::shared_ptr<Disk> disk, std::shared_ptr<testing::FakeControls> controls)
+      : disk_(std::move(disk)), controls_(std::move(controls)) {}
+  Result<Axes> Load() override {
+    if (disk_->damaged) return Fail(Code::BadData, "half a file");
+    return disk_->axes;
+  }
+  Result<void> Save(const Axes& axes) override {
+    if (disk_->full) return Fail(Code::Io, "the disk is full");
+    disk_->axes = axes;
+    const AxisMemory& focus = *axes[Axis::Focus];
+    disk_->told.push_back((focus.in_motion ? "moving after " : "resting after ") + std::to_string(controls_->moves));
+    return {};
+  }
+
+ private:
+  std::shared_ptr<Disk> disk_;
+  std::shared_ptr<testing::FakeControls> controls_;
+};
+
+class MemoryTest : public PolicyTest {
+ protected:
+  void OpenWithMemory(double focus, RigConfig config = {}) {
+    Open(std::move(config), focus, std::make_unique<FakeMemory>(disk_, controls_));
+  }
+  std::shared_ptr<Disk> disk_ = std::make_shared<Disk>();
+};
+
+TEST_F(MemoryTest, ItIsOnDiskBeforeTheMotorTurnsAndAgainBeforeTheAnswer) {
+  OpenWithMemory(100);
+  disk_->told.clear();
+  bool resting_when_told = false;
+  Answers<MoveOutcome> answers;
+  rig_->Move(Axis::Focus, At(300), [&](Result<MoveOutcome> outcome) {
+    resting_when_told = !disk_->axes[Axis::Focus]->in_motion;
+    answers.all.push_back(std::move(outcome));
+  });
+  RunUntil(answers);
+  ASSERT_TRUE(answers.only());
+  EXPECT_EQ(disk_->told, (std::vector<std::string>{"moving after 0", "resting after 1"}));
+  EXPECT_TRUE(resting_when_told);
+  EXPECT_EQ(disk_->axes[Axis::Focus]->position.value, 300.0);
+}
+
+TEST_F(MemoryTest, WhatCannotBeRememberedDoesNotMove) {
+  OpenWithMemory(100);
+  disk_->full = true;
+  const auto moved = Move(300);
+  ASSERT_FALSE(moved);
+  EXPECT_EQ(moved.error().code, Code::Io);
+  EXPECT_EQ(controls_->moves, 0);
+}
+
+TEST_F(MemoryTest, AStormCostsTheDiskLittle) {
+  OpenWithMemory(100, WithBacklash(40));
+  disk_->told.clear();
+  for (int i = 0; i < 1000; ++i) {
+    rig_->Move(Axis::Focus, At(i % 2 == 0 ? 900 : 200), [](const Result<MoveOutcome>&) {});
+    Run(1ms);
+  }
+  EXPECT_LE(disk_->told.size(), 3u);
+  Run(5s);
+  EXPECT_FALSE(disk_->axes[Axis::Focus]->in_motion);
+}
+
+TEST_F(MemoryTest, AfterACrashInMidMoveNothingGoesBeforeHoming) {
+  OpenWithMemory(100);
+  rig_->Move(Axis::Focus, At(900), [](const Result<MoveOutcome>&) {});
+  Run(200ms);
+  const Disk at_the_crash = *disk_;
+  rig_.reset();
+  *disk_ = at_the_crash;
+  OpenWithMemory(300);
+  EXPECT_FALSE(FocusStatus().homed);
+  EXPECT_FALSE(rig_->GetStatus().vergence);
+  const auto refused = Move(500);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, Code::Unsupported);
+  // And it stays unknown over another start.
+  rig_.reset();
+  OpenWithMemory(300);
+  EXPECT_FALSE(FocusStatus().homed);
+  Answers<MoveOutcome> homed;
+  rig_->Home(Axis::Focus, homed.Take());
+  RunUntil(homed);
+  ASSERT_TRUE(homed.only() && homed.only()->verified);
+  EXPECT_TRUE(FocusStatus().homed);
+  EXPECT_TRUE(Move(500));
+}
+
+TEST_F(MemoryTest, ADamagedFileMakesEveryPositionUnknown) {
+  disk_->damaged = true;
+  OpenWithMemory(300);
+  EXPECT_FALSE(FocusStatus().homed);
+}
+
+struct RestoreCase {
+  Restore policy;
+  double device;      ///< what the device says at the start
+  double remembered;  ///< at rest there, or the end of a motion from 200
+  bool in_motion;
+  std::optional<double> position;  ///< what the rig makes of it; nothing: unknown
+};
+
+TEST_F(MemoryTest, FourPolicies) {
+  const RestoreCase cases[] = {
+      // The device's word, unless it was in motion.
+      {Restore::Never, 600, 600, false, 600},
+      {Restore::Never, 0, 600, false, 0},
+      {Restore::Never, 300, 600, false, 300},
+      {Restore::Never, 400, 600, true, {}},
+      // The memory's word, whatever the device says.
+      {Restore::Always, 600, 600, false, 600},
+      {Restore::Always, 0, 600, false, 600},
+      {Restore::Always, 300, 600, false, 600},
+      {Restore::Always, 400, 600, true, 400},
+      {Restore::Always, 0, 600, true, 400},
+      // The memory's word where the device has lost its own.
+      {Restore::NearZero, 600, 600, false, 600},
+      {Restore::NearZero, 1, 600, false, 600},
+      {Restore::NearZero, 300, 600, false, 300},
+      {Restore::NearZero, 0, 600, true, {}},
+      {Restore::NearZero, 400, 600, true, {}},
+      // Only what both can be right about.
+      {Restore::Conditional, 600, 600, false, 600},
+      {Restore::Conditional, 0, 600, false, 600},
+      {Restore::Conditional, 300, 600, false, {}},
+      {Restore::Conditional, 400, 600, true, 400},
+      {Restore::Conditional, 800, 600, true, {}},
+      {Restore::Conditional, 0, 600, true, {}},
+  };
+  for (const RestoreCase& c : cases) {
+    SCOPED_TRACE(::testing::Message() << "policy " << static_cast<int>(c.policy) << ", device at " << c.device
+                                      << (c.in_motion ? ", in motion" : ""));
+    AxisMemory memory;
+    memory.position = Native{c.in_motion ? 200 : c.remembered};
+    memory.in_motion = c.in_motion;
+    memory.lowest = Native{200};
+    memory.highest = Native{c.remembered};
+    disk_ = std::make_shared<Disk>();
+    disk_->axes[Axis::Focus] = memory;
+    RigConfig config;
+    config.axes[Axis::Focus].restore = c.policy;
+    OpenWithMemory(c.device, config);
+    EXPECT_EQ(FocusStatus().homed, c.position.has_value());
+    if (c.position) {
+      EXPECT_EQ(FocusStatus().position.value, *c.position);
+    }
+    // Wherever it may be of what the motion swept is in the bound.
+    if (c.policy == Restore::Always && c.in_motion) {
+      EXPECT_GE(FocusStatus().bound.value, 400.0);
+    }
+    rig_.reset();
+  }
+}
+
+TEST_F(MemoryTest, ARestoredPositionMovesByTheDevicesOwnCounts) {
+  AxisMemory memory;
+  memory.position = memory.lowest = memory.highest = Native{600};
+  disk_->axes[Axis::Focus] = memory;
+  RigConfig config;
+  config.axes[Axis::Focus].restore = Restore::NearZero;
+  OpenWithMemory(0, config);
+  EXPECT_EQ(rig_->SoftLimits(Axis::Focus).first.value, 600.0) << "the device counts on from 0 only";
+  const auto moved = Move(650);
+  ASSERT_TRUE(moved && moved->verified);
+  EXPECT_EQ(moved->position.value, 650.0);
+  EXPECT_EQ(controls_->focus_targets, (std::vector<double>{50}));
+  Answers<MoveOutcome> homed;
+  rig_->Home(Axis::Focus, homed.Take());
+  RunUntil(homed);
+  EXPECT_EQ(Focus(), 0.0);
+  EXPECT_EQ(rig_->SoftLimits(Axis::Focus).first.value, 0.0);
+}
+
+}  // namespace
+}  // namespace lensd::rig
