@@ -10,6 +10,7 @@
 #include "bench/autofocus/autofocus.h"
 #include "bench/command.h"
 #include "bench/measure/measure.h"
+#include "bench/move/move.h"
 #include "bench/plan/plan.h"
 #include "bench/render/render.h"
 #include "bench/verify/verify.h"
@@ -22,6 +23,7 @@ const std::vector<Command>& Commands() {
   static const std::vector<Command> commands = {
       {"autofocus", "methods side by side on one scene: frames, time, error, refusals", RunAutofocusCommand},
       {"measure", "focus measures against OpenCV's and one read of the memory", RunMeasure},
+      {"move", "a step of a ringing actuator, raw and shaped: what is left when", RunMove},
       {"plan", "the planner against its peers: time and error on the same problems", RunPlan},
       {"render", "renderers and their peers: time against error, cost against disk diameter", RunRender},
       {"verify", "does a picture keep its blur limits? judged from frames alone", RunVerify},

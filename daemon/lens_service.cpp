@@ -71,9 +71,13 @@ std::unique_ptr<rig::PositionMemory> LensService::MemoryOf(const std::string& le
   return store;
 }
 
-Result<void> LensService::AddLens(const LensConfig& config, drivers::Device device) {
+Result<std::unique_ptr<rig::Rig>> LensService::CreateRig(const LensConfig& config, drivers::Device device) const {
   const std::string serial = device.lens->capabilities().serial;
-  auto rig = rig::Rig::Create(config.rig, std::move(device), clock_, nullptr, MemoryOf(config.name, serial));
+  return rig::Rig::Create(config.rig, std::move(device), clock_, nullptr, MemoryOf(config.name, serial));
+}
+
+Result<void> LensService::AddLens(const LensConfig& config, drivers::Device device) {
+  auto rig = CreateRig(config, std::move(device));
   if (!rig) return PassOn(std::move(rig));
   lenses_.push_back(std::make_unique<Lens>());
   lenses_.back()->config = config;
@@ -110,7 +114,7 @@ void LensService::AddAbsentLens(const LensConfig& config, const Error& why,
 /// On the thread of the lens' Retry.
 bool LensService::TryToOpen(Lens& lens, const std::function<Result<drivers::Device>()>& open) {
   auto device = open();
-  auto rig = device ? rig::Rig::Create(lens.config.rig, *std::move(device), clock_)
+  auto rig = device ? CreateRig(lens.config, *std::move(device))
                     : Result<std::unique_ptr<rig::Rig>>(std::unexpected(device.error()));
   const bool opened = rig.has_value();
   loop_.Post([this, &lens, rig = std::move(rig)]() mutable {

@@ -54,6 +54,7 @@ class LensService final : public Service {
     bool wants_events = false;  ///< also hears of finished moves and autofocus
   };
 
+  Result<std::unique_ptr<rig::Rig>> CreateRig(const LensConfig& config, drivers::Device device) const;
   std::unique_ptr<rig::PositionMemory> MemoryOf(const std::string& lens, const std::string& serial) const;
   void List(const ExchangePointer& exchange);
   void Devices(const ExchangePointer& exchange);

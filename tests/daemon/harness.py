@@ -65,7 +65,7 @@ class Client:
 class Daemon:
     """lensd with the given lenses over tests/daemon/small.toml."""
 
-    def __init__(self, lenses=("a", "b"), config=None):
+    def __init__(self, lenses=("a", "b"), config=None, arguments=()):
         self.folder = tempfile.TemporaryDirectory(prefix="lensd-test-")
         self.socket = os.path.join(self.folder.name, "s")
         self.config = os.path.join(self.folder.name, "lensd.toml")
@@ -75,8 +75,8 @@ class Daemon:
         with open(self.config, "w", encoding="utf-8") as file:
             file.write(text if config is None else config)
         self.errors = open(os.path.join(self.folder.name, "stderr"), "w+", encoding="utf-8")
-        self.process = subprocess.Popen([os.path.join(BIN, "lensd"), "--config", self.config, "--socket", self.socket],
-                                        stderr=self.errors)
+        self.process = subprocess.Popen([os.path.join(BIN, "lensd"), "--config", self.config, "--socket", self.socket,
+                                         *arguments], stderr=self.errors)
         self.wait_until_ready()
 
     def wait_until_ready(self):
@@ -99,6 +99,13 @@ class Daemon:
     def lensctl(self, *arguments, **options):
         return subprocess.run([os.path.join(BIN, "lensctl"), "--socket", self.socket, *arguments],
                               capture_output=True, text=True, timeout=120, check=False, **options)
+
+    def kill(self):
+        """Ends the daemon at once: nothing of it can tidy up."""
+        self.process.kill()
+        self.process.wait(timeout=30 * PATIENCE)
+        self.errors.close()
+        self.folder.cleanup()
 
     def stop(self):
         """Ends the daemon and returns its exit status."""
