@@ -163,14 +163,12 @@ AxisMotion::End AxisMotion::Refused(Error error) {
 AxisMotion::End AxisMotion::Follow(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now) {
   if (sampled_at > commanded_at_ && !next_part()) {
     if (LegDone(state, sampled_at)) {
+      // Without feedback a position is the last target somebody gave.
+      if (!setup_.can.feedback && ShortOf(state) > setup_.tolerance) return TakenAway(state, now);
       if (auto end = Arrived(motor, state, sampled_at, now); end || phase_ != Phase::Settling) return end;
     } else {
       if (phase_ == Phase::Settling) phase_ = Phase::Going;
-      if (LedAway(state)) {
-        MoveOutcome outcome = Failed(state, "moved by another program", now);
-        outcome.moved_by_another = true;
-        return outcome;
-      }
+      if (LedAway(state)) return TakenAway(state, now);
       const int commands = commands_;
       if (auto end = Elsewhere(motor, state, sampled_at, now); end || commands_ != commands) return end;
     }
@@ -300,6 +298,12 @@ Duration AxisMotion::TravelTime(double distance) const {
 }
 
 // ---- the truth ----------------------------------------------------------------------------------------------------
+
+MoveOutcome AxisMotion::TakenAway(const drivers::AxisState& state, Instant now) const {
+  MoveOutcome outcome = Failed(state, "moved by another program", now);
+  outcome.moved_by_another = true;
+  return outcome;
+}
 
 MoveOutcome AxisMotion::Failed(const drivers::AxisState& state, std::string reason, Instant now) const {
   MoveOutcome outcome = Outcome(state, now);

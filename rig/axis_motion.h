@@ -89,6 +89,7 @@ class AxisMotion {
   double Scatter() const;
   double ShortOf(const drivers::AxisState& state) const;
   Duration TravelTime(double distance) const;
+  MoveOutcome TakenAway(const drivers::AxisState& state, Instant now) const;
   MoveOutcome Failed(const drivers::AxisState& state, std::string reason, Instant now) const;
   MoveOutcome Outcome(const drivers::AxisState& state, Instant now) const;
   std::string Remark() const;

@@ -70,6 +70,7 @@ std::string StatusText(const Json& status) {
     line += ", " + Text(axis, "axis") + " " + NumberText(axis, "position", 8, "");
     if (True(axis, "moving")) line += " -> " + NumberText(axis, "target", 8, "");
     if (!True(axis, "homed")) line += " (not homed)";
+    if (Has(axis, "movedBy") && Text(axis, "movedBy") == "external") line += " (moved by another program)";
     if (!Text(axis, "fault").empty()) line += " (" + Text(axis, "fault") + ")";
   }
   if (Has(status, "temperatureC")) line += ", " + NumberText(status, "temperatureC", 4, " C");

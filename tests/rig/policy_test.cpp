@@ -223,6 +223,20 @@ TEST_F(PolicyTest, AMoveThatAnotherTakesAwaySaysSo) {
   EXPECT_EQ(controls_->stops, 0) << "the other one's motion is left alone";
 }
 
+TEST_F(PolicyTest, WithoutFeedbackAnothersTargetIsSeenAllTheSame) {
+  controls_->focus = drivers::AxisCapabilities{.maximum = Native{1000.0}, .feedback = false, .backlash = 0.0};
+  RigConfig config;
+  config.axes[Axis::Focus].speed = 1000.0;
+  Open(config, 100);
+  Answers<MoveOutcome> answers;
+  rig_->Move(Axis::Focus, At(900), answers.Take());
+  Run(200ms);
+  controls_->foreign_target = 50;
+  RunUntil(answers);
+  ASSERT_TRUE(answers.only());
+  EXPECT_TRUE(answers.only()->moved_by_another && !answers.only()->reached);
+}
+
 // ---- storms -------------------------------------------------------------------------------------------------------
 
 TEST_F(PolicyTest, AThousandTargetsASecondEndAtTheLastWithItsBacklashTakenUp) {
