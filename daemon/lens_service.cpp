@@ -48,6 +48,7 @@ LensService::LensService(EventLoop& loop, const Clock& clock, std::string state)
                {"Move", &LensService::Move},
                {"Home", &LensService::Home},
                {"Stop", &LensService::Stop},
+               {"ResetFaults", &LensService::ResetFaults},
                {"Plan", &LensService::Plan},
                {"Autofocus", &LensService::Autofocus},
                {"Snapshot", &LensService::Snapshot},

@@ -66,6 +66,7 @@ class LensService final : public Service {
   void Home(const ExchangePointer& exchange);
   void HomeAtStart(Lens& lens);
   void Stop(const ExchangePointer& exchange);
+  void ResetFaults(const ExchangePointer& exchange);
   void Plan(const ExchangePointer& exchange);
   void Apply(const ExchangePointer& exchange, Lens& lens, optics::PlanRequest request, const LensPlan& plan);
   void Autofocus(const ExchangePointer& exchange);

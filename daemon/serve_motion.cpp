@@ -140,6 +140,22 @@ void LensService::HomeAtStart(Lens& lens) {
   lens.worker->Submit([group](rig::Rig& rig) { HomeAxes(rig, std::nullopt, *group); });
 }
 
+void LensService::ResetFaults(const ExchangePointer& exchange) {
+  Lens* const lens = FindLens(exchange);
+  if (lens == nullptr) return;
+  std::vector<Axis> axes;
+  if (const Json* named = Given(exchange->parameters(), "axis")) axes.push_back(AxisOf(*named));
+  auto answer = [this, exchange](const Result<void>& reset) {
+    if (!reset) return Refuse(exchange, reset.error());
+    exchange->Finish("{}");
+  };
+  lens->worker->Submit([lens, axes, answer](rig::Rig& rig) {
+    rig.ResetFaults(axes, [lens, answer](Result<void> reset) {
+      lens->worker->Later([answer, reset = std::move(reset)] { answer(reset); });
+    });
+  });
+}
+
 void LensService::Stop(const ExchangePointer& exchange) {
   Lens* const lens = FindLens(exchange);
   if (lens == nullptr) return;

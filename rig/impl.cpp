@@ -321,6 +321,19 @@ void Rig::Impl::Stop(const std::vector<Axis>& axes, StopCallback done) {
   Reply(std::move(done), std::move(answer));
 }
 
+void Rig::Impl::ResetFaults(const std::vector<Axis>& axes, StopCallback done) {
+  Result<void> answer;
+  for (const Axis axis : drivers::kAxes) {
+    const bool named = std::ranges::find(axes, axis) != axes.end();
+    if (!setups_[axis] || (!named && !axes.empty())) continue;
+    const auto reset = device.lens->ResetFault(axis);
+    const bool no_matter = !reset && reset.error().code == Code::Unsupported && !named;
+    if (!reset && !no_matter && answer) answer = reset;
+  }
+  next_read_ = clock.Now();
+  Reply(std::move(done), std::move(answer));
+}
+
 // ---- frames -------------------------------------------------------------------------------------------------------
 
 void Rig::Impl::Snapshot(Instant since, SnapshotCallback done) {

@@ -40,6 +40,7 @@ class Rig::Impl {
   void Move(drivers::Axis axis, const Target& target, MoveCallback done);
   void Home(drivers::Axis axis, MoveCallback done);
   void Stop(const std::vector<drivers::Axis>& axes, StopCallback done);
+  void ResetFaults(const std::vector<drivers::Axis>& axes, StopCallback done);
   void Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done);
   void Give(Given given);
   void Snapshot(Instant since, SnapshotCallback done);

@@ -210,6 +210,12 @@ void Rig::Stop(std::vector<Axis> axes, StopCallback done) {
   });
 }
 
+void Rig::ResetFaults(std::vector<Axis> axes, StopCallback done) {
+  impl_->Command([impl = impl_.get(), axes = std::move(axes), done = std::move(done)]() mutable {
+    impl->ResetFaults(axes, std::move(done));
+  });
+}
+
 void Rig::Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done) {
   ++impl_->commands_given;
   impl_->Command([impl = impl_.get(), request = std::move(request), progress = std::move(progress),

@@ -197,6 +197,9 @@ class Rig {
   /// Ends the motion of these axes, all of them if empty, and any autofocus. Unsupported: an axis cannot stop midway
   /// (the others are stopped all the same).
   void Stop(std::vector<drivers::Axis> axes, StopCallback done);
+  /// Clears the faults of these axes, all of them if empty, where devices want to be told; moves nothing. Unsupported:
+  /// an axis that was named takes no such command.
+  void ResetFaults(std::vector<drivers::Axis> axes, StopCallback done);
   /// Focuses on a region. Refusing is an outcome, not an error. Unsupported: no camera, no focus axis. InvalidArgument:
   /// no such method, a region outside the frame.
   void Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done);
