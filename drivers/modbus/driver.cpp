@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -203,6 +204,24 @@ Result<drivers::Device> OpenModbus(const Settings& settings, const Clock& clock)
   device.lens = std::make_unique<ModbusLens>(*std::move(bus), std::move(lens->drives), clock);
   if (auto greeted = Greet(*device.lens); !greeted) return PassOn(std::move(greeted));
   return device;
+}
+
+Result<std::vector<drivers::FoundDevice>> ProbeModbus() {
+  std::vector<drivers::FoundDevice> found;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator("/dev/serial/by-id", error)) {
+    const std::string path = entry.path().string();
+    std::error_code unreadable;
+    drivers::FoundDevice port;
+    port.model = "serial port " + entry.path().filename().string() + ": drives on it are not searched for";
+    port.node = std::filesystem::canonical(entry.path(), unreadable).string();
+    port.config =
+        "bus = \"rs485\"   # and [[bus]] with name = \"rs485\", driver = \"modbus\", device = \"" + path + "\"";
+    port.lens = true;
+    found.push_back(std::move(port));
+  }
+  std::ranges::sort(found, {}, &drivers::FoundDevice::config);
+  return found;
 }
 
 Result<void> CheckBus(const Settings& bus) {

@@ -247,6 +247,8 @@ void ModbusBus::Receive(int connection) {
     if (connection == terminal_ || (count < 0 && errno == EAGAIN)) return;
     close(connection);
     received_.erase(connection);
+    std::erase_if(pending_,
+                  [&](const Pending& one) { return one.connection == connection; });  // its number comes again
     return;
   }
   if (serial_ && !buffer.empty() && received_at_ - last_byte_ > kFrameBreak) buffer.clear();

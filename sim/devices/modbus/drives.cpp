@@ -127,7 +127,7 @@ class OrientalAz final : public ModbusDrive {
     if ((rising & (kStop | kFree)) != 0) {
       NoteStop();
       homing_ = false;
-      shaft_.Stop(now, 1e6);
+      shaft_.Stop(now, file_.Get32(0x0062) > 0 ? file_.Get32(0x0062) : 1e6);
     }
     const bool held = (after & (kStop | kFree)) != 0;
     if ((rising & kHome) != 0 && !held && alarm_ == 0 && MayBegin()) {

@@ -97,7 +97,10 @@ class Driver {
     for (const Axis axis : {Axis::Focus, Axis::Iris}) {
       if (!status.axes[axis]) continue;
       const double at = status.axes[axis]->position.value - BaseOf(UnitOf(axis));
-      if (at < -1.0 || at > kRange + 1.0) ++tally.wrong_position;
+      if (at >= -1.0 && at <= kRange + 1.0) continue;
+      ++tally.wrong_position;
+      tally.reasons["unit " + std::to_string(UnitOf(axis)) + " said to be at " +
+                    std::to_string(status.axes[axis]->position.value)]++;
     }
     std::this_thread::sleep_until(std::min(next, bench_.clock.Now() + std::chrono::milliseconds(2)));
   }

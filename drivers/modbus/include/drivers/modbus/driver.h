@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string_view>
+#include <vector>
 
 #include "drivers/api/device.h"
 
@@ -12,6 +13,9 @@ namespace lensd::drivers::modbus {
 /// docs/drivers/modbus.md has every key. Lenses that name the same bus share its connection and its thread. BadData:
 /// settings, as file:line. Disconnected: a drive does not answer. Protocol: it answers, but not as its profile says.
 Result<drivers::Device> OpenModbus(const Settings& settings, const Clock& clock);
+
+/// The serial ports on which a bus may be. Nothing is sent: a question could be taken for one of another protocol.
+Result<std::vector<drivers::FoundDevice>> ProbeModbus();
 
 /// Whether a [[bus]] table, its `name` included, makes sense: BadData, as file:line.
 Result<void> CheckBus(const Settings& bus);
