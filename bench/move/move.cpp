@@ -141,7 +141,7 @@ ordered_json JsonOf(const Row& row, const std::string& name, double waits) {
   return {{"method", name},
           {"frequencyErrorPercent", std::round(row.error * 1e6) / 1e4},
           {"waitPeriods", waits > 0.0 ? Finite(waits) : ordered_json()},
-          {"residualAtHalf", row.swing.LeftAfter(0.55)},
+          {"residualAt055", row.swing.LeftAfter(0.55)},
           {"residualAt075", row.swing.LeftAfter(0.75)},
           {"residualAt1", row.swing.LeftAfter(1.0)},
           {"residualAtWait",
