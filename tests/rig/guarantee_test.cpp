@@ -163,6 +163,58 @@ TEST(Guarantee, TheTruthLiesWithinTheBoundOfEveryVerifiedMove) {
   EXPECT_GT(tally.largest_share, 0.7);
 }
 
+struct Endings {
+  int reached = 0, stalled = 0, other = 0, errors = 0;
+};
+
+/// Moves while the axis stalls or replies get lost or come late: each ends in time, and none is called reached that is
+/// not there.
+void MovesWithFaults(unsigned seed, Endings& endings) {
+  std::mt19937 random(seed);
+  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  constexpr sim::FaultKind kKinds[] = {sim::FaultKind::Stall, sim::FaultKind::DropReply, sim::FaultKind::LateReply};
+  sim::Scene scene;
+  scene.lens.steps = kSteps;
+  scene.lens.backlash_steps = 100;
+  for (int i = 0; i < 10; ++i) {
+    scene.faults.push_back({.at_ms = 100 + 2000.0 * i + uniform(0.0, 1000.0),
+                            .kind = kKinds[random() % 3],
+                            .for_ms = uniform(1.0, 1500.0)});
+  }
+  RigConfig config;
+  config.axes[Axis::Focus].backlash = 100;
+  Bench bench(scene, config, {}, seed);
+  for (int i = 0; i < 40; ++i) {
+    const double target = std::round(uniform(0, kSteps - 1));
+    const Instant begin = bench.clock.Now();
+    const auto moved = bench.Move(target);
+    ASSERT_LE(bench.clock.Now() - begin, 12s) << "seed " << seed << ", move " << i;
+    if (!moved) {
+      ++endings.errors;
+      ASSERT_EQ(moved.error().code, Code::Timeout) << moved.error().message;
+      bench.Run(500ms);
+      continue;
+    }
+    const bool stalled = moved->reason.starts_with("stalled");
+    ++(moved->reached ? endings.reached : stalled ? endings.stalled : endings.other);
+    ASSERT_TRUE(moved->reached || !moved->reason.empty());
+    if (!moved->verified) continue;
+    ASSERT_NEAR(bench.truth->Now().focus_steps, target, moved->bound.value + 1e-6) << "seed " << seed << ", move " << i;
+  }
+}
+
+TEST(Guarantee, FaultsAreToldInTimeAndNeverCalledReached) {
+  Endings endings;
+  const long worlds = testing::ByLevel(5, 50, 1000);
+  for (long world = 0; world < worlds && !HasFatalFailure(); ++world) {
+    MovesWithFaults(static_cast<unsigned>(world + 1), endings);
+  }
+  std::printf("%d reached, %d stalled, %d ended otherwise, %d without an answer from the lens\n", endings.reached,
+              endings.stalled, endings.other, endings.errors);
+  EXPECT_GT(endings.stalled, 0);
+  EXPECT_GT(endings.errors, 0);
+}
+
 /// Without lost steps and drift the bound is tight, and coming from anywhere ends within a step of the same place.
 TEST(Guarantee, TwoHundredStepsOfBacklashRepeatWithinAStepAndOneMoreMove) {
   sim::Scene scene;
