@@ -163,7 +163,8 @@ io::Chart OverTime(const std::vector<Row>& rows, double wait) {
   for (const Row& row : rows) {
     if (std::abs(row.error) > 1e-9) continue;
     io::ChartLine line{.name = row.way->name, .points = {}, .colour = row.way->colour};
-    for (std::size_t i = 0; i < row.swing.left.size(); ++i) {
+    // On a logarithmic axis later points lie closer.
+    for (std::size_t i = 0; i < row.swing.left.size(); i += 1 + i / 100) {
       line.points.push_back({kSampling * static_cast<double>(i), std::max(100.0 * row.swing.left[i], 1e-3)});
     }
     chart.lines.push_back(std::move(line));
