@@ -65,11 +65,17 @@ std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& co
   const rig::OpticsTable* optics = rig.optics();
   if (optics == nullptr) return std::nullopt;
   const drivers::NominalOptics& nominal = optics->nominal();
-  const auto extension = [optics](Native native) { return optics->ExtensionFromNative(native).value; };
+  const auto planned = [&nominal](Metres extension) {
+    return nominal.liquid ? optics::LiquidExtension(Metres{nominal.focal_length_m}, extension) : extension;
+  };
+  const auto extension = [optics, planned](Native native) {
+    return planned(optics->ExtensionFromNative(native)).value;
+  };
   const auto f_number = [optics](Native native) { return optics->FNumberFromNative(native).value; };
   Planning planning;
   planning.principal_gap = config.scale.principal_gap;
-  auto focus = optics->has_focus() ? PositionsOf(rig, Axis::Focus, extension) : Fixed(nominal.min_extension_m);
+  auto focus = optics->has_focus() ? PositionsOf(rig, Axis::Focus, extension)
+                                   : Fixed(planned(Metres{nominal.min_extension_m}).value);
   auto iris = optics->has_iris() ? PositionsOf(rig, Axis::Iris, f_number) : Fixed(nominal.min_f_number);
   if (!focus || !iris) return std::nullopt;
   planning.focus = *std::move(focus);
@@ -78,6 +84,7 @@ std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& co
   request.focal_length = nominal.focal_length_m;
   request.f_numbers = {nominal.min_f_number, nominal.max_f_number};
   request.extensions = {nominal.min_extension_m, nominal.max_extension_m};
+  request.liquid = nominal.liquid;
   request.pupil_factor = config.pupil_factor;
   request.sensor_tolerance = HalfStep(planning.focus.values.ascending());
   request.f_number_tolerance = HalfRatio(planning.iris.values.ascending());
@@ -87,7 +94,22 @@ std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& co
   return planning;
 }
 
+namespace {
+
+/// Requests state extensions; the planner takes a liquid lens' in its own terms.
+void InPlannersTerms(optics::PlanRequest& request) {
+  if (!request.liquid) return;
+  const Metres sensor{request.focal_length.value};
+  const auto convert = [&](const optics::Number& number) {
+    return optics::Number(optics::LiquidExtension(sensor, Metres{number.value}).value);
+  };
+  request.extensions = {convert(request.extensions.low), convert(request.extensions.high)};
+}
+
+}  // namespace
+
 Result<LensPlan> PlanFor(const Planning& planning, optics::PlanRequest request) {
+  InPlannersTerms(request);
   RaiseTo(request.sensor_tolerance, planning.defaults.sensor_tolerance);
   RaiseTo(request.f_number_tolerance, planning.defaults.f_number_tolerance);
   auto answer = optics::PlanOnGrid(request, planning.focus.values, planning.iris.values);
@@ -100,6 +122,13 @@ Result<LensPlan> PlanFor(const Planning& planning, optics::PlanRequest request) 
 
 Result<optics::PlanAnswer> PlanAt(const Planning& planning, optics::PlanRequest request, Metres extension, Metres bound,
                                   FNumber f_number) {
+  InPlannersTerms(request);
+  if (request.liquid) {
+    const Metres sensor{request.focal_length.value};
+    const Metres beyond = optics::LiquidExtension(sensor, extension + bound);
+    extension = optics::LiquidExtension(sensor, extension);
+    bound = beyond - extension;
+  }
   request.sensor_tolerance = bound.value;
   RaiseTo(request.f_number_tolerance, planning.defaults.f_number_tolerance);
   const auto extensions = optics::ReachableValues::Create(std::span(&extension.value, 1));

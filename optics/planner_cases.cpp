@@ -99,6 +99,7 @@ class GapTest {
  public:
   explicit GapTest(const PlanRequest& request)
       : f_(request.focal_length.value),
+        own_(request.liquid ? 0.0 : f_),
         skew_(f_ * (1.0 / request.pupil_factor.value - 1.0)),
         delta_(request.sensor_tolerance.value),
         widen_(1.0 + request.f_number_tolerance.value) {}
@@ -108,7 +109,7 @@ class GapTest {
   bool TooNarrow(double n, const PlanDepth& front, double front_limit, const PlanDepth& behind,
                  double behind_limit) const {
     const double u = Vergence(front), v = Vergence(behind);
-    const double w_front = 1.0 - f_ * u, w_behind = 1.0 - f_ * v;
+    const double w_front = 1.0 - own_ * u, w_behind = 1.0 - own_ * v;
     constexpr double kRounding = 1e-9;
     if (w_front < kRounding || w_behind < kRounding) return false;
     const double high = (f_ * f_ * u - front_limit * n * widen_ * (1.0 + skew_ * u)) / w_front - delta_;
@@ -117,7 +118,7 @@ class GapTest {
   }
 
  private:
-  double f_, skew_, delta_, widen_;
+  double f_, own_, skew_, delta_, widen_;
 };
 
 }  // namespace

@@ -35,9 +35,10 @@ bool AtInfinity(const PlanDepth& depth) {
   return !depth.is_vergence && std::isinf(depth.number.value);
 }
 
-/// Whether the depth is at or inside the focal length.
-bool ReachesFocalLength(const Number& focal_length, const PlanDepth& depth) {
-  if (AtInfinity(depth)) return false;
+/// Whether the depth is at or inside the focal length; a liquid lens' own changes with the plane it focuses on.
+bool ReachesFocalLength(const PlanRequest& request, const PlanDepth& depth) {
+  if (request.liquid || AtInfinity(depth)) return false;
+  const Number& focal_length = request.focal_length;
   const double value = depth.number.value,
                power = depth.is_vergence ? focal_length.value * value : focal_length.value / value;
   constexpr double kRounding = 1e-12;
@@ -79,6 +80,16 @@ Problem CheckLens(const PlanRequest& request) {
   return std::nullopt;
 }
 
+Problem CheckLiquid(const PlanRequest& request) {
+  if (!request.liquid) return std::nullopt;
+  const auto refuse = [](const char* what) {
+    return Error{Code::Unsupported, std::string("a liquid lens cannot be planned with ") + what};
+  };
+  if (request.wavelength) return refuse("diffraction");
+  if (request.pupil_factor.value != 1.0) return refuse("a pupil factor other than 1");
+  return std::nullopt;
+}
+
 Problem CheckTolerances(const PlanRequest& request) {
   const double delta = request.sensor_tolerance.value, epsilon = request.f_number_tolerance.value;
   if (!std::isfinite(delta) || delta < 0.0) return Bad("the sensor tolerance must be a length of zero or more");
@@ -95,7 +106,7 @@ Problem CheckTolerances(const PlanRequest& request) {
 Problem CheckFocus(const PlanRequest& request) {
   if (request.focus) {
     if (Problem problem = CheckDepth(*request.focus, "focus", true)) return problem;
-    if (ReachesFocalLength(request.focal_length, *request.focus)) {
+    if (ReachesFocalLength(request, *request.focus)) {
       const double f = request.focal_length.value, e = request.extensions.high.value;
       const std::string closest = e > 0.0 ? "the closest focus is " + Millimetres(f + f * f / e)
                                           : std::string("this lens focuses at infinity and past it only");
@@ -116,7 +127,7 @@ Problem CheckLimit(const PlanRequest& request, const BlurLimit& limit) {
   for (const DepthInterval& interval : limit.depths) {
     for (const PlanDepth* depth : {&interval.one_end, &interval.other_end}) {
       if (Problem problem = CheckDepth(*depth, limit.name, false)) return problem;
-      if (limit.kind == LimitKind::Sharp && ReachesFocalLength(request.focal_length, *depth)) {
+      if (limit.kind == LimitKind::Sharp && ReachesFocalLength(request, *depth)) {
         return Error{Code::OutOfRange, limit.name + ": nothing at or inside the focal length of " +
                                            Millimetres(request.focal_length.value) +
                                            " can be sharp; move its near end out"};
@@ -133,7 +144,7 @@ Problem CheckLimit(const PlanRequest& request, const BlurLimit& limit) {
 }  // namespace
 
 std::optional<Error> Check(const PlanRequest& request) {
-  for (const auto check : {CheckLens, CheckTolerances, CheckFocus}) {
+  for (const auto check : {CheckLens, CheckLiquid, CheckTolerances, CheckFocus}) {
     if (Problem problem = check(request)) return problem;
   }
   std::set<std::string_view> names{"focus", "fNumber", "extension"};

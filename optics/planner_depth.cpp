@@ -16,6 +16,7 @@ class Field {
  public:
   explicit Field(const PlanRequest& request)
       : f_(request.focal_length.value),
+        liquid_(request.liquid),
         pupil_(request.pupil_factor.value),
         skew_(f_ * (1.0 / pupil_ - 1.0)),
         delta_(request.sensor_tolerance.value),
@@ -52,10 +53,13 @@ class Field {
     const double left = Left(n, e);
     return (2.0 * left - limit_ * limit_) / std::sqrt(std::max(left, 1e-300));
   }
-  double Near(double n, double e) const { return (e + Reach(n, e)) / (f_ * (f_ + e) - Reach(n, e) * skew_); }
-  double Far(double n, double e) const { return (e - Reach(n, e)) / (f_ * (f_ + e) + Reach(n, e) * skew_); }
+  double Base(double e) const { return f_ * (liquid_ ? f_ : f_ + e); }
+  double Near(double n, double e) const { return (e + Reach(n, e)) / (Base(e) - Reach(n, e) * skew_); }
+  double Far(double n, double e) const { return (e - Reach(n, e)) / (Base(e) + Reach(n, e) * skew_); }
 
-  double f_, pupil_, skew_, delta_, limit_, k_;
+  double f_;
+  bool liquid_;
+  double pupil_, skew_, delta_, limit_, k_;
 };
 
 /// Largest N at which one curve still holds at extension e: a quadratic in N².

@@ -103,6 +103,7 @@ class Grid {
       const Metres f{asked_.focal_length.value};
       const double value = asked_.focus->number.value;
       low = high = asked_.focus->is_vergence ? Extension(f, Dioptres{value}).value : Extension(f, Metres{value}).value;
+      if (asked_.liquid) low = high = f.value * f.value * asked_.focus->vergence().value;
       by_extension_ = Ascending(Nearest(extensions_, low));
     } else {
       by_extension_ = Within(extensions_, low, high);

@@ -26,6 +26,7 @@ std::pair<double, double> FNumberRange(const PlanRequest& request) {
 }  // namespace
 
 ChosenModel ModelFor(const PlanRequest& request) {
+  if (request.liquid) return {.rung = Rung::Thin, .error = Metres{0.0}};
   const auto [n_low, n_high] = FNumberRange(request);
   const double delta = request.sensor_tolerance.value, epsilon = request.f_number_tolerance.value;
   LadderRanges ranges{.focal_length = {request.focal_length.value},

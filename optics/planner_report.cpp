@@ -24,7 +24,9 @@ double BlurAt(const PlanRequest& request, const BlurLimit& limit, const PlanDept
   const Metres f{request.focal_length.value};
   const ObjectDepth object = ToObjectDepth(depth);
   const double pupil = request.pupil_factor.value;
-  const double signed_blur = SignedBlur(ThinLens{f, {n}, {e}}, object).value / PupilDivisor(f, object, pupil);
+  const double signed_blur = request.liquid
+                                 ? (e - f.value * f.value * depth.vergence().value) / n
+                                 : SignedBlur(ThinLens{f, {n}, {e}}, object).value / PupilDivisor(f, object, pupil);
   if (limit.kind == LimitKind::Blurred) {
     if (limit.side == Side::Either) return std::abs(signed_blur);
     return std::max(limit.side == Side::Behind ? signed_blur : -signed_blur, 0.0);
@@ -75,6 +77,14 @@ double WorstRatioAt(const PlanRequest& request, double n, double e) {
   return worst;
 }
 
+Metres LiquidExtension(Metres sensor_distance, Metres extension) {
+  return {sensor_distance.value * extension.value / (sensor_distance.value - extension.value)};
+}
+
+Metres ExtensionOfLiquid(Metres sensor_distance, Metres liquid_extension) {
+  return {sensor_distance.value * liquid_extension.value / (sensor_distance.value + liquid_extension.value)};
+}
+
 void Describe(const PlanRequest& request, double n, double e, PlanAnswer& answer) {
   const Metres f{request.focal_length.value};
   answer.f_number = {n};
@@ -84,6 +94,13 @@ void Describe(const PlanRequest& request, double n, double e, PlanAnswer& answer
   answer.focal_plane = FocalPlane(f, {e});
   answer.magnification = Magnification(f, {e});
   answer.working_f_number = WorkingFNumber({n}, answer.magnification, request.pupil_factor.value);
+  if (request.liquid) {
+    answer.extension = ExtensionOfLiquid(f, {e});
+    answer.sensor_distance = f;
+    answer.focal_plane = Dioptres{e / (f.value * f.value)};
+    answer.magnification = e / f.value;
+    answer.working_f_number = {n};
+  }
   for (const BlurLimit& limit : request.limits) {
     LimitAnswer fares = Fare(request, limit, n, e);
     // The verdict is exact; N and e are its nearest doubles, which may touch a limit from the other side.

@@ -39,8 +39,9 @@ struct LensNumbers {
   T f{};
   T delta{};
   T pupil{};
-  T narrow{};  ///< 1 - epsilon, on sharp limits
-  T widen{};   ///< 1 + epsilon, on blurred ones
+  T narrow{};           ///< 1 - epsilon, on sharp limits
+  T widen{};            ///< 1 + epsilon, on blurred ones
+  bool liquid = false;  ///< the length of the lens does not enter: W = 1
 };
 
 /// W, f² U and g of a depth, all times Z where it was given as a distance: only their quotients matter.
@@ -75,12 +76,13 @@ struct Programme {
 template <class T, class Convert>
 DepthNumbers<T> NumbersOf(const PlanDepth& depth, const LensNumbers<T>& lens, const Convert& convert) {
   const T skew = lens.f * (1 / lens.pupil - 1);
+  const T own = lens.liquid ? T(0) : lens.f;
   if (depth.is_vergence || !(depth.number.value < std::numeric_limits<double>::max())) {
     const T u = depth.is_vergence ? convert(depth.number) : T(0);
-    return {T(1 - lens.f * u), T(lens.f * lens.f * u), T(1 + skew * u)};
+    return {T(1 - own * u), T(lens.f * lens.f * u), T(1 + skew * u)};
   }
   const T z = convert(depth.number);
-  return {T(z - lens.f), T(lens.f * lens.f), T(z + skew)};
+  return {T(z - own), T(lens.f * lens.f), T(z + skew)};
 }
 
 namespace task_detail {
@@ -179,6 +181,7 @@ void Write(Programme<T>& programme, const Task& task, const Convert& convert) {
   const PlanRequest& request = *task.request;
   LensNumbers<T>& lens = programme.lens;
   lens.f = convert(request.focal_length);
+  lens.liquid = request.liquid;
   lens.delta = convert(request.sensor_tolerance);
   lens.pupil = convert(request.pupil_factor);
   const T epsilon = convert(request.f_number_tolerance);

@@ -250,6 +250,7 @@ std::optional<Error> CheckStack(const PlanRequest& request) {
     if (limit.kind == LimitKind::Sharp) continue;
     return bad("a focus stack only makes things sharp: leave out the blurred limit " + limit.name);
   }
+  if (request.liquid) return Error{Code::Unsupported, "a focus stack cannot be planned for a liquid lens yet"};
   return Check(request);
 }
 

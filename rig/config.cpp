@@ -96,6 +96,16 @@ Result<TemperatureConfig> ReadTemperature(const Settings& table) {
   return config;
 }
 
+/// Of a liquid lens: the extensions, sensor distance minus focal length, at the ends of its power.
+std::optional<std::pair<double, double>> ReadPower(SettingsReader& read, double sensor_mm) {
+  const auto power_d = ReadRange(read, "power_d", kPositive);
+  if (!power_d) {
+    read.Reject("power_d", "must be the power of the whole lens at both ends of focus, as in [38, 48]");
+    return std::nullopt;
+  }
+  return std::pair(sensor_mm - 1e3 / power_d->first, sensor_mm - 1e3 / power_d->second);
+}
+
 Result<void> ReadOptics(const Settings& table, RigConfig& config) {
   SettingsReader read(table, "[lens.optics]");
   const auto focal_length_mm = ReadFocalLength(read);
@@ -103,18 +113,21 @@ Result<void> ReadOptics(const Settings& table, RigConfig& config) {
   if (const auto nm = read.OptionalNumber("wavelength_nm", kPositive)) config.wavelength = Metres{*nm * 1e-9};
   config.calibration_path = read.OptionalPath("calibration");
   const auto f_number = ReadRange(read, "f_number", kPositive);
-  const auto extension_mm = ReadRange(read, "extension_mm", {});
+  const bool liquid = read.Boolean("liquid", false);
+  const auto extension_mm = liquid ? ReadPower(read, focal_length_mm.first) : ReadRange(read, "extension_mm", {});
   config.scale.principal_gap = Metres{read.Number("principal_gap_mm", 0.0, kNonNegative) * 1e-3};
   config.pupil_factor = read.Number("pupil_factor", 1.0, kPositive);
   if (!f_number) read.Reject("f_number", "must be the widest and the smallest opening, as in [1.8, 16]");
-  if (!extension_mm) read.Reject("extension_mm", "must be the extension at both ends of focus, as in [0.0, 1.6]");
+  if (!extension_mm && !liquid)
+    read.Reject("extension_mm", "must be the extension at both ends of focus, as in [0.0, 1.6]");
   if (auto done = read.Finish(); !done) return done;
   config.optics = drivers::NominalOptics{.focal_length_m = focal_length_mm.first * 1e-3,
                                          .max_focal_length_m = focal_length_mm.second * 1e-3,
                                          .min_f_number = f_number->first,
                                          .max_f_number = f_number->second,
                                          .min_extension_m = extension_mm->first * 1e-3,
-                                         .max_extension_m = extension_mm->second * 1e-3};
+                                         .max_extension_m = extension_mm->second * 1e-3,
+                                         .liquid = liquid};
   return {};
 }
 

@@ -26,7 +26,8 @@ std::optional<FNumber> Rig::Impl::CurrentFNumber() const {
 
 AutofocusRun::Scale Rig::Impl::ScaleOfRun() {
   const double resolution = setups_[Axis::Focus]->can.resolution;
-  if (!optics || !optics->has_focus()) {
+  // Depth from defocus knows lenses of one focal length: a liquid lens is searched in its own units.
+  if (!optics || !optics->has_focus() || optics->nominal().liquid) {
     return {.position = [](Native native) { return native.value; },
             .native = [](double position) { return Native{position}; },
             .resolution = resolution};
@@ -85,6 +86,10 @@ AutofocusRun::Hands Rig::Impl::HandsOfRun() {
   hands.motions = [this] { return run_motions_ + (motions_[Axis::Focus] ? motions_[Axis::Focus]->commands() : 0); };
   hands.end = [this](Result<AutofocusOutcome> outcome) {
     run_ended_ = true;
+    // A liquid lens is searched in its own units, and still focuses somewhere that is known.
+    if (outcome && !outcome->vergence && optics && optics->has_focus()) {
+      outcome->vergence = optics->VergenceFromExtension(optics->ExtensionFromNative(outcome->position));
+    }
     looks_.ForgetAutofocus();
     Reply(std::exchange(autofocus_done_, nullptr), std::move(outcome));
   };

@@ -41,12 +41,25 @@ struct OpticsTable::Lens {
   std::optional<Curve> zoom_curve;  ///< metres over native
   std::optional<Curve> breathing;   ///< ratio over metres of extension
 
+  /// A liquid lens' power is even across its axis.
+  double LiquidExtensionAt(double part) const {
+    const double low = 1.0 / (nominal.focal_length_m - extension_at_minimum_m);
+    const double high = 1.0 / (nominal.focal_length_m - extension_at_maximum_m);
+    return nominal.focal_length_m - 1.0 / std::lerp(low, high, part);
+  }
   double NominalExtension(double native, Metres focal_length) const {
+    if (nominal.liquid) return LiquidExtensionAt((native - focus->minimum.value) / Span(*focus));
     if (focus->unit == NativeUnit::Dioptres) return optics::Extension(focal_length, Dioptres{native}).value;
     if (focus->unit == NativeUnit::Millimetres) return native * 1e-3;
     return std::lerp(extension_at_minimum_m, extension_at_maximum_m, (native - focus->minimum.value) / Span(*focus));
   }
   double NominalNative(double extension, Metres focal_length) const {
+    if (nominal.liquid) {
+      const double low = 1.0 / (nominal.focal_length_m - extension_at_minimum_m);
+      const double high = 1.0 / (nominal.focal_length_m - extension_at_maximum_m);
+      const double part = (1.0 / (nominal.focal_length_m - extension) - low) / (high - low);
+      return std::lerp(focus->minimum.value, focus->maximum.value, part);
+    }
     if (focus->unit == NativeUnit::Dioptres) return optics::FocalPlane(focal_length, Metres{extension}).value;
     if (focus->unit == NativeUnit::Millimetres) return extension * 1e3;
     const double part = (extension - extension_at_minimum_m) / (extension_at_maximum_m - extension_at_minimum_m);
@@ -54,6 +67,7 @@ struct OpticsTable::Lens {
   }
   /// Focal length over that at extension 0.
   double Ratio(double extension) const {
+    if (nominal.liquid) return 1.0 - extension / nominal.focal_length_m;
     if (!breathing) return 1.0;
     return breathing->At(std::clamp(extension, breathing->low(), breathing->high()));
   }
@@ -68,6 +82,11 @@ struct OpticsTable::Lens {
 /// With breathing the extension lies between those of the shortest and the longest focal length.
 Result<double> OpticsTable::Lens::Extension(double focal_length, optics::ObjectDepth depth,
                                             std::optional<Metres> longest) const {
+  if (nominal.liquid) {
+    const double z = nominal.focal_length_m, u = depth.vergence().value;
+    if (!(1.0 + z * u > 0.0)) return Fail(Code::OutOfRange, "no power of this lens focuses there");
+    return z * z * u / (1.0 + z * u);
+  }
   if (!breathing) {
     auto plain = optics::FocusExtension(Metres{focal_length}, depth, longest);
     if (!plain) return PassOn(std::move(plain));

@@ -102,7 +102,10 @@ Result<Metres> Rig::Impl::ExtensionOf(const Target& target) const {
   if (target.kind == Target::Kind::Vergence) return optics->ExtensionInFocus(Dioptres{target.value});
   optics::FocusScale scale = config_.scale;
   if (target.from) scale.from = *target.from;
-  const auto depth = optics::DepthInFocus(scale, optics->focal_length(), Metres{target.value});
+  // A liquid lens' sensor stands where it stands, whatever is in focus.
+  const auto depth = optics->nominal().liquid
+                         ? optics::DepthAt(scale, optics->focal_length(), Metres{0.0}, Metres{target.value})
+                         : optics::DepthInFocus(scale, optics->focal_length(), Metres{target.value});
   if (!depth) return std::unexpected(depth.error());
   return optics->ExtensionInFocus(*depth);
 }

@@ -54,6 +54,17 @@ MotorSettings IrisMotor(const LensSettings& lens) {
   return motor;
 }
 
+/// Even in extension along the axis; of a liquid lens even in power.
+double ExtensionAlong(const LensSettings& lens, double along) {
+  if (!lens.liquid) {
+    return 1e-3 * (lens.min_extension_mm + along * (lens.max_extension_mm - lens.min_extension_mm));
+  }
+  const double sensor_m = 1e-3 * lens.min_focal_length_mm;
+  const double low_d = 1.0 / (sensor_m - 1e-3 * lens.min_extension_mm);
+  const double high_d = 1.0 / (sensor_m - 1e-3 * lens.max_extension_mm);
+  return sensor_m - 1.0 / (low_d + along * (high_d - low_d));
+}
+
 double IrisPlace(const LensSettings& lens, double f_number) {
   return (lens.iris_steps - 1.0) * std::log(f_number / lens.min_f_number) /
          std::log(lens.max_f_number / lens.min_f_number);
@@ -176,8 +187,7 @@ TrueState Mechanics::StateOf(Duration at) const {
   TrueState state;
   state.focus_steps = motors_[Axis::Focus]->PlaceAt(at);
   const double along = state.focus_steps / (lens.steps - 1.0);
-  state.extension_m = 1e-3 * (lens.min_extension_mm + along * (lens.max_extension_mm - lens.min_extension_mm)) +
-                      1e-6 * lens.drift_um_per_c * (lens.temperature_c - kCalibration_c);
+  state.extension_m = ExtensionAlong(lens, along) + 1e-6 * lens.drift_um_per_c * (lens.temperature_c - kCalibration_c);
   state.f_number = lens.min_f_number;
   if (motors_[Axis::Iris]) {
     const double open = motors_[Axis::Iris]->PlaceAt(at) / (lens.iris_steps - 1.0);
@@ -188,6 +198,10 @@ TrueState Mechanics::StateOf(Duration at) const {
   state.optics.focal_length_m = nominal_m * (1.0 + lens.breathing * along);
   state.optics.aperture_diameter_m = nominal_m / state.f_number;
   state.optics.sensor_distance_m = state.optics.focal_length_m + state.extension_m;
+  if (lens.liquid) {
+    state.optics.focal_length_m = nominal_m - state.extension_m;
+    state.optics.sensor_distance_m = nominal_m;
+  }
   state.sway_d = SwayD(*scene_, std::chrono::duration<double>(at).count());
   state.focal_plane_d = 1.0 / state.optics.focal_length_m - 1.0 / state.optics.sensor_distance_m;
   return state;

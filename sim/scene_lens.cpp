@@ -57,6 +57,13 @@ void ReadOptics(SettingsReader& read, LensSettings& lens) {
   if (lens.min_extension_mm <= -0.9 * lens.min_focal_length_mm) {
     read.Reject("extension_mm", "puts the sensor at the lens");
   }
+  lens.liquid = read.Boolean("liquid", false);
+  if (lens.liquid && (lens.zooms() || lens.model != LensModel::Thin || lens.breathing != 0.0)) {
+    read.Reject("liquid", "is for a thin lens that neither zooms nor breathes");
+  }
+  if (lens.liquid && lens.max_extension_mm >= 0.9 * lens.min_focal_length_mm) {
+    read.Reject("extension_mm", "must be well below the focal length of a liquid lens");
+  }
   const double common = std::max(lens.min_f_number, std::min(lens.initial_f_number, lens.max_f_number));
   lens.initial_f_number = read.Number("initial_f_number", common, {lens.min_f_number, lens.max_f_number});
   lens.breathing = read.Number("breathing", lens.breathing, {-0.5, 0.5});

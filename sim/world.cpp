@@ -32,6 +32,7 @@ drivers::NominalOptics NominalOf(const LensSettings& lens) {
   optics.max_f_number = lens.max_f_number;
   optics.min_extension_m = lens.min_extension_mm * 1e-3;
   optics.max_extension_m = lens.max_extension_mm * 1e-3;
+  optics.liquid = lens.liquid;
   return optics;
 }
 

@@ -39,7 +39,10 @@ Result<Native> ReadPosition(ArvCamera* camera, const AxisFeature& axis) {
                            : arv_camera_get_float(camera, axis.feature.c_str(), error.out());
   if (error) return error.Why("reading " + axis.feature);
   if (!std::isfinite(value)) return Fail(Code::Protocol, axis.feature + " reads as no number");
-  return Native{value};
+  if (axis.is_integer) return Native{value};
+  // Real numbers come back with digits that the axis does not have: on its grid they mean what was asked for.
+  const double least = axis.can.minimum.value, step = axis.can.resolution;
+  return Native{least + std::round((value - least) / step) * step};
 }
 
 Result<void> Execute(ArvCamera* camera, const std::string& command) {

@@ -84,10 +84,15 @@ struct PlanRequest {
   std::vector<Number> stops;             ///< the f-numbers that exist, in any order; empty: all of the range
   bool apertures_are_diameters = false;  ///< f_numbers and stops are aperture diameters A, N = f/A
   NumberRange extensions;                ///< low end > -f; below zero is focused past infinity
-  std::optional<PlanDepth> focus;        ///< the focal plane, outside the focal length
-  Number sensor_tolerance = 0.0;         ///< >= 0
-  Number f_number_tolerance = 0.0;       ///< 0 <= ratio < 1
-  std::optional<Number> wavelength;      ///< counts diffraction in sharp limits
+  /// A lens whose power P changes at a fixed sensor distance Z_s. `focal_length` is Z_s, the focal length at infinity;
+  /// f-numbers are Z_s/A; `extensions` and `sensor_tolerance` are Z_s^2 (P - 1/Z_s), the extension that moves the focal
+  /// plane as far on a lens so short that its own length does not count (LiquidExtension() converts). The programme is
+  /// then the one in (1/A, P). No wavelength, pupil factor 1, no stack: Unsupported.
+  bool liquid = false;
+  std::optional<PlanDepth> focus;    ///< the focal plane, outside the focal length
+  Number sensor_tolerance = 0.0;     ///< >= 0
+  Number f_number_tolerance = 0.0;   ///< 0 <= ratio < 1
+  std::optional<Number> wavelength;  ///< counts diffraction in sharp limits
   DiffractionConvention diffraction = DiffractionConvention::Airy;
   Number pupil_factor = 1.0;  ///< exit over entrance pupil, > 0
   std::vector<BlurLimit> limits;
@@ -138,6 +143,10 @@ struct PlanAnswer {
   /// scanned. Empty otherwise.
   std::string note;
 };
+
+/// Z_s^2 (P - 1/Z_s) of a liquid lens whose focal length is Z_s - extension, and how far the latter is from the former.
+Metres LiquidExtension(Metres sensor_distance, Metres extension);
+Metres ExtensionOfLiquid(Metres sensor_distance, Metres liquid_extension);
 
 /// Solves a request. No feasible plan is an answer; InvalidArgument or OutOfRange are for requests that make no sense:
 /// numbers that are not finite, limits not above zero, ranges the wrong way round or empty, sharp depths that reach the

@@ -140,6 +140,13 @@ Result<void> GigeCamera::Body::Describe() {
   text.width = scene->camera.width;
   text.height = scene->camera.height;
   text.focus = {.minimum = 0.0, .maximum = lens.steps - 1.0};
+  if (lens.liquid) {
+    const double sensor_m = 1e-3 * lens.min_focal_length_mm;
+    const double low_d = 1.0 / (sensor_m - 1e-3 * lens.min_extension_mm);
+    const double high_d = 1.0 / (sensor_m - 1e-3 * lens.max_extension_mm);
+    text.focus_is_power = true;
+    text.focus = {low_d, high_d, (high_d - low_d) / (lens.steps - 1.0), low_d, 0.0};
+  }
   const auto add = [&](Axis axis, unsigned target, unsigned place, auto native, auto count, double grid = 1.0) {
     axes.push_back({axis, target, place, native, count, grid, 0});
   };

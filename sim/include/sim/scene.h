@@ -107,6 +107,8 @@ enum class LensModel { Pinhole, Aperture, Thin };
 
 struct LensSettings {
   LensModel model = LensModel::Thin;
+  /// The power changes and the sensor stays, at the focal length given; extension is that minus the focal length now.
+  bool liquid = false;
   double min_focal_length_mm = 25.0;  ///< equal to the maximum unless the lens zooms
   double max_focal_length_mm = 25.0;
   double min_f_number = 1.4;

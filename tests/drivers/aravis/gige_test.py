@@ -131,6 +131,48 @@ class GigeTest(unittest.TestCase):
         self.assertIn('serial = "TEST1"', listed.stdout)
 
 
+class LiquidLensTest(GigeTest):
+    """FocalPower instead of FocusStepper."""
+
+    def start(self, *arguments, **unused):
+        config = lens().replace("extension_mm = [0.0, 1.6]", "liquid = true\npower_d = [40, 46]")
+        config = config.replace("f_number = [1.4, 16]", "f_number = [2, 8]")
+        return super().start(*arguments, config=config, scene=os.path.join(HERE, "liquid.toml"))
+
+    def focus_on_the_wall(self):
+        self.ask("focus", "@45.5")
+        self.ask("aperture", "2")
+        answer = self.ask("autofocus")
+        self.assertTrue(answer["focused"], answer)
+        self.assertAlmostEqual(answer["vergenceD"], WALL_D, delta=HALF_DOF_D)
+
+    def test_a_plan_is_applied(self):
+        self.start()
+        answer = self.ask("plan", "--sharp", "wall=1.1m..1.3m:8um", "--apply")
+        self.assertTrue(answer["reached"]["feasible"], answer)
+        self.assertAlmostEqual(answer["sensorDistanceMm"], 25, places=9)
+        power_d = next(move["steps"] for move in answer["applied"] if move["axis"] == "focus")
+        # The plane in focus is that of the power above 1/Zs, and both ends of the wall are as blurred as A allows.
+        self.assertAlmostEqual(power_d - 40, answer["focalPlaneD"], places=6)
+        aperture_m = answer["apertureDiameterMm"] * 1e-3
+        for distance_m in (1.1, 1.3):
+            blur_um = abs(aperture_m * (0.025 * (power_d - 1 / distance_m) - 1)) * 1e6
+            self.assertLessEqual(blur_um, 8)
+            self.assertGreater(blur_um, 7)
+
+    def test_focus_says_where(self):
+        self.start()
+        answer = self.ask("focus", "20cm")
+        self.assertTrue(answer["reached"], answer)
+        self.assertAlmostEqual(answer["vergenceD"], 5, delta=0.002)
+        refused = self.daemon.lensctl("focus", "10cm")
+        self.assertNotEqual(refused.returncode, 0)
+
+    test_with_lost_packets_and_no_resends = None
+    test_a_camera_that_goes_away_and_comes_back = None
+    test_it_is_listed = None
+
+
 class ModbusFocusTest(GigeTest):
     """The focus motor is a Modbus drive, the camera a GenICam one without a lens: one rig."""
 

@@ -22,6 +22,10 @@ struct NominalOptics {
   double max_f_number = 0.0;
   double min_extension_m = 0.0;  ///< extension at the focus axis' minimum
   double max_extension_m = 0.0;  ///< extension at the focus axis' maximum
+  /// A liquid lens: its power changes, its sensor stays. The focal length is then the one it has focused at infinity,
+  /// the sensor's distance; f-numbers are those at infinity; extensions are the sensor's distance minus the focal
+  /// length, and the power is even across the focus axis.
+  bool liquid = false;
   /// Iris: native minimum is min_f_number, maximum is max_f_number, even in log(f-number) between.
 };
 
