@@ -59,7 +59,7 @@ TEST(LiquidPlan, FocusesWhereItIsAsked) {
 }
 
 TEST(LiquidPlan, TheSmallestFNumberTouchesBothEnds) {
-  PlanRequest request = Lens(1.0, 22.0, 40.0, 48.0);
+  PlanRequest request = Lens(1.0, 200.0, 40.0, 48.0);
   request.limits = {Limit(LimitKind::Sharp, 3.0, 1.0, 8e-6)};
   const auto plan = Plan(request);
   ASSERT_TRUE(plan.has_value() && plan->feasible);
@@ -120,7 +120,7 @@ TEST(LiquidPlan, LimitsHoldAndRefusalsAreRight) {
 }
 
 TEST(LiquidPlan, AToleranceOfPowerTightens) {
-  PlanRequest request = Lens(1.0, 22.0, 40.0, 48.0);
+  PlanRequest request = Lens(1.0, 200.0, 40.0, 48.0);
   request.limits = {Limit(LimitKind::Sharp, 3.0, 1.0, 8e-6)};
   request.sensor_tolerance = kSensor * kSensor * 0.1;  // 0.1 D
   const auto plan = Plan(request);
