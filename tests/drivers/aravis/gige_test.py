@@ -126,7 +126,7 @@ class GigeTest(unittest.TestCase):
 
     def test_it_is_listed(self):
         self.start()
-        listed = subprocess.run([os.path.join(BIN, "lens-run")], capture_output=True, text=True, timeout=60, check=False)
+        listed = self.daemon.lensctl("devices")
         self.assertEqual(listed.returncode, 0, listed.stderr)
         self.assertIn('serial = "TEST1"', listed.stdout)
 
