@@ -8,7 +8,7 @@
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <thread>
+#include <vector>
 
 #include "autofocus/session.h"
 #include "bench/autofocus/chart.h"
@@ -24,7 +24,8 @@ namespace {
 using nlohmann::ordered_json;
 
 struct Options {
-  std::string scene, method = "auto", csv, svg;
+  std::vector<std::string> scenes;
+  std::string method = "auto", csv, svg;
   int runs = 100;
   std::uint64_t seed = 1;
   double f_number_error = 1.0;
@@ -66,14 +67,16 @@ ordered_json JsonOf(const AutofocusSummary& summary) {
           {"errorDofP50", number(summary.error_dof_p50)},
           {"errorDofP95", number(summary.error_dof_p95)},
           {"errorDofMax", number(summary.error_dof_max)},
-          {"cpuMsPerFrame", summary.cpu_ms_per_frame}};
+          {"cpuMsPerFrame", summary.cpu_ms_per_frame},
+          {"rmsErrorPx", number(summary.rms_error_px)},
+          {"rmsFloorPx", number(summary.rms_floor_px)}};
 }
 
 void PrintTable(const std::vector<AutofocusSummary>& summaries) {
-  std::printf("%-16s %6s %8s %8s %8s %8s %12s %12s %14s %22s %8s\n", "method", "runs", "within", ">= 95 %", "false",
-              "refused", "frames", "moves", "ms", "error in DoF", "cpu ms");
-  std::printf("%-16s %6s %8s %8s %8s %8s %12s %12s %14s %22s %8s\n", "", "", "", "", "", "", "p50 / p95", "p50 / p95",
-              "p50 / p95", "p50 / p95 / max", "/ frame");
+  std::printf("%-16s %6s %8s %8s %8s %8s %12s %12s %14s %22s %8s %14s\n", "method", "runs", "within", ">= 95 %",
+              "false", "refused", "frames", "moves", "ms", "error in DoF", "cpu ms", "rms blur px");
+  std::printf("%-16s %6s %8s %8s %8s %8s %12s %12s %14s %22s %8s %14s\n", "", "", "", "", "", "", "p50 / p95",
+              "p50 / p95", "p50 / p95", "p50 / p95 / max", "/ frame", "error / floor");
   for (const AutofocusSummary& s : summaries) {
     std::printf("%-16s %6d %7.2f%% %7.2f%% %7.2f%% %7.2f%% %5.0f /%5.0f %5.0f /%5.0f %6.0f /%6.0f ", s.method.c_str(),
                 s.runs, 100 * s.within, 100 * s.within_low, 100 * s.false_focus, 100 * s.refused, s.frames_p50,
@@ -83,21 +86,25 @@ void PrintTable(const std::vector<AutofocusSummary>& summaries) {
     } else {
       std::printf("%22s", "-");
     }
-    std::printf(" %8.3f\n", s.cpu_ms_per_frame);
+    std::printf(" %8.3f", s.cpu_ms_per_frame);
+    if (s.rms_error_px) std::printf(" %6.3f /%6.3f", *s.rms_error_px, *s.rms_floor_px);
+    std::printf("\n");
   }
 }
 
-Result<void> WriteCsv(const std::string& path, const std::vector<MethodRuns>& methods) {
+Result<void> WriteCsv(const std::string& path, const std::vector<SceneRuns>& scenes) {
   std::ofstream file(path);
-  file << "method,run,startSteps,endSteps,focused,frames,moves,elapsedMs,cpuMs,errorD,halfDofD,errorDof,reason\n";
+  file << "scene,method,run,startSteps,endSteps,focused,frames,moves,elapsedMs,cpuMs,errorD,halfDofD,errorDof,reason\n";
   file.precision(17);
-  for (const auto& [method, runs] : methods) {
-    for (std::size_t i = 0; i < runs.size(); ++i) {
-      const AutofocusRunResult& run = runs[i];
-      const auto ms = [](Duration duration) { return std::chrono::duration<double, std::milli>(duration).count(); };
-      file << method << ',' << i << ',' << run.start_steps << ',' << run.end_steps << ',' << run.focused << ','
-           << run.frames << ',' << run.moves << ',' << ms(run.elapsed) << ',' << ms(run.cpu) << ',' << run.error_d
-           << ',' << run.half_dof_d << ',' << run.error_dof() << ",\"" << run.reason << "\"\n";
+  const auto ms = [](Duration duration) { return std::chrono::duration<double, std::milli>(duration).count(); };
+  for (const SceneRuns& scene : scenes) {
+    for (const auto& [method, runs] : scene.methods) {
+      for (std::size_t i = 0; i < runs.size(); ++i) {
+        const AutofocusRunResult& run = runs[i];
+        file << scene.name << ',' << method << ',' << i << ',' << run.start_steps << ',' << run.end_steps << ','
+             << run.focused << ',' << run.frames << ',' << run.moves << ',' << ms(run.elapsed) << ',' << ms(run.cpu)
+             << ',' << run.error_d << ',' << run.half_dof_d << ',' << run.error_dof() << ",\"" << run.reason << "\"\n";
+      }
     }
   }
   file.flush();
@@ -105,37 +112,49 @@ Result<void> WriteCsv(const std::string& path, const std::vector<MethodRuns>& me
   return {};
 }
 
-int Bench(const Options& options) {
-  auto scene = sim::LoadScene(options.scene);
-  if (!scene) return Complain(scene.error(), StatusOf(scene.error().code));
+Result<SceneRuns> RunScene(const std::string& path, const Options& options) {
+  auto scene = sim::LoadScene(path);
+  if (!scene) return PassOn(std::move(scene));
   auto pictures = sim::Pictures::Create(std::make_shared<const sim::Scene>(*std::move(scene)));
-  if (!pictures) return Complain(pictures.error(), EX_DATAERR);
-
-  std::vector<MethodRuns> methods;
-  std::vector<AutofocusSummary> summaries;
+  if (!pictures) return PassOn(std::move(pictures));
+  SceneRuns done;
+  done.name = std::filesystem::path(path).stem().string();
+  if (auto floor = FocusFloor::Create(**pictures))
+    done.floor = *std::move(floor);  // none: several subjects, or no light
   for (const std::string& method : MethodsFrom(options.method)) {
     AutofocusRuns wanted{
         .method = method, .runs = options.runs, .seed = options.seed, .f_number_error = options.f_number_error};
     auto runs = RunAutofocus(*pictures, wanted);
-    if (!runs) return Complain(runs.error(), StatusOf(runs.error().code));
-    summaries.push_back(Summarise(method, *runs));
-    methods.emplace_back(method, *std::move(runs));
+    if (!runs) return PassOn(std::move(runs));
+    done.methods.emplace_back(method, *std::move(runs));
+  }
+  return done;
+}
+
+int Bench(const Options& options) {
+  std::vector<SceneRuns> scenes;
+  ordered_json rows = ordered_json::array();
+  for (const std::string& path : options.scenes) {
+    auto scene = RunScene(path, options);
+    if (!scene) return Complain(scene.error(), StatusOf(scene.error().code));
+    std::vector<AutofocusSummary> summaries;
+    for (const auto& [method, runs] : scene->methods) {
+      summaries.push_back(Summarise(method, runs, scene->floor ? &*scene->floor : nullptr));
+      rows.push_back(JsonOf(summaries.back()));
+      if (options.scenes.size() > 1) rows.back()["scene"] = scene->name;
+    }
+    if (!options.as_json && options.scenes.size() > 1) std::printf("%s\n", scene->name.c_str());
+    if (!options.as_json) PrintTable(summaries);
+    scenes.push_back(*std::move(scene));
   }
   if (!options.csv.empty()) {
-    if (auto written = WriteCsv(options.csv, methods); !written) return Complain(written.error(), EX_IOERR);
+    if (auto written = WriteCsv(options.csv, scenes); !written) return Complain(written.error(), EX_IOERR);
   }
   if (!options.svg.empty()) {
-    const std::string name = std::filesystem::path(options.scene).stem().string();
-    auto written = io::WriteSvg(options.svg, AutofocusChart(name, methods));
+    auto written = io::WriteSvg(options.svg, AutofocusChart(scenes));
     if (!written) return Complain(written.error(), EX_IOERR);
   }
-  if (options.as_json) {
-    ordered_json all = ordered_json::array();
-    for (const AutofocusSummary& summary : summaries) all.push_back(JsonOf(summary));
-    std::cout << all.dump() << "\n";
-  } else {
-    PrintTable(summaries);
-  }
+  if (options.as_json) std::cout << rows.dump() << "\n";
   return EX_OK;
 }
 
@@ -146,7 +165,7 @@ int RunAutofocusCommand(int argc, char** argv) {
       "Runs autofocus methods on a scene on stepped clocks, each run from another start with other noise.\n"
       "Errors are in whole depths of field: `within` means at most 0.5, `false` means focused and beyond 1.");
   Options options;
-  app.add_option("--scene", options.scene, "scene file")->required();
+  app.add_option("--scene", options.scenes, "scene file; several make one chart of all")->required();
   app.add_option("--method", options.method, "a method's name, auto, or all")->capture_default_str();
   app.add_option("--runs", options.runs, "runs of each method")->check(CLI::Range(1, 1000000))->capture_default_str();
   app.add_option("--seed", options.seed, "of starts and noise")->capture_default_str();

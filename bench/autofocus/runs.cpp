@@ -33,6 +33,18 @@ void Score(const sim::Truth& truth, const sim::Scene& scene, AutofocusRunResult&
   }
 }
 
+/// Signed blur of the first subject with the lens at `steps`, px of diameter.
+double BlurAt(const sim::Truth& truth, const sim::Scene& scene, double steps) {
+  if (truth.subjects().empty()) return 0.0;
+  const sim::LensSettings& lens = scene.lens;
+  const sim::TrueState state = truth.Now();
+  const double f = state.optics.focal_length_m;
+  const double step_m = 1e-3 * (lens.max_extension_mm - lens.min_extension_mm) / (lens.steps - 1.0);
+  const double extension_m = 1e-3 * lens.min_extension_mm + steps * step_m;
+  const double focused_m = 1.0 / (1.0 / f - truth.subjects().front().vergence_d) - f;
+  return (extension_m - focused_m) * state.optics.aperture_diameter_m / f / (scene.camera.pixel_um * 1e-6);
+}
+
 Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& pictures, const AutofocusRuns& wanted,
                                    std::uint64_t seed) {
   const sim::Scene& scene = pictures->scene();
@@ -53,7 +65,10 @@ Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& picture
   std::optional<Result<rig::AutofocusOutcome>> end;
   rig::AutofocusRequest request;
   request.method = wanted.method;
-  (*rig)->Autofocus(request, nullptr, [&](Result<rig::AutofocusOutcome> outcome) { end = std::move(outcome); });
+  const auto note = [&](const rig::AutofocusProgress& now) {
+    result.blurs_px.push_back(BlurAt(*world->truth, scene, now.position.value));
+  };
+  (*rig)->Autofocus(request, note, [&](Result<rig::AutofocusOutcome> outcome) { end = std::move(outcome); });
   while (!end && clock.Now() < Instant{kPatience}) clock.AdvanceTo((*rig)->Step(clock.Now()));
   if (!end) return Fail(Code::Internal, "an autofocus run did not end by itself");
   if (!*end) return PassOn(*std::move(end));

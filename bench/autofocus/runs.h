@@ -25,7 +25,9 @@ struct AutofocusRunResult {
   double error_d = 0.0;     ///< |U - U_true| where the lens stands, against the nearest subject of the region
   double half_dof_d = 0.0;  ///< the vergence step that costs two pixels of blur there
   std::string reason;
+  std::vector<double> blurs_px;  ///< signed blur of every frame it took, by where the lens reported to stand
 
+  double error_px() const { return 2.0 * error_d / half_dof_d; }  ///< diameter of the blur that is left
   double error_dof() const { return error_d / (2.0 * half_dof_d); }
   bool within() const { return focused && error_d <= half_dof_d; }
   bool false_focus() const { return focused && error_d > 2.0 * half_dof_d; }

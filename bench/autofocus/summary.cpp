@@ -36,7 +36,8 @@ double Percentile(std::vector<double> values, double part) {
   return *at;
 }
 
-AutofocusSummary Summarise(const std::string& method, const std::vector<AutofocusRunResult>& results) {
+AutofocusSummary Summarise(const std::string& method, const std::vector<AutofocusRunResult>& results,
+                           const FocusFloor* floor) {
   AutofocusSummary summary;
   summary.method = method;
   summary.runs = static_cast<int>(results.size());
@@ -72,6 +73,20 @@ AutofocusSummary Summarise(const std::string& method, const std::vector<Autofocu
   summary.error_dof_p50 = Percentile(errors, 0.50);
   summary.error_dof_p95 = Percentile(errors, 0.95);
   summary.error_dof_max = Percentile(errors, 1.0);
+  double error2 = 0.0, floor2 = 0.0;
+  int counted = 0;
+  for (const AutofocusRunResult& run : results) {
+    if (floor == nullptr || !run.within()) continue;
+    const double bound = std::hypot(floor->BoundPx(run.blurs_px), floor->quantisation_px());
+    if (!std::isfinite(bound)) continue;
+    error2 += run.error_px() * run.error_px();
+    floor2 += bound * bound;
+    ++counted;
+  }
+  if (counted > 0) {
+    summary.rms_error_px = std::sqrt(error2 / counted);
+    summary.rms_floor_px = std::sqrt(floor2 / counted);
+  }
   return summary;
 }
 

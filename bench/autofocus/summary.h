@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/autofocus/floor.h"
 #include "bench/autofocus/runs.h"
 
 namespace lensd::bench {
@@ -23,9 +24,12 @@ struct AutofocusSummary {
   double elapsed_ms_p50 = 0.0, elapsed_ms_p95 = 0.0;
   std::optional<double> error_dof_p50, error_dof_p95, error_dof_max;
   double cpu_ms_per_frame = 0.0;
+  std::optional<double> rms_error_px;  ///< of blur, over the focused runs within half a depth of field
+  std::optional<double> rms_floor_px;  ///< what the light of those runs' frames and the motor's step allow
 };
 
-AutofocusSummary Summarise(const std::string& method, const std::vector<AutofocusRunResult>& results);
+AutofocusSummary Summarise(const std::string& method, const std::vector<AutofocusRunResult>& results,
+                           const FocusFloor* floor = nullptr);
 
 /// Lower end of the 95 % Wilson score interval of `hits` out of `runs` > 0.
 double WilsonLow(int hits, int runs);

@@ -65,8 +65,8 @@ TEST_P(Regimes, SucceedsOrRefuses) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shipped, Regimes,
-                         ::testing::Values("end-of-range", "flicker", "gradient", "lights", "low-light", "shake", "sinusoid",
-                                           "small-window", "two-depths", "worn-mechanics"),
+                         ::testing::Values("end-of-range", "flicker", "gradient", "lights", "low-light", "shake",
+                                           "sinusoid", "small-window", "two-depths", "worn-mechanics"),
                          [](const auto& scene) {
                            std::string name = scene.param;
                            std::erase(name, '-');
@@ -92,6 +92,27 @@ TEST(ClosedLoopTest, RunsRepeatWhateverTheThreads) {
     EXPECT_EQ(once[i].elapsed, again[i].elapsed);
   }
   EXPECT_NE(once[0].start_steps, once[1].start_steps);
+}
+
+TEST(FocusFloorTest, IsWhatTheFramesAllow) {
+  const auto pictures = PicturesOf("score/ground.toml");
+  const auto floor = FocusFloor::Create(*pictures);
+  ASSERT_TRUE(floor) << floor.error().message;
+  // 1 mm over 4095 steps at f/2.8 is 0.0253 px of blur a step.
+  EXPECT_NEAR(floor->quantisation_px(), 1e-3 / 4095 / 2.8 / 3.45e-6 / std::sqrt(12.0), 1e-5);
+  const auto bound = [&](std::vector<double> blurs) { return floor->BoundPx(blurs); };
+  // One frame alone decides nothing, as does a second one just like it; far apart they decide, and more light or frames
+  // only help.
+  EXPECT_GT(bound({8.0}), 1e2);
+  EXPECT_GT(bound({8.0, 8.0}), 1e2);
+  EXPECT_LT(bound({-4.0, 4.0}), 0.1);
+  EXPECT_LT(bound({4.0, 12.0, 0.0}), bound({4.0, 12.0}));
+  EXPECT_GT(bound({30.0, 38.0}), bound({4.0, 12.0}));
+  const auto dim = FocusFloor::Create(*PicturesOf("score/ground-dim.toml"));
+  ASSERT_TRUE(dim) << dim.error().message;
+  const double blurs[] = {-4.0, 4.0};
+  EXPECT_GT(dim->BoundPx(blurs), 3.0 * floor->BoundPx(blurs));
+  EXPECT_FALSE(FocusFloor::Create(*PicturesOf("regimes/two-depths.toml")));
 }
 
 TEST(SummaryTest, WilsonIntervalMatchesPublishedValues) {
