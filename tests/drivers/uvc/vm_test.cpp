@@ -79,9 +79,10 @@ Settings SettingsOf(const std::string& serial, std::map<std::string, Settings::V
 
 /// One simulated camera of each kind for all tests: plugging in takes a while.
 UvcCamera& CameraOf(const UvcOptions& options) {
+  const Clock& clock = Now();  // made first, so that it is there when the cameras go
   static std::map<std::string, std::unique_ptr<UvcCamera>> cameras;
   auto& camera = cameras[options.serial];
-  if (!camera) camera = UvcCamera::Create(TheScene(), Now(), options).value();
+  if (!camera) camera = UvcCamera::Create(TheScene(), clock, options).value();
   return *camera;
 }
 
