@@ -30,6 +30,7 @@ inline constexpr std::initializer_list<AddCommand> kCommands = {
     AddSnapshot,
     AddStack,
     AddMonitor,
+    AddLease,
     AddDoctor,
     AddCall,
     AddIntrospect,

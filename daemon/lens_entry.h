@@ -12,6 +12,13 @@
 namespace lensd::daemon {
 
 struct LensService::Lens {
+  /// Who alone may move it.
+  struct Lease {
+    std::string key;
+    const void* owner = nullptr;   ///< its connection; null: it ends with a time
+    std::optional<Instant> until;  ///< when it ends
+  };
+
   LensConfig config;
   std::string name;
   std::string info;                           ///< LensInfo, serialised
@@ -19,8 +26,9 @@ struct LensService::Lens {
   std::shared_ptr<const rig::Status> status;  ///< what `text` says
   std::optional<Planning> planning;           ///< none: the optics are not known
   std::string published;                      ///< the worker's thread: last state it told of, to see changes
-  std::unique_ptr<Worker> worker;             ///< none: the lens has not been there yet
-  std::optional<Retry> retry;                 ///< until then
+  std::optional<Lease> lease;
+  std::unique_ptr<Worker> worker;  ///< none: the lens has not been there yet
+  std::optional<Retry> retry;      ///< until then
 };
 
 }  // namespace lensd::daemon

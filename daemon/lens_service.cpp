@@ -49,6 +49,8 @@ LensService::LensService(EventLoop& loop, const Clock& clock, std::string state)
                {"Home", &LensService::Home},
                {"Stop", &LensService::Stop},
                {"ResetFaults", &LensService::ResetFaults},
+               {"TakeLease", &LensService::TakeLease},
+               {"DropLease", &LensService::DropLease},
                {"Plan", &LensService::Plan},
                {"Autofocus", &LensService::Autofocus},
                {"Snapshot", &LensService::Snapshot},
@@ -170,7 +172,7 @@ void LensService::TellWatchers(const Lens& lens) {
 }
 
 void LensService::Serve(std::string_view method, const ExchangePointer& exchange) {
-  (this->*handlers_.at(method))(exchange);
+  if (MayDrive(method, exchange)) (this->*handlers_.at(method))(exchange);
 }
 
 LensService::Lens* LensService::FindLens(const ExchangePointer& exchange) {

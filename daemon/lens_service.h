@@ -67,6 +67,11 @@ class LensService final : public Service {
   void HomeAtStart(Lens& lens);
   void Stop(const ExchangePointer& exchange);
   void ResetFaults(const ExchangePointer& exchange);
+  void TakeLease(const ExchangePointer& exchange);
+  void DropLease(const ExchangePointer& exchange);
+  /// False: a lease of somebody else stands against the call, and it has been told.
+  bool MayDrive(std::string_view method, const ExchangePointer& exchange);
+  bool LeaseHolds(Lens& lens) const;
   void Plan(const ExchangePointer& exchange);
   void Apply(const ExchangePointer& exchange, Lens& lens, optics::PlanRequest request, const LensPlan& plan);
   void Autofocus(const ExchangePointer& exchange);

@@ -13,6 +13,7 @@ void AddMonitor(CLI::App& root, Run& run);
 void AddFocus(CLI::App& root, Run& run);
 void AddAperture(CLI::App& root, Run& run);
 void AddHome(CLI::App& root, Run& run);
+void AddLease(CLI::App& root, Run& run);
 void AddStop(CLI::App& root, Run& run);
 void AddAutofocus(CLI::App& root, Run& run);
 void AddStack(CLI::App& root, Run& run);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <utility>
 
 #include "proto/interfaces.h"
@@ -39,6 +40,18 @@ constexpr std::array kKnownErrors = {
     KnownError{proto::kMethodNotImplemented, Exit::Unavailable},
     KnownError{proto::kExpectedMore, Exit::Usage},
 };
+
+/// Methods that move a lens take the key of its lease, which $LENSD_LEASE hands from one command to the next.
+Json WithLease(std::string_view method, Json parameters) {
+  constexpr std::array<std::string_view, 6> kDriving = {"Move",      "Home",           "Plan",
+                                                        "Autofocus", "AutofocusBegin", "DropLease"};
+  const char* const key = std::getenv("LENSD_LEASE");
+  const auto name = method.substr(method.rfind('.') + 1);
+  const bool takes_it =
+      method.starts_with(proto::kLensInterface) && std::ranges::find(kDriving, name) != kDriving.end();
+  if (key != nullptr && *key != 0 && takes_it && !parameters.contains("lease")) parameters["lease"] = key;
+  return parameters;
+}
 
 /// Becomes readable on Control-C or SIGTERM while it lives.
 class SignalWatch {
@@ -93,7 +106,7 @@ std::expected<Link, Failure> Link::Open(const Session& session) {
 
 std::expected<Json, Failure> Link::Ask(std::string_view method, Json parameters, Duration patience) {
   client_.SetDeadline(MonotonicClock().Now() + timeout_.value_or(patience));
-  auto reply = client_.Invoke(method, std::move(parameters));
+  auto reply = client_.Invoke(method, WithLease(method, std::move(parameters)));
   if (!reply) return Refuse(reply);
   if (!reply->error.empty()) return std::unexpected(FailureOf(*reply));
   return std::move(reply->parameters);
@@ -106,7 +119,7 @@ std::expected<Json, Failure> Link::Follow(std::string_view method, Json paramete
   client_.SetDeadline(timeout_ ? std::optional(MonotonicClock().Now() + *timeout_) : std::nullopt);
   proto::Call call;
   call.method = method;
-  call.parameters = std::move(parameters);
+  call.parameters = WithLease(method, std::move(parameters));
   call.more = true;
   if (auto sent = client_.Send(call); !sent) return Refuse(sent);
   for (;;) {

@@ -1,0 +1,70 @@
+// lease take, lease drop.
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <optional>
+
+#include "cli/online/arguments.h"
+#include "cli/online/commands.h"
+#include "cli/online/link.h"
+#include "cli/quantity.h"
+
+namespace lensd::cli {
+namespace {
+
+using proto::Json;
+
+/// Without a time the lease lives as long as this command.
+Outcome Take(Session& session, const std::string& name, const std::string& time) {
+  Json parameters{{"lens", LensOf(name)}};
+  if (!time.empty()) {
+    const auto wanted = ParseTime(time, "--for");
+    if (!wanted) return Refuse(wanted);
+    parameters["forMs"] = std::chrono::duration<double, std::milli>(*wanted).count();
+  }
+  auto link = Link::Open(session);
+  if (!link) return std::unexpected(link.error());
+  const auto taken = link->Ask(MethodOfLens("TakeLease"), parameters);
+  if (!taken) return std::unexpected(taken.error());
+  if (session.json()) {
+    session.PrintJson(*taken);
+  } else {
+    session.PrintText((*taken).value("lease", ""));
+  }
+  session.Remark("nobody else can move " + (*taken).value("lens", "") + " now; set LENSD_LEASE to this key to move it");
+  if (!time.empty()) return Exit::Done;
+  session.Remark("Control-C ends the lease");
+  auto ended = link->Follow(MethodOfLens("Monitor"), {{"lens", (*taken)["lens"]}}, [](const Json&) { return true; });
+  if (!ended && ended.error().status == Exit::TryAgain) return Exit::Done;  // Control-C or --timeout
+  if (!ended) return std::unexpected(ended.error());
+  return Exit::Done;
+}
+
+Outcome Drop(Session& session, const std::string& name) {
+  auto link = Link::Open(session);
+  if (!link) return std::unexpected(link.error());
+  const auto dropped = link->Ask(MethodOfLens("DropLease"), {{"lens", LensOf(name)}});
+  if (!dropped) return std::unexpected(dropped.error());
+  session.json() ? session.PrintJson({{"dropped", true}}) : session.PrintText("dropped");
+  return Exit::Done;
+}
+
+}  // namespace
+
+void AddLease(CLI::App& root, Run& run) {
+  struct Options {
+    std::string name, time;
+  };
+  auto options = std::make_shared<Options>();
+  auto* command = root.add_subcommand("lease", "keep others from moving a lens; stopping it stays open to all");
+  command->group(kOnline)->require_subcommand(1);
+  auto* take = command->add_subcommand("take", "takes the lease, prints its key, and holds it until Control-C");
+  take->add_option("NAME", options->name, "lens");
+  take->add_option("--for", options->time, "do not wait: it ends after this time, such as 10min")->type_name("TIME");
+  take->callback(
+      [&run, options] { run = [options](Session& session) { return Take(session, options->name, options->time); }; });
+  auto* drop = command->add_subcommand("drop", "ends the lease whose key is in LENSD_LEASE");
+  drop->add_option("NAME", options->name, "lens");
+  drop->callback([&run, options] { run = [options](Session& session) { return Drop(session, options->name); }; });
+}
+
+}  // namespace lensd::cli

@@ -1,0 +1,89 @@
+"""A lease keeps everybody else from moving a lens, and ends with its connection or its time."""
+import json
+import os
+import signal
+import subprocess
+import unittest
+
+from harness import BIN, LENS, DaemonTest
+
+
+class Lease(DaemonTest):
+    def move(self, client, native, **parameters):
+        return client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": native}, **parameters})
+
+    def take(self, client, **parameters):
+        return client.call(LENS + "TakeLease", {"lens": "a", **parameters})["parameters"]["lease"]
+
+    def test_others_cannot_move_and_can_stop(self):
+        with self.daemon.client() as owner, self.daemon.client() as other:
+            key = self.take(owner)
+            self.assertEqual(self.move(other, 10)["error"], LENS + "Busy")
+            for method, parameters in (("Home", {}), ("Autofocus", {}), ("AutofocusBegin", {}),
+                                       ("Plan", {"request": {}, "apply": True})):
+                reply = other.call(LENS + method, {"lens": "a", **parameters})
+                self.assertEqual(reply.get("error"), LENS + "Busy", method)
+            self.assertEqual(other.call(LENS + "Stop", {"lens": "a"}), {"parameters": {}})
+            self.assertNotIn("error", other.call(LENS + "Plan", {"lens": "a", "request": {}}))
+            self.assertNotIn("error", other.call(LENS + "Status", {"lens": "a"}))
+            self.assertTrue(self.move(owner, 20)["parameters"]["move"]["reached"])
+            self.assertTrue(self.move(other, 30, lease=key)["parameters"]["move"]["reached"])
+            self.assertEqual(self.move(other, 40, lease="wrong")["error"], LENS + "Busy")
+            self.assertEqual(other.call(LENS + "TakeLease", {"lens": "a"})["error"], LENS + "Busy")
+            self.assertEqual(other.call(LENS + "DropLease", {"lens": "a"})["error"], LENS + "Busy")
+            moved = other.call(LENS + "Move", {"lens": "b", "axis": "focus", "target": {"native": 5}})
+            self.assertTrue(moved["parameters"]["move"]["reached"])  # another lens is not concerned
+            self.assertEqual(owner.call(LENS + "DropLease", {"lens": "a"}), {"parameters": {}})
+            self.assertTrue(self.move(other, 50)["parameters"]["move"]["reached"])
+
+    def test_it_ends_with_its_connection(self):
+        with self.daemon.client() as other:
+            with self.daemon.client() as owner:
+                self.take(owner)
+                self.assertEqual(self.move(other, 10)["error"], LENS + "Busy")
+            self.wait_for(lambda: "error" not in self.move(other, 10))
+
+    def test_it_ends_with_its_time_and_not_with_its_connection(self):
+        with self.daemon.client() as other:
+            with self.daemon.client() as owner:
+                self.take(owner, forMs=1500)
+            self.assertEqual(self.move(other, 10)["error"], LENS + "Busy")
+            self.wait_for(lambda: "error" not in self.move(other, 10))
+
+    def test_a_key_drops_it_from_anywhere(self):
+        with self.daemon.client() as owner, self.daemon.client() as other:
+            key = self.take(owner, forMs=60000)
+            self.assertEqual(other.call(LENS + "DropLease", {"lens": "a", "lease": key}), {"parameters": {}})
+            self.assertTrue(self.move(other, 60)["parameters"]["move"]["reached"])
+            self.assertEqual(other.call(LENS + "DropLease", {"lens": "a"}), {"parameters": {}})  # harmless
+
+    def test_times_that_make_no_sense(self):
+        with self.daemon.client() as client:
+            for time in (0, -5, 1e12):
+                self.assertEqual(client.call(LENS + "TakeLease", {"lens": "a", "forMs": time})["error"],
+                                 LENS + "InvalidRequest")
+
+    def test_lensctl(self):
+        taken = self.daemon.lensctl("lease", "take", "a", "--for", "60s", "--json")
+        key = json.loads(taken.stdout)["lease"]
+        refused = self.daemon.lensctl("focus", "a", "@70")
+        self.assertEqual((refused.returncode, refused.stdout), (75, ""))
+        environment = {**os.environ, "LENSD_LEASE": key}
+        self.assertEqual(self.daemon.lensctl("focus", "a", "@70", env=environment).returncode, 0)
+        self.assertEqual(self.daemon.lensctl("lease", "drop", "a").returncode, 75)
+        self.assertEqual(self.daemon.lensctl("lease", "drop", "a", env=environment).returncode, 0)
+        self.assertEqual(self.daemon.lensctl("focus", "a", "@80").returncode, 0)
+
+    def test_lensctl_holds_it_until_it_is_ended(self):
+        holder = subprocess.Popen([os.path.join(BIN, "lensctl"), "--socket", self.daemon.socket, "lease", "take", "a"],
+                                  stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        with holder, self.daemon.client() as other:
+            self.assertEqual(len(holder.stdout.readline().strip()), 16)
+            self.assertEqual(self.move(other, 10)["error"], LENS + "Busy")
+            holder.send_signal(signal.SIGINT)
+            self.assertIn(holder.wait(timeout=60), (0, -signal.SIGINT))  # it may not wait for signals yet
+            self.wait_for(lambda: "error" not in self.move(other, 10))
+
+
+if __name__ == "__main__":
+    unittest.main()
