@@ -22,6 +22,7 @@ struct KnownError {
 };
 constexpr std::array kKnownErrors = {
     KnownError{"io.lensd.Lens.LensNotFound", Exit::Unavailable},
+    KnownError{"io.lensd.Lens.PresetNotFound", Exit::No},
     KnownError{"io.lensd.Lens.InvalidRequest", Exit::Usage},
     KnownError{"io.lensd.Lens.OutOfRange", Exit::Usage},
     KnownError{"io.lensd.Lens.Unsupported", Exit::Unavailable},
