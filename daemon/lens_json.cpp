@@ -84,17 +84,25 @@ Json AxesInfoJson(const rig::Rig& rig) {
   return axes;
 }
 
-Json OpticsJson(const drivers::NominalOptics& optics, const rig::RigConfig& config, const Planning& planning) {
+Json OpticsJson(const rig::OpticsTable& table, const rig::RigConfig& config, const Planning& planning,
+                const std::string& calibration_file) {
+  const drivers::NominalOptics& optics = table.nominal();
   return {{"focalLengthMm", optics.focal_length_m * kMmPerMetre},
           {"fNumberMin", optics.min_f_number},
           {"fNumberMax", optics.max_f_number},
-          {"extensionMinMm", optics.min_extension_m * kMmPerMetre},
-          {"extensionMaxMm", optics.max_extension_m * kMmPerMetre},
+          {"extensionMinMm", planning.defaults.extensions.low.value * kMmPerMetre},
+          {"extensionMaxMm", planning.defaults.extensions.high.value * kMmPerMetre},
           {"principalGapMm", config.scale.principal_gap.value * kMmPerMetre},
           {"pupilFactor", config.pupil_factor},
           {"distanceFrom", OriginName(config.scale.from)},
           {"sensorToleranceUm", planning.defaults.sensor_tolerance.value * kUmPerMetre},
-          {"fNumberTolerance", planning.defaults.f_number_tolerance.value}};
+          {"fNumberTolerance", planning.defaults.f_number_tolerance.value},
+          {"focalLengthMaxMm",
+           optics.max_focal_length_m > 0.0 ? Json(optics.max_focal_length_m * kMmPerMetre) : Json(nullptr)},
+          {"focalLengthTolerance", table.focal_length_tolerance()},
+          {"grade", GradeName(table.grade())},
+          {"calibrationErrorUm", Optional(table.error(), kUmPerMetre)},
+          {"calibrationFile", calibration_file.empty() ? Json(nullptr) : Json(calibration_file)}};
 }
 
 Json CameraJson(const drivers::CameraCapabilities& camera) {
@@ -112,14 +120,14 @@ Json CameraJson(const drivers::CameraCapabilities& camera) {
 }  // namespace
 
 Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config,
-              const std::optional<Planning>& planning) {
+              const std::optional<Planning>& planning, const std::string& calibration_file) {
   const drivers::Capabilities& lens = rig.lens();
   return {{"name", name},
           {"driver", lens.driver},
           {"model", lens.model},
           {"serial", lens.serial},
           {"axes", AxesInfoJson(rig)},
-          {"optics", planning ? OpticsJson(rig.optics()->nominal(), config, *planning) : Json(nullptr)},
+          {"optics", planning ? OpticsJson(*rig.optics(), config, *planning, calibration_file) : Json(nullptr)},
           {"camera", rig.camera() ? CameraJson(*rig.camera()) : Json(nullptr)}};
 }
 
@@ -153,6 +161,9 @@ Json StatusJson(const std::string& name, const rig::Status& status) {
           {"focusM", DistanceJson(status.vergence)},
           {"extensionMm", Optional(status.extension, kMmPerMetre)},
           {"fNumber", Optional(status.f_number)},
+          {"focalLengthMm", Optional(status.focal_length, kMmPerMetre)},
+          {"grade", status.optics ? Json(GradeName(status.grade)) : Json(nullptr)},
+          {"calibrationErrorUm", Optional(status.extension_error, kUmPerMetre)},
           {"temperatureC", Optional(status.temperature)}};
 }
 
@@ -170,12 +181,34 @@ Json MoveJson(const std::string& name, const rig::MoveOutcome& outcome) {
             {"elapsedMs", Milliseconds(outcome.elapsed)}};
   if (outcome.axis == Axis::Focus) move["vergenceD"] = Optional(outcome.vergence);
   if (outcome.axis == Axis::Iris) move["fNumber"] = Optional(outcome.f_number);
+  if (outcome.vergence_bound) move["vergenceBoundD"] = Optional(outcome.vergence_bound);
+  if (outcome.focal_length) {
+    move["focalLengthMm"] = Optional(outcome.focal_length, kMmPerMetre);
+    move["focalLengthBoundMm"] = Optional(outcome.focal_length_bound, kMmPerMetre);
+  }
   if (outcome.extension_bound) {
     move["boundUm"] = Optional(outcome.extension_bound, kUmPerMetre);
   } else {
     move["bound"] = NativeJson(outcome.bound.value);
   }
   return move;
+}
+
+Json PresetJson(const rig::Preset& preset) {
+  return {{"label", preset.label},
+          {"saved", preset.saved},
+          {"focusSteps", Optional(preset.native[Axis::Focus])},
+          {"irisSteps", Optional(preset.native[Axis::Iris])},
+          {"zoomSteps", Optional(preset.native[Axis::Zoom])},
+          {"filter", Optional(preset.native[Axis::Filter])},
+          {"approachUp", preset.approach_up},
+          {"vergenceD", Optional(preset.vergence)},
+          {"vergenceBoundD", Optional(preset.vergence_bound)},
+          {"focusM", DistanceJson(preset.vergence)},
+          {"fNumber", Optional(preset.f_number)},
+          {"focalLengthMm", Optional(preset.focal_length, kMmPerMetre)},
+          {"temperatureC", Optional(preset.temperature)},
+          {"grade", GradeName(preset.grade)}};
 }
 
 Json MoveProgressJson(Axis axis, const rig::AxisStatus& status) {

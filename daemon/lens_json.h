@@ -5,19 +5,22 @@
 
 #include "planning.h"
 #include "proto/json.h"
+#include "rig/presets.h"
 #include "rig/rig.h"
 
 namespace lensd::daemon {
 
 /// LensInfo.
 proto::Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config,
-                     const std::optional<Planning>& planning);
+                     const std::optional<Planning>& planning, const std::string& calibration_file);
 /// LensInfo of a lens that has not been there yet.
 proto::Json AbsentInfoJson(const std::string& name, std::string_view driver);
 /// LensStatus without readAtMs: equal values mean that nothing changed.
 proto::Json StatusJson(const std::string& name, const rig::Status& status);
 /// MoveResult.
 proto::Json MoveJson(const std::string& name, const rig::MoveOutcome& outcome);
+/// A state under a label.
+proto::Json PresetJson(const rig::Preset& preset);
 /// MoveProgress.
 proto::Json MoveProgressJson(drivers::Axis axis, const rig::AxisStatus& status);
 /// AutofocusResult.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "calibration_store.h"
 #include "lens_entry.h"
 #include "lens_json.h"
 #include "log.h"
@@ -58,7 +59,14 @@ LensService::LensService(EventLoop& loop, const Clock& clock, std::string state)
                {"AutofocusPixels", &LensService::AutofocusPixels},
                {"AutofocusFrame", &LensService::AutofocusFrame},
                {"AutofocusScore", &LensService::AutofocusScore},
-               {"AutofocusEnd", &LensService::AutofocusEnd}};
+               {"AutofocusEnd", &LensService::AutofocusEnd},
+               {"Calibration", &LensService::Calibration},
+               {"Calibrate", &LensService::Calibrate},
+               {"Backlash", &LensService::Backlash},
+               {"PresetSave", &LensService::PresetSave},
+               {"PresetList", &LensService::PresetList},
+               {"PresetRecall", &LensService::PresetRecall},
+               {"PresetRemove", &LensService::PresetRemove}};
 }
 
 LensService::~LensService() = default;
@@ -74,13 +82,8 @@ std::unique_ptr<rig::PositionMemory> LensService::MemoryOf(const std::string& le
   return store;
 }
 
-Result<std::unique_ptr<rig::Rig>> LensService::CreateRig(const LensConfig& config, drivers::Device device) const {
-  const std::string serial = device.lens->capabilities().serial;
-  return rig::Rig::Create(config.rig, std::move(device), clock_, nullptr, MemoryOf(config.name, serial));
-}
-
 Result<void> LensService::AddLens(const LensConfig& config, drivers::Device device) {
-  auto rig = CreateRig(config, std::move(device));
+  auto rig = MakeRig(config, std::move(device));
   if (!rig) return PassOn(std::move(rig));
   lenses_.push_back(std::make_unique<Lens>());
   lenses_.back()->config = config;
@@ -90,8 +93,17 @@ Result<void> LensService::AddLens(const LensConfig& config, drivers::Device devi
 }
 
 void LensService::StartRig(Lens& lens, std::unique_ptr<rig::Rig> rig) {
+  lens.calibration_file = CalibrationFile(lens.config, state_, rig->lens().serial);
+  lens.presets_file = PresetsFile(lens.config, state_);
+  if (auto presets = LoadPresets(lens.presets_file); presets) {
+    lens.presets = *std::move(presets);
+  } else {
+    Log(Severity::Warning, Event::LensLost, presets.error().message + ": no presets until that is mended", lens.name);
+    lens.presets_broken = presets.error().message;
+  }
+  lens.planned_for = rig->GetStatus().optics;
   lens.planning = PlanningOf(*rig, lens.config.rig);
-  lens.info = proto::WriteJson(InfoJson(lens.name, *rig, lens.config.rig, lens.planning));
+  lens.info = proto::WriteJson(InfoJson(lens.name, *rig, lens.config.rig, lens.planning, lens.calibration_file));
   lens.status = std::make_shared<const rig::Status>(rig->GetStatus());
   lens.text = StatusText(lens.name, *lens.status);
   lens.worker = std::make_unique<Worker>(std::move(rig), clock_,
@@ -117,7 +129,7 @@ void LensService::AddAbsentLens(const LensConfig& config, const Error& why,
 /// On the thread of the lens' Retry.
 bool LensService::TryToOpen(Lens& lens, const std::function<Result<drivers::Device>()>& open) {
   auto device = open();
-  auto rig = device ? CreateRig(lens.config, *std::move(device))
+  auto rig = device ? MakeRig(lens.config, *std::move(device))
                     : Result<std::unique_ptr<rig::Rig>>(std::unexpected(device.error()));
   const bool opened = rig.has_value();
   loop_.Post([this, &lens, rig = std::move(rig)]() mutable {
@@ -134,6 +146,39 @@ bool LensService::TryToOpen(Lens& lens, const std::function<Result<drivers::Devi
     TellWatchers(lens);
   });
   return opened;
+}
+
+Result<std::unique_ptr<rig::Rig>> LensService::MakeRig(const LensConfig& config, drivers::Device device) const {
+  const std::string serial = device.lens->capabilities().serial;
+  const std::string file = CalibrationFile(config, state_, serial);
+  auto calibration = LoadCalibration(file);
+  if (!calibration) return PassOn(std::move(calibration));
+  if (!*calibration && config.rig.calibration_path) {
+    Log(Severity::Warning, Event::LensLost, file + " is not there yet: uncalibrated until lensctl calibrate",
+        config.name);
+  }
+  auto rig = rig::Rig::Create(config.rig, std::move(device), clock_, *calibration, MemoryOf(config.name, serial));
+  if (!rig && *calibration) return Fail(Code::BadData, file + ": " + rig.error().message);
+  return rig;
+}
+
+bool LensService::Stale(const Lens& lens) const {
+  return lens.worker && lens.status->optics != lens.planned_for &&
+         lens.status->activity.kind == rig::Activity::Kind::Idle;
+}
+
+void LensService::Replan(Lens& lens, std::function<void()> then) {
+  lens.worker->Submit([&lens, then = std::move(then)](rig::Rig& rig) mutable {
+    auto planning = PlanningOf(rig, lens.config.rig);
+    std::string info = proto::WriteJson(InfoJson(lens.name, rig, lens.config.rig, planning, lens.calibration_file));
+    lens.worker->Later([&lens, planning = std::move(planning), info = std::move(info), optics = rig.GetStatus().optics,
+                        then = std::move(then)]() mutable {
+      lens.planning = std::move(planning);
+      lens.info = std::move(info);
+      lens.planned_for = std::move(optics);
+      then();
+    });
+  });
 }
 
 /// On the worker's thread.

@@ -14,6 +14,8 @@
 #include "event_loop.h"
 #include "planning.h"
 #include "plug_signal.h"
+#include "rig/backlash.h"
+#include "rig/presets.h"
 #include "rig/rig.h"
 #include "router.h"
 #include "task_thread.h"
@@ -54,7 +56,6 @@ class LensService final : public Service {
     bool wants_events = false;  ///< also hears of finished moves and autofocus
   };
 
-  Result<std::unique_ptr<rig::Rig>> CreateRig(const LensConfig& config, drivers::Device device) const;
   std::unique_ptr<rig::PositionMemory> MemoryOf(const std::string& lens, const std::string& serial) const;
   void List(const ExchangePointer& exchange);
   void Devices(const ExchangePointer& exchange);
@@ -91,6 +92,31 @@ class LensService final : public Service {
   void Conclude(const FrameSessionPointer& session, const ExchangePointer& exchange);
   void EndSession(const FrameSessionPointer& session);
 
+  void MoveZoom(const ExchangePointer& exchange, Lens& lens, const rig::Target& target);
+  void MoveIris(const ExchangePointer& exchange, Lens& lens, const rig::Target& target);
+  void FinishMove(const ExchangePointer& exchange, const Lens& lens, const proto::Json& move);
+  void Calibration(const ExchangePointer& exchange);
+  void Calibrate(const ExchangePointer& exchange);
+  void Backlash(const ExchangePointer& exchange);
+  void MeasureBacklash(const ExchangePointer& exchange, Lens& lens);
+  void FinishBacklash(const ExchangePointer& exchange, Lens& lens, drivers::Axis axis, rig::BacklashOutcome outcome);
+  void PresetSave(const ExchangePointer& exchange);
+  void PresetList(const ExchangePointer& exchange);
+  void PresetRecall(const ExchangePointer& exchange);
+  void PresetRemove(const ExchangePointer& exchange);
+  /// What becomes of a calibration; nothing: it is removed. On the worker's thread.
+  using EditCalibration = std::function<Result<std::optional<rig::Calibration>>(rig::Calibration, const rig::Rig&)>;
+  /// Puts what `edit` makes of the calibration in force and keeps it. `done` runs in the event loop; Code::Io there: it
+  /// is in force, but could not be kept.
+  void ChangeCalibration(Lens& lens, EditCalibration edit, std::function<void(const Result<void>&)> done);
+  void TellCalibration(const ExchangePointer& exchange, Lens& lens);
+  Result<void> KeepPresets(Lens& lens, std::vector<rig::Preset> presets);
+  /// A rig with the calibration that is kept for it. From any thread.
+  Result<std::unique_ptr<rig::Rig>> MakeRig(const LensConfig& config, drivers::Device device) const;
+  /// What is planned with is of another zoom or temperature than the lens stands at.
+  bool Stale(const Lens& lens) const;
+  void Replan(Lens& lens, std::function<void()> then);
+
   /// The lens the call means, there or not; else answers the call with why not and returns null.
   Lens* FindNamed(const ExchangePointer& exchange);
   /// The same for calls that need the device: its worker is there.
@@ -109,8 +135,8 @@ class LensService final : public Service {
 
   EventLoop& loop_;
   const Clock& clock_;
-  PlugSignal plug_signal_;
   const std::string state_;
+  PlugSignal plug_signal_;
   proto::InterfaceDefinition definition_;
   std::map<std::string_view, Handler> handlers_;
   std::map<const Exchange*, Watcher> watchers_;

@@ -6,6 +6,8 @@
 #include <span>
 #include <utility>
 
+#include "optics/conjugates.h"
+
 namespace lensd::daemon {
 namespace {
 
@@ -51,6 +53,37 @@ double HalfRatio(const std::vector<double>& values) {
   return std::sqrt(widest) - 1.0;
 }
 
+/// What calibration, temperature and focal length leave open, at worst over the focus positions.
+struct Uncertainty {
+  double extension = 0.0;  ///< metres, of where the plane in focus is sharp
+  double blur = 0.0;       ///< relative, of the size of a blur: it goes with the square of the focal length
+  double nominal = 0.0;    ///< metres: how far the nominal extension is from the calibrated one
+};
+
+Uncertainty UncertaintyOf(const rig::OpticsTable& optics, const Positions& focus) {
+  constexpr std::size_t kSamples = 256;
+  Uncertainty worst;
+  const double tolerance = optics.FocalLengthError();
+  const double square = (1.0 + tolerance) * (1.0 + tolerance);
+  worst.blur = square - 1.0;
+  const double focal_length = optics.focal_length().value;
+  const std::size_t count = focus.native.size();
+  for (std::size_t i = 0; i < kSamples && count > 0; ++i) {
+    const Native native = focus.native[i * (count - 1) / (kSamples - 1)];
+    const Metres extension = optics.ExtensionFromNative(native);
+    const double to_sensor = focal_length + PlanExtension(optics, extension).value;
+    const double f = optics.FocalLengthAt(extension).value;
+    const double scale = f * (f + extension.value) / (focal_length * to_sensor);
+    // dU/de = 1/Z_s².
+    worst.extension = std::max(worst.extension, optics.VergenceError(native).value * to_sensor * to_sensor);
+    worst.blur = std::max(worst.blur, std::max(scale, 1.0 / scale) * square - 1.0);
+    if (optics.grade() != rig::Grade::Uncalibrated) {
+      worst.nominal = std::max(worst.nominal, std::abs((optics.NominalExtension(native) - extension).value));
+    }
+  }
+  return worst;
+}
+
 void RaiseTo(optics::Number& tolerance, const optics::Number& least) {
   if (tolerance.value < least.value) tolerance = least;
 }
@@ -61,12 +94,24 @@ std::optional<Native> NativeAt(const Positions& positions, std::size_t index) {
 
 }  // namespace
 
+Metres PlanExtension(const rig::OpticsTable& optics, Metres extension) {
+  if (optics.FocalLengthAt(extension) == optics.focal_length()) return extension;
+  return optics::Extension(optics.focal_length(), optics.VergenceFromExtension(extension));
+}
+
+std::optional<Metres> PlanBound(const rig::OpticsTable& optics, const rig::MoveOutcome& outcome) {
+  if (!outcome.extension || !outcome.extension_bound || !outcome.vergence_bound) return std::nullopt;
+  const double to_sensor = (optics.FocalLengthAt(*outcome.extension) + *outcome.extension).value;
+  return std::max(*outcome.extension_bound, Metres{outcome.vergence_bound->value * to_sensor * to_sensor});
+}
+
 std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& config) {
   const rig::OpticsTable* optics = rig.optics();
   if (optics == nullptr) return std::nullopt;
   const drivers::NominalOptics& nominal = optics->nominal();
-  const auto planned = [&nominal](Metres extension) {
-    return nominal.liquid ? optics::LiquidExtension(Metres{nominal.focal_length_m}, extension) : extension;
+  const auto planned = [optics, &nominal](Metres extension) {
+    return nominal.liquid ? optics::LiquidExtension(Metres{nominal.focal_length_m}, extension)
+                          : PlanExtension(*optics, extension);
   };
   const auto extension = [optics, planned](Native native) {
     return planned(optics->ExtensionFromNative(native)).value;
@@ -81,13 +126,22 @@ std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& co
   planning.focus = *std::move(focus);
   planning.iris = *std::move(iris);
   optics::PlanRequest& request = planning.defaults;
-  request.focal_length = nominal.focal_length_m;
+  request.focal_length = optics->focal_length().value;
   request.f_numbers = {nominal.min_f_number, nominal.max_f_number};
   request.extensions = {nominal.min_extension_m, nominal.max_extension_m};
   request.liquid = nominal.liquid;
   request.pupil_factor = config.pupil_factor;
-  request.sensor_tolerance = HalfStep(planning.focus.values.ascending());
-  request.f_number_tolerance = HalfRatio(planning.iris.values.ascending());
+  const auto& extensions = planning.focus.values.ascending();
+  const auto& f_numbers = planning.iris.values.ascending();
+  if (optics->grade() != rig::Grade::Uncalibrated) {
+    request.f_numbers = {f_numbers.front(), f_numbers.back()};
+    request.extensions = {extensions.front(), extensions.back()};
+  }
+  const Uncertainty unsure = UncertaintyOf(*optics, planning.focus);
+  request.sensor_tolerance = HalfStep(extensions) + unsure.extension;
+  const double ratio = (1.0 + HalfRatio(f_numbers)) * (1.0 + optics->FNumberError()) * (1.0 + unsure.blur);
+  request.f_number_tolerance = std::min(ratio - 1.0, 0.9);
+  request.calibration_error = Metres{unsure.nominal};
   if (const auto* camera = rig.camera(); camera != nullptr && camera->pixel_um > 0.0) {
     request.pixel = Metres{camera->pixel_um * 1e-6};
   }

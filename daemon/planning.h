@@ -24,8 +24,14 @@ struct Planning {
   Positions iris;
 };
 
-/// Nothing where the optics are not known.
+/// Under the conditions of this moment: zoom, temperature. Nothing where the optics are not known. The tolerances hold
+/// the calibration's error and that of the focal length as well.
 std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& config);
+
+/// The extension that focuses on the same plane with the focal length the planner is told, which knows no breathing.
+Metres PlanExtension(const rig::OpticsTable& optics, Metres extension);
+/// How far that may be from the true one where a motion has ended; nothing where it ended without optics.
+std::optional<Metres> PlanBound(const rig::OpticsTable& optics, const rig::MoveOutcome& outcome);
 
 /// A plan on the positions of a lens.
 struct LensPlan {

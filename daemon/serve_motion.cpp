@@ -9,6 +9,8 @@
 #include "lens_service.h"
 #include "log.h"
 #include "move_group.h"
+#include "rig/exposure.h"
+#include "rig/zoom.h"
 
 namespace lensd::daemon {
 namespace {
@@ -37,6 +39,7 @@ constexpr std::array kTargetFields = {
     TargetField{"vergenceD", rig::Target::Kind::Vergence, 1.0},
     TargetField{"extensionMm", rig::Target::Kind::Extension, 1e-3},
     TargetField{"fNumber", rig::Target::Kind::FNumber, 1.0},
+    TargetField{"focalLengthMm", rig::Target::Kind::FocalLength, 1e-3},
     TargetField{"native", rig::Target::Kind::Native, 1.0},
     TargetField{"relative", rig::Target::Kind::NativeRelative, 1.0},
     TargetField{"nearer", rig::Target::Kind::TowardNear, 1.0},
@@ -91,6 +94,18 @@ void LensService::Move(const ExchangePointer& exchange) {
   const Result<rig::Target> target = TargetOf(exchange->parameters());
   if (!target) return Refuse(exchange, target.error());
   if (exchange->call().more) ShowProgress(exchange, *lens, axis);
+  const auto asks = [&](const char* key) {
+    const Json* flag = Given(exchange->parameters(), key);
+    return flag != nullptr && flag->get<bool>();
+  };
+  if (asks("keepFocus") && axis != Axis::Zoom) {
+    return Refuse(exchange, {Code::InvalidArgument, "keepFocus is for the zoom"});
+  }
+  if (asks("keepBrightness") && axis != Axis::Iris) {
+    return Refuse(exchange, {Code::InvalidArgument, "keepBrightness is for the iris"});
+  }
+  if (asks("keepFocus")) return MoveZoom(exchange, *lens, *target);
+  if (asks("keepBrightness")) return MoveIris(exchange, *lens, *target);
   auto answer = [this, exchange, lens](const Result<rig::MoveOutcome>& outcome) {
     Unwatch(exchange.get());
     if (!outcome) return Refuse(exchange, outcome.error());
@@ -101,6 +116,60 @@ void LensService::Move(const ExchangePointer& exchange) {
   lens->worker->Submit([lens, axis, target = *target, answer](rig::Rig& rig) {
     rig.Move(axis, target, [lens, answer](Result<rig::MoveOutcome> outcome) {
       lens->worker->Later([answer, outcome = std::move(outcome)] { answer(outcome); });
+    });
+  });
+}
+
+void LensService::FinishMove(const ExchangePointer& exchange, const Lens& lens, const Json& move) {
+  Unwatch(exchange.get());
+  const std::string text = proto::WriteJson(move);
+  exchange->Finish(Wrap("move", text));
+  Announce(lens, "move", text);
+}
+
+void LensService::MoveZoom(const ExchangePointer& exchange, Lens& lens, const rig::Target& target) {
+  rig::ZoomRequest request{.target = target, .tolerance = {}};
+  if (const Json* um = Given(exchange->parameters(), "trackingToleranceUm")) {
+    if (!(um->get<double>() > 0.0)) {
+      return Refuse(exchange, {Code::InvalidArgument, "trackingToleranceUm must be above 0"});
+    }
+    request.tolerance = Metres{um->get<double>() * 1e-6};
+  }
+  auto answer = [this, exchange, &lens](const Result<rig::ZoomOutcome>& outcome) {
+    if (!outcome) {
+      Unwatch(exchange.get());
+      return Refuse(exchange, outcome.error());
+    }
+    Json move = MoveJson(lens.name, outcome->zoom);
+    move["trackingBoundUm"] = proto::NumberOrNull(outcome->tracking_bound.value * 1e6);
+    move["keptD"] = proto::NumberOrNull(outcome->kept.value);
+    FinishMove(exchange, lens, move);
+  };
+  lens.worker->Submit([&lens, request, answer](rig::Rig& rig) {
+    rig::ZoomKeepingFocus(rig, request, [&lens, answer](Result<rig::ZoomOutcome> outcome) {
+      lens.worker->Later([answer, outcome = std::move(outcome)] { answer(outcome); });
+    });
+  });
+}
+
+void LensService::MoveIris(const ExchangePointer& exchange, Lens& lens, const rig::Target& target) {
+  auto answer = [this, exchange, &lens](const Result<rig::BrightMove>& outcome) {
+    if (!outcome) {
+      Unwatch(exchange.get());
+      return Refuse(exchange, outcome.error());
+    }
+    Json move = MoveJson(lens.name, outcome->move);
+    if (outcome->exposure) {
+      move["exposureMs"] = std::chrono::duration<double, std::milli>(outcome->exposure->exposure).count();
+      move["brightnessRatio"] = proto::NumberOrNull(outcome->exposure->ratio);
+    }
+    const std::string before = outcome->move.reason;
+    move["reason"] = before + (before.empty() || outcome->reason.empty() ? "" : "; ") + outcome->reason;
+    FinishMove(exchange, lens, move);
+  };
+  lens.worker->Submit([&lens, target, factor = lens.config.rig.pupil_factor, answer](rig::Rig& rig) {
+    rig::MoveIrisKeepingBrightness(rig, target, factor, [&lens, answer](Result<rig::BrightMove> outcome) {
+      lens.worker->Later([answer, outcome = std::move(outcome)] { answer(outcome); });
     });
   });
 }

@@ -44,6 +44,7 @@ void LensService::Plan(const ExchangePointer& exchange) {
     return Refuse(exchange, {Code::Unsupported, "the optics of lens \"" + lens->name +
                                                     "\" are not known; give it a [lens.optics] section"});
   }
+  if (Stale(*lens)) return Replan(*lens, [this, exchange] { Plan(exchange); });
   auto request = proto::PlanRequestFromJson(exchange->parameters().find("request").value(), lens->planning->defaults);
   if (!request) return Refuse(exchange, request.error());
   const auto plan = PlanFor(*lens->planning, *request);
@@ -63,8 +64,9 @@ void LensService::Apply(const ExchangePointer& exchange, Lens& lens, optics::Pla
     Metres extension = plan.answer.plan.extension, bound{lens.planning->defaults.sensor_tolerance.value};
     FNumber f_number = plan.answer.plan.f_number;
     for (const rig::MoveOutcome& outcome : ended.outcomes()) {
-      extension = outcome.extension.value_or(extension);
-      bound = outcome.extension_bound.value_or(bound);
+      const auto& optics = lens.status->optics;
+      if (optics && outcome.extension) extension = PlanExtension(*optics, *outcome.extension);
+      if (optics) bound = PlanBound(*optics, outcome).value_or(bound);
       f_number = outcome.f_number.value_or(f_number);
     }
     if (const auto reached = PlanAt(*lens.planning, request, extension, bound, f_number)) {

@@ -18,6 +18,9 @@ bool NamesALens(const ExchangePointer& exchange) {
 }  // namespace
 
 void LensService::List(const ExchangePointer& exchange) {
+  for (const auto& lens : lenses_) {
+    if (Stale(*lens)) return Replan(*lens, [this, exchange] { List(exchange); });
+  }
   std::string reply = "{\"lenses\":[";
   for (const auto& lens : lenses_) reply += (lens == lenses_.front() ? "" : ",") + lens->info;
   exchange->Finish(reply + "]}");

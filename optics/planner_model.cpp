@@ -37,7 +37,8 @@ ChosenModel ModelFor(const PlanRequest& request) {
                       .far = {0.0},
                       .near = {0.0},
                       .convention = request.diffraction,
-                      .pupil_factor = request.pupil_factor.value};
+                      .pupil_factor = request.pupil_factor.value,
+                      .calibration_error = request.calibration_error};
   if (request.wavelength) ranges.wavelength = Metres{request.wavelength->value};
   std::optional<Metres> tightest;
   bool first = true;

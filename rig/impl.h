@@ -34,6 +34,7 @@ class Rig::Impl {
   std::pair<Native, Native> SoftLimits(drivers::Axis axis) const;
   bool ApproachesUp(drivers::Axis axis) const { return setups_[axis] && setups_[axis]->approach_up; }
   Backlash BacklashOf(drivers::Axis axis) const;
+  const std::shared_ptr<const Calibration>& calibration() const { return calibration_; }
   Status GetStatus() const;
 
   // The commands, as carried out inside Step().

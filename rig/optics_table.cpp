@@ -394,6 +394,10 @@ Native OpticsTable::NativeFromExtension(Metres extension) const {
                               lens_->focus->maximum.value)};
 }
 
+Metres OpticsTable::NominalExtension(Native focus) const {
+  return Metres{lens_->NominalExtension(focus.value, focal_length_)};
+}
+
 Metres OpticsTable::FocalLengthAt(Metres extension) const {
   return focal_length_ * lens_->Ratio(extension.value);
 }

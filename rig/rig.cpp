@@ -254,6 +254,10 @@ void Rig::SetCalibration(std::shared_ptr<const Calibration> calibration, StopCal
   });
 }
 
+std::shared_ptr<const Calibration> Rig::calibration() const {
+  return impl_->calibration();
+}
+
 bool Rig::approaches_up(Axis axis) const {
   return impl_->ApproachesUp(axis);
 }

@@ -23,6 +23,7 @@ struct KnownError {
 };
 constexpr std::array kKnownErrors = {
     KnownError{"io.lensd.Lens.LensNotFound", Exit::Unavailable},
+    KnownError{"io.lensd.Lens.PresetNotFound", Exit::No},
     KnownError{"io.lensd.Lens.InvalidRequest", Exit::Usage},
     KnownError{"io.lensd.Lens.OutOfRange", Exit::Usage},
     KnownError{"io.lensd.Lens.Unsupported", Exit::Unavailable},
@@ -43,8 +44,8 @@ constexpr std::array kKnownErrors = {
 
 /// Methods that move a lens take the key of its lease, which $LENSD_LEASE hands from one command to the next.
 Json WithLease(std::string_view method, Json parameters) {
-  constexpr std::array<std::string_view, 6> kDriving = {"Move",      "Home",           "Plan",
-                                                        "Autofocus", "AutofocusBegin", "DropLease"};
+  constexpr std::array<std::string_view, 8> kDriving = {"Move",           "Home",     "Plan",         "Autofocus",
+                                                        "AutofocusBegin", "Backlash", "PresetRecall", "DropLease"};
   const char* const key = std::getenv("LENSD_LEASE");
   const auto name = method.substr(method.rfind('.') + 1);
   const bool takes_it =

@@ -19,10 +19,11 @@ constexpr std::array<std::string_view, 4> kAxes = {"focus", "iris", "zoom", "fil
 constexpr std::array<const char*, 3> kOrigins = {"lens", "sensor", "front"};
 
 /// Moves one axis and prints the result. Control-C stops the axis.
-Outcome Move(Session& session, Json lens, const char* axis, Json target) {
+Outcome Move(Session& session, Json lens, const char* axis, Json target, const Json& extra = Json::object()) {
   auto link = Link::Open(session);
   if (!link) return std::unexpected(link.error());
   Json parameters{{"lens", lens}, {"axis", axis}, {"target", std::move(target)}};
+  parameters.update(extra);
   if (const auto& from = session.globals().from) {
     parameters["distanceFrom"] = kOrigins.at(static_cast<std::size_t>(*from));
   }
@@ -42,11 +43,39 @@ Outcome Focus(Session& session, const std::vector<std::string>& words) {
   return Move(session, given.lens, "focus", *std::move(target));
 }
 
-Outcome Aperture(Session& session, const std::vector<std::string>& words) {
+Outcome Aperture(Session& session, const std::vector<std::string>& words, bool keep_brightness) {
   const NameAndValue given = SplitNameAndValue(words);
   auto f_number = ParseFNumber(given.value, "N");
   if (!f_number) return Refuse(f_number);
-  return Move(session, given.lens, "iris", {{"fNumber", *f_number->Nearest()}});
+  Json extra = Json::object();
+  if (keep_brightness) extra["keepBrightness"] = true;
+  return Move(session, given.lens, "iris", {{"fNumber", *f_number->Nearest()}}, extra);
+}
+
+struct ZoomText {
+  std::vector<std::string> words;
+  std::string tolerance;
+  bool free = false;
+};
+
+Outcome Zoom(Session& session, const ZoomText& text) {
+  const NameAndValue given = SplitNameAndValue(text.words);
+  auto focal_length = ParsePositiveLength(given.value, "F");
+  if (!focal_length) return Refuse(focal_length);
+  Json extra{{"keepFocus", !text.free}};
+  if (!text.tolerance.empty()) {
+    auto tolerance = ParsePositiveLength(text.tolerance, "--tolerance");
+    if (!tolerance) return Refuse(tolerance);
+    extra["trackingToleranceUm"] = *tolerance->Nearest() * 1e6;
+  }
+  return Move(session, given.lens, "zoom", {{"focalLengthMm", *focal_length->Nearest() * 1e3}}, extra);
+}
+
+Outcome Filter(Session& session, const std::vector<std::string>& words) {
+  const NameAndValue given = SplitNameAndValue(words);
+  auto place = ParseNumber(given.value, "K");
+  if (!place) return Refuse(place);
+  return Move(session, given.lens, "filter", {{"native", *place->Nearest()}});
 }
 
 bool IsAxis(const std::string& word) {
@@ -105,8 +134,38 @@ void AddFocus(CLI::App& root, Run& run) {
 }
 
 void AddAperture(CLI::App& root, Run& run) {
-  AddWords(root, run, "aperture", "move the iris and report where it stands", "[NAME] N: an f-number, 2.8 or f/2.8", 1,
-           Aperture);
+  struct Options {
+    std::vector<std::string> words;
+    bool keep_brightness = false;
+  };
+  auto options = std::make_shared<Options>();
+  auto* command = root.add_subcommand("aperture", "move the iris and report where it stands")->group(kOnline);
+  command->add_option("words", options->words, "[NAME] N: an f-number, 2.8 or f/2.8")
+      ->expected(1, 2)
+      ->required()
+      ->type_name("");
+  command->add_flag("--keep-brightness", options->keep_brightness, "the camera's exposure follows, as far as it can");
+  command->callback([&run, options] {
+    run = [options](Session& session) { return Aperture(session, options->words, options->keep_brightness); };
+  });
+}
+
+void AddZoom(CLI::App& root, Run& run) {
+  auto text = std::make_shared<ZoomText>();
+  auto* command = root.add_subcommand("zoom", "change the focal length; focus follows, so that what is sharp stays so");
+  command->group(kOnline);
+  command->add_option("words", text->words, "[NAME] F: a focal length, such as 35mm")
+      ->expected(1, 2)
+      ->required()
+      ->type_name("");
+  command->add_flag("--free", text->free, "focus stays where it is");
+  command->add_option("--tolerance", text->tolerance, "how far focus may be off on the way, on the sensor side")
+      ->type_name("LENGTH");
+  command->callback([&run, text] { run = [text](Session& session) { return Zoom(session, *text); }; });
+}
+
+void AddFilter(CLI::App& root, Run& run) {
+  AddWords(root, run, "filter", "turn the filter wheel", "[NAME] K: a place of the wheel", 1, Filter);
 }
 
 void AddHome(CLI::App& root, Run& run) {

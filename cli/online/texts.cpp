@@ -51,6 +51,12 @@ std::string InfoText(const Json& info) {
     line += ", " + NumberText(optics, "focalLengthMm", 6, " mm") + " f/" + NumberText(optics, "fNumberMin", 4, "") +
             ".." + NumberText(optics, "fNumberMax", 4, "");
   }
+  if (Has(info, "optics") && Has(info["optics"], "grade")) {
+    line += ", " + Text(info["optics"], "grade");
+    if (Has(info["optics"], "calibrationErrorUm")) {
+      line += " within " + NumberText(info["optics"], "calibrationErrorUm", 3, " um");
+    }
+  }
   if (Has(info, "camera")) {
     const Json& camera = info["camera"];
     line += ", camera " + NumberText(camera, "widthPx", 6, "x") + NumberText(camera, "heightPx", 6, " px");
@@ -65,6 +71,10 @@ std::string StatusText(const Json& status) {
     line += " " + NumberText(status, "step", 9, "") + " of " + NumberText(status, "stepsExpected", 9, "");
   }
   line += FocusText(status);
+  if (Has(status, "grade")) {
+    line += " (" + Text(status, "grade");
+    line += Has(status, "calibrationErrorUm") ? " within " + NumberText(status, "calibrationErrorUm", 3, " um)") : ")";
+  }
   if (Has(status, "fNumber")) line += ", f/" + NumberText(status, "fNumber", 4, "");
   for (const Json& axis : status["axes"]) {
     line += ", " + Text(axis, "axis") + " " + NumberText(axis, "position", 8, "");
@@ -84,9 +94,17 @@ std::string MoveText(const Json& move) {
   line += NumberText(move, "steps", 8, "") + FocusText(move);
   if (Has(move, "extensionMm")) line += ", extension " + NumberText(move, "extensionMm", 6, " mm");
   if (Has(move, "fNumber")) line += ", f/" + NumberText(move, "fNumber", 4, "");
+  if (Has(move, "focalLengthMm")) {
+    line += ", " + NumberText(move, "focalLengthMm", 6, " mm") + " within " +
+            NumberText(move, "focalLengthBoundMm", 2, " mm");
+  }
   if (Has(move, "boundUm")) line += " within " + NumberText(move, "boundUm", 3, " um");
   if (Has(move, "bound")) line += " within " + NumberText(move, "bound", 3, " steps");
   line += True(move, "verified") ? ", verified" : ", not verified";
+  if (Has(move, "trackingBoundUm")) {
+    line += ", in focus all the way within " + NumberText(move, "trackingBoundUm", 3, " um");
+  }
+  if (Has(move, "exposureMs")) line += ", exposure now " + NumberText(move, "exposureMs", 4, " ms");
   line += " after " + NumberText(move, "elapsedMs", 4, " ms");
   if (!Text(move, "reason").empty()) line += ": " + Text(move, "reason");
   return line;

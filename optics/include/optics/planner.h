@@ -98,6 +98,7 @@ struct PlanRequest {
   std::vector<BlurLimit> limits;
   Objective objective = Objective::Light;
   std::optional<Number> depth_limit;      ///< blur that still counts as sharp for Objective::Depth, > 0
+  Metres calibration_error{0.0};          ///< for the model ladder: how far the nominal extension may be from the true
   std::optional<Metres> pixel;            ///< for the model ladder
   std::optional<Metres> model_tolerance;  ///< for the model ladder; default a tenth of the tightest limit or a
                                           ///< quarter pixel, whichever is larger

@@ -89,6 +89,14 @@ struct Calibration {
   void Put(FocusCurve curve);
 };
 
+/// A focus curve through measured points, in any order, several of which may be of the same depth: those become their
+/// mean. The error, unless given, is estimated: how far each depth lies from a curve through all the others, and how
+/// far positions of one depth scatter; that takes at least four depths. `resolution` is that of the axis, native units.
+/// The curve's conditions are left to the caller but for `focal_length`. InvalidArgument: fewer than two depths, depths
+/// that are out of order, no error given with fewer than four depths.
+Result<FocusCurve> FitFocusCurve(std::vector<FocusPoint> points, Metres focal_length, std::optional<Metres> error,
+                                 double resolution);
+
 /// Reads a calibration file: version = 1, unknown keys are errors. BadData: "file:line: what is wrong".
 Result<Calibration> ReadCalibration(const Settings& file);
 

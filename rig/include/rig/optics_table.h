@@ -58,6 +58,8 @@ class OpticsTable {
   /// Focus axis; has_focus() must hold.
   Metres ExtensionFromNative(Native focus) const;
   Native NativeFromExtension(Metres extension) const;
+  /// What the position would mean without a calibration.
+  Metres NominalExtension(Native focus) const;
   /// The plane in focus at an extension > -f, breathing counted, and back. The way back: as optics::FocusExtension().
   Dioptres VergenceFromExtension(Metres extension) const;
   Result<Metres> ExtensionInFocus(optics::ObjectDepth depth) const;

@@ -211,6 +211,7 @@ class Rig {
   /// One frame exposed wholly after this call with every axis settled. Unsupported: no camera. Timeout: none came.
   void Snapshot(SnapshotCallback done);
 
+  std::shared_ptr<const Calibration> calibration() const;  ///< null: none
   /// Another calibration from now on (null: none). Motions under way go on to where they were sent. Errors as Create();
   /// then the old one stays.
   void SetCalibration(std::shared_ptr<const Calibration> calibration, StopCallback done);

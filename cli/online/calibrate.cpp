@@ -1,0 +1,282 @@
+// calibrate, backlash.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <memory>
+#include <sstream>
+
+#include "cli/online/arguments.h"
+#include "cli/online/commands.h"
+#include "cli/online/link.h"
+#include "cli/online/texts.h"
+#include "cli/quantity.h"
+
+namespace lensd::cli {
+namespace {
+
+using proto::Json;
+
+constexpr std::array<const char*, 3> kOrigins = {"lens", "sensor", "front"};
+
+struct CalibrateText {
+  std::string name;
+  std::vector<std::string> targets;  ///< --at
+  std::vector<std::string> points;   ///< --point STEPS=DEPTH
+  std::string file;
+  std::string error;
+  int repeat = 3;
+  bool data_sheet = false;
+  bool show = false;
+  bool remove = false;
+};
+
+std::string CalibrationText(const Json& info) {
+  std::string line = info.value("lens", "") + ": " + info.value("grade", "");
+  if (info.contains("errorUm") && info["errorUm"].is_number()) {
+    line += ", extension within " + NumberText(info, "errorUm", 3, " um");
+  }
+  const bool kept = info.contains("file") && info["file"].is_string();
+  if (info.contains("toml") && info["toml"].is_string()) {
+    line += kept ? ", kept in " + info["file"].get<std::string>()
+                 : ", not kept: give lensd --state, or calibration = \"FILE\" in [lens.optics]";
+  }
+  return line;
+}
+
+Outcome Show(Session& session, const Json& reply, bool whole) {
+  const Json& info = reply["calibration"];
+  if (session.json()) {
+    session.PrintJson(info);
+    return Exit::Done;
+  }
+  if (!whole) {
+    session.PrintText(CalibrationText(info));
+    return Exit::Done;
+  }
+  session.Remark(CalibrationText(info));
+  if (info.contains("toml") && info["toml"].is_string()) session.PrintText(info["toml"].get<std::string>());
+  return Exit::Done;
+}
+
+/// A depth as a field of the interface's CalibrationPoint.
+std::expected<Json, Failure> DepthOf(const std::string& text, const std::string& option) {
+  if (text.starts_with("ext:")) {
+    auto extension = ParseLength(text.substr(4), option);
+    if (!extension) return Refuse(extension);
+    return Json{{"extensionMm", extension->value * 1e3}};
+  }
+  auto depth = ParseDepth(text, option);
+  if (!depth) return Refuse(depth);
+  return Json{{depth->IsDistance() ? "distanceM" : "vergenceD", depth->value}};
+}
+
+std::expected<Json, Failure> PointOf(const std::string& text) {
+  const auto equals = text.find('=');
+  if (equals == std::string::npos) {
+    return Refuse(Exit::Usage, "--point '" + text + "': write STEPS=DEPTH, such as 1200=0.8m or 0=inf");
+  }
+  auto steps = ParseNumber(std::string_view(text).substr(0, equals), "--point");
+  if (!steps) return Refuse(steps);
+  auto point = DepthOf(text.substr(equals + 1), "--point");
+  if (point) (*point)["steps"] = *steps->Nearest();
+  return point;
+}
+
+/// Waits for Enter; a failure where there is no more input.
+std::expected<void, Failure> AskFor(Session& session, const std::string& target) {
+  session.Remark("Put a target with texture at " + target + ", filling the focus region, and press Enter.");
+  std::string line;
+  if (!std::getline(std::cin, line)) {
+    return Refuse(Exit::TryAgain, "no more input: nothing has been changed");
+  }
+  return {};
+}
+
+std::expected<Json, Failure> FocusOnce(Session& session, Link& link, const Json& lens) {
+  auto reply = link.Follow(
+      MethodOfLens("Autofocus"), {{"lens", lens}}, [](const Json&) { return true; },
+      [&] { StopNow(session, lens, nullptr); });
+  if (!reply) return std::unexpected(reply.error());
+  return (*reply)["autofocus"];
+}
+
+/// Known targets, autofocus at each, several times from another place.
+std::expected<Json, Failure> Guided(Session& session, Link& link, const CalibrateText& text, const Json& lens) {
+  std::vector<Json> depths;
+  for (const std::string& target : text.targets) {
+    auto depth = DepthOf(target, "--at");
+    if (!depth) return depth;
+    depths.push_back(*std::move(depth));
+  }
+  Json points = Json::array();
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    if (auto ready = AskFor(session, text.targets[i]); !ready) return std::unexpected(ready.error());
+    for (int round = 0; round < text.repeat; ++round) {
+      auto found = FocusOnce(session, link, lens);
+      if (!found) return found;
+      if (!found->value("focused", false)) {
+        return Refuse(Exit::No, "at " + text.targets[i] + ": autofocus refuses: " + found->value("reason", "") +
+                                    "; nothing has been changed");
+      }
+      Json point = depths[i];
+      point["steps"] = (*found)["steps"];
+      points.push_back(point);
+      session.Remark("  " + text.targets[i] + ": position " + NumberText(point, "steps", 8, "") + " after " +
+                     NumberText(*found, "frames", 4, " frames"));
+      // Somewhere else, so that the next round finds it anew.
+      const double aside = round % 2 == 0 ? 40.0 : -40.0;
+      (void)link.Ask(MethodOfLens("Move"), {{"lens", lens}, {"axis", "focus"}, {"target", {{"relative", aside}}}});
+    }
+  }
+  return points;
+}
+
+Outcome Calibrate(Session& session, const CalibrateText& text) {
+  const Json lens = LensOf(text.name);
+  const int ways = !text.file.empty() + !text.targets.empty() + !text.points.empty() + text.show + text.remove;
+  if (ways != 1) {
+    return Refuse(Exit::Usage,
+                  "say one of --at DEPTH (guided), --point STEPS=DEPTH, --from-file FILE, --show and --remove");
+  }
+  Json parameters{{"lens", lens}};
+  if (const auto& from = session.globals().from) {
+    parameters["distanceFrom"] = kOrigins.at(static_cast<std::size_t>(*from));
+  }
+  if (!text.error.empty()) {
+    auto error = ParseLength(text.error, "--error");
+    if (!error) return Refuse(error);
+    parameters["errorUm"] = error->value * 1e6;
+  }
+  if (!text.file.empty()) {
+    std::ifstream in(text.file, std::ios::binary);
+    std::ostringstream whole;
+    if (!in || !(whole << in.rdbuf())) return Refuse(Exit::Io, text.file + ": cannot be read");
+    parameters = {{"lens", lens}, {"toml", whole.str()}};
+  }
+  Json points = Json::array();
+  for (const std::string& one : text.points) {
+    auto point = PointOf(one);
+    if (!point) return std::unexpected(point.error());
+    points.push_back(*std::move(point));
+  }
+  auto link = Link::Open(session);
+  if (!link) return std::unexpected(link.error());
+  if (text.show) {
+    auto reply = link->Ask(MethodOfLens("Calibration"), {{"lens", lens}});
+    if (!reply) return std::unexpected(reply.error());
+    return Show(session, *reply, true);
+  }
+  if (!text.targets.empty()) {
+    auto found = Guided(session, *link, text, lens);
+    if (!found) return std::unexpected(found.error());
+    points = *std::move(found);
+    parameters["made"] = "by autofocus on " + std::to_string(text.targets.size()) + " targets";
+  }
+  if (!points.empty()) {
+    parameters["points"] = points;
+    parameters["approximate"] = text.data_sheet;
+    if (!parameters.contains("made")) parameters["made"] = text.data_sheet ? "from a data sheet" : "by hand";
+  }
+  if (text.remove) parameters = {{"lens", lens}, {"remove", true}};
+  auto reply = link->Ask(MethodOfLens("Calibrate"), parameters);
+  if (!reply) {
+    // A file that makes no sense is no mistake of the command line.
+    if (!text.file.empty() && reply.error().status == Exit::Usage) {
+      return Refuse(Exit::BadData, text.file + ": " + reply.error().message);
+    }
+    return std::unexpected(reply.error());
+  }
+  return Show(session, *reply, false);
+}
+
+struct BacklashText {
+  std::vector<std::string> words;
+  std::string steps;
+  int pairs = 0;
+};
+
+std::string BacklashLine(const Json& result) {
+  std::string line = result.value("lens", "") + ": " + result.value("axis", "") + " backlash ";
+  if (!result.value("known", false)) return line + "not measured: " + result.value("reason", "");
+  line += NumberText(result, "steps", 5, " steps");
+  if (result.value("measured", false)) {
+    line += ", 95 % between " + NumberText(result, "lowSteps", 5, " and ") + NumberText(result, "highSteps", 5, "") +
+            ", by " + NumberText(result, "frames", 6, " frames");
+  } else {
+    line += ", as you said";
+  }
+  const std::string reason = result.value("reason", "");
+  return line + (reason.empty() ? "" : "; " + reason);
+}
+
+Outcome Backlash(Session& session, const BacklashText& text) {
+  static constexpr std::array<std::string_view, 4> kAxes = {"focus", "iris", "zoom", "filter"};
+  const auto is_axis = [](const std::string& word) { return std::ranges::find(kAxes, word) != kAxes.end(); };
+  Json parameters = Json::object();
+  for (const std::string& word : text.words) parameters[is_axis(word) ? "axis" : "lens"] = word;
+  if (!text.steps.empty()) {
+    auto steps = ParseNumber(text.steps, "--steps");
+    if (!steps) return Refuse(steps);
+    parameters["steps"] = *steps->Nearest();
+  }
+  if (text.pairs > 0) parameters["pairs"] = text.pairs;
+  auto link = Link::Open(session);
+  if (!link) return std::unexpected(link.error());
+  const Json lens = parameters.contains("lens") ? parameters["lens"] : Json(nullptr);
+  auto reply = link->Follow(
+      MethodOfLens("Backlash"), parameters,
+      [&](const Json& part) {
+        if (!part.contains("progress")) return true;
+        const Json& now = part["progress"];
+        session.Remark("sweep " + NumberText(now, "sweep", 4, " of ") + NumberText(now, "sweepsExpected", 4, ""));
+        return true;
+      },
+      [&] { StopNow(session, lens, nullptr); });
+  if (!reply) return std::unexpected(reply.error());
+  const Json& result = (*reply)["backlash"];
+  session.json() ? session.PrintJson(result) : session.PrintText(BacklashLine(result));
+  return result.value("known", false) ? Exit::Done : Exit::No;
+}
+
+}  // namespace
+
+void AddCalibrate(CLI::App& root, Run& run) {
+  auto text = std::make_shared<CalibrateText>();
+  auto* command = root.add_subcommand("calibrate", "measure or say what focus positions mean")->group(kOnline);
+  command->add_option("NAME", text->name, "lens");
+  command
+      ->add_option("--at", text->targets,
+                   "guided: a target at this distance or vergence, autofocus on it; four or more give an error by "
+                   "themselves")
+      ->type_name("DEPTH");
+  command->add_option("--repeat", text->repeat, "autofocus runs at each target")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 20));
+  command->add_option("--point", text->points, "a position and its depth, as known: 1200=0.8m 0=inf 3000=ext:0.8mm")
+      ->type_name("STEPS=DEPTH");
+  command->add_flag("--data-sheet", text->data_sheet,
+                    "the points are of a data sheet, such as the two stops: grade approximate; needs --error");
+  command->add_option("--error", text->error, "error of the curve in extension, such as 5um; else estimated")
+      ->type_name("LENGTH");
+  command->add_option("--from-file", text->file, "a whole calibration file")->type_name("FILE");
+  command->add_flag("--show", text->show, "the calibration in force, as a file");
+  command->add_flag("--remove", text->remove, "back to the nominal figures");
+  command->callback([&run, text] { run = [text](Session& session) { return Calibrate(session, *text); }; });
+}
+
+void AddBacklash(CLI::App& root, Run& run) {
+  auto text = std::make_shared<BacklashText>();
+  auto* command = root.add_subcommand("backlash", "measure the backlash of focus, or say what it is")->group(kOnline);
+  command->add_option("words", text->words, "[NAME] [AXIS]")->expected(0, 2)->type_name("");
+  command->add_option("--steps", text->steps, "it is this many native steps: nothing is measured")->type_name("N");
+  command->add_option("--pairs", text->pairs, "pairs of sweeps (default 5); more narrow the interval")
+      ->check(CLI::Range(3, 100));
+  command->callback([&run, text] { run = [text](Session& session) { return Backlash(session, *text); }; });
+}
+
+}  // namespace lensd::cli

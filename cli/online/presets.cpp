@@ -1,0 +1,147 @@
+// preset save, recall, list, remove.
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "cli/online/arguments.h"
+#include "cli/online/commands.h"
+#include "cli/online/link.h"
+#include "cli/online/texts.h"
+
+namespace lensd::cli {
+namespace {
+
+using proto::Json;
+
+std::string PresetText(const Json& preset) {
+  std::string line = preset.value("label", "") + ":";
+  if (preset["vergenceD"].is_number()) {
+    line += preset["focusM"].is_number() ? " focus " + NumberText(preset, "focusM", 5, " m")
+                                         : " focus " + NumberText(preset, "vergenceD", 4, " D");
+    if (preset["vergenceBoundD"].is_number()) line += " within " + NumberText(preset, "vergenceBoundD", 2, " D");
+    line += ",";
+  }
+  if (preset["focusSteps"].is_number()) line += " position " + NumberText(preset, "focusSteps", 8, ",");
+  if (preset["fNumber"].is_number()) line += " f/" + NumberText(preset, "fNumber", 4, ",");
+  if (preset["focalLengthMm"].is_number()) line += " " + NumberText(preset, "focalLengthMm", 5, " mm,");
+  if (preset["filter"].is_number()) line += " filter " + NumberText(preset, "filter", 4, ",");
+  if (preset["temperatureC"].is_number()) line += " " + NumberText(preset, "temperatureC", 4, " C,");
+  return line + " " + preset.value("grade", "") + ", saved " + preset.value("saved", "");
+}
+
+/// Columns of the CSV export, in the interface's own names.
+constexpr const char* kColumns[] = {"label",         "saved",        "focusSteps",     "irisSteps", "zoomSteps",
+                                    "filter",        "vergenceD",    "vergenceBoundD", "focusM",    "fNumber",
+                                    "focalLengthMm", "temperatureC", "approachUp",     "grade"};
+
+/// Labels hold neither commas nor quotes.
+std::string CsvText(const Json& presets) {
+  std::string text;
+  for (const char* column : kColumns) text += (text.empty() ? "" : ",") + std::string(column);
+  text += "\n";
+  for (const Json& preset : presets) {
+    std::string line;
+    for (const char* column : kColumns) {
+      if (column != kColumns[0]) line += ",";
+      const Json& value = preset[column];
+      if (value.is_string())
+        line += value.get<std::string>();
+      else if (!value.is_null())
+        line += proto::WriteJson(value);
+    }
+    text += line + "\n";
+  }
+  return text;
+}
+
+Outcome Save(Session& session, const std::vector<std::string>& words) {
+  const NameAndValue given = SplitNameAndValue(words);
+  auto link = Link::Open(session);
+  if (!link) return std::unexpected(link.error());
+  auto reply = link->Ask(MethodOfLens("PresetSave"), {{"lens", given.lens}, {"label", given.value}});
+  if (!reply) return std::unexpected(reply.error());
+  const Json& preset = (*reply)["preset"];
+  session.json() ? session.PrintJson(preset) : session.PrintText("saved " + PresetText(preset));
+  return Exit::Done;
+}
+
+Outcome Recall(Session& session, const std::vector<std::string>& words) {
+  const NameAndValue given = SplitNameAndValue(words);
+  auto link = Link::Open(session);
+  if (!link) return std::unexpected(link.error());
+  auto reply = link->Follow(
+      MethodOfLens("PresetRecall"), {{"lens", given.lens}, {"label", given.value}}, [](const Json&) { return true; },
+      [&] { StopNow(session, given.lens, nullptr); });
+  if (!reply) return std::unexpected(reply.error());
+  const Json& recall = (*reply)["recall"];
+  const bool reached = recall.value("reached", false);
+  if (session.json()) {
+    session.PrintJson(recall);
+    return reached ? Exit::Done : Exit::No;
+  }
+  for (const Json& move : recall["moves"]) session.PrintText(MoveText(move));
+  std::string line = recall.value("lens", "") + (reached ? ": recalled " : ": NOT at ") + given.value;
+  if (recall["vergenceBoundD"].is_number())
+    line += ", the same plane within " + NumberText(recall, "vergenceBoundD", 2, " D");
+  if (recall["bound"].is_number()) line += ", the same place within " + NumberText(recall, "bound", 3, " steps");
+  const std::string remark = recall.value("remark", "");
+  session.PrintText(line + (remark.empty() ? "" : "; " + remark));
+  return reached ? Exit::Done : Exit::No;
+}
+
+Outcome List(Session& session, const std::string& name, bool csv) {
+  auto link = Link::Open(session);
+  if (!link) return std::unexpected(link.error());
+  auto reply = link->Ask(MethodOfLens("PresetList"), {{"lens", LensOf(name)}});
+  if (!reply) return std::unexpected(reply.error());
+  const Json& presets = (*reply)["presets"];
+  if (csv) {
+    session.PrintText(CsvText(presets));
+  } else if (session.json()) {
+    session.PrintJson(presets);
+  } else {
+    for (const Json& preset : presets) session.PrintText(PresetText(preset));
+    if (presets.empty()) session.PrintText("no preset is saved");
+  }
+  return Exit::Done;
+}
+
+Outcome Remove(Session& session, const std::vector<std::string>& words) {
+  const NameAndValue given = SplitNameAndValue(words);
+  auto link = Link::Open(session);
+  if (!link) return std::unexpected(link.error());
+  auto reply = link->Ask(MethodOfLens("PresetRemove"), {{"lens", given.lens}, {"label", given.value}});
+  if (!reply) return std::unexpected(reply.error());
+  session.json() ? session.PrintJson({{"removed", given.value}}) : session.PrintText("removed " + given.value);
+  return Exit::Done;
+}
+
+using Act = Outcome (*)(Session&, const std::vector<std::string>&);
+
+void AddVerb(CLI::App& preset, Run& run, const char* name, const char* about, Act act) {
+  auto words = std::make_shared<std::vector<std::string>>();
+  auto* command = preset.add_subcommand(name, about)->fallthrough();
+  command->add_option("words", *words, "[NAME] LABEL")->expected(1, 2)->required()->type_name("");
+  command->callback([&run, words, act] { run = [words, act](Session& session) { return act(session, *words); }; });
+}
+
+}  // namespace
+
+void AddPreset(CLI::App& root, Run& run) {
+  auto* preset = root.add_subcommand("preset", "save and recall what a lens does optically")->group(kOnline);
+  preset->require_subcommand(1)->fallthrough();
+  AddVerb(*preset, run, "save", "save focus, iris, zoom and filter as they are, under a label", Save);
+  AddVerb(*preset, run, "recall", "bring them back: the same optical state, not the same step count", Recall);
+  AddVerb(*preset, run, "remove", "forget a preset", Remove);
+  struct Options {
+    std::string name;
+    bool csv = false;
+  };
+  auto options = std::make_shared<Options>();
+  auto* list = preset->add_subcommand("list", "the presets of a lens")->fallthrough();
+  list->add_option("NAME", options->name, "lens");
+  list->add_flag("--csv", options->csv, "as comma-separated values");
+  list->callback(
+      [&run, options] { run = [options](Session& session) { return List(session, options->name, options->csv); }; });
+}
+
+}  // namespace lensd::cli
