@@ -45,13 +45,13 @@ class Configuration(unittest.TestCase):
                 ("version = 1\nbogus = 1\n", 2, "bogus"),
                 (GOOD + "bogus = 1\n", 6, "bogus"),
                 (GOOD.replace('"a"', '"A"'), 3, "name"), (GOOD.replace('"a"', '"focus"'), 3, "axis"),
-                (GOOD.replace('"a"', '"inf"'), 3, "quantity"), (GOOD.replace('"sim"', '"v4l2"'), 4, "sim"),
+                (GOOD.replace('"a"', '"inf"'), 3, "quantity"), (GOOD.replace('"sim"', '"warp"'), 4, "sim"),
                 (GOOD + 'start = "on-demand"\n', 6, "on-demand"), (GOOD + 'start = "soon"\n', 6, "keep"),
                 (GOOD + 'bus = "x"\n', 6, "bus"), ('version = 1\n[[bus]]\nname = "x"\n', 2, "bus"),
                 (GOOD + "[lens.optics]\nfocal_length_mm = 25\nf_number = [1, 2]\nextension_mm = [0, 1]\n"
                  'calibration = "x.toml"\n', 10, "calibration"),
                 (GOOD + "[lens.focus]\nlimit = [1, 2]\n", 7, "limit"),
-                (GOOD + '[lens.camera]\ndriver = "aravis"\n', 7, "aravis"),
+                (GOOD + '[lens.camera]\ndriver = "warp"\n', 7, "warp"),
                 (GOOD + f'[lens.camera]\ndriver = "sim"\nscene = "{SCENE}"\n', 6, "camera"),
                 (GOOD + GOOD.split("\n", 1)[1], 6, '"a"'), (GOOD.replace("small", "no-such"), None, "no-such")):
             with self.subTest(text=text):
