@@ -146,6 +146,8 @@ Solved SolveDiffractedForN(const Task& task) {
     search = SmallestNByScan(strip, start, end);
     solved.scanned = true;
   }
+  // What was left out next to zero matters only where N is not bounded from below.
+  if (!search.feasible && without.n < start) return SolveDiffractedForNExactly(task, without.n);
   if (!search.feasible) {
     solved.names = NamesOf(task, without.names, search.names);
     return solved;

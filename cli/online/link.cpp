@@ -116,6 +116,11 @@ std::expected<Json, Failure> Link::Ask(std::string_view method, Json parameters,
 std::expected<Json, Failure> Link::Follow(std::string_view method, Json parameters, const Progress& progress,
                                           const std::function<void()>& interrupted) {
   const SignalWatch signals;
+  // The descriptor goes with `signals`: calls after this one must not look at it.
+  const struct Watching {
+    proto::Client& client;
+    ~Watching() { client.SetInterrupt(-1); }
+  } watching{client_};
   client_.SetInterrupt(signals.descriptor());
   client_.SetDeadline(timeout_ ? std::optional(MonotonicClock().Now() + *timeout_) : std::nullopt);
   proto::Call call;

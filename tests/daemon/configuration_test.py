@@ -49,7 +49,7 @@ class Configuration(unittest.TestCase):
                 (GOOD + 'start = "on-demand"\n', 6, "on-demand"), (GOOD + 'start = "soon"\n', 6, "keep"),
                 (GOOD + 'bus = "x"\n', 6, "bus"), ('version = 1\n[[bus]]\nname = "x"\n', 2, "bus"),
                 (GOOD + "[lens.optics]\nfocal_length_mm = 25\nf_number = [1, 2]\nextension_mm = [0, 1]\n"
-                 'calibration = "x.toml"\n', 10, "calibration"),
+                 'calibration = 3\n', 10, "calibration"),
                 (GOOD + "[lens.focus]\nlimit = [1, 2]\n", 7, "limit"),
                 (GOOD + '[lens.camera]\ndriver = "warp"\n', 7, "warp"),
                 (GOOD + f'[lens.camera]\ndriver = "sim"\nscene = "{SCENE}"\n', 6, "camera"),
