@@ -66,6 +66,7 @@ Uncertainty UncertaintyOf(const rig::OpticsTable& optics, const Positions& focus
   const double tolerance = optics.FocalLengthError();
   const double square = (1.0 + tolerance) * (1.0 + tolerance);
   worst.blur = square - 1.0;
+  if (optics.nominal().liquid) return worst;  // its power is what moves: no breathing, and no curve but the nominal one
   const double focal_length = optics.focal_length().value;
   const std::size_t count = focus.native.size();
   for (std::size_t i = 0; i < kSamples && count > 0; ++i) {
