@@ -96,7 +96,8 @@ std::optional<Native> NativeAt(const Positions& positions, std::size_t index) {
 }  // namespace
 
 Metres PlanExtension(const rig::OpticsTable& optics, Metres extension) {
-  if (optics.FocalLengthAt(extension) == optics.focal_length()) return extension;
+  const bool breathes = !optics.nominal().liquid && optics.FocalLengthAt(extension) != optics.focal_length();
+  if (!breathes) return extension;
   return optics::Extension(optics.focal_length(), optics.VergenceFromExtension(extension));
 }
 
