@@ -103,6 +103,7 @@ Metres PlanExtension(const rig::OpticsTable& optics, Metres extension) {
 
 std::optional<Metres> PlanBound(const rig::OpticsTable& optics, const rig::MoveOutcome& outcome) {
   if (!outcome.extension || !outcome.extension_bound || !outcome.vergence_bound) return std::nullopt;
+  if (optics.nominal().liquid) return outcome.extension_bound;
   const double to_sensor = (optics.FocalLengthAt(*outcome.extension) + *outcome.extension).value;
   return std::max(*outcome.extension_bound, Metres{outcome.vergence_bound->value * to_sensor * to_sensor});
 }
