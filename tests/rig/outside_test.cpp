@@ -144,6 +144,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, SameAsBuiltIn,
 
 class OutsideTest : public RigTest {
  protected:
+  void TearDown() override { rig_.reset(); }  // who still waits is told, while there is somewhere to tell it
   /// A session of scores on the fake lens, which has a camera that must not stream.
   void Begin(bool scores = true, std::string method = "auto", Duration deadline = 60s) {
     AutofocusRequest request;
