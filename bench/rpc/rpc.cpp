@@ -173,7 +173,7 @@ double At(std::vector<double>& sorted, double share) {
 RoundTrip Asking(const std::shared_ptr<RawClient>& client, std::string message) {
   return [client, message = std::move(message)] {
     const std::optional<std::string> reply = client->Ask(message);
-    return reply && reply->find("\"error\"") == std::string::npos;
+    return reply && !reply->starts_with("{\"error\"");
   };
 }
 
