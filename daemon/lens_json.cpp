@@ -303,4 +303,9 @@ std::string_view ErrorName(Code code) {
   return "io.lensd.Lens.Internal";
 }
 
+const Json* Given(const Json& object, std::string_view key) {
+  const auto found = object.find(key);
+  return found == object.end() || found->is_null() ? nullptr : &*found;
+}
+
 }  // namespace lensd::daemon

@@ -10,6 +10,9 @@
 
 namespace lensd::daemon {
 
+/// A field of an object; nullptr where it is absent or null, which mean the same.
+const proto::Json* Given(const proto::Json& object, std::string_view key);
+
 /// LensInfo.
 proto::Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config,
                      const std::optional<Planning>& planning, const std::string& calibration_file);

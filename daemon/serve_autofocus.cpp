@@ -13,12 +13,6 @@ using proto::Json;
 
 namespace {
 
-/// Null counts as absent.
-const Json* Given(const Json& object, std::string_view key) {
-  const auto found = object.find(key);
-  return found == object.end() || found->is_null() ? nullptr : &*found;
-}
-
 drivers::Region RegionOf(const Json& region) {
   const auto number = [&](const char* key) { return region[key].get<double>(); };
   return {number("x"), number("y"), number("w"), number("h")};

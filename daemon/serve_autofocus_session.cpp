@@ -23,11 +23,6 @@ constexpr double kDefaultDeadlineMs = 60e3;
 constexpr double kLongestDeadlineMs = 600e3;
 constexpr double kDefaultSigma = 0.01;  ///< of a score
 
-const Json* Given(const Json& object, std::string_view key) {
-  const auto found = object.find(key);
-  return found == object.end() || found->is_null() ? nullptr : &*found;
-}
-
 /// Null: the lens' own camera counts.
 Result<double> PixelOf(const Json& parameters) {
   const Json* pixel = Given(parameters, "pixelUm");

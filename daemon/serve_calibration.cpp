@@ -16,11 +16,6 @@ namespace {
 using drivers::Axis;
 using proto::Json;
 
-const Json* Given(const Json& object, std::string_view key) {
-  const auto found = object.find(key);
-  return found == object.end() || found->is_null() ? nullptr : &*found;
-}
-
 std::string Today() {
   const std::time_t now = std::time(nullptr);
   std::tm utc{};

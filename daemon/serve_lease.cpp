@@ -24,11 +24,6 @@ std::string NewKey() {
   return text.data();
 }
 
-const Json* Given(const Json& parameters, std::string_view name) {
-  const auto found = parameters.find(name);
-  return found == parameters.end() || found->is_null() ? nullptr : &*found;
-}
-
 /// Whether a call moves a lens: those methods take a lease's key. A plan that is not applied does not.
 bool Drives(const proto::MethodDefinition& method, std::string_view name, const Json& parameters) {
   if (name == "DropLease") return false;

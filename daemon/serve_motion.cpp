@@ -18,12 +18,6 @@ namespace {
 using drivers::Axis;
 using proto::Json;
 
-/// Null counts as absent.
-const Json* Given(const Json& object, std::string_view key) {
-  const auto found = object.find(key);
-  return found == object.end() || found->is_null() ? nullptr : &*found;
-}
-
 /// The definition admits no other names.
 Axis AxisOf(const Json& name) {
   return *drivers::AxisFromName(name.get_ref<const std::string&>());
