@@ -19,6 +19,10 @@ class Canvas {
  public:
   /// Keeps what the surface points to alive.
   Canvas(const Surface& surface, const CameraSettings& camera);
+  /// The same surface in a picture `magnification` times as large, about the frame's middle. Outlines of regions stay
+  /// between cells.
+  Canvas Magnified(double magnification) const { return Canvas(surface_, width_, height_, magnification); }
+  double magnification() const { return magnification_; }
 
   /// Light of the cell in column x, row y; any integers.
   float CellLight(int x, int y) const;
@@ -27,6 +31,12 @@ class Canvas {
     if (formula_) return FormulaAt(x, y);
     return CellLight(static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)));
   }
+  /// Of a sinusoid's two factors at a point of the picture, in radians.
+  struct Phases {
+    double x;
+    double y;
+  };
+  Phases PhaseAt(double x, double y) const;
   /// Whether the surface's region holds the cell.
   bool Covers(int x, int y) const { return x >= left_ && x < right_ && y >= top_ && y < bottom_; }
   bool CoversAll() const { return covers_all_; }
@@ -52,7 +62,17 @@ class Canvas {
   Raster VergenceOver(PixelRect rect) const;
 
  private:
+  Canvas(const Surface& surface, int width, int height, double magnification);
+  /// Where a point of the picture, along x or y, is in the picture of magnification 1, and the other way.
+  double Unmagnified(double at, int size) const {
+    return magnification_ == 1.0 ? at : 0.5 * size + (at - 0.5 * size) / magnification_;
+  }
+  double Magnified(double at, int size) const {
+    return magnification_ == 1.0 ? at : 0.5 * size + (at - 0.5 * size) * magnification_;
+  }
   double FormulaAt(double x, double y) const;
+  float DepthMapCell(int x, int y) const;
+  Raster TextureOver(PixelRect rect) const;
   void LayRegion();
   void LayPaint();
   void LayShape();
@@ -60,6 +80,7 @@ class Canvas {
   Surface surface_;
   int width_;
   int height_;
+  double magnification_;
   int left_, top_, right_, bottom_;
   bool covers_all_ = false;
   bool formula_ = false;

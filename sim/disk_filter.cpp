@@ -148,9 +148,9 @@ void SummedRaster::SumRows(int first, int count) {
   }
 }
 
-DiskFilter::DiskFilter(double diameter_px, Method method) : method_(method) {
+DiskFilter::DiskFilter(double diameter_px, Method method, const ApertureShape& shape) : method_(method) {
   if (method_ == Method::Auto) method_ = diameter_px <= kLargestDirect ? Method::Direct : Method::Runs;
-  const DiskKernel kernel(diameter_px);
+  const DiskKernel kernel(diameter_px, shape);
   reach_ = kernel.reach;
   for (int dy = 0; dy <= reach_; ++dy) {
     std::vector<Tap> taps;

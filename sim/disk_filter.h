@@ -34,13 +34,13 @@ class SummedRaster {
   std::vector<float> sums_;
 };
 
-/// Convolution with a disk's area-coverage kernel. Small disks cell by cell; larger ones row by row: in each row the
-/// disk is a run of whole cells with partly covered ones at its ends, which the running sums give in one difference a
-/// partly covered cell. The cost grows with the diameter, not with the area.
+/// Convolution with a disk's area-coverage kernel, or that of an even polygon. Small disks cell by cell; larger ones
+/// row by row: in each row the disk is a run of whole cells with partly covered ones at its ends, which the running
+/// sums give in one difference a partly covered cell. The cost grows with the diameter, not with the area.
 class DiskFilter {
  public:
   enum class Method { Auto, Direct, Runs };
-  explicit DiskFilter(double diameter_px, Method method = Method::Auto);
+  explicit DiskFilter(double diameter_px, Method method = Method::Auto, const ApertureShape& shape = {});
 
   int reach() const { return reach_; }
   /// Fills `out`, whose rectangle grown by reach() lies within the source's.

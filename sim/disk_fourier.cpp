@@ -342,14 +342,14 @@ FourierPlan::FourierPlan(int length) : size(length) {
   }
 }
 
-DiskFourier::DiskFourier(double diameter_px, int width, int height)
-    : reach_(DiskKernel(diameter_px).reach),
+DiskFourier::DiskFourier(double diameter_px, int width, int height, const ApertureShape& shape)
+    : reach_(DiskKernel(diameter_px, shape).reach),
       width_(width),
       height_(height),
       half_((height + 1) / 2),
       down_(GoodSize(half_ + 2 * reach_)),
       along_(GoodSize(width + 2 * reach_)) {
-  const DiskKernel kernel(diameter_px);
+  const DiskKernel kernel(diameter_px, shape);
   Planes& planes = ScratchFor(down_, along_);
   Fill(Raster(), {}, 0, 0, planes, planes.re.get());
   Fill(Raster(), {}, 0, 0, planes, planes.im.get());

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "aperture_shape.h"
 #include "raster.h"
 
 namespace lensd::sim {
@@ -21,13 +22,14 @@ struct FourierPlan {
   explicit FourierPlan(int length);  ///< a product of 2, 3 and 5
 };
 
-/// Convolution with a disk's area-coverage kernel for rasters of one size. Two halves of the picture travel as the real
-/// and imaginary parts of one: the kernel is symmetric, so its transform is real and keeps them apart. Rows and columns
-/// of the spectrum stay in the order the forward transform leaves them in, which the way back undoes.
+/// Convolution with the area-coverage kernel of a disk or an even polygon for rasters of one size. Two halves of the
+/// picture travel as the real and imaginary parts of one: the kernel is symmetric, so its transform is real and keeps
+/// them apart. Rows and columns of the spectrum stay in the order the forward transform leaves them in, which the way
+/// back undoes.
 class DiskFourier {
  public:
   /// For results of `width` x `height` px.
-  DiskFourier(double diameter_px, int width, int height);
+  DiskFourier(double diameter_px, int width, int height, const ApertureShape& shape = {});
 
   int reach() const { return reach_; }
   /// Fills `out`, of the size given above, whose rectangle grown by reach() lies within the source's.

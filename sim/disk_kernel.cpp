@@ -35,11 +35,14 @@ double DiskInQuadrant(double r, double x, double y) {
 }
 
 /// Cover of the cell in column x, row y (both >= 0): exactly 1 or 0 where the circle does not cross it.
-double CellCover(double diameter, int x, int y) {
+double CellCover(double diameter, const ApertureShape& shape, int x, int y) {
   const double r = 0.5 * diameter;
-  if (std::hypot(x + 0.5, y + 0.5) <= r) return 1.0;
-  if (std::hypot(std::max(0.0, x - 0.5), std::max(0.0, y - 0.5)) >= r) return 0.0;
-  return std::clamp(DiskInRectangle(diameter, x - 0.5, y - 0.5, x + 0.5, y + 0.5), 0.0, 1.0);
+  if (shape.is_circle() && std::hypot(x + 0.5, y + 0.5) <= r) return 1.0;
+  if (std::hypot(std::max(0.0, x - 0.5), std::max(0.0, y - 0.5)) >= shape.reach() * diameter) return 0.0;
+  // Whole cells must be equal to the last bit: the running sums pass over what does not change.
+  constexpr double kRounding = 1e-12;
+  const double area = shape.AreaIn(diameter, x - 0.5, y - 0.5, x + 0.5, y + 0.5);
+  return area > 1.0 - kRounding ? 1.0 : area < kRounding ? 0.0 : area;
 }
 
 }  // namespace
@@ -49,30 +52,31 @@ double DiskInRectangle(double diameter, double x0, double y0, double x1, double 
   return DiskInQuadrant(r, x1, y1) - DiskInQuadrant(r, x0, y1) - DiskInQuadrant(r, x1, y0) + DiskInQuadrant(r, x0, y0);
 }
 
-DiskKernel::DiskKernel(double diameter_px)
-    : reach(static_cast<int>(std::ceil(0.5 * std::max(diameter_px, 1.0) - 0.5))) {
+DiskKernel::DiskKernel(double diameter_px, const ApertureShape& shape)
+    : reach(std::max(0, static_cast<int>(std::ceil(shape.reach() * diameter_px - 0.5)))) {
   const int side = 2 * reach + 1;
   weights.resize(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
   if (reach == 0) {
     weights[0] = 1.0;
     return;
   }
-  // One octant is worked out and mirrored, so that the kernel is symmetric to the last bit.
-  double sum = 0.0;
+  // One part is worked out and mirrored, so that the kernel is symmetric to the last bit: a quarter, of a disk an
+  // octant.
   const auto set = [&](int x, int y, double value) {
     weights[static_cast<std::size_t>((y + reach) * side + (x + reach))] = value;
   };
   for (int y = 0; y <= reach; ++y) {
-    for (int x = y; x <= reach; ++x) {
-      const double area = CellCover(diameter_px, x, y);
+    for (int x = shape.is_circle() ? y : 0; x <= reach; ++x) {
+      const double area = CellCover(diameter_px, shape, x, y);
       for (const int a : {x, -x}) {
         for (const int b : {y, -y}) {
           set(a, b, area);
-          set(b, a, area);
+          if (shape.is_circle()) set(b, a, area);
         }
       }
     }
   }
+  double sum = 0.0;
   for (const double weight : weights) sum += weight;
   for (double& weight : weights) weight /= sum;
 }

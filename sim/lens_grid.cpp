@@ -9,7 +9,7 @@ namespace {
 constexpr double kPerPixel = 64.0;            // grid points a pixel of blur, where blur is small
 constexpr double kEven = 2.0;                 // px of blur up to which the grid is even; beyond, it is even in log
 constexpr double kApertureLog = 1.0 / 256.0;  // spacing of log(aperture diameter)
-constexpr double kFocalLog = 1e-6;            // spacing of log(focal length)
+constexpr double kFocalLog = 1e-6;            // spacing of log(focal length) and of log(magnification)
 constexpr double kPlainDistance = 1e-7;       // m, spacing of the sensor distance where there is no lens to focus
 
 /// Even up to `even_px`, then even in log with the same spacing there.
@@ -77,6 +77,7 @@ LensGrid::Focus LensGrid::FocusOf(double focal_length_m, double aperture_m) cons
 LensGrid::Key LensGrid::KeyOf(const OpticalState& state) const {
   Key key;
   key.model = state.model;
+  key.magnification = std::llround(std::log(state.magnification) / kFocalLog);
   if (state.model != LensModel::Pinhole) {
     key.aperture = std::llround(std::log(std::max(state.aperture_diameter_m, 1e-9)) / kApertureLog);
   }
@@ -99,6 +100,7 @@ LensGrid::Key LensGrid::KeyOf(const OpticalState& state) const {
 OpticalState LensGrid::StateOf(const Key& key) const {
   OpticalState state;
   state.model = key.model;
+  state.magnification = std::exp(kFocalLog * static_cast<double>(key.magnification));
   state.aperture_diameter_m = std::exp(kApertureLog * static_cast<double>(key.aperture));
   if (key.model == LensModel::Pinhole) state.aperture_diameter_m = 0.0;
   if (key.model != LensModel::Thin) {

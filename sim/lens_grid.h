@@ -17,7 +17,7 @@ struct VergenceSpan {
 VergenceSpan SpanOf(const Scene& scene);
 
 /// The spacing of the set: blur of the subject nearest to focus moves by at most 1/128 px or 1/256 of itself, whichever
-/// is larger; aperture and focal length are kept to 1/512 and 5e-7 of themselves.
+/// is larger; aperture, focal length and magnification are kept to 1/512, 5e-7 and 5e-7 of themselves.
 class LensGrid {
  public:
   explicit LensGrid(const Scene& scene) : span_(SpanOf(scene)), pixel_m_(scene.camera.pixel_um * 1e-6) {}
@@ -28,6 +28,7 @@ class LensGrid {
     std::int64_t focal_length = 0;
     std::int64_t aperture = 0;
     std::int64_t extension = 0;
+    std::int64_t magnification = 0;
     auto operator<=>(const Key&) const = default;
   };
   Key KeyOf(const OpticalState& state) const;

@@ -107,12 +107,12 @@ namespace {
 HWY_EXPORT(FollowPart);
 
 /// Largest distance in cells that a ray over the canvases strays from its pixel.
-int ReachOver(const std::vector<Canvas>& canvases, const BlurLine& line) {
+int ReachOver(const std::vector<Canvas>& canvases, const BlurLine& line, const ApertureShape& shape) {
   double largest = 0.0;
   for (const Canvas& canvas : canvases) {
     largest = std::max({largest, std::abs(line.At(canvas.min_vergence())), std::abs(line.At(canvas.max_vergence()))});
   }
-  return static_cast<int>(std::ceil(0.5 * largest)) + 1;
+  return static_cast<int>(std::ceil(shape.reach() * largest)) + 1;
 }
 
 March::Layer LayerOf(const Canvas& canvas, PixelRect rect) {
@@ -179,8 +179,8 @@ bool CanMarch(const std::vector<Canvas>& canvases) {
                      [](const Canvas& canvas) { return canvas.is_wall() || !canvas.is_plane(); });
 }
 
-March::March(const std::vector<Canvas>& canvases, BlurLine line, PixelRect region)
-    : canvases_(canvases), line_(line), reach_(ReachOver(canvases, line)) {
+March::March(const std::vector<Canvas>& canvases, BlurLine line, const ApertureShape& shape, PixelRect region)
+    : canvases_(canvases), line_(line), shape_(shape), reach_(ReachOver(canvases, line, shape)) {
   for (const Canvas& canvas : canvases) layers_.push_back(LayerOf(canvas, Grown(region, reach_)));
 }
 
@@ -188,7 +188,7 @@ const March::Bundle& March::BundleOf(int rays_per_pixel) {
   Bundle& bundle = bundles_[rays_per_pixel];
   if (!bundle.first_step.empty()) return bundle;
   bundle.first_step.push_back(0);
-  for (const AperturePoint& point : SpreadOverAperture(rays_per_pixel)) AddProgramme(point, bundle);
+  for (const AperturePoint& point : SpreadOverAperture(rays_per_pixel, shape_)) AddProgramme(point, bundle);
   AddProgramme({}, bundle);
   return bundle;
 }

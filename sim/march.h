@@ -24,7 +24,7 @@ class March {
  public:
   /// Prepares `region`, whose parts may be asked for. CanMarch(canvases). The scene's cells are copied; `canvases` must
   /// outlive the march.
-  March(const std::vector<Canvas>& canvases, BlurLine line, PixelRect region);
+  March(const std::vector<Canvas>& canvases, BlurLine line, const ApertureShape& shape, PixelRect region);
 
   /// Fills `part` of `image`; the part lies in the region and in the image.
   void Render(PixelRect part, int rays_per_pixel, Raster& image);
@@ -55,6 +55,7 @@ class March {
 
   const std::vector<Canvas>& canvases_;
   BlurLine line_;
+  ApertureShape shape_;
   int reach_;
   std::vector<Layer> layers_;
   std::map<int, Bundle> bundles_;  ///< by rays per pixel

@@ -198,7 +198,9 @@ TrueState Mechanics::StateOf(Duration at) const {
   state.optics.focal_length_m = nominal_m * (1.0 + lens.breathing * along);
   state.optics.aperture_diameter_m = nominal_m / state.f_number;
   state.optics.sensor_distance_m = state.optics.focal_length_m + state.extension_m;
+  state.optics.magnification = state.optics.focal_length_m / (1e-3 * lens.min_focal_length_mm);
   if (lens.liquid) {
+    state.optics.magnification = 1.0;
     state.optics.focal_length_m = nominal_m - state.extension_m;
     state.optics.sensor_distance_m = nominal_m;
   }

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <optional>
 
 #include "cell_walk.h"
@@ -70,7 +69,7 @@ std::optional<Hit> HitSurface(const Canvas& canvas, const Ray& ray) {
 
 }  // namespace
 
-std::vector<AperturePoint> SpreadOverAperture(int count) {
+std::vector<AperturePoint> SpreadOverAperture(int count, const ApertureShape& shape) {
   int previous = 1;
   int size = 1;
   while (size < count) {
@@ -83,15 +82,13 @@ std::vector<AperturePoint> SpreadOverAperture(int count) {
     const double along = (i + 0.5) / size;
     const double squared_radius = 1.0 - std::abs(2.0 * along - 1.0);
     const auto turns = static_cast<double>(static_cast<std::int64_t>(i) * previous % size) / size;
-    const double radius = 0.5 * std::sqrt(squared_radius);
-    const double angle = 2.0 * std::numbers::pi * turns;
-    points.push_back({radius * std::cos(angle), radius * std::sin(angle)});
+    points.push_back(shape.PointAt(0.5 * std::sqrt(squared_radius), turns));
   }
   return points;
 }
 
-RayTracer::RayTracer(const std::vector<Canvas>& canvases, BlurLine line, int rays_per_pixel)
-    : canvases_(canvases), line_(line), points_(SpreadOverAperture(rays_per_pixel)) {
+RayTracer::RayTracer(const std::vector<Canvas>& canvases, BlurLine line, const ApertureShape& shape, int rays_per_pixel)
+    : canvases_(canvases), line_(line), points_(SpreadOverAperture(rays_per_pixel, shape)) {
   const bool no_blur = line.at_infinity_px == 0.0 && line.per_dioptre_px == 0.0;
   if (no_blur) points_ = {AperturePoint{}};
 }

@@ -4,28 +4,23 @@
 #include <optional>
 #include <vector>
 
+#include "aperture_shape.h"
 #include "blur_line.h"
 #include "canvas.h"
 
 namespace lensd::sim {
 
-/// A point of the aperture, in aperture diameters from its centre (length at most 1/2).
-struct AperturePoint {
-  double x = 0.0;
-  double y = 0.0;
-};
-
 /// At least `count` points spread evenly over the aperture, the same ones every time: a Fibonacci lattice in squared
 /// radius and angle. The radius runs out and back in (the lattice is folded), which makes it periodic, so that smooth
 /// pictures converge with the square of the count; others follow the lattice's low discrepancy.
-std::vector<AperturePoint> SpreadOverAperture(int count);
+std::vector<AperturePoint> SpreadOverAperture(int count, const ApertureShape& shape = {});
 
 /// Follows rays through surfaces, nearest first. Where a ray meets a depth map from the side, between a near cell and a
 /// farther one, the photograph does not say what is there: such rays are left out of the mean.
 class RayTracer {
  public:
   /// Keeps a reference to `canvases`.
-  RayTracer(const std::vector<Canvas>& canvases, BlurLine line, int rays_per_pixel);
+  RayTracer(const std::vector<Canvas>& canvases, BlurLine line, const ApertureShape& shape, int rays_per_pixel);
 
   /// Mean light over the aperture at a point of the sensor, in pixels.
   double LightAt(double x, double y) const;

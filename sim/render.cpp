@@ -16,6 +16,7 @@ namespace lensd::sim {
 
 struct Renderer::Prepared {
   CameraSettings camera;
+  ApertureShape shape;
   std::vector<Canvas> canvases;
   std::vector<LightPoint> lights;
 };
@@ -97,28 +98,26 @@ std::vector<Canvas> VisibleOf(std::vector<Canvas> canvases) {
 }
 
 /// A point of light spreads its energy evenly over its disk, one pixel wide at least, wherever nothing stands between.
-void AddLight(const std::vector<Canvas>& canvases, const BlurLine& line, const CameraSettings& camera,
-              const LightPoint& light, Raster& image) {
-  const double centre_x = light.x * camera.width;
-  const double centre_y = light.y * camera.height;
+void AddLight(const View& view, double centre_x, double centre_y, const LightPoint& light, Raster& image) {
   const double vergence = 1.0 / light.distance_m;
-  const double away = line.At(vergence);
-  const double diameter = std::max(std::abs(away), 1.0);
-  const double area = DiskInRectangle(diameter, -diameter, -diameter, diameter, diameter);
+  const double away = view.line.At(vergence);
+  const double diameter = std::copysign(std::max(std::abs(away), 1.0), away);
+  const double reach = view.shape.reach() * std::abs(diameter);
+  const double area = view.shape.AreaIn(diameter, -reach, -reach, reach, reach);
   const PixelRect all = image.rect;
   const auto first = [&](double centre, int low) {
-    return std::max(low, static_cast<int>(std::floor(centre - 0.5 * diameter)));
+    return std::max(low, static_cast<int>(std::floor(centre - reach)));
   };
   const auto last = [&](double centre, int high) {
-    return std::min(high, static_cast<int>(std::ceil(centre + 0.5 * diameter)));
+    return std::min(high, static_cast<int>(std::ceil(centre + reach)));
   };
   for (int y = first(centre_y, all.y); y < last(centre_y, all.y + all.height); ++y) {
     for (int x = first(centre_x, all.x); x < last(centre_x, all.x + all.width); ++x) {
-      const double cover = DiskInRectangle(diameter, x - centre_x, y - centre_y, x + 1 - centre_x, y + 1 - centre_y);
+      const double cover = view.shape.AreaIn(diameter, x - centre_x, y - centre_y, x + 1 - centre_x, y + 1 - centre_y);
       if (cover <= 0.0) continue;
       AperturePoint through{};
       if (std::abs(away) >= 1.0) through = {(x + 0.5 - centre_x) / away, (y + 0.5 - centre_y) / away};
-      if (!IsSeen(canvases, line, centre_x, centre_y, vergence, through)) continue;
+      if (!IsSeen(view.canvases, view.line, centre_x, centre_y, vergence, through)) continue;
       image.Row(y)[x - all.x] += static_cast<float>(light.intensity * cover / area);
     }
   }
@@ -126,11 +125,12 @@ void AddLight(const std::vector<Canvas>& canvases, const BlurLine& line, const C
 
 Result<void> CheckState(const OpticalState& state) {
   const auto bad = [](double value) { return !std::isfinite(value) || value <= 0.0; };
-  if (bad(state.sensor_distance_m) || (state.model == LensModel::Thin && bad(state.focal_length_m)) ||
-      !std::isfinite(state.aperture_diameter_m) || state.aperture_diameter_m < 0.0) {
+  if (bad(state.sensor_distance_m) || bad(state.magnification) ||
+      (state.model == LensModel::Thin && bad(state.focal_length_m)) || !std::isfinite(state.aperture_diameter_m) ||
+      state.aperture_diameter_m < 0.0) {
     return Fail(Code::InvalidArgument,
-                "the lens's focal length and sensor distance must be finite and above 0, its aperture finite and not "
-                "negative");
+                "the lens's focal length, sensor distance and magnification must be finite and above 0, its aperture "
+                "finite and not negative");
   }
   return {};
 }
@@ -163,12 +163,16 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 Renderer::~Renderer() = default;
 
 Result<Renderer> Renderer::Create(const Scene& scene) {
+  if (scene.lens.aperture_blades != 0 && scene.lens.aperture_blades < 3) {
+    return Fail(Code::InvalidArgument, "an aperture has three blades or more, or 0 for a circle");
+  }
   if (scene.camera.width <= 0 || scene.camera.height <= 0 || !(scene.camera.pixel_um > 0.0)) {
     return Fail(Code::InvalidArgument, "the scene's camera needs a width, a height and a pixel size above 0");
   }
   auto prepared = std::make_unique<Prepared>();
   prepared->camera = scene.camera;
   prepared->lights = scene.lights;
+  prepared->shape = ApertureShape(scene.lens.aperture_blades);
   for (const Surface& surface : scene.surfaces) prepared->canvases.emplace_back(surface, scene.camera);
   prepared->canvases = VisibleOf(std::move(prepared->canvases));
   return Renderer(std::move(prepared));
@@ -178,12 +182,21 @@ Result<Rendered> Renderer::Render(const OpticalState& state, const RenderOptions
   if (Result<void> checked = CheckState(state); !checked) return PassOn(std::move(checked));
   const Result<PixelRect> region = RegionOf(prepared_->camera, options);
   if (!region) return std::unexpected(region.error());
-  const View view{prepared_->canvases, BlurLineOf(prepared_->camera, state), *region};
+  const CameraSettings& camera = prepared_->camera;
+  std::vector<Canvas> magnified;
+  if (state.magnification != 1.0) {
+    for (const Canvas& canvas : prepared_->canvases) magnified.push_back(canvas.Magnified(state.magnification));
+  }
+  const View view{magnified.empty() ? prepared_->canvases : magnified, BlurLineOf(camera, state), *region,
+                  prepared_->shape};
   const Result<const Way*> way = Choose(view, options);
   if (!way) return std::unexpected(way.error());
   Made made = Make(view, **way, options);
   for (const LightPoint& light : prepared_->lights) {
-    AddLight(view.canvases, view.line, prepared_->camera, light, made.image);
+    const auto place = [&](double fraction, int size) {
+      return 0.5 * size + (fraction * size - 0.5 * size) * state.magnification;
+    };
+    AddLight(view, place(light.x, camera.width), place(light.y, camera.height), light, made.image);
   }
   return Rendered{.image = {region->width, region->height, std::move(made.image.values)},
                   .region = *region,

@@ -20,7 +20,7 @@ struct BlurredLayer {
 
 BlurredLayer BlurLayer(const View& view, const Canvas& canvas) {
   const double diameter = std::abs(view.line.At(canvas.PlaneVergence(0, 0)));
-  const DiskFilter filter(diameter);
+  const DiskFilter filter(diameter, DiskFilter::Method::Auto, view.shape);
   Raster light = canvas.LightOver(Grown(view.region, filter.reach()));
   Raster cover(light.rect);
   for (int y = light.rect.y; y < light.rect.y + light.rect.height; ++y) {
@@ -53,7 +53,8 @@ std::vector<const Canvas*> ByVergence(const std::vector<Canvas>& canvases) {
 }  // namespace
 
 bool CanLayers(const View& view) {
-  return std::all_of(view.canvases.begin(), view.canvases.end(), [](const Canvas& canvas) { return canvas.is_wall(); });
+  return view.shape.is_even() &&
+         std::all_of(view.canvases.begin(), view.canvases.end(), [](const Canvas& canvas) { return canvas.is_wall(); });
 }
 
 double LayersBound(const View& view) {
@@ -113,7 +114,7 @@ void ForTiles(const View& view, int width, int height, Visit visit) {
 
 Raster RenderMarch(const View& view, const RayBudget& budget) {
   Raster image(view.region);
-  March march(view.canvases, view.line, view.region);
+  March march(view.canvases, view.line, view.shape, view.region);
   ForTiles(view, 32, 16, [&](PixelRect tile) { march.Render(tile, budget.RaysFor(tile), image); });
   return image;
 }
@@ -121,7 +122,7 @@ Raster RenderMarch(const View& view, const RayBudget& budget) {
 Raster RenderHybrid(const View& view, const RayBudget& budget) {
   Raster doubtful;
   Raster image = RenderLayers(view, &doubtful);
-  March march(view.canvases, view.line, view.region);
+  March march(view.canvases, view.line, view.shape, view.region);
   ForTiles(view, 16, 8, [&](PixelRect tile) {
     for (int y = tile.y; y < tile.y + tile.height; ++y) {
       const float* row = doubtful.Row(y) + (tile.x - view.region.x);
@@ -136,7 +137,7 @@ Raster RenderHybrid(const View& view, const RayBudget& budget) {
 Raster RenderRays(const View& view, const RayBudget& budget) {
   Raster image(view.region);
   ForTiles(view, 64, 64, [&](PixelRect tile) {
-    const RayTracer tracer(view.canvases, view.line, budget.RaysFor(tile));
+    const RayTracer tracer(view.canvases, view.line, view.shape, budget.RaysFor(tile));
     for (int y = tile.y; y < tile.y + tile.height; ++y) {
       for (int x = tile.x; x < tile.x + tile.width; ++x) {
         image.Row(y)[x - view.region.x] = static_cast<float>(tracer.LightAt(x + 0.5, y + 0.5));

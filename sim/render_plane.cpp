@@ -134,7 +134,7 @@ int ReachOf(const View& view) {
 }  // namespace
 
 bool CanPlane(const View& view) {
-  if (view.canvases.size() != 1 || !view.canvases.front().CoversAll()) return false;
+  if (!view.shape.is_circle() || view.canvases.size() != 1 || !view.canvases.front().CoversAll()) return false;
   const Canvas& canvas = view.canvases.front();
   return canvas.is_plane() && !canvas.is_wall() && std::holds_alternative<TexturePaint>(canvas.paint()) &&
          TiltOf(view).steepness() <= kSteepest;

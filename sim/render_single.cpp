@@ -1,6 +1,7 @@
 // Renderers of a single surface over the whole picture.
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <numbers>
 
@@ -21,11 +22,6 @@ bool HasTexture(const Canvas& canvas) {
   return std::holds_alternative<TexturePaint>(canvas.paint());
 }
 
-/// 2 J1(x) / x, 1 at 0.
-double DiskTransfer(double x) {
-  return x < 1e-8 ? 1.0 : 2.0 * std::cyl_bessel_j(1.0, x) / x;
-}
-
 Raster BlurDiameters(const View& view) {
   Raster diameters = view.canvases.front().VergenceOver(view.region);
   for (float& value : diameters.values) value = static_cast<float>(std::abs(view.line.At(static_cast<double>(value))));
@@ -40,27 +36,40 @@ bool CanFourier(const View& view) {
 
 Raster RenderFourier(const View& view) {
   const Canvas& canvas = view.canvases.front();
-  double transfer = 1.0;
-  if (const auto* wave = std::get_if<SinusoidPaint>(&canvas.paint())) {
-    // A product of two cosines is half the sum of two plane waves of the same frequency.
-    const auto frequency = [](double period) { return period == 0.0 ? 0.0 : 1.0 / period; };
-    const double per_pixel = std::hypot(frequency(wave->period_x_px), frequency(wave->period_y_px));
-    transfer = DiskTransfer(std::numbers::pi * std::abs(view.line.At(canvas.PlaneVergence(0, 0))) * per_pixel);
-    if (per_pixel == 0.0) transfer = 1.0;
-  }
-  const bool waves = std::holds_alternative<SinusoidPaint>(canvas.paint());
   Raster image(view.region);
-  for (int y = view.region.y; y < view.region.y + view.region.height; ++y) {
-    for (int x = 0; x < view.region.width; ++x) {
-      const double light = canvas.LightAt(view.region.x + x + 0.5, y + 0.5);
-      image.Row(y)[x] = static_cast<float>(waves ? 0.5 + transfer * (light - 0.5) : light);
+  const auto fill = [&](auto light_at) {
+    for (int y = view.region.y; y < view.region.y + view.region.height; ++y) {
+      for (int x = 0; x < view.region.width; ++x) {
+        image.Row(y)[x] = static_cast<float>(light_at(view.region.x + x + 0.5, y + 0.5));
+      }
     }
+  };
+  const auto* wave = std::get_if<SinusoidPaint>(&canvas.paint());
+  if (wave == nullptr) {
+    fill([&](double x, double y) { return canvas.LightAt(x, y); });
+    return image;
   }
+  // A product of two cosines is half the sum of two plane waves, one rising and one falling to the right.
+  const auto per_pixel = [&](double period) {
+    return period == 0.0 ? 0.0 : 2.0 * std::numbers::pi / (period * canvas.magnification());
+  };
+  const double d = view.line.At(canvas.PlaneVergence(0, 0));
+  const double kx = d * per_pixel(wave->period_x_px), ky = d * per_pixel(wave->period_y_px);
+  const std::complex<double> rising = view.shape.Transfer(kx, ky), falling = view.shape.Transfer(kx, -ky);
+  if (view.shape.is_even()) {  // both are real and the same
+    fill([&](double x, double y) { return 0.5 + rising.real() * (canvas.LightAt(x, y) - 0.5); });
+    return image;
+  }
+  fill([&](double x, double y) {
+    const auto [phase_x, phase_y] = canvas.PhaseAt(x, y);
+    return 0.5 +
+           0.25 * (rising * std::polar(1.0, phase_x + phase_y) + falling * std::polar(1.0, phase_x - phase_y)).real();
+  });
   return image;
 }
 
 bool CanWall(const View& view) {
-  return IsSingle(view) && view.canvases.front().is_wall() && HasTexture(view.canvases.front());
+  return view.shape.is_even() && IsSingle(view) && view.canvases.front().is_wall() && HasTexture(view.canvases.front());
 }
 
 Raster RenderWall(const View& view) {
@@ -71,24 +80,24 @@ Raster RenderWall(const View& view) {
   const double diameter = std::abs(view.line.At(canvas.PlaneVergence(0, 0)));
   Raster image(view.region);
   if (diameter >= kFourierFrom && view.region.width * view.region.height >= kManyPixels) {
-    const DiskFourier fourier(diameter, view.region.width, view.region.height);
+    const DiskFourier fourier(diameter, view.region.width, view.region.height, view.shape);
     fourier.Blur(canvas.LightOver(Grown(view.region, fourier.reach())), image);
     return image;
   }
-  const DiskFilter filter(diameter);
+  const DiskFilter filter(diameter, DiskFilter::Method::Auto, view.shape);
   filter.Blur(canvas.LightOver(Grown(view.region, filter.reach())), image);
   return image;
 }
 
 bool CanGather(const View& view) {
-  return !view.canvases.empty();
+  return view.shape.is_even() && !view.canvases.empty();
 }
 
 double GatherBound(const View& view) {
   if (!IsSingle(view)) return 1.0;
   const Canvas& canvas = view.canvases.front();
   const double largest = LargestBlur(view);
-  const PixelRect seen = Grown(view.region, static_cast<int>(std::ceil(0.5 * largest)));
+  const PixelRect seen = Grown(view.region, static_cast<int>(std::ceil(view.shape.reach() * largest)));
   const Liveliness lively = LivelinessOf(canvas.LightOver(seen));
   // d changes by g a pixel. The true kernel is the disk with its points moved by d |h| |g . h| on a plane, 0.08 d g on
   // average over the aperture; cells that face the camera shift the disk's middle by d g / 4 instead. A move changes
@@ -107,7 +116,8 @@ double GatherBound(const View& view) {
     steepest = view.line.per_dioptre_px * static_cast<double>(step) * std::numbers::sqrt2;
     mean_move = 0.25;
   }
-  const double move = mean_move * largest * steepest * std::numbers::sqrt2;
+  const double corners = 2.0 * view.shape.reach();  // how much farther from the centre than a circle
+  const double move = mean_move * corners * corners * largest * steepest * std::numbers::sqrt2;
   if (steepest > 0.5) return lively.range;
   return std::min(lively.range, (move + kLadderMove) * lively.variation);
 }
@@ -116,18 +126,19 @@ Raster RenderGather(const View& view) {
   if (IsSingle(view)) {
     const Raster diameters = BlurDiameters(view);
     const float largest = *std::max_element(diameters.values.begin(), diameters.values.end());
-    const int reach = ReachOf(static_cast<double>(largest));
+    const int reach = ReachOf(static_cast<double>(largest), view.shape);
     const Raster light = view.canvases.front().LightOver(Grown(view.region, reach));
     Raster image(view.region);
-    BlurVarying(SummedRaster(light), diameters, image);
+    BlurVarying(SummedRaster(light), diameters, image, view.shape);
     return image;
   }
   Raster diameters = SharpViewOver(view.canvases, view.region).vergence;
   for (float& value : diameters.values) value = static_cast<float>(std::abs(view.line.At(static_cast<double>(value))));
   const float largest = *std::max_element(diameters.values.begin(), diameters.values.end());
-  const Raster light = SharpViewOver(view.canvases, Grown(view.region, ReachOf(static_cast<double>(largest)))).light;
+  const Raster light =
+      SharpViewOver(view.canvases, Grown(view.region, ReachOf(static_cast<double>(largest), view.shape))).light;
   Raster image(view.region);
-  BlurVarying(SummedRaster(light), diameters, image);
+  BlurVarying(SummedRaster(light), diameters, image, view.shape);
   return image;
 }
 
@@ -137,7 +148,7 @@ bool CanSplat(const View& view) {
 
 Raster RenderSplat(const View& view) {
   const Canvas& canvas = view.canvases.front();
-  const int reach = static_cast<int>(std::ceil(0.5 * LargestBlur(view))) + 2;
+  const int reach = static_cast<int>(std::ceil(view.shape.reach() * LargestBlur(view))) + 2;
   const double slope_x = view.line.per_dioptre_px * canvas.slope_x();
   const double slope_y = view.line.per_dioptre_px * canvas.slope_y();
   const PixelRect all = view.region;
@@ -147,13 +158,13 @@ Raster RenderSplat(const View& view) {
   for (int y = from.y; y < from.y + from.height; ++y) {
     for (int x = from.x; x < from.x + from.width; ++x) {
       const double away = view.line.At(static_cast<double>(canvas.CellVergence(x, y)));
-      const double diameter = std::max(std::abs(away), 1.0);
+      const double diameter = std::copysign(std::max(std::abs(away), 1.0), away);
       const double light = static_cast<double>(canvas.CellLight(x, y));
-      const int span = static_cast<int>(std::ceil(0.5 * diameter + 0.5));
+      const int span = static_cast<int>(std::ceil(view.shape.reach() * std::abs(diameter) + 0.5));
       for (int py = std::max(all.y, y - span); py <= std::min(all.y + all.height - 1, y + span); ++py) {
         for (int px = std::max(all.x, x - span); px <= std::min(all.x + all.width - 1, x + span); ++px) {
-          double share =
-              DiskInRectangle(diameter, px - x - 0.5, py - y - 0.5, px - x + 0.5, py - y + 0.5) / (diameter * diameter);
+          double share = view.shape.AreaIn(diameter, px - x - 0.5, py - y - 0.5, px - x + 0.5, py - y + 0.5) /
+                         (diameter * diameter);
           if (share <= 0.0) continue;
           if (std::abs(away) > 1.0) share *= 1.0 + ((px - x) * slope_x + (py - y) * slope_y) / away;
           const auto i = static_cast<std::size_t>(py - all.y) * static_cast<std::size_t>(all.width) +

@@ -67,6 +67,10 @@ void ReadOptics(SettingsReader& read, LensSettings& lens) {
   const double common = std::max(lens.min_f_number, std::min(lens.initial_f_number, lens.max_f_number));
   lens.initial_f_number = read.Number("initial_f_number", common, {lens.min_f_number, lens.max_f_number});
   lens.breathing = read.Number("breathing", lens.breathing, {-0.5, 0.5});
+  lens.aperture_blades = static_cast<int>(read.Integer("aperture_blades", lens.aperture_blades, {0, 64}));
+  if (lens.aperture_blades == 1 || lens.aperture_blades == 2) {
+    read.Reject("aperture_blades", "must be at least 3, or 0 for a circle");
+  }
   lens.temperature_c = read.Number("temperature_c", lens.temperature_c, {-273.15, 1000.0});
   lens.drift_um_per_c = read.Number("drift_um_per_c", lens.drift_um_per_c, {-1e4, 1e4});
 }

@@ -46,13 +46,15 @@ double DiameterOf(int rung) {
 
 class Ladder {
  public:
+  explicit Ladder(const ApertureShape& shape) : shape_(shape) {}
   const DiskFilter& Filter(int rung) {
     const auto found = filters_.find(rung);
     if (found != filters_.end()) return found->second;
-    return filters_.emplace(rung, DiskFilter(DiameterOf(rung))).first->second;
+    return filters_.emplace(rung, DiskFilter(DiameterOf(rung), DiskFilter::Method::Auto, shape_)).first->second;
   }
 
  private:
+  const ApertureShape& shape_;
   std::map<int, DiskFilter> filters_;
 };
 
@@ -127,17 +129,17 @@ void BlurTile(const SummedRaster& source, Ladder& ladder, const Raster& rungs, R
 
 }  // namespace
 
-int ReachOf(double diameter_px) {
-  return DiskKernel(DiameterOf(static_cast<int>(std::ceil(RungOf(diameter_px))))).reach;
+int ReachOf(double diameter_px, const ApertureShape& shape) {
+  return DiskKernel(DiameterOf(static_cast<int>(std::ceil(RungOf(diameter_px)))), shape).reach;
 }
 
-void BlurVarying(const SummedRaster& source, const Raster& diameters, Raster& out) {
+void BlurVarying(const SummedRaster& source, const Raster& diameters, Raster& out, const ApertureShape& shape) {
   const auto [low, high] = std::minmax_element(diameters.values.begin(), diameters.values.end());
   if (*low == *high) {
-    DiskFilter(static_cast<double>(*low)).Blur(source.cells(), out);
+    DiskFilter(static_cast<double>(*low), DiskFilter::Method::Auto, shape).Blur(source.cells(), out);
     return;
   }
-  Ladder ladder;
+  Ladder ladder(shape);
   const PixelRect all = out.rect;
   for (int y = 0; y < all.height; y += kTileHeight) {
     for (int x = 0; x < all.width; x += kTileWidth) {

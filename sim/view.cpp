@@ -69,7 +69,7 @@ Liveliness LivelinessOf(const Raster& light) {
 
 RayBudget::RayBudget(const View& view, double tolerance, int most, bool exactly)
     : region_(view.region),
-      margin_(static_cast<int>(std::ceil(0.5 * LargestBlur(view)))),
+      margin_(static_cast<int>(std::ceil(view.shape.reach() * LargestBlur(view)))),
       tolerance_(tolerance),
       most_(most),
       exactly_(exactly) {

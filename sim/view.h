@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "aperture_shape.h"
 #include "blur_line.h"
 #include "canvas.h"
 #include "raster.h"
@@ -14,6 +15,7 @@ struct View {
   const std::vector<Canvas>& canvases;
   BlurLine line;
   PixelRect region;
+  const ApertureShape& shape;
 };
 
 /// The picture without blur: in each cell the nearest surface's light and vergence (0 where there is none).
@@ -34,30 +36,30 @@ struct Liveliness {
 Liveliness LivelinessOf(const Raster& light);
 
 /// Fourier: one wall with a formula for its paint. A disk of diameter b multiplies a sinusoid of frequency u by
-/// 2 J1(pi b u) / (pi b u) and leaves ramps and constants alone: exact.
+/// 2 J1(pi b u) / (pi b u), a polygon by its own transform, and ramps and constants are left alone: exact.
 bool CanFourier(const View& view);
 Raster RenderFourier(const View& view);
 
-/// Wall: one textured wall, one disk: exact.
+/// Wall: one textured wall, one disk or even polygon: exact.
 bool CanWall(const View& view);
 Raster RenderWall(const View& view);
 
 /// Gather: one surface over the whole picture; each pixel averages its own disk. Right where blur changes slowly: the
 /// bound follows from how far the true kernel's rays land from the disk's, times how much the picture changes over
-/// that.
+/// that. Circles and even polygons.
 bool CanGather(const View& view);
 double GatherBound(const View& view);
 Raster RenderGather(const View& view);
 
-/// Plane: one textured tilted plane over the whole picture; each pixel sums its own ellipse of light. Not too steep:
-/// blur that changes by less than half a pixel a pixel.
+/// Plane: one textured tilted plane over the whole picture; each pixel sums its own ellipse of light. A round
+/// aperture, and not too steep: blur that changes by less than half a pixel a pixel.
 bool CanPlane(const View& view);
 double PlaneBound(const View& view);
 Raster RenderPlane(const View& view);
 
-/// Layers: walls only, blurred one by one and laid over each other, nearest on top. Exact where every blurred outline
-/// is sharp, or what lies behind it is sharp or of one colour; elsewhere light and outline behind the same part of the
-/// aperture are taken as unrelated, wrong by at most a quarter of the range of light.
+/// Layers: walls only, circles and even polygons, blurred one by one and laid over each other, nearest on top. Exact
+/// where every blurred outline is sharp, or what lies behind it is sharp or of one colour; elsewhere light and outline
+/// behind the same part of the aperture are taken as unrelated, wrong by at most a quarter of the range of light.
 bool CanLayers(const View& view);
 double LayersBound(const View& view);
 /// `doubtful`, if given, gets 1 in the pixels where the layers are not exact, else 0.

@@ -96,6 +96,7 @@ backlash_steps = 12
 iris_steps = 50
 iris_backlash_steps = 2
 breathing = 0.01
+aperture_blades = 6
 temperature_c = 35
 drift_um_per_c = 0.5
 initial_f_number = 4
@@ -158,6 +159,7 @@ region = [0.1, 0.2, 0.3, 0.4]
   EXPECT_EQ(lens.iris_steps, 50);
   EXPECT_EQ(lens.iris_backlash_steps, 2.0);
   EXPECT_EQ(lens.breathing, 0.01);
+  EXPECT_EQ(lens.aperture_blades, 6);
   EXPECT_EQ(lens.temperature_c, 35.0);
   EXPECT_EQ(lens.drift_um_per_c, 0.5);
   EXPECT_EQ(lens.initial_f_number, 4.0);

@@ -270,6 +270,29 @@ TEST(World, BreathingChangesTheFocalLengthWithFocus) {
   EXPECT_NEAR(state.optics.focal_length_m, 0.0255, 1e-12);
   EXPECT_NEAR(state.optics.sensor_distance_m, 0.0255 + 1.6e-3, 1e-12);
   EXPECT_NEAR(state.optics.aperture_diameter_m, 0.0125, 1e-12);
+  EXPECT_NEAR(state.optics.magnification, 1.02, 1e-12);
+}
+
+/// The same wave pattern, 2 % larger about the frame's middle where the lens is out all the way.
+TEST(World, BreathingScalesThePicture) {
+  Scene scene = SmallScene();
+  scene.camera.width = 201;
+  scene.camera.bits = 16;
+  scene.surfaces[0].paint = SinusoidPaint{20.0, 0.0};
+  scene.lens.min_f_number = scene.lens.max_f_number = scene.lens.initial_f_number = 1000.0;  // sharp everywhere
+  scene.lens.breathing = 0.02;
+  Stage stage(scene, {.focus_start = Native{8191}});
+  ASSERT_TRUE(stage.camera().Start().has_value());
+  stage.Wait(100);
+  const auto frame = *stage.camera().Poll();
+  ASSERT_TRUE(frame.has_value());
+  const auto [low, high] = std::ranges::minmax_element(*frame->samples);
+  for (int x = 0; x < 201; ++x) {
+    const double seen = 100.5 + (x + 0.5 - 100.5) / 1.02;
+    const double light = 0.5 + 0.5 * std::cos(2.0 * std::numbers::pi * seen / 20.0);
+    const double level = (*frame->samples)[static_cast<std::size_t>(10 * 201 + x)];
+    ASSERT_NEAR((level - *low) / (*high - *low), light, 0.004) << x;
+  }
 }
 
 TEST(World, ZoomsInMillimetres) {
@@ -282,6 +305,7 @@ TEST(World, ZoomsInMillimetres) {
   ASSERT_TRUE(stage.lens().StartMove(Axis::Zoom, Native{40.02}).has_value());
   stage.Wait(2000);
   EXPECT_NEAR(stage.world.truth->Now().optics.focal_length_m, 0.04004, 1e-9);  // places are 0.04 mm apart
+  EXPECT_NEAR(stage.world.truth->Now().optics.magnification, 2.002, 1e-7);
 }
 
 TEST(World, HomesAndStops) {

@@ -19,6 +19,7 @@ struct OpticalState {
   double focal_length_m = 0.025;      ///< used by Thin alone
   double aperture_diameter_m = 0.01;  ///< used by Aperture and Thin; Pinhole is its limit at 0
   double sensor_distance_m = 0.025;   ///< lens centre to sensor
+  double magnification = 1.0;         ///< size of the picture, about the frame's middle, over what the scene says
 };
 
 /// A rectangle of whole pixels.
@@ -72,7 +73,7 @@ struct Rendered {
 /// A scene made ready for rendering: textures laid on the sensor's grid once. Const calls may come from any thread.
 class Renderer {
  public:
-  /// InvalidArgument: the scene has no pixels.
+  /// InvalidArgument: the scene has no pixels, or an aperture of one or two blades.
   static Result<Renderer> Create(const Scene& scene);
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;

@@ -124,7 +124,9 @@ struct LensSettings {
   double backlash_steps = 0.0;
   int iris_steps = 100;  ///< iris positions 0 .. iris_steps - 1, even in log(f-number)
   double iris_backlash_steps = 0.0;
-  double breathing = 0.0;  ///< relative change of focal length from the minimum extension to the maximum
+  /// Relative change of focal length, and with it of the picture's size, from the minimum extension to the maximum.
+  double breathing = 0.0;
+  int aperture_blades = 0;  ///< 0: a circle; else the corners of the polygon of the same area, at least 3
   double temperature_c = 20.0;
   double drift_um_per_c = 0.0;  ///< extension gained per degree above 20 C
   double initial_f_number = 2.0;
