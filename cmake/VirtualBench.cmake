@@ -1,14 +1,14 @@
 # lensd_bench_test(NAME name (TARGET target | COMMAND program) [ARGUMENTS ...] [MODULES "name param=value" ...]
-#                  [TIMEOUT seconds] [UDEV])
+#                  [TIMEOUT seconds] [UDEV] [SYSTEMD])
 # A suite that runs in the virtual machine of script/bench, as root, in the build folder, after the kernel modules are
 # loaded in that order (they are unloaded after it). TARGET is an executable of this build: usually a GoogleTest program
 # made with lensd_bench_program(). It becomes the ctest bench.NAME, whose output is the suite's log. All suites run in
-# one boot, one after the other. UDEV: with udevd running. TIMEOUT: seconds in the guest, which is about five times slower
-# than the host (default 60).
+# one boot, one after the other. UDEV: with udevd running. SYSTEMD: after all others, with systemd as the first process.
+# TIMEOUT: seconds in the guest, which is about five times slower than the host (default 60).
 file(REMOVE_RECURSE ${PROJECT_BINARY_DIR}/virtual_bench/suites)
 
 function(lensd_bench_test)
-  cmake_parse_arguments(SUITE "UDEV" "NAME;TARGET;COMMAND;TIMEOUT" "ARGUMENTS;MODULES" ${ARGN})
+  cmake_parse_arguments(SUITE "UDEV;SYSTEMD" "NAME;TARGET;COMMAND;TIMEOUT" "ARGUMENTS;MODULES" ${ARGN})
   if(NOT SUITE_TIMEOUT)
     set(SUITE_TIMEOUT 60)
   endif()
@@ -24,6 +24,9 @@ function(lensd_bench_test)
   endforeach()
   if(SUITE_UDEV)
     list(APPEND lines "udev=1")
+  endif()
+  if(SUITE_SYSTEMD)
+    list(APPEND lines "systemd=1")
   endif()
   list(JOIN lines "\n" content)
   file(GENERATE OUTPUT ${PROJECT_BINARY_DIR}/virtual_bench/suites/${SUITE_NAME}.suite CONTENT "${content}\n")

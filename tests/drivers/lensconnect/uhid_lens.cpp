@@ -1,5 +1,5 @@
 // A simulated LensConnect lens that a script plugs and unplugs: one command a line on stdin, "ok" or "error: ..." back.
-//   plug | unplug | lose-power | position AXIS(0 zoom, 1 focus, 2 iris, 3 filter) | quit
+//   plug | unplug | lose-power | position AXIS(0 zoom, 1 focus, 2 iris, 3 filter) | busy AXIS | quit
 #include <iostream>
 #include <sstream>
 #include <string>
@@ -20,10 +20,11 @@ int main(int argc, char** argv) {
       lens.Unplug();
     } else if (command == "lose-power") {
       lens.With([](auto& model) { model.LosePower(); });
-    } else if (command == "position") {
+    } else if (command == "position" || command == "busy") {
       const auto now = lensd::MonotonicClock().Now();
       lens.With([&](auto& model) {
-        answer = std::to_string(model.motor(static_cast<lensd::sim::devices::LensConnectAxis>(axis & 3)).Position(now));
+        const auto& motor = model.motor(static_cast<lensd::sim::devices::LensConnectAxis>(axis & 3));
+        answer = std::to_string(command == "busy" ? motor.Busy(now) : motor.Position(now));
       });
     } else {
       answer = "error: what is " + command + "?";
