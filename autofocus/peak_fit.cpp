@@ -4,19 +4,26 @@
 #include <array>
 #include <cmath>
 
+#include "matrix3.h"
+
 namespace lensd::autofocus {
 namespace {
-
-using Vector3 = std::array<double, 3>;
-using Matrix3 = std::array<Vector3, 3>;
 
 double Determinant(const Matrix3& m) {
   return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
          m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
-/// Inverse of a symmetric matrix by cofactors; nothing where it is singular.
-std::optional<Matrix3> Inverse(const Matrix3& m) {
+Vector3 Times(const Matrix3& m, const Vector3& v) {
+  Vector3 product{};
+  for (std::size_t i = 0; i < 3; ++i) product[i] = m[i][0] * v[0] + m[i][1] * v[1] + m[i][2] * v[2];
+  return product;
+}
+
+}  // namespace
+
+/// By cofactors.
+std::optional<Matrix3> InverseOfSymmetric(const Matrix3& m) {
   const double determinant = Determinant(m);
   if (!(std::abs(determinant) > 1e-12 * m[0][0] * m[1][1] * m[2][2])) return std::nullopt;
   Matrix3 inverse{};
@@ -28,14 +35,6 @@ std::optional<Matrix3> Inverse(const Matrix3& m) {
   }
   return inverse;
 }
-
-Vector3 Times(const Matrix3& m, const Vector3& v) {
-  Vector3 product{};
-  for (std::size_t i = 0; i < 3; ++i) product[i] = m[i][0] * v[0] + m[i][1] * v[1] + m[i][2] * v[2];
-  return product;
-}
-
-}  // namespace
 
 std::optional<PeakFit> FitPeak(std::span<const CurvePoint> points) {
   if (points.size() < 3) return std::nullopt;
@@ -57,7 +56,7 @@ std::optional<PeakFit> FitPeak(std::span<const CurvePoint> points) {
       right[i] += weight * basis[i] * std::log(point.value);
     }
   }
-  const auto covariance = Inverse(normal);
+  const auto covariance = InverseOfSymmetric(normal);
   if (!covariance) return std::nullopt;
   const auto [a, b, c] = Times(*covariance, right);
   if (!(c < 0)) return std::nullopt;
@@ -75,7 +74,10 @@ std::optional<PeakFit> FitPeak(std::span<const CurvePoint> points) {
   const double by_c = 0.5 * b / (c * c);
   const double variance =
       by_b * by_b * (*covariance)[1][1] + 2 * by_b * by_c * (*covariance)[1][2] + by_c * by_c * (*covariance)[2][2];
-  return PeakFit{centre - 0.5 * b / c * scale, std::sqrt(std::max(variance, 0.0) * spread) * scale};
+  return PeakFit{.position = centre - 0.5 * b / c * scale,
+                 .sigma = std::sqrt(std::max(variance, 0.0) * spread) * scale,
+                 .height = std::exp(a - 0.25 * b * b / c),
+                 .width = scale / std::sqrt(-2.0 * c)};
 }
 
 }  // namespace lensd::autofocus

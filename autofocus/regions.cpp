@@ -46,11 +46,11 @@ int Regions::frames_expected() const {
   return std::max(frames_ + sessions_.back().frames_expected() - sessions_.back().frames() + left, frames_);
 }
 
-Result<Advice> Regions::Next(double position, const drivers::Frame& frame) {
+Result<Advice> Regions::Next(const Place& place, const drivers::Frame& frame) {
   ++frames_;
-  const Taken taken{position, frame};
+  const Taken taken{place, frame};
   if (chosen_) {
-    auto checked = sessions_[chosen_region_].Next(position, frame, regions_[chosen_region_]);
+    auto checked = sessions_[chosen_region_].Next(place, frame, regions_[chosen_region_]);
     if (!checked) return checked;
     auto verdict = std::get<Verdict>(*checked);
     if (!verdict.focused) return Advice(std::move(verdict));
@@ -61,7 +61,7 @@ Result<Advice> Regions::Next(double position, const drivers::Frame& frame) {
   while (advice && std::holds_alternative<Verdict>(*advice)) {
     if (regions_.size() == 1) return advice;
     verdicts_.push_back(std::get<Verdict>(*std::move(advice)));
-    if (sessions_.size() == regions_.size()) return Choose(position);
+    if (sessions_.size() == regions_.size()) return Choose(place.position);
     advice = StartNext();
   }
   return advice;
@@ -74,7 +74,7 @@ Result<Advice> Regions::NextScore(double position, const Sharpness& sharpness) {
 }
 
 Result<Advice> Regions::Show(const Taken& taken) {
-  return sessions_.back().Next(taken.position, taken.frame, regions_[sessions_.size() - 1]);
+  return sessions_.back().Next(taken.place, taken.frame, regions_[sessions_.size() - 1]);
 }
 
 /// The next region begins with the frames there are, as long as its method can use frames of any position.

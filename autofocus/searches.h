@@ -9,6 +9,7 @@
 //   hill-climb      after He, Zhou and Hong (2003): climb in large steps, turn back with smaller ones past the top
 //   sweep-parabola, sweep-gaussian, sweep-hyperbola
 //                   one pass in five-pixel steps, then the vertex of a curve through the five sharpest neighbours
+//   contrast-scan   as libcamera does it for the Raspberry Pi: coarse until past the top, back in fine steps
 #pragma once
 
 #include <memory>

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "defocus/defocus.h"
+#include "moving.h"
 #include "searches.h"
 #include "sweep.h"
 
@@ -15,14 +16,21 @@ constexpr int kSmallestWindow = 16;  ///< px
 
 struct MethodRow {
   std::string_view name;
-  bool needs_optics;  ///< pictures, and what a step does to their blur
+  bool needs_optics;      ///< pictures, and what a step does to their blur
+  bool looks_on_the_way;  ///< only when asked for by name
   std::unique_ptr<Method> (*make)(const Setup& setup);
 };
 
+template <class Made>
+std::unique_ptr<Method> Make(const Setup& setup) {
+  return std::make_unique<Made>(setup);
+}
+
 /// What "auto" tries, in this order, as far as the lens allows.
 constexpr MethodRow kMethods[] = {
-    {"defocus", true, [](const Setup& setup) -> std::unique_ptr<Method> { return std::make_unique<Defocus>(setup); }},
-    {"sweep", false, [](const Setup& setup) -> std::unique_ptr<Method> { return std::make_unique<Sweep>(setup); }},
+    {"defocus", true, false, Make<Defocus>},
+    {"sweep", false, false, Make<Sweep>},
+    {"moving", false, true, Make<Moving>},
 };
 
 /// `name` is one of MethodNames() other than "auto".
@@ -62,13 +70,17 @@ Result<Session> Session::Create(std::string_view method, const Setup& setup) {
   std::vector<std::string_view> names;
   if (method == "auto") {
     for (const MethodRow& row : kMethods) {
-      if ((setup.blur_px && setup.pictures) || !row.needs_optics) names.push_back(row.name);
+      if (((setup.blur_px && setup.pictures) || !row.needs_optics) && !row.looks_on_the_way) names.push_back(row.name);
     }
   } else {
     const auto* row = std::ranges::find(kMethods, method, &MethodRow::name);
     if (row != std::end(kMethods) && row->needs_optics && !setup.pictures) {
       return Fail(Code::InvalidArgument,
                   "the method '" + std::string(method) + "' needs pictures, not their sharpness");
+    }
+    if (row != std::end(kMethods) && row->looks_on_the_way && !setup.stride) {
+      return Fail(Code::Unsupported,
+                  "the method '" + std::string(method) + "' looks while the lens moves: " + setup.no_stride);
     }
     const auto all = MethodNames();
     if (const auto found = std::ranges::find(all, method); found != all.end()) names.push_back(*found);
@@ -88,7 +100,7 @@ void Session::StartMethod() {
   method_ = MakeMethod(names_[running_], setup_);
 }
 
-Result<Advice> Session::Next(double position, const drivers::Frame& frame, const drivers::Region& region) {
+Result<Advice> Session::Next(const Place& place, const drivers::Frame& frame, const drivers::Region& region) {
   auto window = WindowOf(region, frame.width, frame.height);
   if (!window) return PassOn(std::move(window));
   auto score = ScoreFocus(frame, *window);
@@ -100,7 +112,12 @@ Result<Advice> Session::Next(double position, const drivers::Frame& frame, const
   bits_ = frame.bits;
   pixels_ = window->width * window->height;
   scores_.push_back(*score);
-  return Follow({.position = position, .frame = &frame, .window = *window, .score = *score});
+  return Follow({.position = place.position,
+                 .position_sigma = place.sigma,
+                 .on_the_way = place.on_the_way,
+                 .frame = &frame,
+                 .window = *window,
+                 .score = *score});
 }
 
 Advice Session::NextScore(double position, const Sharpness& sharpness) {
@@ -109,7 +126,12 @@ Advice Session::NextScore(double position, const Sharpness& sharpness) {
   score.energy_sigma = sharpness.sigma;
   score.mean = 1.0;
   scores_.push_back(score);
-  return Follow({.position = position, .frame = nullptr, .window = {}, .score = score});
+  return Follow({.position = position,
+                 .position_sigma = 0.0,
+                 .on_the_way = false,
+                 .frame = nullptr,
+                 .window = {},
+                 .score = score});
 }
 
 Advice Session::Follow(const Look& look) {

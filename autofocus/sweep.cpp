@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
-
-#include "autofocus/sharpness.h"
 
 namespace lensd::autofocus {
 namespace {
@@ -14,26 +11,8 @@ constexpr double kFineBlurPx = 1.25;    ///< about where the search ends
 constexpr int kBlindIntervals = 48;     ///< of the first pass where the optics are not known
 constexpr int kDivision = 3;            ///< of the step, from pass to pass
 constexpr int kLeastIntervals = 4;
-constexpr double kFitSteps = 2.6;         ///< the fit takes the frames this near to the sharpest
-constexpr double kClearProminence = 6.0;  ///< standard deviations of the noise
-constexpr double kClearContrast = 0.1;    ///< of the peak over the rest of the range
-constexpr double kPlateau = 0.7;          ///< neighbours at this share of the peak: the step is below its width
-constexpr double kHalfDepthOfFieldPx = 2.0;
-constexpr double kOverexposed = 1e-3;  ///< of the region: more than so many more clipped pixels in some frames
-constexpr double kSigmas = 3.0;
-
-/// What the curve comes down to away from its top. The finer passes crowd around the top, so not the median.
-double LowerQuartile(std::vector<CurvePoint> curve) {
-  const auto quarter = curve.begin() + static_cast<std::ptrdiff_t>(curve.size() / 4);
-  std::ranges::nth_element(curve, quarter, {}, &CurvePoint::value);
-  return quarter->value;
-}
-
-Verdict Refuse(std::string reason) {
-  Verdict verdict;
-  verdict.reason = std::move(reason);
-  return verdict;
-}
+constexpr double kFitSteps = 2.6;  ///< the fit takes the frames this near to the sharpest
+constexpr double kPlateau = 0.7;   ///< neighbours at this share of the peak: the step is below its width
 
 }  // namespace
 
@@ -62,7 +41,7 @@ int Sweep::FramesExpected() const {
   int later = 0;
   const double end = fine_step_ > 0 ? fine_step_ : step_ / (kDivision * kDivision);
   for (double step = step_; step > end * kDivision / 2; step /= kDivision) later += 2 * (kDivision - 1);
-  return 1 + static_cast<int>(samples_.size() + to_visit_.size()) + later;
+  return 1 + static_cast<int>(curve_.size() + to_visit_.size()) + later;
 }
 
 Advice Sweep::Ask() {
@@ -75,25 +54,20 @@ Advice Sweep::Next(const Look& look) {
   if (!started_) {
     // The first frame was reached from an unknown side: it is the standard to beat, not a point of the curve.
     started_ = true;
-    if (look.frame != nullptr) bits_ = look.frame->bits;
-    pixels_ = std::max(look.window.width * look.window.height, 1);
+    curve_.SetFrame(look);
     return Ask();
   }
-  samples_.push_back({look.position, look.score});
+  curve_.Add(look);
   if (!to_visit_.empty()) return Ask();
 
-  const std::vector<CurvePoint> curve = Curve();
-  const auto top = std::ranges::max_element(curve, {}, &CurvePoint::value);
-  const auto best = static_cast<std::size_t>(top - curve.begin());
-  const double rest = LowerQuartile(curve);
-  const double prominence = (top->value - rest) / top->sigma;
-  if (prominence < kClearProminence || top->value - rest < kClearContrast * top->value) {
-    return Refuse("nothing in the region changes with focus: no texture, too much noise, or too little light");
-  }
-  if (FineEnough(curve, best)) return Conclude(curve, best, prominence);
-  PlanPass(top->position - step_, top->position, kDivision, false);
+  const std::vector<CurvePoint> points = curve_.Points();
+  const auto top = TopOf(points);
+  if (!top) return Refuse(kNoPeak);
+  if (FineEnough(points, top->index)) return JudgePeak(setup_, curve_, points, *top, kFitSteps * step_, step_);
+  const double place = points[top->index].position;
+  PlanPass(place - step_, place, kDivision, false);
   std::deque<double> below = std::move(to_visit_);
-  PlanPass(top->position, top->position + step_, kDivision, false);
+  PlanPass(place, place + step_, kDivision, false);
   if (setup_.ascending)
     below.insert(below.end(), to_visit_.begin(), to_visit_.end());
   else
@@ -103,20 +77,6 @@ Advice Sweep::Next(const Look& look) {
   return Ask();
 }
 
-/// All frames of the sweep as a curve, in order of position.
-std::vector<CurvePoint> Sweep::Curve() const {
-  std::vector<FocusScore> scores;
-  for (const Sample& sample : samples_) scores.push_back(sample.score);
-  const double noise = NoiseVariance(scores, bits_);
-  std::vector<CurvePoint> curve;
-  for (const Sample& sample : samples_) {
-    const Sharpness sharpness = SharpnessOf(sample.score, noise, pixels_);
-    curve.push_back({sample.position, sharpness.value, sharpness.sigma});
-  }
-  std::ranges::sort(curve, {}, &CurvePoint::position);
-  return curve;
-}
-
 bool Sweep::FineEnough(const std::vector<CurvePoint>& curve, std::size_t best) const {
   if (step_ <= setup_.resolution * kDivision) return true;
   if (fine_step_ > 0) return step_ <= fine_step_ * kDivision / 2;
@@ -124,79 +84,6 @@ bool Sweep::FineEnough(const std::vector<CurvePoint>& curve, std::size_t best) c
   const bool low_side = best == 0 || curve[best - 1].value >= level;
   const bool high_side = best + 1 == curve.size() || curve[best + 1].value >= level;
   return low_side && high_side;
-}
-
-std::vector<CurvePoint> Sweep::Around(const std::vector<CurvePoint>& curve, double centre) const {
-  std::vector<CurvePoint> near;
-  for (const CurvePoint& point : curve) {
-    if (std::abs(point.position - centre) <= kFitSteps * step_ && point.value > 2 * point.sigma) near.push_back(point);
-  }
-  return near;
-}
-
-/// Whether clipping comes and goes with focus: then gradients are cut off just where they would be steepest.
-bool Sweep::Overexposed() const {
-  const auto [least, most] =
-      std::ranges::minmax(samples_, {}, [](const Sample& sample) { return sample.score.saturated_fraction; });
-  return most.score.saturated_fraction - least.score.saturated_fraction > kOverexposed;
-}
-
-/// The end of the range where the top of the curve lies, if it does: there sharpness is level and then falls, while
-/// short of a subject beyond the range it still climbs. Blur falls evenly with position, so a curve that climbs loses
-/// about as much in its last step as in the one before.
-std::optional<double> Sweep::FlatEnd(const std::vector<CurvePoint>& curve, double top) const {
-  constexpr double kAsSharp = 0.97;
-  constexpr double kLevel = 0.25;  ///< of the fall three steps away: straight would be a third, a parabola a ninth
-  const auto flat = [&](auto begin, auto end) {
-    const CurvePoint& last = *begin;
-    const CurvePoint& next = *std::next(begin);
-    const auto off = std::find_if(
-        begin, end, [&](const CurvePoint& point) { return std::abs(point.position - last.position) > 2.5 * step_; });
-    if (off == end || last.value < kAsSharp * top) return false;
-    const double noise = kSigmas * std::hypot(last.sigma, next.sigma);
-    return std::max(last.value - next.value, 0.0) + noise < kLevel * (last.value - off->value);
-  };
-  if (flat(curve.begin(), curve.end())) return curve.front().position;
-  if (flat(curve.rbegin(), curve.rend())) return curve.back().position;
-  return std::nullopt;
-}
-
-Verdict Sweep::Conclude(const std::vector<CurvePoint>& curve, std::size_t best, double prominence) const {
-  const double top = curve[best].position;
-  const double allowed = setup_.blur_px ? kHalfDepthOfFieldPx * *setup_.blur_px : 2 * step_;
-  const bool at_end = best == 0 || best + 1 == curve.size();
-  std::string trouble = "sharpest at the end of the focus range: the subject may lie beyond what this lens reaches";
-  std::optional<PeakFit> peak;
-  if (!at_end) {
-    peak = FitPeak(Around(curve, top));
-    if (!peak) trouble = "the sharpest frames do not form a peak";
-    if (peak && kSigmas * peak->sigma > allowed) {
-      trouble = "noise leaves open where the sharpest place is";
-      peak.reset();
-    } else if (peak && std::abs(peak->position - top) > 2 * step_) {
-      trouble = "the sharpest frames do not agree on one peak";
-      peak.reset();
-    }
-  }
-  if (!peak) {
-    const auto end = FlatEnd(curve, curve[best].value);
-    if (!end) return Refuse(trouble);
-    peak = {*end, 0.5 * step_};
-  }
-  if (Overexposed()) {
-    return Refuse("too much of the region is clipped when sharp: a clipped light looks sharpest out of focus");
-  }
-
-  Verdict verdict;
-  verdict.focused = true;
-  verdict.position = std::clamp(peak->position, setup_.lowest, setup_.highest);
-  verdict.sigma = std::max(peak->sigma, setup_.resolution / std::sqrt(12.0));
-  verdict.confidence = std::erf(allowed / (std::sqrt(2.0) * verdict.sigma));
-  std::ostringstream reason;
-  reason.precision(3);
-  reason << "one peak in the range, " << prominence << " times the noise above the rest, checked by a last frame";
-  verdict.reason = reason.str();
-  return verdict;
 }
 
 }  // namespace lensd::autofocus

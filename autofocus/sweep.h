@@ -2,8 +2,8 @@
 //
 // A first pass crosses the whole range in steps that the optics give: narrow enough that wherever the subject is, one
 // of the frames is near enough for its texture to show. Then the two steps around the sharpest frame are divided in
-// three, and again, until the step is about a pixel of blur; the top is where a parabola through the logarithm of the
-// last few frames has its vertex. Every pass runs in the same direction, so that backlash shifts nothing.
+// three, and again, until the step is about a pixel of blur; the top is that of the curve which fits the last few
+// frames best (peak_model.h). Every pass runs in the same direction, so that backlash shifts nothing.
 // It refuses when the curve has no peak that stands out of the noise, or when the peak is not inside the range.
 #pragma once
 
@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "autofocus/method.h"
-#include "autofocus/peak_fit.h"
+#include "curve.h"
 
 namespace lensd::autofocus {
 
@@ -22,27 +22,15 @@ class Sweep final : public Method {
   int FramesExpected() const override;
 
  private:
-  struct Sample {
-    double position = 0.0;
-    FocusScore score;
-  };
-
   Advice Ask();
-  std::vector<CurvePoint> Curve() const;
-  std::vector<CurvePoint> Around(const std::vector<CurvePoint>& curve, double centre) const;
   bool FineEnough(const std::vector<CurvePoint>& curve, std::size_t best) const;
-  bool Overexposed() const;
-  std::optional<double> FlatEnd(const std::vector<CurvePoint>& curve, double top) const;
   void PlanPass(double from, double to, int intervals, bool with_ends);
-  Verdict Conclude(const std::vector<CurvePoint>& curve, std::size_t best, double prominence) const;
 
   Setup setup_;
   double step_ = 0.0;       ///< of the pass being made
   double fine_step_ = 0.0;  ///< at which the search ends; 0: unknown, judged from the curve
   bool started_ = false;
-  int bits_ = 8;
-  int pixels_ = 1;
-  std::vector<Sample> samples_;
+  SharpnessCurve curve_;
   std::deque<double> to_visit_;
 };
 

@@ -1,5 +1,6 @@
 #include "autofocus_run.h"
 
+#include <cmath>
 #include <ctime>
 #include <utility>
 
@@ -27,8 +28,8 @@ void AutofocusRun::Begin() {
   Look();
 }
 
-void AutofocusRun::Look() {
-  hands_.look([this](Result<Seen> seen) { OnFrame(std::move(seen)); });
+void AutofocusRun::Look(bool in_motion_too) {
+  hands_.look(in_motion_too, [this](Result<Seen> seen) { OnFrame(std::move(seen)); });
 }
 
 Activity AutofocusRun::activity() const {
@@ -45,7 +46,9 @@ void AutofocusRun::OnFrame(Result<Seen> seen) {
   if (!seen) return GoBack(PassOn(std::move(seen)));
   const auto& focus = seen->lensed.axes[drivers::Axis::Focus];
   if (!focus) return GoBack(Fail(Code::Internal, "a frame came without the lens position it was taken at"));
-  stands_ = Native{0.5 * (focus->lowest + focus->highest).value};
+  if (passing_ && arrived_ && !focus->moving) passing_ = false;
+  stands_ = passing_ ? focus->mid : 0.5 * (focus->lowest + focus->highest);
+  place_ = PlaceOf(*focus);
   if (holding_) {
     auto changed = Watch(*seen);
     if (!changed) return End(PassOn(std::move(changed)));
@@ -60,10 +63,16 @@ void AutofocusRun::OnFrame(Result<Seen> seen) {
   Follow(*advice);
 }
 
+/// A frame on the way belongs to the middle of its exposure; the bound of that place is taken for an even distribution.
+autofocus::Place AutofocusRun::PlaceOf(const LensedFrame::AxisDuring& focus) const {
+  if (!passing_) return scale_.position(0.5 * (focus.lowest + focus.highest));
+  const double span = scale_.position(focus.mid + focus.mid_bound) - scale_.position(focus.mid - focus.mid_bound);
+  return {scale_.position(focus.mid), std::abs(span) / std::sqrt(12.0)};
+}
+
 Result<autofocus::Advice> AutofocusRun::Show(const Seen& seen) {
-  const double position = scale_.position(stands_);
-  if (seen.score) return search_.NextScore(position, *seen.score);
-  return search_.Next(position, seen.lensed.frame);
+  if (seen.score) return search_.NextScore(place_.position, *seen.score);
+  return search_.Next(place_, seen.lensed.frame);
 }
 
 void AutofocusRun::Report() {
@@ -80,9 +89,27 @@ void AutofocusRun::Follow(const autofocus::Advice& advice) {
     if (!verdict->focused) return GoBack(Outcome(*verdict));
     return End(Outcome(*verdict));
   }
-  const Native target = scale_.native(std::get<autofocus::GoAndLook>(advice).position);
+  const auto& go = std::get<autofocus::GoAndLook>(advice);
+  if (go.stride > 0) return Pass(go);
+  passing_ = false;
+  const Native target = scale_.native(go.position);
   if (std::abs((target - stands_).value) < 0.5 * scale_.resolution) return Look();
   hands_.move(target, [this](Result<MoveOutcome> moved) { OnMoved(std::move(moved)); });
+}
+
+/// Sets out, and looks; or looks again while on the way.
+void AutofocusRun::Pass(const autofocus::GoAndLook& go) {
+  if (!passing_) {
+    passing_ = true;
+    arrived_ = false;
+    hands_.pass(scale_.native(go.position), go.stride / scale_.stride, [this](Result<MoveOutcome> moved) {
+      if (!passing_ || going_back_with_) return;
+      if (!moved) return GoBack(PassOn(std::move(moved)));
+      if (!moved->reached) return GoBack(Refusal("the lens did not get where it was sent: " + moved->reason));
+      arrived_ = true;
+    });
+  }
+  Look(true);
 }
 
 void AutofocusRun::OnMoved(Result<MoveOutcome> moved) {
@@ -95,6 +122,7 @@ void AutofocusRun::OnMoved(Result<MoveOutcome> moved) {
 
 /// Returns the lens to where the run found it, then gives the answer; says so where that fails.
 void AutofocusRun::GoBack(Result<AutofocusOutcome> answer) {
+  passing_ = false;
   going_back_with_ = std::move(answer);
   if (!start_) return End(*std::move(going_back_with_));
   hands_.move(*start_, [this](Result<MoveOutcome> moved) {

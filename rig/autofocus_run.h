@@ -17,7 +17,10 @@ class AutofocusRun {
   /// What the run may ask of its rig. Each callback comes from a later Step().
   struct Hands {
     std::function<void(Native, MoveCallback)> move;
-    std::function<void(SeenCallback)> look;
+    /// To there at a part of the full speed, without taking up backlash.
+    std::function<void(Native, double part_of_speed, MoveCallback)> pass;
+    /// A frame of the lens standing still, or of any lens.
+    std::function<void(bool in_motion_too, SeenCallback)> look;
     std::function<Instant()> now;
     std::function<int()> motions;                       ///< device motions of the focus axis since the run began
     std::function<void(Result<AutofocusOutcome>)> end;  ///< called once, last
@@ -27,6 +30,7 @@ class AutofocusRun {
     std::function<double(Native)> position;
     std::function<Native(double)> native;
     double resolution = 1.0;              ///< native units
+    double stride = 0.0;                  ///< positions from frame to frame at full speed; 0: not known
     const OpticsTable* optics = nullptr;  ///< positions are extensions in metres; nullptr: native units
   };
 
@@ -50,10 +54,12 @@ class AutofocusRun {
   int frames_expected() const { return search_.frames_expected(); }
 
  private:
-  void Look();
+  void Look(bool in_motion_too = false);
+  autofocus::Place PlaceOf(const LensedFrame::AxisDuring& focus) const;
   void OnFrame(Result<Seen> seen);
   Result<autofocus::Advice> Show(const Seen& seen);
   void OnMoved(Result<MoveOutcome> moved);
+  void Pass(const autofocus::GoAndLook& advice);
   void Follow(const autofocus::Advice& advice);
   void GoBack(Result<AutofocusOutcome> answer);
   void End(Result<AutofocusOutcome> answer);
@@ -69,11 +75,14 @@ class AutofocusRun {
   Scale scale_;
   ProgressCallback progress_;
   std::optional<Native> start_;  ///< where the first frame was taken
-  Native stands_;
+  Native stands_;                ///< or was, in the middle of the last frame
+  autofocus::Place place_{0.0};
   std::optional<Result<AutofocusOutcome>> going_back_with_;
   Duration cpu_{};
   std::optional<Tracking> tracking_;
   autofocus::Tracker tracker_;
+  bool passing_ = false;  ///< frames on the way are wanted
+  bool arrived_ = false;  ///< and the way has ended
   bool holding_ = false;  ///< tracking, between two searches
   int motions_before_ = 0;
 };

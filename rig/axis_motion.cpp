@@ -88,7 +88,7 @@ AxisMotion::End AxisMotion::Launch(Motor& motor, const drivers::AxisState& state
 void AxisMotion::Stay(Native position, Instant now) {
   leg_ = leg_start_ = position;
   phase_ = Phase::Going;
-  parts_sent_ = std::max<std::size_t>(setup_.impulses.size(), 1);
+  parts_sent_ = std::max<std::size_t>(parts_.size(), 1);
   commanded_at_ = progress_at_ = now;
   deadline_ = now + kMargin + setup_.settle;
 }
@@ -124,25 +124,24 @@ void AxisMotion::LegBegins(Instant now) {
   approaches_ = false;
   readings_away_ = 0;
   rests_since_.reset();
-  const Duration shaped = setup_.impulses.empty() ? Duration::zero() : setup_.impulses.back().at;
+  const Duration shaped = parts_.empty() ? Duration::zero() : parts_.back().at;
   deadline_ = now + 2 * TravelTime(distance) + kMargin + setup_.settle + shaped;
   leg_expected_at_ = now + (setup_.speed ? TravelTime(distance) : Duration::zero()) + shaped;
 }
 
 std::optional<Instant> AxisMotion::next_part() const {
-  if (phase_ == Phase::Requested || phase_ == Phase::Homing || parts_sent_ >= setup_.impulses.size()) return {};
-  return commanded_at_ + setup_.impulses[parts_sent_].at;
+  if (phase_ == Phase::Requested || phase_ == Phase::Homing || parts_sent_ >= parts_.size()) return {};
+  return commanded_at_ + parts_[parts_sent_].at;
 }
 
 /// Those parts of the step that are due, as one command; a step that is not shaped is one part.
 AxisMotion::End AxisMotion::SendParts(Motor& motor, Instant now) {
-  const auto& impulses = setup_.impulses;
-  const std::size_t parts = std::max<std::size_t>(impulses.size(), 1);
+  const std::size_t parts = std::max<std::size_t>(parts_.size(), 1);
   std::size_t due = std::max<std::size_t>(parts_sent_, 1);
-  while (parts_sent_ > 0 && due < parts && commanded_at_ + impulses[due].at <= now) ++due;
+  while (parts_sent_ > 0 && due < parts && commanded_at_ + parts_[due].at <= now) ++due;
   if (due == parts_sent_) return std::nullopt;
   double part = 0.0;
-  for (std::size_t i = 0; i < due && due < parts; ++i) part += impulses[i].part;
+  for (std::size_t i = 0; i < due && due < parts; ++i) part += parts_[i].part;
   const Native on_the_way = leg_start_ + part * (leg_ - leg_start_);
   auto started = motor.Go(due == parts ? leg_ : on_the_way, parts_sent_ == 0);
   if (!started) return Refused(started.error());

@@ -40,14 +40,16 @@ enum class TakeUp {
 
 class AxisMotion {
  public:
-  /// To `target`, or to the reference where there is none. `overshoot`: native units.
+  /// To `target`, or to the reference where there is none. `overshoot`: native units. `parts`: how each leg is divided;
+  /// empty: not at all.
   AxisMotion(const AxisSetup& setup, const AxisTrack& track, std::optional<Native> target, double overshoot,
-             TakeUp take_up, MoveCallback done, Instant now)
+             TakeUp take_up, MoveCallback done, Instant now, std::vector<Impulse> parts)
       : setup_(setup),
         track_(track),
         target_(target),
         overshoot_(overshoot),
         take_up_(take_up),
+        parts_(std::move(parts)),
         done_(std::move(done)),
         began_at_(now),
         last_step_at_(now) {}
@@ -99,6 +101,7 @@ class AxisMotion {
   std::optional<Native> target_;
   double overshoot_;
   TakeUp take_up_;
+  std::vector<Impulse> parts_;
   MoveCallback done_;
   Phase phase_ = Phase::Requested;
   Native leg_;

@@ -50,8 +50,29 @@ drivers::PerAxis<std::optional<LensedFrame::AxisDuring>> History::During(
       hull->highest = std::max(hull->highest, state->position);
       hull->moving |= state->moving || (hull->highest - hull->lowest).value > tolerance[axis];
     }
+    if (during[axis]) during[axis] = AtMid(*during[axis], axis, begin + (end - begin) / 2);
   }
   return during;
+}
+
+/// Between two readings the axis was between the two places.
+LensedFrame::AxisDuring History::AtMid(LensedFrame::AxisDuring hull, drivers::Axis axis, Instant mid) const {
+  hull.mid = 0.5 * (hull.lowest + hull.highest);
+  hull.mid_bound = 0.5 * (hull.highest - hull.lowest);
+  const auto after = std::ranges::lower_bound(readings_, mid, {},
+                                              [](const drivers::LensState& reading) { return reading.sampled_at; });
+  if (after == readings_.begin() || after == readings_.end()) return hull;
+  const auto before = std::prev(after);
+  const auto& one = before->axes[axis];
+  const auto& other = after->axes[axis];
+  if (!one || !other) return hull;
+  const auto seconds = [](Duration duration) { return std::chrono::duration<double>(duration).count(); };
+  const double part = seconds(mid - before->sampled_at) / seconds(after->sampled_at - before->sampled_at);
+  hull.mid = one->position + part * (other->position - one->position);
+  const Native most = std::max(hull.mid - std::min(one->position, other->position),
+                               std::max(one->position, other->position) - hull.mid);
+  hull.mid_bound = most;
+  return hull;
 }
 
 }  // namespace lensd::rig

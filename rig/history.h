@@ -17,6 +17,7 @@ class History {
   void Add(const drivers::LensState& state);
   /// Forgets everything: after a gap in which anything may have happened.
   void Clear() { readings_.clear(); }
+  /// `mid` and its bound, as far as readings tell, are those of half-time.
   /// What each axis did from `begin` to `end`: hull of the readings in the interval and its neighbours on either side.
   /// Moving where a reading in that hull says so, the positions differ by more than `tolerance`, or no reading covers
   /// the end yet or the start any more.
@@ -24,6 +25,8 @@ class History {
                                                                   const drivers::PerAxis<double>& tolerance) const;
 
  private:
+  LensedFrame::AxisDuring AtMid(LensedFrame::AxisDuring hull, drivers::Axis axis, Instant mid) const;
+
   std::deque<drivers::LensState> readings_;
 };
 

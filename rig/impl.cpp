@@ -221,9 +221,10 @@ void Rig::Impl::AdvanceMotions() {
 }
 
 void Rig::Impl::StartMotion(Axis axis, std::optional<Native> target, double overshoot, TakeUp take_up,
-                            MoveCallback done) {
+                            MoveCallback done, std::optional<std::vector<Impulse>> pace) {
+  auto parts = pace ? *std::move(pace) : setups_[axis]->impulses;
   motions_[axis] = std::make_unique<AxisMotion>(*setups_[axis], *tracks_[axis], target, overshoot, take_up,
-                                                std::move(done), clock.Now());
+                                                std::move(done), clock.Now(), std::move(parts));
   targets_[axis] = target;
 }
 
@@ -352,15 +353,26 @@ void Rig::Impl::ServeLooks() {
   const drivers::Frame frame = *looks_.frame();
   looks_.DropFrame();
   const auto steady = SteadySince();
-  if (steady && frame.exposure_start >= *steady) HandOut(frame);
+  const bool settled = steady && frame.exposure_start >= *steady;
+  if (settled || looks_.anyone_in_motion()) HandOut(frame, settled);
 }
 
-void Rig::Impl::HandOut(const drivers::Frame& frame) {
-  const LensedFrame lensed = WithLens(frame);
-  const bool moved =
-      std::ranges::any_of(drivers::kAxes, [&](Axis axis) { return lensed.axes[axis] && lensed.axes[axis]->moving; });
-  if (moved) return;
-  for (auto& done : looks_.TakeSatisfied(frame.exposure_start)) Reply(std::move(done), Result<LensedFrame>(lensed));
+void Rig::Impl::HandOut(const drivers::Frame& frame, bool settled) {
+  LensedFrame lensed = WithLens(frame);
+  if (auto& focus = lensed.axes[Axis::Focus]) {
+    // Backlash that was taken up since may still have been there during the exposure.
+    const Native bound{tracks_[Axis::Focus]->Bound()};
+    const Native before = std::exchange(handed_out_bound_, bound);
+    if (before > bound) focus->mid_bound = focus->mid_bound + (before - bound);
+  }
+  bool moved = !settled;
+  for (const Axis axis : drivers::kAxes) {
+    if (!lensed.axes[axis]) continue;
+    lensed.axes[axis]->moving |= !settled;
+    moved |= lensed.axes[axis]->moving;
+  }
+  for (auto& done : looks_.TakeSatisfied(frame.exposure_start, moved))
+    Reply(std::move(done), Result<LensedFrame>(lensed));
 }
 
 LensedFrame Rig::Impl::WithLens(const drivers::Frame& frame) const {
@@ -369,7 +381,9 @@ LensedFrame Rig::Impl::WithLens(const drivers::Frame& frame) const {
   lensed.axes = history_.During(frame.exposure_start, frame.exposure_end, tolerances_);
   for (const Axis axis : drivers::kAxes) {
     auto& during = lensed.axes[axis];
-    if (during) during->bound = 0.5 * (during->highest - during->lowest) + Native{tracks_[axis]->Bound()};
+    if (!during) continue;
+    during->bound = 0.5 * (during->highest - during->lowest) + Native{tracks_[axis]->Bound()};
+    during->mid_bound = during->mid_bound + Native{tracks_[axis]->Bound()};
   }
   const auto middle = [&](Axis axis) { return 0.5 * (lensed.axes[axis]->lowest + lensed.axes[axis]->highest); };
   if (optics && optics->has_focus() && lensed.axes[Axis::Focus] && Known(Axis::Focus)) {

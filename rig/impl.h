@@ -61,7 +61,7 @@ class Rig::Impl {
   }
   class AxisMotor;
   void StartMotion(drivers::Axis axis, std::optional<Native> target, double overshoot, TakeUp take_up,
-                   MoveCallback done);
+                   MoveCallback done, std::optional<std::vector<Impulse>> pace = {});
   void EndMotion(drivers::Axis axis, Result<MoveOutcome> end);
   void Coasts(drivers::Axis axis);
   void DropMotion(drivers::Axis axis);
@@ -78,7 +78,7 @@ class Rig::Impl {
   void ServeLooks();
   void ServeOutside();
   void EndOutside();
-  void HandOut(const drivers::Frame& frame);
+  void HandOut(const drivers::Frame& frame, bool settled);
   LensedFrame WithLens(const drivers::Frame& frame) const;
   // What positions mean: impl_optics.cpp.
   void AdoptBacklash();
@@ -96,6 +96,8 @@ class Rig::Impl {
   std::optional<FNumber> CurrentFNumber() const;
   autofocus::Setup AutofocusSetup(const AutofocusRequest& request);
   Activity CurrentActivity() const;
+  void Pass(Native target, double part_of_speed, MoveCallback done);
+  std::string WhyNotInMotion() const;
   AutofocusRun::Hands HandsOfRun();
   AutofocusRun::Scale ScaleOfRun();
   double AutofocusTakeUp() const;
@@ -126,6 +128,7 @@ class Rig::Impl {
   Instant next_read_{};
   History history_;
   Looks looks_;
+  Native handed_out_bound_{};  ///< of focus, with the frame before
   std::unique_ptr<AutofocusRun> run_;
   std::optional<Outside> outside_;  ///< of the run, where its frames come from outside
   AutofocusCallback autofocus_done_;

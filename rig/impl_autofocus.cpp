@@ -26,16 +26,22 @@ std::optional<FNumber> Rig::Impl::CurrentFNumber() const {
 
 AutofocusRun::Scale Rig::Impl::ScaleOfRun() {
   const double resolution = setups_[Axis::Focus]->can.resolution;
+  AutofocusRun::Scale scale{.position = [](Native native) { return native.value; },
+                            .native = [](double position) { return Native{position}; },
+                            .resolution = resolution};
   // Depth from defocus knows lenses of one focal length: a liquid lens is searched in its own units.
-  if (!optics || !optics->has_focus() || optics->nominal().liquid) {
-    return {.position = [](Native native) { return native.value; },
-            .native = [](double position) { return Native{position}; },
-            .resolution = resolution};
+  if (optics && optics->has_focus() && !optics->nominal().liquid) {
+    scale.position = [this](Native native) { return optics->ExtensionFromNative(native).value; };
+    scale.native = [this](double position) { return optics->NativeFromExtension(Metres{position}); };
+    scale.optics = &*optics;
   }
-  return {.position = [this](Native native) { return optics->ExtensionFromNative(native).value; },
-          .native = [this](double position) { return optics->NativeFromExtension(Metres{position}); },
-          .resolution = resolution,
-          .optics = &*optics};
+  const AxisSetup& focus = *setups_[Axis::Focus];
+  const double rate = device.camera ? device.camera->capabilities().frame_rate_hz : 0.0;
+  if (focus.speed && rate > 0) {
+    const double range = std::abs(scale.position(focus.maximum) - scale.position(focus.minimum));
+    scale.stride = *focus.speed / rate * range / (focus.maximum - focus.minimum).value;
+  }
+  return scale;
 }
 
 autofocus::Setup Rig::Impl::AutofocusSetup(const AutofocusRequest& request) {
@@ -50,9 +56,33 @@ autofocus::Setup Rig::Impl::AutofocusSetup(const AutofocusRequest& request) {
   const auto f_number = CurrentFNumber();
   const double pixel_m = (request.outside ? request.outside->pixel_um : device.camera->capabilities().pixel_um) * 1e-6;
   setup.pictures = !request.outside || !request.outside->scores_only;
+  setup.no_stride = request.outside ? "frames from outside cannot be told the lens' place in motion" : WhyNotInMotion();
+  if (setup.no_stride.empty()) setup.stride = scale.stride;
   // Blur changes by (1 - f U)/N of the extension's change: a little less than 1/N.
   if (calibrated && f_number && pixel_m > 0) setup.blur_px = f_number->value * pixel_m;
   return setup;
+}
+
+/// Empty: frames of the moving focus axis can be told where it was.
+std::string Rig::Impl::WhyNotInMotion() const {
+  const AxisSetup& focus = *setups_[Axis::Focus];
+  if (!focus.can.feedback) return "this lens does not say where it is while it moves";
+  if (!focus.speed) return "the speed of this lens is not known; speed in its [lens.focus] says it";
+  if (!(device.camera->capabilities().frame_rate_hz > 0)) return "this camera does not tell its frame rate";
+  return "";
+}
+
+/// At a part of the full speed: a device without a choice of speeds goes in small even steps.
+void Rig::Impl::Pass(Native target, double part_of_speed, MoveCallback done) {
+  constexpr Duration kEach = std::chrono::milliseconds(4);
+  const AxisSetup& focus = *setups_[Axis::Focus];
+  const double way = std::abs((target - state_->axes[Axis::Focus]->position).value);
+  const auto whole = std::chrono::duration<double>(way / (part_of_speed * *focus.speed));
+  std::vector<Impulse> parts;
+  if (part_of_speed < 1.0) parts = PacedParts(std::chrono::duration_cast<Duration>(whole), kEach);
+  EndMotion(Axis::Focus, Fail(Code::Superseded, "autofocus went elsewhere"));
+  StartMotion(Axis::Focus, std::clamp(target, focus.minimum, focus.maximum), 0.0, TakeUp::FromBeyond, std::move(done),
+              std::move(parts));
 }
 
 double Rig::Impl::AutofocusTakeUp() const {
@@ -74,13 +104,16 @@ AutofocusRun::Hands Rig::Impl::HandsOfRun() {
     StartMotion(Axis::Focus, std::clamp(target, focus.minimum, focus.maximum), AutofocusTakeUp(), TakeUp::FromBeyond,
                 guarded(std::move(done)));
   };
-  hands.look = [this, guarded](SeenCallback done) {
+  hands.pass = [this, guarded](Native target, double part_of_speed, MoveCallback done) {
+    Pass(target, part_of_speed, guarded(std::move(done)));
+  };
+  hands.look = [this, guarded](bool in_motion_too, SeenCallback done) {
     if (outside_) return outside_->Want(clock.Now(), guarded(std::move(done)));
     auto taken = [done = guarded(std::move(done))](Result<LensedFrame> frame) mutable {
       if (!frame) return done(Result<Seen>(std::unexpected(frame.error())));
       done(Result<Seen>(Seen{*std::move(frame), std::nullopt}));
     };
-    looks_.Add({.since = clock.Now(), .for_autofocus = true, .done = std::move(taken)});
+    looks_.Add({.since = clock.Now(), .for_autofocus = true, .in_motion_too = in_motion_too, .done = std::move(taken)});
   };
   hands.now = [this] { return clock.Now(); };
   hands.motions = [this] { return run_motions_ + (motions_[Axis::Focus] ? motions_[Axis::Focus]->commands() : 0); };
@@ -189,7 +222,7 @@ void Rig::Impl::ServeOutside() {
   for (const Axis axis : drivers::kAxes) {
     if (!state_->axes[axis]) continue;
     const Native stood = state_->axes[axis]->position;
-    shown.lensed.axes[axis] = LensedFrame::AxisDuring{stood, stood, false};
+    shown.lensed.axes[axis] = LensedFrame::AxisDuring{.lowest = stood, .highest = stood, .moving = false, .mid = stood};
   }
   Reply(std::move(given.taken), Result<void>());
   Reply(std::move(seen), Result<Seen>(std::move(shown)));

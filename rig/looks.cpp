@@ -28,7 +28,7 @@ Result<void> Looks::SetStreaming(bool wanted) {
 Result<void> Looks::Poll(Instant now, std::optional<Instant> steady_since, bool keep) {
   if (camera_ == nullptr) return {};
   if (auto streaming = SetStreaming(anyone() || keep); !streaming) return streaming;
-  if (!anyone() || frame_ || !steady_since || now < EarliestFrame(*steady_since)) return {};
+  if (!anyone() || frame_ || !MayPoll(now, steady_since)) return {};
   auto polled = camera_->Poll();
   if (!polled) {
     const bool transient = polled.error().code == Code::Timeout || polled.error().code == Code::Protocol;
@@ -44,19 +44,33 @@ Result<void> Looks::Poll(Instant now, std::optional<Instant> steady_since, bool 
   return {};
 }
 
-std::vector<SnapshotCallback> Looks::TakeSatisfied(Instant begin) {
+bool Looks::anyone_in_motion() const {
+  return std::ranges::any_of(waiting_, &Waiting::in_motion_too);
+}
+
+/// In motion every frame may be wanted, so none is waited for.
+bool Looks::MayPoll(Instant now, std::optional<Instant> steady_since) const {
+  return anyone_in_motion() || (steady_since && now >= EarliestFrame(*steady_since));
+}
+
+std::vector<SnapshotCallback> Looks::TakeSatisfied(Instant begin, bool moved) {
+  const auto satisfies = [&](const Waiting& waiting) {
+    return waiting.since <= begin && (!moved || waiting.in_motion_too);
+  };
   std::vector<SnapshotCallback> satisfied;
   for (Waiting& waiting : waiting_) {
-    if (waiting.since <= begin) satisfied.push_back(std::move(waiting.done));
+    if (satisfies(waiting)) satisfied.push_back(std::move(waiting.done));
   }
-  std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.since <= begin; });
+  std::erase_if(waiting_, satisfies);
   return satisfied;
 }
 
 std::vector<SnapshotCallback> Looks::TakeExpired(Instant now, std::optional<Instant> steady_since) {
   std::vector<SnapshotCallback> expired;
-  if (!steady_since) return expired;
-  const auto late = [&](const Waiting& waiting) { return now > std::max(waiting.since, *steady_since) + kPatience; };
+  const auto late = [&](const Waiting& waiting) {
+    if (waiting.in_motion_too) return now > waiting.since + kPatience;
+    return steady_since && now > std::max(waiting.since, *steady_since) + kPatience;
+  };
   for (Waiting& waiting : waiting_) {
     if (late(waiting)) expired.push_back(std::move(waiting.done));
   }

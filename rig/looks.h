@@ -18,6 +18,7 @@ class Looks {
   struct Waiting {
     Instant since{};
     bool for_autofocus = false;
+    bool in_motion_too = false;  ///< frames of a moving lens will do
     SnapshotCallback done;
   };
   void Add(Waiting waiting) { waiting_.push_back(std::move(waiting)); }
@@ -31,8 +32,10 @@ class Looks {
   Result<void> Poll(Instant now, std::optional<Instant> steady_since, bool keep);
   const std::optional<drivers::Frame>& frame() const { return frame_; }
   void DropFrame() { frame_.reset(); }
-  /// Everyone who may have a frame exposed from `begin` on.
-  std::vector<SnapshotCallback> TakeSatisfied(Instant begin);
+  /// Everyone who may have a frame exposed from `begin` on, of a lens that stood or moved.
+  std::vector<SnapshotCallback> TakeSatisfied(Instant begin, bool moved);
+  /// Somebody waits whom frames of a moving lens serve.
+  bool anyone_in_motion() const;
   /// Everyone who has waited too long: since their request, and since the lens became steady.
   std::vector<SnapshotCallback> TakeExpired(Instant now, std::optional<Instant> steady_since);
   std::vector<SnapshotCallback> TakeAll();
@@ -42,6 +45,7 @@ class Looks {
  private:
   Result<void> SetStreaming(bool wanted);
   Instant EarliestFrame(Instant steady_since) const;
+  bool MayPoll(Instant now, std::optional<Instant> steady_since) const;
 
   drivers::Camera* camera_;
   bool streaming_ = false;

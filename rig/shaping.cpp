@@ -12,6 +12,12 @@ Duration Seconds(double seconds) {
   return std::chrono::round<Duration>(std::chrono::duration<double>(seconds));
 }
 
+std::vector<Impulse> EvenParts(Duration whole, int parts) {
+  std::vector<Impulse> even;
+  for (int i = 0; i < parts; ++i) even.push_back({i * whole / parts, 1.0 / parts});
+  return even;
+}
+
 }  // namespace
 
 std::vector<Impulse> ImpulsesOf(Shaper shaper, double ring_hz, double damping) {
@@ -31,9 +37,12 @@ std::vector<Impulse> ImpulsesOf(Shaper shaper, double ring_hz, double damping) {
     default:
       break;
   }
-  std::vector<Impulse> ramp;
-  for (int i = 0; i < kRampParts; ++i) ramp.push_back({Seconds(i * period_s / kRampParts), 1.0 / kRampParts});
-  return ramp;
+  return EvenParts(Seconds(period_s), kRampParts);
+}
+
+std::vector<Impulse> PacedParts(Duration whole, Duration each) {
+  const auto parts = static_cast<int>((whole + each - Duration(1)) / each);
+  return parts > 1 ? EvenParts(whole, parts) : std::vector<Impulse>{};
 }
 
 }  // namespace lensd::rig

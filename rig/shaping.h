@@ -25,4 +25,7 @@ struct Impulse {
 /// `damping` in [0, 1) is of critical.
 std::vector<Impulse> ImpulsesOf(Shaper shaper, double ring_hz, double damping);
 
+/// Even parts over `whole`, at most `each` apart: a step that goes on as slowly as that. Empty where it is over sooner.
+std::vector<Impulse> PacedParts(Duration whole, Duration each);
+
 }  // namespace lensd::rig

@@ -22,11 +22,16 @@ struct Setup {
   bool ascending = true;          ///< sweeps run toward larger positions: the side that takes up the backlash
   bool near_is_high = true;       ///< larger positions focus nearer
   bool pictures = true;           ///< false: sharpness comes ready made, without pictures
+  /// How far the lens goes from one frame to the next at its full speed; none: its place is not known in motion.
+  std::optional<double> stride = {};
+  std::string no_stride = {};  ///< why there is none
 };
 
-/// One frame taken with the lens standing still at `position`.
+/// One frame.
 struct Look {
-  double position = 0.0;
+  double position = 0.0;                  ///< of the lens, at mid-exposure
+  double position_sigma = 0.0;            ///< standard deviation of that
+  bool on_the_way = false;                ///< the lens moved meanwhile; otherwise it stood there
   const drivers::Frame* frame = nullptr;  ///< nullptr: only the score is known
   Window window;                          ///< where to look, inside the frame
   FocusScore score;                       ///< of that window
@@ -35,6 +40,9 @@ struct Look {
 /// "Go there and take a frame."
 struct GoAndLook {
   double position = 0.0;  ///< within lowest..highest
+  /// Above 0: show the frames on the way as well, no farther apart than this, and after each of them the same advice
+  /// again means "go on". At most Setup::stride.
+  double stride = 0.0;
 };
 
 /// A place where something in the region, or one of several regions, is in focus.

@@ -8,13 +8,16 @@ namespace lensd::autofocus {
 
 struct CurvePoint {
   double position = 0.0;
-  double value = 0.0;  ///< > 0
-  double sigma = 0.0;  ///< standard deviation of `value`, > 0
+  double value = 0.0;           ///< > 0
+  double sigma = 0.0;           ///< standard deviation of `value`, > 0
+  double position_sigma = 0.0;  ///< standard deviation of `position`
 };
 
 struct PeakFit {
   double position = 0.0;
-  double sigma = 0.0;  ///< of `position`, from the scatter of the points or their own sigmas, whichever says more
+  double sigma = 0.0;   ///< of `position`, from the scatter of the points or their own sigmas, whichever says more
+  double height = 0.0;  ///< of the curve there
+  double width = 0.0;   ///< standard deviation of the Gaussian that the parabola is the logarithm of
 };
 
 /// Weighted least-squares parabola through ln(value): the logarithm of a sharpness curve is close to a parabola over a

@@ -30,7 +30,7 @@ class Regions {
                                 Policy policy);
 
   /// As Session::Next(), for all regions together. A refusal says what became of each of them.
-  Result<Advice> Next(double position, const drivers::Frame& frame);
+  Result<Advice> Next(const Place& place, const drivers::Frame& frame);
   /// As Session::NextScore(); only where there is one region. InvalidArgument otherwise.
   Result<Advice> NextScore(double position, const Sharpness& sharpness);
 
@@ -48,7 +48,7 @@ class Regions {
   Regions(std::string_view method, const Setup& setup, std::vector<drivers::Region> regions, Policy policy,
           Session first);
   struct Taken {
-    double position = 0.0;
+    Place place;
     drivers::Frame frame;
   };
   Result<Advice> Show(const Taken& taken);

@@ -21,15 +21,25 @@ std::vector<std::string_view> MethodNames();
 /// Pixels of a region of a frame, cut to the frame. InvalidArgument: outside it, or smaller than 16 x 16 px.
 Result<Window> WindowOf(const drivers::Region& region, int width, int height);
 
+/// Where the lens was during a frame.
+struct Place {
+  Place(double where) : position(where) {}  // NOLINT(google-explicit-constructor): it stood there
+  Place(double where, double uncertain) : position(where), sigma(uncertain), on_the_way(true) {}
+  double position = 0.0;    ///< at mid-exposure
+  double sigma = 0.0;       ///< standard deviation of that
+  bool on_the_way = false;  ///< it moved meanwhile
+};
+
 class Session {
  public:
-  /// InvalidArgument: no such method, or one that needs pictures where there are none.
+  /// InvalidArgument: no such method, or one that needs pictures where there are none. Unsupported: one that looks
+  /// while moving, with a lens that cannot.
   static Result<Session> Create(std::string_view method, const Setup& setup);
 
   /// Takes the first frame, then each frame asked for, with the position it was taken at. A focused verdict has been
   /// checked: the lens stands at its position. After a verdict the session is over.
   /// InvalidArgument: the window does not fit the frame.
-  Result<Advice> Next(double position, const drivers::Frame& frame, const drivers::Region& region);
+  Result<Advice> Next(const Place& place, const drivers::Frame& frame, const drivers::Region& region);
 
   /// The same for a sharpness that somebody else measured: any value that rises with focus, > 0, and its standard
   /// deviation from frame to frame, > 0.

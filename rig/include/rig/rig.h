@@ -31,8 +31,10 @@ struct LensedFrame {
   struct AxisDuring {
     Native lowest;
     Native highest;
-    bool moving = false;  ///< it moved, or had not settled, at some time of the exposure
-    Native bound = {};    ///< the true position was within this of the middle of the two, if it was not moving
+    bool moving = false;    ///< it moved, or had not settled, at some time of the exposure
+    Native bound = {};      ///< the true position was within this of the middle of the two, if it was not moving
+    Native mid = {};        ///< at mid-exposure, between the readings before and after it
+    Native mid_bound = {};  ///< the true position was within this of `mid` then, moving or not
   };
   drivers::Frame frame;
   drivers::PerAxis<std::optional<AxisDuring>> axes;
