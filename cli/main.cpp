@@ -45,12 +45,11 @@ Result<Globals> ParseGlobals(const GlobalText& text) {
     globals.timeout = *timeout;
   }
   if (!text.from.empty()) {
-    const std::string_view names[] = {"lens", "sensor", "front"};
-    const auto* found = std::ranges::find(names, text.from);
-    if (found == std::end(names)) {
+    const auto* found = std::ranges::find(kFromNames, text.from);
+    if (found == kFromNames.end()) {
       return Fail(Code::InvalidArgument, "--from '" + text.from + "': say lens, sensor or front");
     }
-    globals.from = static_cast<From>(found - names);
+    globals.from = static_cast<From>(found - kFromNames.begin());
   }
   return globals;
 }

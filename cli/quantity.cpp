@@ -6,6 +6,11 @@
 #include <utility>
 
 namespace lensd::cli {
+
+std::unexpected<Error> Wrong(std::string_view option, std::string_view text, std::string_view why) {
+  return Fail(Code::InvalidArgument, std::string(option) + " '" + std::string(text) + "': " + std::string(why));
+}
+
 namespace {
 
 enum class Kind { Plain, Length, Vergence, Pixels, Time, Temperature, Percent };
@@ -31,10 +36,6 @@ struct Measure {
   Decimal value;  // in the base unit of its kind
   Kind kind = Kind::Plain;
 };
-
-std::unexpected<Error> Wrong(std::string_view option, std::string_view text, std::string_view why) {
-  return Fail(Code::InvalidArgument, std::string(option) + " '" + std::string(text) + "': " + std::string(why));
-}
 
 const Unit* FindUnit(std::string_view symbol) {
   const auto* found = std::ranges::find(kUnits, symbol, &Unit::symbol);

@@ -49,6 +49,9 @@ struct Openings {
   std::vector<Decimal> stops;  ///< empty: everything in the range
 };
 
+/// The one line about an option whose text does not fit: `OPTION 'TEXT': WHY`.
+std::unexpected<Error> Wrong(std::string_view option, std::string_view text, std::string_view why);
+
 /// Any length in metres, exactly; may be negative or zero.
 Result<Decimal> ParseExactLength(std::string_view text, std::string_view option);
 /// The same, rounded once.

@@ -1,6 +1,7 @@
 // What every lensctl command shares: the global options, how a command ends, and where its answer goes.
 #pragma once
 
+#include <array>
 #include <expected>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
@@ -59,6 +60,8 @@ template <class T>
 
 /// Where distances on the command line start.
 enum class From { Lens, Sensor, Front };
+/// Their names, in that order.
+inline constexpr std::array<std::string_view, 3> kFromNames = {"lens", "sensor", "front"};
 
 /// Options that work before and after the command.
 struct Globals {

@@ -17,6 +17,15 @@ function(lensd_room name)
   target_link_libraries(${target} ${visibility} ${ROOM_ROOMS} ${ROOM_LIBRARIES})
 endfunction()
 
+# lensd_join(TARGET): compiles the sources of a target together where LENSD_JOIN is on. For targets whose sources are short
+# beside the header-only libraries they include (CLI11, nlohmann-json, GoogleMock): those are read and compiled once a
+# unit instead of once a file. Names in unnamed namespaces must then differ within a target.
+function(lensd_join target)
+  if(LENSD_JOIN)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+  endif()
+endfunction()
+
 # lensd_test(NAME SOURCES ... ROOMS ... [LIBRARIES ...] [LABELS ...] [TIMEOUT seconds])
 # One GoogleTest program; every test in it becomes a ctest. Label `slow` keeps it out of script/test --fast.
 function(lensd_test name)
@@ -30,6 +39,7 @@ function(lensd_test name)
   target_compile_definitions(test_${name} PRIVATE LENSD_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
                                                   LENSD_BINARY_DIR="${PROJECT_BINARY_DIR}")
   target_link_libraries(test_${name} PRIVATE ${TEST_ROOMS} ${TEST_LIBRARIES} GTest::gtest GTest::gmock GTest::gtest_main)
+  lensd_join(test_${name})
   gtest_discover_tests(test_${name} DISCOVERY_MODE PRE_TEST TEST_PREFIX ${name}.
                        PROPERTIES TIMEOUT ${TEST_TIMEOUT} LABELS "${name};${TEST_LABELS}")
 endfunction()

@@ -8,6 +8,9 @@
 file(REMOVE_RECURSE ${PROJECT_BINARY_DIR}/virtual_bench/suites)
 
 function(lensd_bench_test)
+  if(NOT LENSD_VIRTUAL_BENCH)
+    return()
+  endif()
   cmake_parse_arguments(SUITE "UDEV;SYSTEMD" "NAME;TARGET;COMMAND;TIMEOUT" "ARGUMENTS;MODULES" ${ARGN})
   if(NOT SUITE_TIMEOUT)
     set(SUITE_TIMEOUT 60)
@@ -53,4 +56,8 @@ function(lensd_bench_program name)
   target_compile_definitions(test_${name} PRIVATE LENSD_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
                                                   LENSD_BINARY_DIR="${PROJECT_BINARY_DIR}")
   target_link_libraries(test_${name} PRIVATE ${TEST_ROOMS} ${TEST_LIBRARIES} GTest::gtest GTest::gmock GTest::gtest_main)
+  lensd_join(test_${name})
+  if(NOT LENSD_VIRTUAL_BENCH)
+    set_target_properties(test_${name} PROPERTIES EXCLUDE_FROM_ALL ON)
+  endif()
 endfunction()

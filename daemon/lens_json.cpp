@@ -303,6 +303,10 @@ std::string_view ErrorName(Code code) {
   return "io.lensd.Lens.Internal";
 }
 
+std::string Wrap(std::string_view field, const std::string& json) {
+  return "{\"" + std::string(field) + "\":" + json + "}";
+}
+
 const Json* Given(const Json& object, std::string_view key) {
   const auto found = object.find(key);
   return found == object.end() || found->is_null() ? nullptr : &*found;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "planning.h"
 #include "proto/json.h"
@@ -12,6 +13,9 @@ namespace lensd::daemon {
 
 /// A field of an object; nullptr where it is absent or null, which mean the same.
 const proto::Json* Given(const proto::Json& object, std::string_view key);
+
+/// `json` as the only field of an object.
+std::string Wrap(std::string_view field, const std::string& json);
 
 /// LensInfo.
 proto::Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config,

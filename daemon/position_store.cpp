@@ -35,7 +35,7 @@ Json JsonOf(const AxisMemory& axis) {
   return json;
 }
 
-AxisMemory AxisOf(const Json& json) {
+AxisMemory AxisMemoryOf(const Json& json) {
   AxisMemory axis;
   axis.position = Native{json.at("position").get<double>()};
   axis.in_motion = json.at("inMotion").get<bool>();
@@ -71,7 +71,7 @@ Result<rig::PositionMemory::Axes> PositionStore::Load() {
     for (const auto& [name, axis] : json->at("axes").items()) {
       const auto known = drivers::AxisFromName(name);
       if (!known) return Fail(Code::BadData, path_ + ": there is no axis \"" + name + "\"");
-      axes[*known] = AxisOf(axis);
+      axes[*known] = AxisMemoryOf(axis);
     }
   } catch (const Json::exception&) {
     return Fail(Code::BadData, path_ + ": something is missing or of the wrong type");

@@ -18,10 +18,6 @@ drivers::Region RegionOf(const Json& region) {
   return {number("x"), number("y"), number("w"), number("h")};
 }
 
-std::string Wrap(std::string_view field, const std::string& json) {
-  return "{\"" + std::string(field) + "\":" + json + "}";
-}
-
 }  // namespace
 
 Result<rig::AutofocusRequest> AutofocusRequestOf(const Json& parameters) {

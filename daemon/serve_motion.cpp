@@ -75,10 +75,6 @@ void HomeAxes(rig::Rig& rig, std::optional<Axis> only, MoveGroup& group) {
   group.Complete();
 }
 
-std::string Wrap(std::string_view field, const std::string& json) {
-  return "{\"" + std::string(field) + "\":" + json + "}";
-}
-
 }  // namespace
 
 void LensService::Move(const ExchangePointer& exchange) {

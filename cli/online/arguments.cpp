@@ -1,10 +1,18 @@
 #include "cli/online/arguments.h"
 
+#include <algorithm>
+#include <array>
+
 namespace lensd::cli {
 
 NameAndValue SplitNameAndValue(const std::vector<std::string>& words) {
   if (words.size() == 2) return {words[0], words[1]};
   return {nullptr, words.empty() ? "" : words[0]};
+}
+
+bool IsAxis(std::string_view word) {
+  constexpr std::array<std::string_view, 4> kAxes = {"focus", "iris", "zoom", "filter"};
+  return std::ranges::find(kAxes, word) != kAxes.end();
 }
 
 proto::Json LensOf(const std::string& name) {

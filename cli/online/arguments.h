@@ -18,6 +18,9 @@ struct NameAndValue {
 /// One word is the value, two are name and value. More are refused by the parser.
 NameAndValue SplitNameAndValue(const std::vector<std::string>& words);
 
+/// Whether the word is one of the axes' names.
+bool IsAxis(std::string_view word);
+
 /// A name, or null where it was left out.
 proto::Json LensOf(const std::string& name);
 

@@ -2,8 +2,6 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <array>
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -20,8 +18,6 @@ namespace lensd::cli {
 namespace {
 
 using proto::Json;
-
-constexpr std::array<const char*, 3> kOrigins = {"lens", "sensor", "front"};
 
 struct CalibrateText {
   std::string name;
@@ -145,7 +141,7 @@ Outcome Calibrate(Session& session, const CalibrateText& text) {
   }
   Json parameters{{"lens", lens}};
   if (const auto& from = session.globals().from) {
-    parameters["distanceFrom"] = kOrigins.at(static_cast<std::size_t>(*from));
+    parameters["distanceFrom"] = kFromNames.at(static_cast<std::size_t>(*from));
   }
   if (!text.error.empty()) {
     auto error = ParseLength(text.error, "--error");
@@ -215,10 +211,8 @@ std::string BacklashLine(const Json& result) {
 }
 
 Outcome Backlash(Session& session, const BacklashText& text) {
-  static constexpr std::array<std::string_view, 4> kAxes = {"focus", "iris", "zoom", "filter"};
-  const auto is_axis = [](const std::string& word) { return std::ranges::find(kAxes, word) != kAxes.end(); };
   Json parameters = Json::object();
-  for (const std::string& word : text.words) parameters[is_axis(word) ? "axis" : "lens"] = word;
+  for (const std::string& word : text.words) parameters[IsAxis(word) ? "axis" : "lens"] = word;
   if (!text.steps.empty()) {
     auto steps = ParseNumber(text.steps, "--steps");
     if (!steps) return Refuse(steps);

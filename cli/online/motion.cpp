@@ -1,6 +1,5 @@
 // focus, aperture, home, stop.
 #include <CLI/CLI.hpp>
-#include <array>
 #include <memory>
 
 #include "cli/online/arguments.h"
@@ -15,9 +14,6 @@ namespace {
 
 using proto::Json;
 
-constexpr std::array<std::string_view, 4> kAxes = {"focus", "iris", "zoom", "filter"};
-constexpr std::array<const char*, 3> kOrigins = {"lens", "sensor", "front"};
-
 /// Moves one axis and prints the result. Control-C stops the axis.
 Outcome Move(Session& session, Json lens, const char* axis, Json target, const Json& extra = Json::object()) {
   auto link = Link::Open(session);
@@ -25,7 +21,7 @@ Outcome Move(Session& session, Json lens, const char* axis, Json target, const J
   Json parameters{{"lens", lens}, {"axis", axis}, {"target", std::move(target)}};
   parameters.update(extra);
   if (const auto& from = session.globals().from) {
-    parameters["distanceFrom"] = kOrigins.at(static_cast<std::size_t>(*from));
+    parameters["distanceFrom"] = kFromNames.at(static_cast<std::size_t>(*from));
   }
   auto reply = link->Follow(
       MethodOfLens("Move"), std::move(parameters), [](const Json&) { return true; },
@@ -76,10 +72,6 @@ Outcome Filter(Session& session, const std::vector<std::string>& words) {
   auto place = ParseNumber(given.value, "K");
   if (!place) return Refuse(place);
   return Move(session, given.lens, "filter", {{"native", *place->Nearest()}});
-}
-
-bool IsAxis(const std::string& word) {
-  return std::ranges::find(kAxes, word) != kAxes.end();
 }
 
 Outcome Home(Session& session, const std::vector<std::string>& words) {

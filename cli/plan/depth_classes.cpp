@@ -8,7 +8,7 @@
 namespace lensd::cli {
 namespace {
 
-constexpr int kDepths = 1 << 16;
+constexpr int kDepthValues = 1 << 16;
 
 Result<io::Image> ReadGrey(const std::string& path, int bits, const char* what) {
   auto image = io::ReadPng(path);
@@ -25,13 +25,13 @@ std::string Size(const io::Image& image) {
 
 /// Every depth of a class, each once: one table of which depths occur.
 OccupiedDepths EveryDepth(const io::Image& depths, const io::Image* classes, int wanted) {
-  std::vector<unsigned char> seen(2 * kDepths);  // the second half takes what is of another class: no branch
+  std::vector<unsigned char> seen(2 * kDepthValues);  // the second half takes what is of another class: no branch
   for (std::size_t i = 0; i < depths.samples.size(); ++i) {
     const bool other = classes != nullptr && classes->samples[i] != wanted;
-    seen[depths.samples[i] + (other ? kDepths : 0)] = 1;
+    seen[depths.samples[i] + (other ? kDepthValues : 0)] = 1;
   }
   OccupiedDepths found;
-  for (int depth = 1; depth < kDepths; ++depth) {
+  for (int depth = 1; depth < kDepthValues; ++depth) {
     if (seen[static_cast<std::size_t>(depth)] != 0) found.push_back(depth);
   }
   return found;
@@ -76,7 +76,7 @@ Result<std::map<int, OccupiedDepths>> ReadDepthClasses(const std::string& depth_
     if (occupied.empty()) {
       return Fail(Code::BadData, (mask.empty() ? depth_map : mask) + ": " + name + " has no pixel of known depth");
     }
-    if (occupied.back() == kDepths - 1) {
+    if (occupied.back() == kDepthValues - 1) {
       return Fail(Code::BadData, depth_map + ": " + name +
                                      " holds 65535 mm, where 16 bits overflow; write 0 where the depth is unknown");
     }

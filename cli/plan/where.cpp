@@ -11,10 +11,6 @@ namespace {
 using optics::LimitKind;
 using optics::Side;
 
-std::unexpected<Error> Wrong(std::string_view option, std::string_view text, std::string_view why) {
-  return Fail(Code::InvalidArgument, std::string(option) + " '" + std::string(text) + "': " + std::string(why));
-}
-
 std::vector<std::string_view> Split(std::string_view text, char separator) {
   std::vector<std::string_view> parts;
   for (std::size_t start = 0; start <= text.size();) {

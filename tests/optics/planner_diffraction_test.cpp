@@ -22,7 +22,7 @@ Real ToReal(const Number& number) {
   return Real(numerator(exact)) / Real(denominator(exact));
 }
 
-Real VergenceOf(const PlanDepth& depth) {
+Real Vergence60(const PlanDepth& depth) {
   if (depth.is_vergence) return ToReal(depth.number);
   return std::isinf(depth.number.value) ? Real(0) : Real(1 / ToReal(depth.number));
 }
@@ -128,7 +128,7 @@ void ForEachProgramme(const PlanRequest& request, const Optics& o, const Names& 
   programme.low = names.contains("extension") ? range_low : std::min(range_low, Real(0));
   programme.high = names.contains("extension") ? ToReal(request.extensions.high) : Real("1e9");
   if (request.focus && names.contains("focus")) {
-    const Real e = 1 / (1 / o.f - VergenceOf(*request.focus)) - o.f;
+    const Real e = 1 / (1 / o.f - Vergence60(*request.focus)) - o.f;
     if (e < programme.low - kTie || e > programme.high + kTie) return;
     programme.low = programme.high = e;
   }
@@ -136,7 +136,7 @@ void ForEachProgramme(const PlanRequest& request, const Optics& o, const Names& 
   std::vector<const DepthInterval*> intervals;
   const auto add = [&](const BlurLimit& limit, const DepthInterval& interval, Wall::Kind kind) {
     for (const PlanDepth* end : {&interval.one_end, &interval.other_end}) {
-      programme.walls.push_back({kind, VergenceOf(*end), ToReal(limit.limit)});
+      programme.walls.push_back({kind, Vergence60(*end), ToReal(limit.limit)});
     }
   };
   for (const BlurLimit& limit : request.limits) {
@@ -238,7 +238,7 @@ void CheckLimits(const PlanRequest& request, const Optics& o, const PlanAnswer& 
       Real most = 0, behind = 1e9, front = 1e9;  // greatest blur; least on either side
       for (const PlanDepth* end : {&interval.one_end, &interval.other_end}) {
         for (const Real& at : {Real(e - o.delta), Real(e + o.delta)}) {
-          const Real u = VergenceOf(*end), s = o.Signed(u, n, at);
+          const Real u = Vergence60(*end), s = o.Signed(u, n, at);
           most = std::max(most, o.Total(u, n, at));
           behind = std::min(behind, s);
           front = std::min(front, Real(-s));
