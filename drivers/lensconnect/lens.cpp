@@ -160,7 +160,9 @@ Result<LensState> LensConnectLens::DoRead() {
 /// Where a motor that moves is, and whether it has come to an end.
 Result<void> LensConnectLens::Follow(Track& track) {
   const bool is_busy = (busy_ & track.motor.mask) != 0;
-  if (!track.running && !is_busy) return {};
+  // One that somebody else moved is looked at once more when it is done.
+  if (!track.running && !is_busy && !track.astray) return {};
+  track.astray = !track.running && is_busy;
   const auto position = registers_->Read(track.motor.base + address::kPosition);
   if (!position) return std::unexpected(position.error());
   track.position = *position;
@@ -227,22 +229,25 @@ Result<void> LensConnectLens::StartQueued() {
   return {};
 }
 
-/// Nobody's turn to move: everything is looked at, since a lens may lose its power or be turned by somebody else. A
-/// change has to be seen twice.
+/// A lens may lose its power, or be turned by somebody else: what stands is looked at too. While a motor moves, only
+/// whether the others still have their references: what turns unseen is busy (and followed), or has been without power.
+/// A change has to be seen twice.
 Result<void> LensConnectLens::LookAtRest() {
-  const bool moving = std::ranges::any_of(
-      kAxes, [&](Axis axis) { return tracks_[axis] && (tracks_[axis]->running || tracks_[axis]->queued); });
-  if (moving || busy_ != 0) return {};
-  const Instant now = clock_.Now();
-  std::uint16_t known_lost = 0;
+  std::uint16_t known_lost = 0, resting = 0;
+  bool moving = busy_ != 0;
   for (const Axis axis : kAxes) {
-    if (tracks_[axis] && !tracks_[axis]->homed) known_lost |= tracks_[axis]->motor.mask;
+    const auto& track = tracks_[axis];
+    if (!track) continue;
+    moving = moving || track->running || track->queued;
+    if (!track->homed) known_lost |= track->motor.mask;
+    if (!track->running) resting |= track->motor.mask;
   }
   const auto lost = ReadSettled(address::kStatus2, known_lost);
   if (!lost) return std::unexpected(lost.error());
+  if (moving && ((*lost ^ known_lost) & resting) == 0) return {};
   for (const Axis axis : kAxes) {
     auto& track = tracks_[axis];
-    if (!track) continue;
+    if (!track || track->running || (busy_ & track->motor.mask) != 0) continue;
     const auto position = ReadSettled(track->motor.base + address::kPosition, track->position);
     if (!position) return std::unexpected(position.error());
     track->position = *position;
@@ -250,6 +255,8 @@ Result<void> LensConnectLens::LookAtRest() {
     if (track->homed && !homed) track->fault = "lost its reference (was the lens without power?)";
     track->homed = homed;
   }
+  if (moving) return {};
+  const Instant now = clock_.Now();
   if (!felt_at_ || now - *felt_at_ >= kFeelPeriod) {
     const auto kelvin = registers_->Read(address::kTemperature);
     if (!kelvin) return std::unexpected(kelvin.error());

@@ -52,6 +52,7 @@ class LensConnectLens final : public Lens {
     std::optional<Command> queued;   ///< to follow
     bool seen_busy = false;
     bool stopping = false;
+    bool astray = false;  ///< was busy when last looked at, and nobody here had told it to
     int issued = 0;
     Instant issued_at{};
 

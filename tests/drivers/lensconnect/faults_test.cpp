@@ -141,6 +141,37 @@ class Storm {
   std::unique_ptr<rig::Rig> rig_;
 };
 
+/// What stood is not believed to stand there still, only because the driver waits for another motor.
+TEST(LensConnectPower, LostWhileAMotorRunsIsSeenOnAllOthersAtOnce) {
+  SteppedClock clock;
+  const auto model = std::make_shared<testing::ModelLens>(clock);
+  auto lens = drivers::lensconnect::LensConnectLens::Open(std::make_unique<testing::ModelTransport>(model, clock), {},
+                                                          "A123", clock);
+  ASSERT_TRUE(lens) << lens.error().message;
+  const auto rests = [&](Axis axis) {
+    for (int i = 0; i < 10'000; ++i) {
+      const auto state = (*lens)->Read();
+      if (!state || !state->axes[axis]->moving) return state.has_value();
+      clock.Advance(1ms);
+    }
+    return false;
+  };
+  for (const Axis axis : {Axis::Filter, Axis::Zoom}) {
+    ASSERT_TRUE((*lens)->StartHome(axis));
+    ASSERT_TRUE(rests(axis));
+  }
+  ASSERT_TRUE((*lens)->StartMove(Axis::Filter, Native{3.0}));
+  ASSERT_TRUE(rests(Axis::Filter));
+  ASSERT_TRUE((*lens)->StartMove(Axis::Zoom, Native{443.0}));
+  model->lens.LosePower();
+  const auto state = (*lens)->Read();
+  ASSERT_TRUE(state);
+  EXPECT_TRUE(state->axes[Axis::Zoom]->moving) << "its end is not yet judged";
+  EXPECT_EQ(state->axes[Axis::Filter]->position, Native{0.0});
+  EXPECT_FALSE(state->axes[Axis::Filter]->homed);
+  EXPECT_NE(state->axes[Axis::Filter]->fault, "");
+}
+
 TEST(LensConnectStorm, NoHangNoFalseReachedNoLeak) {
   const long moves = testing::ByLevel(200, 1000, 10'000);
   Storm storm(20);
