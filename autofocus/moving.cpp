@@ -11,7 +11,10 @@ constexpr double kBlindStrides = 150.0;  ///< over the range, where the optics a
 constexpr double kHalfWay = 0.5;         ///< down from the top to the rest: so far the fit reaches
 constexpr double kLeastStrides = 2.6;    ///< the fit reaches at least so far to both sides
 constexpr double kPlacePx = 2.0;         ///< of blur: a frame whose place is less certain says nothing of the top
-constexpr double kBlindPlace = 0.02;     ///< of the range: the same where the optics are not known
+constexpr double kSparse = 2.0;          ///< strides between frames: farther apart calls for a slower pass
+constexpr int kMostPasses = 3;
+constexpr double kSlowest = 0.05;     ///< of the pass before
+constexpr double kBlindPlace = 0.02;  ///< of the range: the same where the optics are not known
 
 /// How far from the top the curve has come half way down, on the steeper side.
 double HalfWidth(const std::vector<CurvePoint>& points, const CurveTop& top) {
@@ -27,52 +30,71 @@ double HalfWidth(const std::vector<CurvePoint>& points, const CurveTop& top) {
   return std::min(to_left, to_right);
 }
 
+/// The widest distance between neighbouring frames within `reach` of the top.
+double WidestGap(const std::vector<CurvePoint>& points, double top, double reach) {
+  double widest = 0.0;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const double nearest = std::min(std::abs(points[i].position - top), std::abs(points[i - 1].position - top));
+    if (nearest < reach) widest = std::max(widest, points[i].position - points[i - 1].position);
+  }
+  return widest;
+}
+
 }  // namespace
 
-Moving::Moving(const Setup& setup) : setup_(setup) {
+Moving::Moving(const Setup& setup) : setup_(setup), from_(setup.lowest), to_(setup.highest) {
   const double range = setup.highest - setup.lowest;
   const double wanted = setup.blur_px ? kStridePx * *setup.blur_px : range / kBlindStrides;
-  stride_ = std::min(std::max(wanted, setup.resolution), *setup.stride);
+  stride_ = std::max(wanted, setup.resolution);
+  pace_ = std::min(stride_, *setup.stride);
+  if (!setup.ascending) std::swap(from_, to_);
 }
 
 int Moving::FramesExpected() const {
-  const int whole = static_cast<int>(std::ceil((setup_.highest - setup_.lowest) / stride_));
+  const int whole = static_cast<int>(std::ceil((setup_.highest - setup_.lowest) / std::min(stride_, *setup_.stride)));
   return std::max(whole, static_cast<int>(curve_.size())) + 2;
 }
 
 Advice Moving::Next(const Look& look) {
-  const double start = setup_.ascending ? setup_.lowest : setup_.highest;
-  const double end = setup_.ascending ? setup_.highest : setup_.lowest;
   if (!started_) {
     started_ = true;
     curve_.SetFrame(look);
-    return GoAndLook{start};
+    return GoAndLook{from_};
   }
   curve_.Add(look);
   if (!at_start_ || look.on_the_way) {
     at_start_ = true;
-    return GoAndLook{end, stride_};
+    return GoAndLook{to_, pace_};
   }
   return Conclude();
 }
 
-Advice Moving::Conclude() const {
+Advice Moving::Conclude() {
   const std::vector<CurvePoint> all = curve_.Points();
   const auto top = TopOf(all);
   if (!top) return Refuse(kNoPeak);
+  const double place = all[top->index].position, sigma = all[top->index].position_sigma;
   const double certain = setup_.blur_px ? kPlacePx * *setup_.blur_px : kBlindPlace * (setup_.highest - setup_.lowest);
-  if (all[top->index].position_sigma > certain) {
-    return Refuse("sharpest where the backlash was not yet taken up: there the lens' place in motion is not known");
+  const double gap = WidestGap(all, place, kLeastStrides * stride_);
+  const bool known = sigma <= certain;
+  if ((!known || gap > kSparse * stride_) && passes_ < kMostPasses) {
+    // Frames come more rarely, or readings farther apart, than the camera and the lens let expect.
+    ++passes_;
+    at_start_ = false;
+    const double around = std::max({2.0 * gap, 3.0 * sigma, 4.0 * stride_});
+    const double sign = setup_.ascending ? 1.0 : -1.0;
+    from_ = std::clamp(place - sign * around, setup_.lowest, setup_.highest);
+    to_ = std::clamp(place + sign * around, setup_.lowest, setup_.highest);
+    pace_ *= std::clamp(stride_ / std::max(gap, 2.0 * sigma), kSlowest, 0.5);
+    return GoAndLook{from_};
   }
-  // The frames need not come at even distances; a lens may be slower than it says, and frames are lost.
-  double widest = stride_;
-  for (std::size_t i = 1; i < all.size(); ++i) {
-    const double middle = 0.5 * (all[i].position + all[i - 1].position);
-    const double gap = all[i].position - all[i - 1].position;
-    if (std::abs(middle - all[top->index].position) < kLeastStrides * stride_) widest = std::max(widest, gap);
+  if (!known) {
+    return Refuse(
+        "the lens' place is not known well enough where it is sharpest: backlash not yet taken up, or readings too "
+        "rare");
   }
-  const double reach = std::max(HalfWidth(all, *top), kLeastStrides * widest);
-  return JudgePeak(setup_, curve_, all, *top, reach, widest);
+  const double step = std::max(gap, stride_);
+  return JudgePeak(setup_, curve_, all, *top, std::max(HalfWidth(all, *top), kLeastStrides * step), step);
 }
 
 }  // namespace lensd::autofocus

@@ -5,7 +5,8 @@
 // exposure, with the error of that place. The picture of a moving lens is its blur averaged over the exposure, which
 // flattens the peak evenly on both sides and leaves its place. The top is that of the curve which fits best
 // (peak_model.h); then one approach from the side of the sweep, and a frame there, standing, that has to be as sharp as
-// the sweep promised. Needs a lens that tells its place in motion, at a known speed.
+// the sweep promised. Where frames came more rarely than the camera said, or readings of the place too far apart,
+// another, slower pass around the top follows. Needs a lens that tells its place in motion, at a known speed.
 #pragma once
 
 #include "autofocus/method.h"
@@ -21,10 +22,13 @@ class Moving final : public Method {
   int FramesExpected() const override;
 
  private:
-  Advice Conclude() const;
+  Advice Conclude();
 
   Setup setup_;
-  double stride_ = 0.0;
+  double from_, to_;     ///< of the pass
+  double stride_ = 0.0;  ///< wanted between frames
+  double pace_ = 0.0;    ///< asked for, to that end
+  int passes_ = 1;
   bool started_ = false;
   bool at_start_ = false;
   SharpnessCurve curve_;

@@ -99,16 +99,27 @@ std::expected<Json, Failure> FocusByOwnCamera(Link& link, Json parameters) {
 Outcome TrackSubject(Session& session, Link& link, Json parameters) {
   parameters["track"] = true;
   ProgressLine line;
+  int focused = 0, refused = 0;
+  std::string stands;
   auto ended = link.Follow(MethodOfLens("Autofocus"), std::move(parameters), [&](const Json& step) {
     if (step.contains("progress") && step["progress"].is_object()) line.Show(AutofocusProgressText(step["progress"]));
     if (!step.contains("autofocus") || !step["autofocus"].is_object()) return true;
     line.Clear();
     const Json& result = step["autofocus"];
+    ++(result.value("focused", false) ? focused : refused);
+    stands = NumberText(result, "steps", 8, "");
     session.json() ? session.PrintJson(result) : session.PrintText(AutofocusText(result));
     return true;
   });
-  if (!ended && ended.error().status == Exit::TryAgain) return Exit::Done;  // Control-C, --timeout or another command
-  if (!ended) return std::unexpected(ended.error());
+  line.Clear();
+  if (!ended && ended.error().status != Exit::TryAgain) return std::unexpected(ended.error());
+  // Control-C, --timeout or another command: the ways in which this is meant to end.
+  std::string last = "tracking ended";
+  if (!ended) last += " (" + ended.error().message + ")";
+  last += ": focused " + std::to_string(focused) + (focused == 1 ? " time" : " times") + ", refused " +
+          std::to_string(refused);
+  if (!stands.empty()) last += "; the lens stays, last answer at position " + stands;
+  session.Remark(last);
   return Exit::Done;
 }
 

@@ -113,8 +113,8 @@ std::string MoveText(const Json& move) {
 std::string AutofocusProgressText(const Json& progress) {
   std::string line = "frame " + NumberText(progress, "frames", 6, "") + " of about " +
                      NumberText(progress, "framesExpected", 6, ", ") + NumberText(progress, "moves", 6, " moves") +
-                     ", position " + NumberText(progress, "position", 8, "");
-  if (Has(progress, "sharpness")) line += ", " + NumberText(progress, "sharpness", 3, " times as sharp as at first");
+                     ", position " + NumberText(progress, "position", 5, "");
+  if (Has(progress, "sharpness")) line += ", " + NumberText(progress, "sharpness", 3, " x as sharp as at first");
   return line;
 }
 
@@ -125,8 +125,13 @@ std::string AutofocusStepText(const Json& step) {
 
 std::string AutofocusText(const Json& result) {
   std::string line = Text(result, "lens") + ": ";
-  line += True(result, "focused") ? "focused" : "refused, and back where it was";
-  line += FocusText(result) + ", position " + NumberText(result, "steps", 8, "");
+  const std::string focus = FocusText(result);
+  if (!True(result, "focused")) {
+    line += "refused, and back where it was" + focus;
+  } else {
+    line += focus.empty() ? "focused" : focus.substr(2);  // ", focused at ..." says it already
+  }
+  line += ", position " + NumberText(result, "steps", 8, "");
   if (Has(result, "sigmaD")) line += ", sigma " + NumberText(result, "sigmaD", 3, " D");
   line += ", confidence " + NumberText(result, "confidence", 3, "") + ", " +
           NumberText(result, "frames", 6, " frames, ") + NumberText(result, "moves", 6, " moves, ") +

@@ -1,12 +1,15 @@
 """Autofocus with frames that the client takes: a session over the socket, fed with pictures that `Snapshot` took."""
 import base64
+import json
 import os
+import signal
 import struct
+import subprocess
 import time
 import unittest
 import zlib
 
-from harness import HERE, LENS, PATIENCE, Daemon, DaemonTest
+from harness import BIN, HERE, LENS, PATIENCE, Daemon, DaemonTest
 
 SCENE = os.path.join(HERE, "..", "..", "scenes", "tune", "brick.toml")
 CONFIG = f"""version = 1
@@ -125,6 +128,32 @@ class Session(DaemonTest):
         result = names["autofocus"](take_frame)
         self.assertTrue(result["focused"], result)
         self.assertAlmostEqual(result["vergenceD"], 1 / 0.9, delta=0.04)
+
+    def test_tracking_ends_on_control_c_and_the_lens_stays(self):
+        self.move(500)
+        command = [os.path.join(BIN, "lensctl"), "--socket", self.daemon.socket, "--json", "autofocus", "a", "--track"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as tracker:
+            try:
+                first = json.loads(tracker.stdout.readline())
+                self.assertTrue(first["focused"], first)
+                tracker.send_signal(signal.SIGINT)
+                out, err = tracker.communicate(timeout=60 * PATIENCE)
+            finally:
+                tracker.kill()
+        self.assertEqual(tracker.returncode, 0, err)
+        self.assertEqual(out, "")  # a still scene has one answer
+        self.assertRegex(err, r"^tracking ended \(.*\): focused 1 time, refused 0; the lens stays, last answer at "
+                              r"position [0-9.]+\n$")
+        self.wait_for(lambda: self.activity() == "idle")
+        self.assertEqual(self.position()["position"], first["steps"])
+
+    def test_a_lens_is_focused_while_it_moves(self):
+        self.move(3500)
+        ran = self.daemon.lensctl("--json", "autofocus", "a", "--method", "moving")
+        result = json.loads(ran.stdout)
+        self.assertEqual((ran.returncode, result["method"]), (0, "moving"), ran)
+        self.assertAlmostEqual(result["vergenceD"], 1 / 0.9, delta=0.04)
+        self.assertLessEqual(result["moves"], 10)  # on a busy machine a slower pass follows
 
     def test_scores_need_no_pictures(self):
         self.move(500)

@@ -17,14 +17,16 @@ struct Watched {
   std::vector<AutofocusOutcome> told;
   std::vector<double> errors;  ///< in whole depths of field, every 20 ms from the first answer on
   int moves = 0;
+  int idle_motions = 0;  ///< readings of the lens moving or elsewhere while no search was under way
   std::optional<Result<AutofocusOutcome>> end;
 };
 
-Watched Track(double sway_m, double sway_s, Duration for_so_long, double start = 2500) {
+Watched Track(double sway_m, double sway_s, Duration for_so_long, double rate_hz = 60.0, double start = 2500) {
   auto scene = sim::LoadScene(std::string(LENSD_SOURCE_DIR) + "/scenes/tune/brick.toml");
   EXPECT_TRUE(scene) << scene.error().message;
   scene->surfaces.front().sway_m = sway_m;
   scene->surfaces.front().sway_s = sway_s;
+  scene->camera.frame_rate_hz = rate_hz;
   const auto shared = std::make_shared<const sim::Scene>(*std::move(scene));
   SteppedClock clock;
   auto world = sim::OpenWorld(shared, clock, {.seed = 5, .focus_start = Native{start}, .pictures = {}});
@@ -41,6 +43,8 @@ Watched Track(double sway_m, double sway_s, Duration for_so_long, double start =
     clock.AdvanceTo(rig->Step(clock.Now()));
     if (watched.told.empty() || clock.Now() < next_score) continue;
     next_score = clock.Now() + 20ms;
+    const AxisStatus focus = *rig->GetStatus().axes[Axis::Focus];
+    watched.idle_motions += watched.told.size() == 1 && (focus.moving || focus.position != watched.told[0].position);
     const sim::TrueState state = world->truth->Now();
     const double subject_d = world->truth->subjects().front().vergence_d + state.sway_d;
     watched.errors.push_back(std::abs(state.focal_plane_d - subject_d) /
@@ -62,8 +66,9 @@ double Share(const std::vector<double>& errors, double at_most) {
 }
 
 TEST(Tracking, LeavesTheLensAloneBeforeAStillSubject) {
-  const Watched watched = Track(0.0, 10.0, 10s);
+  const Watched watched = Track(0.0, 10.0, std::chrono::seconds(testing::ByLevel(20, 60, 60)), 20.0);
   ASSERT_EQ(watched.told.size(), 1u);
+  EXPECT_EQ(watched.idle_motions, 0);
   EXPECT_TRUE(watched.told.front().focused) << watched.told.front().reason;
   EXPECT_EQ(Share(watched.errors, 0.5), 1.0);
 }
@@ -78,6 +83,21 @@ TEST(Tracking, FollowsASubjectThatMovesAndDoesNotHunt) {
   EXPECT_GE(Share(watched.errors, 1.0), 0.85);
   // A search takes the lens out of focus for a moment, never far: the sweep would.
   EXPECT_GE(Share(watched.errors, 8.0), 0.98);
+}
+
+TEST(Tracking, FollowsASteadyMotionOneWay) {
+  // The first part of a slow sway is even: 0.3 m to either side in 120 s is 16 mm a second.
+  const Watched watched = Track(0.3, 120.0, std::chrono::seconds(testing::ByLevel(6, 12, 20)));
+  ASSERT_GE(watched.told.size(), 2u);
+  int turns = 0;
+  for (std::size_t i = 2; i < watched.told.size(); ++i) {
+    const double step = (watched.told[i].position - watched.told[i - 1].position).value;
+    const double before = (watched.told[i - 1].position - watched.told[i - 2].position).value;
+    // Half a depth of field is 79 steps here: what is less is the scatter of the answers.
+    turns += step * before < 0 && std::min(std::abs(step), std::abs(before)) > 20.0;
+  }
+  EXPECT_EQ(turns, 0);
+  EXPECT_GE(Share(watched.errors, 1.0), 0.85);
 }
 
 TEST(Tracking, IsRefusedWhereItCannotBe) {
