@@ -13,6 +13,7 @@
 #include "bench/move/move.h"
 #include "bench/plan/plan.h"
 #include "bench/render/render.h"
+#include "bench/report/report.h"
 #include "bench/rpc/rpc.h"
 #include "bench/verify/verify.h"
 
@@ -27,6 +28,7 @@ const std::vector<Command>& Commands() {
       {"move", "a step of a ringing actuator, raw and shaped: what is left when", RunMove},
       {"plan", "the planner against its peers: time and error on the same problems", RunPlan},
       {"render", "renderers and their peers: time against error, cost against disk diameter", RunRender},
+      {"report", "all of these but verify, as one page", RunReport},
       {"rpc", "what a question to the daemon costs, beside a bare socket and sd-bus", RunRpc},
       {"verify", "does a picture keep its blur limits? judged from frames alone", RunVerify},
   };

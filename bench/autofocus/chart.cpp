@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "bench/autofocus/summary.h"
 #include "io/svg.h"
@@ -10,6 +11,7 @@ namespace lensd::bench {
 namespace {
 
 constexpr double kSmallestPx = 1e-3;  // of blur; less is drawn there
+constexpr std::size_t kColours = 8;   // of the palette: lines beyond are dashed
 
 /// All runs of one method, whatever the scene.
 std::vector<AutofocusRunResult> AllRuns(const std::vector<SceneRuns>& scenes, std::size_t method) {
@@ -88,10 +90,12 @@ io::Chart ErrorAgainst(const std::vector<SceneRuns>& scenes, const char* what, c
 }
 
 io::Chart SuccessAgainstStart(const std::vector<SceneRuns>& scenes) {
-  constexpr double kBin = 12.0;  // px
+  constexpr double kBin = 24.0;  // px
   io::Chart chart;
   chart.title = "Success against where the run began";
-  chart.subtitle = "share of runs within half a depth of field, by the blur of the first frame, in bins of 12 px";
+  chart.subtitle =
+      "share of runs within half a depth of field, by the blur of the first frame, in bins of 24 px; equal lines hide "
+      "each other";
   chart.x = {.label = "blur of the first frame", .unit = "px", .low = 0.0};
   chart.y = {.label = "share of runs", .low = 0.0, .high = 1.0};
   for (std::size_t m = 0; m < scenes.front().methods.size(); ++m) {
@@ -103,7 +107,7 @@ io::Chart SuccessAgainstStart(const std::vector<SceneRuns>& scenes) {
       bins[bin].first += run.within() ? 1 : 0;
       ++bins[bin].second;
     }
-    io::ChartLine line{.name = scenes.front().methods[m].first, .markers = true};
+    io::ChartLine line{.name = scenes.front().methods[m].first, .dashed = m >= kColours, .markers = true};
     for (std::size_t i = 0; i < bins.size(); ++i) {
       if (bins[i].second < 3) continue;
       line.points.push_back({(static_cast<double>(i) + 0.5) * kBin,
@@ -119,11 +123,11 @@ template <class Coordinate>
 io::Chart SuccessAgainst(const std::vector<SceneRuns>& scenes, const char* what, const Coordinate& coordinate) {
   io::Chart chart;
   chart.title = std::string("Success against ") + what;
-  chart.subtitle = "one mark a scene with one subject";
+  chart.subtitle = "one mark a scene with one subject; equal lines hide each other";
   chart.x = {.label = what, .scale = io::Scale::Log};
   chart.y = {.label = "share within half a depth of field", .low = 0.0, .high = 1.0};
   for (std::size_t m = 0; m < scenes.front().methods.size(); ++m) {
-    io::ChartLine line{.name = scenes.front().methods[m].first, .markers = true};
+    io::ChartLine line{.name = scenes.front().methods[m].first, .dashed = m >= kColours, .markers = true};
     for (const SceneRuns& scene : scenes) {
       if (scene.floor) line.points.push_back({coordinate(*scene.floor), Within(scene.methods[m].second)});
     }
@@ -137,15 +141,25 @@ io::Chart RefusedAgainstFalse(const std::vector<SceneRuns>& scenes) {
   io::Chart chart;
   chart.title = "Refusals against false focus";
   chart.subtitle = "of all runs; false: focused, and more than a whole depth of field off";
-  chart.x = {.label = "refused", .unit = "%", .low = 0.0};
-  chart.y = {.label = "false focus", .unit = "%", .low = 0.0};
-  chart.legend = io::LegendPlace::None;
+  // Methods that end alike share a mark.
+  std::map<std::pair<double, double>, std::vector<std::size_t>> places;
+  double most = 5.0;
   for (std::size_t m = 0; m < scenes.front().methods.size(); ++m) {
-    const auto runs = AllRuns(scenes, m);
-    const AutofocusSummary summary = Summarise("", runs);
-    chart.points.push_back(
-        {.points = {{{100 * summary.refused, 100 * summary.false_focus}, scenes.front().methods[m].first}},
-         .colour = io::PaletteColour(m)});
+    const AutofocusSummary summary = Summarise("", AllRuns(scenes, m));
+    places[{100 * summary.refused, 100 * summary.false_focus}].push_back(m);
+    most = std::max({most, 105 * summary.refused, 105 * summary.false_focus});
+  }
+  chart.x = {.label = "refused", .unit = "%", .low = 0.0, .high = most};
+  chart.y = {.label = "false focus", .unit = "%", .low = 0.0, .high = most};
+  chart.legend = io::LegendPlace::None;
+  for (const auto& [at, methods] : places) {
+    constexpr std::size_t kNamed = 3;
+    std::string label;
+    for (std::size_t i = 0; i < std::min(methods.size(), kNamed); ++i) {
+      label += (i > 0 ? ", " : "") + scenes.front().methods[methods[i]].first;
+    }
+    if (methods.size() > kNamed) label += " and " + std::to_string(methods.size() - kNamed) + " more";
+    chart.points.push_back({.points = {{{at.first, at.second}, label}}, .colour = io::PaletteColour(methods.front())});
   }
   return chart;
 }
@@ -163,22 +177,25 @@ io::Chart Endings(const std::vector<SceneRuns>& scenes) {
   const auto& methods = scenes.front().methods;
   io::Chart chart;
   chart.title = "How the runs ended";
-  chart.x = {.label = "method", .low = 0.0, .high = static_cast<double>(methods.size())};
-  chart.y = {.label = "share of runs", .low = 0.0, .high = 1.0};
+  const double count = static_cast<double>(methods.size());
+  chart.x = {.label = "share of runs", .low = 0.0, .high = 1.0};
+  chart.y = {.low = 0.0, .high = count};
   chart.legend = io::LegendPlace::Below;
   for (std::size_t i = 0; i < methods.size(); ++i) {
     const AutofocusSummary summary = Summarise(methods[i].first, AllRuns(scenes, i));
     const double near = 1.0 - summary.within - summary.refused - summary.false_focus;
     const double shares[] = {summary.within, std::max(near, 0.0), summary.refused, summary.false_focus};
-    // Long names would run into each other: every other one a line lower.
-    chart.x.ticks.emplace_back(static_cast<double>(i) + 0.5, (i % 2 == 1 ? "\n" : "") + methods[i].first);
+    const double below = count - static_cast<double>(i) - 1.0;
+    chart.y.ticks.emplace_back(below + 0.5, methods[i].first);
     double from = 0.0;
     for (std::size_t part = 0; part < std::size(kParts); ++part) {
-      io::ChartBar bar{.name = i == 0 ? kParts[part].name : "", .colour = kParts[part].colour, .opacity = 0.8};
-      bar.x_low = static_cast<double>(i) + 0.15;
-      bar.x_high = static_cast<double>(i) + 0.85;
-      bar.y_low = from;
-      bar.y_high = from += shares[part];
+      const bool named = i == 0;
+      if (shares[part] < 1e-9 && !named) continue;
+      io::ChartBar bar{.name = named ? kParts[part].name : "", .colour = kParts[part].colour, .opacity = 0.8};
+      bar.x_low = from;
+      bar.x_high = from += shares[part];
+      bar.y_low = below + 0.15;
+      bar.y_high = below + 0.85;
       chart.bars.push_back(std::move(bar));
     }
   }

@@ -16,8 +16,9 @@ using MethodRuns = std::pair<std::string, std::vector<AutofocusRunResult>>;
 /// The runs of every method on one scene.
 struct SceneRuns {
   std::string name;
-  std::vector<MethodRuns> methods;  ///< the same ones in the same order on every scene
-  std::optional<FocusFloor> floor;  ///< none: several subjects
+  std::vector<MethodRuns> methods;           ///< the same ones in the same order on every scene
+  std::vector<double> cpu_ms_per_vga_frame;  ///< of each method, where it looks at all of a 640 x 480 px frame
+  std::optional<FocusFloor> floor;           ///< none: several subjects
 };
 
 /// Frames and time against the blur that is left, with the front of what nothing beats and the floors; success against

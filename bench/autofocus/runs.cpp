@@ -65,6 +65,7 @@ Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& picture
   std::optional<Result<rig::AutofocusOutcome>> end;
   rig::AutofocusRequest request;
   request.method = wanted.method;
+  if (wanted.whole_frame) request.regions = {{0.0, 0.0, 1.0, 1.0}};
   const auto note = [&](const rig::AutofocusProgress& now) {
     result.blurs_px.push_back(BlurAt(*world->truth, scene, now.position.value));
   };

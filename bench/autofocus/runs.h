@@ -38,6 +38,7 @@ struct AutofocusRuns {
   int runs = 100;
   std::uint64_t seed = 1;
   int threads = 2;
+  bool whole_frame = false;     ///< look at all of the frame instead of the scene's region
   double f_number_error = 1.0;  ///< what the rig believes of f-numbers, over the truth
 };
 

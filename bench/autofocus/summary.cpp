@@ -36,6 +36,15 @@ double Percentile(std::vector<double> values, double part) {
   return *at;
 }
 
+double CpuMsPerFrame(const std::vector<AutofocusRunResult>& results) {
+  double cpu_ms = 0.0, frames = 0.0;
+  for (const AutofocusRunResult& run : results) {
+    cpu_ms += Milliseconds(run.cpu);
+    frames += run.frames;
+  }
+  return frames > 0 ? cpu_ms / frames : 0.0;
+}
+
 AutofocusSummary Summarise(const std::string& method, const std::vector<AutofocusRunResult>& results,
                            const FocusFloor* floor) {
   AutofocusSummary summary;
@@ -60,15 +69,11 @@ AutofocusSummary Summarise(const std::string& method, const std::vector<Autofocu
   summary.elapsed_ms_p50 = Percentile(elapsed, 0.50);
   summary.elapsed_ms_p95 = Percentile(elapsed, 0.95);
 
-  double cpu_ms = 0.0;
-  double all_frames = 0.0;
   std::vector<double> errors;
   for (const AutofocusRunResult& run : results) {
-    cpu_ms += Milliseconds(run.cpu);
-    all_frames += run.frames;
     if (run.focused) errors.push_back(run.error_dof());
   }
-  summary.cpu_ms_per_frame = all_frames > 0 ? cpu_ms / all_frames : 0.0;
+  summary.cpu_ms_per_frame = CpuMsPerFrame(results);
   if (errors.empty()) return summary;
   summary.error_dof_p50 = Percentile(errors, 0.50);
   summary.error_dof_p95 = Percentile(errors, 0.95);

@@ -24,12 +24,16 @@ struct AutofocusSummary {
   double elapsed_ms_p50 = 0.0, elapsed_ms_p95 = 0.0;
   std::optional<double> error_dof_p50, error_dof_p95, error_dof_max;
   double cpu_ms_per_frame = 0.0;
-  std::optional<double> rms_error_px;  ///< of blur, over the focused runs within half a depth of field
-  std::optional<double> rms_floor_px;  ///< what the light of those runs' frames and the motor's step allow
+  double cpu_ms_per_whole_frame = 0.0;  ///< a frame of 640 x 480 px that is the region as a whole; 0: not measured
+  std::optional<double> rms_error_px;   ///< of blur, over the focused runs within half a depth of field
+  std::optional<double> rms_floor_px;   ///< what the light of those runs' frames and the motor's step allow
 };
 
 AutofocusSummary Summarise(const std::string& method, const std::vector<AutofocusRunResult>& results,
                            const FocusFloor* floor = nullptr);
+
+/// Processor time of the method per frame of these runs.
+double CpuMsPerFrame(const std::vector<AutofocusRunResult>& results);
 
 /// Lower end of the 95 % Wilson score interval of `hits` out of `runs` > 0.
 double WilsonLow(int hits, int runs);
