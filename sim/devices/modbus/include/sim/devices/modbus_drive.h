@@ -50,57 +50,6 @@ class Shaft {
   std::vector<Stretch> path_;
 };
 
-/// A drive behind its registers. What is thrown at it it answers as its manual says.
-class ModbusDrive {
- public:
-  using Registers = std::vector<std::uint16_t>;
-  using ExceptionCode = std::uint8_t;
-
-  explicit ModbusDrive(double counts) : shaft_(counts) {}
-  virtual ~ModbusDrive() = default;
-
-  virtual std::expected<Registers, ExceptionCode> Read(std::uint16_t address, int count, Duration now) = 0;
-  virtual std::expected<void, ExceptionCode> Write(std::uint16_t address, std::span<const std::uint16_t> registers,
-                                                   Duration now) = 0;
-  /// The alarm it raises by itself, 0: none. Motion ends.
-  virtual void RaiseAlarm(std::uint32_t alarm, Duration now) = 0;
-  /// What it answers to a request with a wrong checksum; none: silence.
-  virtual std::optional<ExceptionCode> OnBadChecksum() const { return std::nullopt; }
-
-  /// The next `count` motions are acknowledged and not begun.
-  void Ignore(int count) { ignored_ = count; }
-  /// The motor stands still whatever it is told, as one whose shaft is blocked and that does not notice.
-  void Block(bool blocked) { blocked_ = blocked; }
-  /// Here is now `counts`, as if somebody had told it so.
-  void SetCount(Duration now, double counts) { shaft_.Call(now, counts); }
-  /// As SetCount(0), and that is its reference.
-  virtual void Preset(Duration now) { SetCount(now, 0.0); }
-  const Shaft& shaft() const { return shaft_; }
-  /// Motions begun so far.
-  int motions() const { return motions_; }
-  int stops() const { return stops_; }
-
- protected:
-  /// Whether a motion that is due may begin.
-  bool MayBegin() {
-    if (ignored_ > 0) {
-      --ignored_;
-      return false;
-    }
-    ++motions_;
-    return !blocked_;
-  }
-  void NoteStop() { ++stops_; }
-
-  Shaft shaft_;
-
- private:
-  int ignored_ = 0;
-  int motions_ = 0;
-  int stops_ = 0;
-  bool blocked_ = false;
-};
-
 /// Registers that are there, each in one of a few ranges.
 class RegisterFile {
  public:
@@ -123,6 +72,76 @@ class RegisterFile {
 
   std::vector<Stretch> ranges_;
   std::map<std::uint16_t, std::uint16_t> values_;
+};
+
+/// A drive behind its registers. What is thrown at it it answers as its manual says.
+class ModbusDrive {
+ public:
+  using Registers = std::vector<std::uint16_t>;
+  using ExceptionCode = std::uint8_t;
+
+  virtual ~ModbusDrive() = default;
+
+  std::expected<Registers, ExceptionCode> Read(std::uint16_t address, int count, Duration now);
+  std::expected<void, ExceptionCode> Write(std::uint16_t address, std::span<const std::uint16_t> registers,
+                                           Duration now);
+  /// The alarm it raises by itself, 0: none. Motion ends.
+  virtual void RaiseAlarm(std::uint32_t alarm, Duration now) = 0;
+  /// What it answers to a request with a wrong checksum; none: silence.
+  virtual std::optional<ExceptionCode> OnBadChecksum() const { return std::nullopt; }
+
+  /// The next `count` motions are acknowledged and not begun.
+  void Ignore(int count) { ignored_ = count; }
+  /// The motor stands still whatever it is told, as one whose shaft is blocked and that does not notice.
+  void Block(bool blocked) { blocked_ = blocked; }
+  /// Here is now `counts`, as if somebody had told it so.
+  void SetCount(Duration now, double counts) { shaft_.Call(now, counts); }
+  /// As SetCount(0), and that is its reference.
+  virtual void Preset(Duration now) { SetCount(now, 0.0); }
+  const Shaft& shaft() const { return shaft_; }
+  /// Motions begun so far.
+  int motions() const { return motions_; }
+  int stops() const { return stops_; }
+
+ protected:
+  /// What it answers where registers are not there, and how many it lets be read at once.
+  struct Refusals {
+    ExceptionCode read, write;
+    int most;
+  };
+  struct Written {
+    std::uint16_t first;
+    int count;
+    bool Has(int address) const { return address >= first && address < first + count; }
+  };
+
+  explicit ModbusDrive(double counts, Refusals refusals = {0x02, 0x02, 125}) : shaft_(counts), refusals_(refusals) {}
+
+  /// Has the registers show how things are.
+  virtual void Refresh(Duration now) = 0;
+  /// Does what registers that have just been written ask for.
+  virtual std::expected<void, ExceptionCode> Obey(const Written& written, Duration now) = 0;
+
+  /// Whether a motion that is due may begin.
+  bool MayBegin() {
+    if (ignored_ > 0) {
+      --ignored_;
+      return false;
+    }
+    ++motions_;
+    return !blocked_;
+  }
+  void NoteStop() { ++stops_; }
+
+  Shaft shaft_;
+  RegisterFile file_;
+
+ private:
+  const Refusals refusals_;
+  int ignored_ = 0;
+  int motions_ = 0;
+  int stops_ = 0;
+  bool blocked_ = false;
 };
 
 /// "oriental-az", "moons", "leadshine-rs", "generic" (the map of the driver's generic profile). `counts`: where it
