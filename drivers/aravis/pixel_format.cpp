@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "drivers/pixels/luma.h"
+
 namespace lensd::drivers::aravis {
 namespace {
 
@@ -125,23 +127,6 @@ class Samples {
   unsigned mask_;
 };
 
-/// Each pixel becomes the mean of the four that begin with it.
-std::vector<std::uint16_t> AverageMosaic(const std::vector<std::uint16_t>& mosaic, int width, int height) {
-  const auto w = static_cast<std::size_t>(width);
-  std::vector<std::uint16_t> luma(mosaic.size());
-  for (int y = 0; y < height; ++y) {
-    const int other_y = y + 1 < height ? y + 1 : std::max(y - 1, 0);
-    const std::uint16_t* here = mosaic.data() + static_cast<std::size_t>(y) * w;
-    const std::uint16_t* there = mosaic.data() + static_cast<std::size_t>(other_y) * w;
-    for (int x = 0; x < width; ++x) {
-      const int other_x = x + 1 < width ? x + 1 : std::max(x - 1, 0);
-      const unsigned sum = 0u + here[x] + here[other_x] + there[x] + there[other_x];
-      luma[static_cast<std::size_t>(y) * w + static_cast<std::size_t>(x)] = static_cast<std::uint16_t>((sum + 2) / 4);
-    }
-  }
-  return luma;
-}
-
 /// Bytes a line takes, and bits it is shifted by where lines follow each other without beginning at a byte.
 std::size_t LineBits(const PixelFormat& format, int width, int padding) {
   const std::size_t bits = static_cast<std::size_t>(width) * static_cast<std::size_t>(StoredBits(format));
@@ -195,7 +180,7 @@ Result<std::vector<std::uint16_t>> LumaOf(const PixelFormat& format, std::span<c
     const std::size_t first = runs_on ? y * w : 0;
     for (std::size_t x = 0; x < w; ++x) luma[y * w + x] = samples.At(start, first + x);
   }
-  if (format.colour == Bayer) return AverageMosaic(luma, width, height);
+  if (format.colour == Bayer) pixels::AverageMosaic(luma, width, height);
   return luma;
 }
 

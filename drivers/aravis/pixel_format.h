@@ -40,8 +40,7 @@ const PixelFormat* FindPixelFormat(std::string_view name);
 /// Bytes of a picture, each line followed by `padding` bytes.
 std::size_t BytesOf(const PixelFormat& format, int width, int height, int padding);
 
-/// Luminance, row-major, of `format.bits` bits. A mosaic is averaged over the 2 x 2 pixels from each pixel on (one red,
-/// two green, one blue, mirrored at the right and lower edge): a box of two pixels, which focus measures do not mind.
+/// Luminance, row-major, of `format.bits` bits. A mosaic is averaged as drivers/pixels does it.
 /// RGB is weighted as Rec. 709. Protocol: `data` is shorter than the picture.
 Result<std::vector<std::uint16_t>> LumaOf(const PixelFormat& format, std::span<const std::uint8_t> data, int width,
                                           int height, int padding);

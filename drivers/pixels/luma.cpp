@@ -76,21 +76,6 @@ void UnpackRow(const RawFormat& format, const std::uint8_t* row, int width, std:
   }
 }
 
-void AverageMosaic(Samples& samples, int width, int height) {
-  // In place, row by row: each output needs its own row and the one below. The last row and column look back instead,
-  // where a square of four colours lies as well.
-  const auto at = [&](int x, int y) -> std::uint16_t& {
-    return samples[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
-  };
-  for (int y = 0; y + 1 < height; ++y) {
-    for (int x = 0; x + 1 < width; ++x) {
-      at(x, y) = static_cast<std::uint16_t>((at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1) + 2) / 4);
-    }
-    at(width - 1, y) = at(width - 2, y);
-  }
-  for (int x = 0; x < width; ++x) at(x, height - 1) = at(x, height - 2);
-}
-
 /// 16..235 of 8 bits to 0..255.
 void StretchLimited(Samples& samples) {
   static constexpr auto kStretched = [] {
@@ -120,6 +105,22 @@ LumaReader::LumaReader() = default;
 LumaReader::~LumaReader() = default;
 LumaReader::LumaReader(LumaReader&&) noexcept = default;
 LumaReader& LumaReader::operator=(LumaReader&&) noexcept = default;
+
+void AverageMosaic(std::vector<std::uint16_t>& samples, int width, int height) {
+  if (width < 2 || height < 2) return;
+  // In place, row by row: each output needs its own row and the one below. The last row and column look back instead,
+  // where a square of four colours lies as well.
+  const auto at = [&](int x, int y) -> std::uint16_t& {
+    return samples[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+  };
+  for (int y = 0; y + 1 < height; ++y) {
+    for (int x = 0; x + 1 < width; ++x) {
+      at(x, y) = static_cast<std::uint16_t>((at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1) + 2) / 4);
+    }
+    at(width - 1, y) = at(width - 2, y);
+  }
+  for (int x = 0; x < width; ++x) at(x, height - 1) = at(x, height - 2);
+}
 
 std::size_t RowBytes(const RawFormat& format, int width) {
   const auto count = static_cast<std::size_t>(width);
@@ -186,7 +187,7 @@ Result<std::shared_ptr<const Samples>> LumaReader::Read(const RawFormat& format,
       UnpackRow(format, picture.bytes.data() + y * stride, picture.width, samples.data() + y * width);
     }
   }
-  if (format.bayer && picture.width > 1 && picture.height > 1) AverageMosaic(samples, picture.width, picture.height);
+  if (format.bayer) AverageMosaic(samples, picture.width, picture.height);
   if (format.limited && format.bits == 8) StretchLimited(samples);
   return std::make_shared<const Samples>(std::move(samples));
 }

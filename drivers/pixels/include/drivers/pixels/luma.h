@@ -38,6 +38,11 @@ struct RawPicture {
 /// Bytes of a row without padding; 0 for Jpeg.
 std::size_t RowBytes(const RawFormat& format, int width);
 
+/// Turns a mosaic of width * height samples, whatever the order of its colours, into luminance: (R + 2G + B)/4 out of
+/// the 2 x 2 samples that begin at each pixel, or end there at the right and lower edge. Less than 2 x 2 is left as it
+/// is.
+void AverageMosaic(std::vector<std::uint16_t>& samples, int width, int height);
+
 /// Converts pictures. One thread at a time; cheap to make, keeps its JPEG decoder between pictures.
 class LumaReader {
  public:
