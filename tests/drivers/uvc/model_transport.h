@@ -8,6 +8,7 @@
 
 #include "assemble.h"
 #include "base/clock.h"
+#include "grating_scene.h"
 #include "sim/devices/uvc_model.h"
 #include "sim/devices/uvc_stream.h"
 #include "transport.h"
@@ -108,13 +109,8 @@ inline Result<Device> OpenOnModel(const std::shared_ptr<ModelTransport>& transpo
 
 /// A wall before a lens whose whole travel takes half a second; pictures of 32 x 24.
 inline std::shared_ptr<const sim::Scene> SmallScene() {
-  sim::Scene scene;
-  scene.camera.width = 32;
-  scene.camera.height = 24;
-  scene.lens.steps = 1024;
-  scene.lens.speed_steps_per_s = 2048;
+  sim::Scene scene = testing::GratingScene(32, 24, 2048);
   scene.lens.max_focal_length_mm = 50.0;
-  scene.surfaces.push_back({sim::PlaneShape{1.0, 0.0, 0.0}, {}, sim::SinusoidPaint{8.0, 0.0}});
   return std::make_shared<const sim::Scene>(std::move(scene));
 }
 

@@ -11,6 +11,7 @@
 
 #include "drivers/hotplug/nodes.h"
 #include "drivers/v4l2/driver.h"
+#include "grating_scene.h"
 #include "io/toml.h"
 #include "sim/devices/uvc_camera.h"
 #include "stand.h"
@@ -32,13 +33,8 @@ const MonotonicClock& Now() {
 
 /// A grating before a lens whose whole travel takes half a second.
 std::shared_ptr<const sim::Scene> TheScene() {
-  sim::Scene scene;
-  scene.camera.width = 64;
-  scene.camera.height = 48;
+  sim::Scene scene = testing::GratingScene(64, 48, 2048);
   scene.camera.frame_rate_hz = 20;
-  scene.lens.steps = 1024;
-  scene.lens.speed_steps_per_s = 2048;
-  scene.surfaces.push_back({sim::PlaneShape{1.0, 0.0, 0.0}, {}, sim::SinusoidPaint{8.0, 0.0}});
   return std::make_shared<const sim::Scene>(std::move(scene));
 }
 
