@@ -54,11 +54,13 @@ const char* NameOf(PixelFormat pixels) {
   return pixels == PixelFormat::Yuyv ? "yuyv" : "mjpeg";
 }
 
-std::string Offers(const StreamInterface& stream) {
+std::string Offers(const VideoFunction& function) {
   std::ostringstream text;
-  for (const StreamFormat& format : stream.formats) {
-    text << (text.tellp() > 0 ? "; " : "") << NameOf(format.pixels);
-    for (const StreamFrame& frame : format.frames) text << " " << frame.width << "x" << frame.height;
+  for (const StreamInterface& stream : function.streams) {
+    for (const StreamFormat& format : stream.formats) {
+      text << (text.tellp() > 0 ? "; " : "") << NameOf(format.pixels);
+      for (const StreamFrame& frame : format.frames) text << " " << frame.width << "x" << frame.height;
+    }
   }
   return text.str();
 }
@@ -90,17 +92,20 @@ std::vector<Candidate> Candidates(const StreamInterface& stream, const CameraCon
 
 Result<StreamChoice> Choose(const VideoFunction& function, const CameraConfig& config) {
   if (function.streams.empty()) return Fail(Code::Unsupported, "this camera has no streaming interface");
-  const StreamInterface& stream = function.streams.front();
-  const auto candidates = Candidates(stream, config);
+  // Some cameras have several streams of the same scene: the first that has what is wanted is taken.
+  std::vector<Candidate> candidates;
+  auto stream = function.streams.begin();
+  for (; stream != function.streams.end() && candidates.empty(); ++stream) candidates = Candidates(*stream, config);
   if (candidates.empty()) {
-    return Fail(Code::Unsupported, "the camera does not offer the picture asked for; it has " + Offers(stream));
+    return Fail(Code::Unsupported, "the camera does not offer the picture asked for; it has " + Offers(function));
   }
+  --stream;
   const double wanted_hz = config.frame_rate_hz.value_or(kFastEnough_hz);
   const auto fast =
       std::ranges::find_if(candidates, [&](const Candidate& one) { return FastestHz(*one.frame) >= 0.99 * wanted_hz; });
   const Candidate& best = fast != candidates.end() ? *fast : candidates.back();
   StreamChoice choice;
-  choice.interface = stream.number;
+  choice.interface = stream->number;
   choice.format_index = best.format->index;
   choice.frame_index = best.frame->index;
   choice.pixels = best.format->pixels;

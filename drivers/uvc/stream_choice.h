@@ -22,8 +22,8 @@ struct StreamChoice {
 };
 
 /// The offer that fits the configuration. Size: the one asked for, or the camera's default. Format: the one asked for,
-/// or YUYV where that is fast enough (the rate asked for, or 15 a second), otherwise MJPEG. Unsupported: there is none;
-/// the message lists what there is.
+/// or YUYV where that is fast enough (the rate asked for, or 15 a second), otherwise MJPEG. Of several streaming
+/// interfaces the first that has it. Unsupported: there is none; the message lists what there is.
 Result<StreamChoice> Choose(const VideoFunction& function, const CameraConfig& config);
 
 /// Agrees on `choice` with the camera (probe and commit, UVC 1.1 section 4.3.1.1) and says where its pictures come

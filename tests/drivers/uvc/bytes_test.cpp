@@ -352,6 +352,34 @@ TEST_F(UvcBytes, ProbeLengthFollowsTheVersionOfTheClass) {
   }
 }
 
+TEST_F(UvcBytes, OfSeveralStreamsTheFirstThatHasWhatIsWantedIsTaken) {
+  VideoFunction function;
+  StreamInterface small;
+  small.number = 1;
+  small.formats.push_back({1, PixelFormat::Yuyv, 1, 0, {{1, 320, 240, 333333, {333333}, false}}});
+  StreamInterface large;
+  large.number = 2;
+  large.formats.push_back({1, PixelFormat::Mjpeg, 1, 0, {{1, 1920, 1080, 333333, {333333}, false}}});
+  function.streams = {StreamInterface{}, small, large};  // the first has formats that nobody here can read
+  const auto chosen = [&](const CameraConfig& config) {
+    const auto choice = Choose(function, config);
+    return choice ? int{choice->interface} : -1;
+  };
+  EXPECT_EQ(chosen({}), 1);
+  CameraConfig wanted;
+  wanted.format = PixelFormat::Mjpeg;
+  EXPECT_EQ(chosen(wanted), 2);
+  wanted = {};
+  wanted.width = 1920;
+  wanted.height = 1080;
+  EXPECT_EQ(chosen(wanted), 2);
+  wanted.format = PixelFormat::Yuyv;
+  const auto none = Choose(function, wanted);
+  ASSERT_FALSE(none.has_value());
+  EXPECT_EQ(none.error().code, Code::Unsupported);
+  EXPECT_NE(none.error().message.find("yuyv 320x240; mjpeg 1920x1080"), std::string::npos) << none.error().message;
+}
+
 TEST_F(UvcBytes, TransportOutcomesKeepTheirNames) {
   Begin(1u << 5);
   ExpectFocusRange();
