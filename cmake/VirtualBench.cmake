@@ -2,8 +2,8 @@
 #                  [TIMEOUT seconds] [UDEV] [SYSTEMD])
 # A suite that runs in the virtual machine of script/bench, as root, in the build folder, after the kernel modules are
 # loaded in that order (they are unloaded after it). TARGET is an executable of this build: usually a GoogleTest program
-# made with lensd_bench_program(). It becomes the ctest bench.NAME, whose output is the suite's log. All suites run in
-# one boot, one after the other. UDEV: with udevd running. SYSTEMD: after all others, with systemd as the first process.
+# made with lensd_bench_program(). It becomes the ctest bench.NAME, whose output is the suite's log. Suites run one
+# after the other in one boot, or in two side by side where there are two processors. UDEV: with udevd running. SYSTEMD: after all others, with systemd as the first process.
 # TIMEOUT: seconds in the guest, which is about five times slower than the host (default 60).
 file(REMOVE_RECURSE ${PROJECT_BINARY_DIR}/virtual_bench/suites)
 
@@ -14,6 +14,9 @@ function(lensd_bench_test)
   cmake_parse_arguments(SUITE "UDEV;SYSTEMD" "NAME;TARGET;COMMAND;TIMEOUT" "ARGUMENTS;MODULES" ${ARGN})
   if(NOT SUITE_TIMEOUT)
     set(SUITE_TIMEOUT 60)
+  endif()
+  if(CMAKE_CXX_FLAGS_DEBUG MATCHES sanitize AND CMAKE_BUILD_TYPE STREQUAL Debug)
+    math(EXPR SUITE_TIMEOUT "3 * ${SUITE_TIMEOUT}")
   endif()
   if(SUITE_TARGET)
     set(SUITE_COMMAND $<TARGET_FILE:${SUITE_TARGET}>)
@@ -38,7 +41,7 @@ function(lensd_bench_test)
     set_property(GLOBAL PROPERTY LENSD_BENCH_BOOT TRUE)
     add_test(NAME bench.boot COMMAND ${PROJECT_SOURCE_DIR}/script/bench run --boot-only --build ${PROJECT_BINARY_DIR})
     set_tests_properties(bench.boot PROPERTIES FIXTURES_SETUP virtual_bench SKIP_RETURN_CODE 77 TIMEOUT 1800 COST 1000
-                                               LABELS "bench;slow")
+                                               PROCESSORS 2 LABELS "bench;slow")
   endif()
   add_test(NAME bench.${SUITE_NAME}
            COMMAND ${PROJECT_SOURCE_DIR}/script/bench result --build ${PROJECT_BINARY_DIR} ${SUITE_NAME})

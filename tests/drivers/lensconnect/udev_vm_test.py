@@ -82,8 +82,11 @@ class Rules(unittest.TestCase):
         self.assertIn(f"no permission to read and write {node}; join its group video", listed.stdout + listed.stderr)
 
     def plugged(self):
-        return any("UDEV1" in open(f"/sys/class/hidraw/{name}/device/uevent", encoding="ascii").read()
-                   for name in os.listdir("/sys/class/hidraw"))
+        def uevent(name):
+            with open(f"/sys/class/hidraw/{name}/device/uevent", encoding="ascii") as file:
+                return file.read()
+
+        return any("UDEV1" in uevent(name) for name in os.listdir("/sys/class/hidraw"))
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@
 #include "drivers/hotplug/nodes.h"
 #include "drivers/lensconnect/driver.h"
 #include "open_files.h"
+#include "resident_memory.h"
 #include "rig/rig.h"
 #include "sim/devices/lensconnect_uhid.h"
 #include "stand.h"
@@ -217,10 +218,15 @@ TEST_F(InTheMachine, MovesInAStormOfFaults) {
   Open();
   HomeAll();
   std::mt19937 random(300);
-  const int files = testing::OpenFiles();
+  int files = 0;
+  long resident = 0;
   int reached = 0, not_reached = 0, errors = 0;
-  const long moves = testing::ByLevel(30, 100, 300);
+  const long moves = testing::ByLevel(30, 50, 300);
   for (long i = 0; i < moves; ++i) {
+    if (i == moves / 4) {
+      files = testing::OpenFiles();
+      resident = testing::ResidentKilobytes();
+    }
     const Axis axis = drivers::kAxes[random() % drivers::kAxes.size()];
     const auto [low, high] = rig_->SoftLimits(axis);
     const double target = low.value + static_cast<double>(random() % static_cast<unsigned>((high - low).value + 1));
@@ -248,6 +254,7 @@ TEST_F(InTheMachine, MovesInAStormOfFaults) {
               errors);
   EXPECT_GT(reached, moves / 3);
   EXPECT_EQ(testing::OpenFiles(), files);
+  EXPECT_LT(testing::ResidentKilobytes() - resident, 4096);
 }
 
 }  // namespace
