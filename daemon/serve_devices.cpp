@@ -1,4 +1,5 @@
 // Devices: every driver's search, on a thread of its own because some ask the network.
+#include <algorithm>
 #include <utility>
 
 #include "drivers_table.h"
@@ -60,7 +61,10 @@ std::string LensService::DevicesReply(const Search& search) const {
   int lenses = 0;
   for (const Search::Found& found : search.found) {
     const drivers::FoundDevice& device = found.device;
-    const auto user = UserOf(found.driver, device.serial);
+    const auto alike = std::ranges::count_if(search.found, [&](const Search::Found& other) {
+      return other.driver == found.driver && other.device.serial == device.serial;
+    });
+    const auto user = alike == 1 ? UserOf(found.driver, device.serial) : std::nullopt;
     devices.push_back({{"driver", found.driver},
                        {"model", device.model},
                        {"serial", device.serial},

@@ -86,13 +86,20 @@ std::string Quoted(std::string_view text) {
   return quoted + "\"";
 }
 
+/// Which key tells this node from the others: "serial", "id_path" or "".
+std::string KeyOf(const Node& node, const std::vector<Node>& all) {
+  const auto only = [&](const std::string Node::* key) {
+    return !(node.*key).empty() && std::ranges::count(all, node.*key, key) <= 1;
+  };
+  return only(&Node::serial) ? "serial" : only(&Node::id_path) ? "id_path" : "";
+}
+
 std::string Known(const std::vector<Node>& nodes) {
   std::string known;
   for (const Node& node : nodes) {
+    const std::string key = KeyOf(node, nodes);
     known += known.empty() ? "" : ", ";
-    known += !node.serial.empty()    ? "serial " + Quoted(node.serial)
-             : !node.id_path.empty() ? "id_path " + Quoted(node.id_path)
-                                     : node.path;
+    known += key.empty() ? node.path : key + " " + Quoted(key == "serial" ? node.serial : node.id_path);
   }
   return known;
 }
@@ -138,10 +145,9 @@ Result<Node> Pick(const std::vector<Node>& nodes, const Wanted& wanted, std::str
   return Fail(Code::Disconnected, "no " + kind + with + " is plugged in" + others);
 }
 
-std::string ConfigLines(const Node& node) {
-  if (!node.serial.empty()) return "serial = " + Quoted(node.serial) + "\n";
-  if (!node.id_path.empty()) return "id_path = " + Quoted(node.id_path) + "\n";
-  return "";
+std::string ConfigLines(const Node& node, const std::vector<Node>& all) {
+  const std::string key = KeyOf(node, all);
+  return key.empty() ? "" : key + " = " + Quoted(key == "serial" ? node.serial : node.id_path) + "\n";
 }
 
 std::string AccessProblem(const std::string& path) {

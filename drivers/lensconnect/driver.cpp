@@ -64,7 +64,7 @@ Result<std::vector<FoundDevice>> ProbeLensConnect() {
     found.push_back({.model = node.name,
                      .serial = node.serial,
                      .node = node.path,
-                     .config = hotplug::ConfigLines(node),
+                     .config = hotplug::ConfigLines(node, *nodes),
                      .lens = true,
                      .camera = false,
                      .problem = hotplug::AccessProblem(node.path)});

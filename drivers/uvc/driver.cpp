@@ -74,13 +74,15 @@ Result<Device> OpenUvc(const Settings& settings, const Clock& clock) {
 Result<std::vector<FoundDevice>> ProbeUvc() {
   auto all = ListCameras();
   if (!all) return PassOn(std::move(all));
+  std::vector<hotplug::Node> nodes;
+  for (const UsbCamera& camera : *all) nodes.push_back(camera.node);
   std::vector<FoundDevice> found;
   for (const UsbCamera& camera : *all) {
     FoundDevice one;
     one.model = ModelOf(camera.node);
     one.serial = camera.node.serial;
     one.node = camera.node.path;
-    one.config = hotplug::ConfigLines(camera.node);
+    one.config = hotplug::ConfigLines(camera.node, nodes);
     if (one.config.empty()) one.config = "product = \"" + ProductOf(camera.node) + "\"\n";
     const auto selection = Select(camera.configuration, {});
     one.lens = selection && HasLens(selection->terminal);

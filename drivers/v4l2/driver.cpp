@@ -191,10 +191,7 @@ Result<std::vector<drivers::FoundDevice>> ProbeV4l2() {
     device.serial = node.serial;
     device.node = node.path;
     // One device may have several nodes of pictures, and then neither serial number nor place tells them apart.
-    const auto alike = std::ranges::count_if(*nodes, [&](const drivers::hotplug::Node& other) {
-      return node.serial.empty() ? other.id_path == node.id_path : other.serial == node.serial;
-    });
-    if (alike == 1) device.config = ConfigLines(node);
+    device.config = ConfigLines(node, *nodes);
     if (device.config.empty()) device.config = "device = \"" + node.path + "\"\n";
     device.problem = drivers::hotplug::AccessProblem(node.path);
     // Asking a video node what it can do disturbs no stream.

@@ -33,8 +33,9 @@ struct Wanted {
 /// InvalidArgument: several, and nothing says which.
 Result<Node> Pick(const std::vector<Node>& nodes, const Wanted& wanted, std::string_view what);
 
-/// The configuration lines that select this node: by serial number, else by place, else nothing.
-std::string ConfigLines(const Node& node);
+/// The configuration lines that select this node and no other of `all`: by serial number, else (devices that share one,
+/// or have none) by place, else nothing.
+std::string ConfigLines(const Node& node, const std::vector<Node>& all);
 
 /// Empty, or why this process may not read and write the node, and what to do.
 std::string AccessProblem(const std::string& path);
