@@ -1,10 +1,12 @@
-// The sums behind the focus measures of 8-bit pictures, a vector of pixels at a time. Integers throughout, so that
-// every instruction set finds the same sums.
+// The sums behind the focus measures, a vector of pixels at a time. Integers throughout, so that every instruction set
+// finds the same sums.
 //
 // Rows are taken in blocks of eight, which a vector of columns walks down keeping the rows' slopes in registers: each
-// row is widened once, and ten streams of memory run in step. Squares are summed in 32 bits, two to a lane, and emptied
-// into 64 bits before they can overflow: a Sobel slope is at most 1020, so a step down a block adds at most 16 x 2 x
-// 1020^2.
+// row is widened once, and ten streams of memory run in step. How wide a lane has to be, and how long squares may be
+// added before they are moved to 64 bits, depends on the samples:
+//   Eight    8-bit samples in lanes of 16 bits; squares are added in 32 bits over 32 steps down a block
+//   Twelve   16-bit samples that are all below 4096, lanes alike; squares are moved to 64 bits every fourth row
+//   Sixteen  any 16-bit samples in lanes of 32 bits; squares are 64 bits wide from the start
 #include <cstddef>
 #include <cstdint>
 
@@ -15,193 +17,242 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "measure_lanes-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace lensd::autofocus::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Words = hn::ScalableTag<std::int16_t>;
-using Sums = hn::ScalableTag<std::int32_t>;
-using Bytes = hn::Rebind<std::uint8_t, Words>;
-using WordVec = hn::Vec<Words>;
-using SumVec = hn::Vec<Sums>;
-using View = GreyView<std::uint8_t>;
-
-constexpr int kBlock = 8;   // rows
-constexpr int kSteps = 32;  // down a block between emptyings: 32 x 8 x 2 x 1020^2 < 2^31
-
-HWY_INLINE WordVec Load(const std::uint8_t* samples) {
-  return hn::PromoteTo(Words(), hn::LoadU(Bytes(), samples));
-}
-
-HWY_INLINE void AddSquares(WordVec v, SumVec& even, SumVec& odd) {
-  even = hn::ReorderWidenMulAccumulate(Sums(), v, v, even, odd);
-}
-
-HWY_INLINE void AddValues(WordVec v, SumVec& even, SumVec& odd) {
-  even = hn::ReorderWidenMulAccumulate(Sums(), v, hn::Set(Words(), 1), even, odd);
-}
-
-HWY_INLINE std::int64_t Empty(SumVec& sum) {
-  HWY_ALIGN std::int32_t lanes[HWY_MAX_BYTES / sizeof(std::int32_t)];
-  hn::Store(sum, Sums(), lanes);
-  sum = hn::Zero(Sums());
-  std::int64_t total = 0;
-  for (std::size_t i = 0; i < hn::Lanes(Sums()); ++i) total += lanes[i];
-  return total;
-}
-
 /// A row's slope along x, and its smoothed values and second difference for the slopes along y.
+template <class V>
 struct RowSlopes {
-  WordVec slope;
-  WordVec smooth;
-  WordVec bend;
+  V slope;
+  V smooth;
+  V bend;
 };
 
-template <bool kNoise>
-HWY_INLINE RowSlopes SlopesAt(const std::uint8_t* samples) {
-  const WordVec left = Load(samples - 1);
-  const WordVec right = Load(samples + 1);
-  const WordVec twice = hn::ShiftLeft<1>(Load(samples));
-  const WordVec sides = hn::Add(left, right);
-  return {hn::Sub(right, left), hn::Add(sides, twice), kNoise ? hn::Sub(sides, twice) : sides};
+template <class Kind, bool kNoise>
+HWY_INLINE auto SlopesAt(const typename Kind::Sample* samples) {
+  const auto left = Kind::Load(samples - 1);
+  const auto right = Kind::Load(samples + 1);
+  const auto twice = hn::ShiftLeft<1>(Kind::Load(samples));
+  const auto sides = hn::Add(left, right);
+  return RowSlopes<hn::Vec<typename Kind::D>>{hn::Sub(right, left), hn::Add(sides, twice),
+                                              kNoise ? hn::Sub(sides, twice) : sides};
 }
 
-/// Inner columns that vectors cover: all of them, or none where a vector is wider.
-int WholeColumns(View view) {
-  const int inner = view.width - 2;
-  return inner >= static_cast<int>(hn::Lanes(Words())) ? inner : 0;
+/// Whether inner columns fill a vector; narrower views are left to scalar sums.
+template <class Kind>
+HWY_INLINE bool FillsVectors(GreyView<typename Kind::Sample> view) {
+  return view.width - 2 >= static_cast<int>(hn::Lanes(typename Kind::D()));
 }
 
 /// Calls `step(x, keep)` for vectors that together cover `count` columns from `first` on, at least a vector of them.
 /// The last one may overlap the one before: `keep` clears the lanes that were counted.
-template <class Step>
-HWY_INLINE void ForColumns(int first, int count, const Step& step) {
-  const int lanes = static_cast<int>(hn::Lanes(Words()));
-  if (count < lanes) return;
+template <class D, class Step>
+HWY_INLINE void ForColumns(D d, int first, int count, const Step& step) {
+  using V = hn::Vec<D>;
+  const int lanes = static_cast<int>(hn::Lanes(d));
   int x = first;
-  for (; x + lanes <= first + count; x += lanes) step(x, [](WordVec v) HWY_ATTR { return v; });
+  for (; x + lanes <= first + count; x += lanes) step(x, [](V v) HWY_ATTR { return v; });
   const int left = first + count - x;
   if (left == 0) return;
-  const auto mask = hn::Gt(hn::Iota(Words(), 0), hn::Set(Words(), static_cast<std::int16_t>(lanes - left - 1)));
-  step(first + count - lanes, [mask](WordVec v) HWY_ATTR { return hn::IfThenElseZero(mask, v); });
+  const auto mask = hn::Gt(hn::Iota(d, 0), hn::Set(d, static_cast<hn::TFromD<D>>(lanes - left - 1)));
+  step(first + count - lanes, [mask](V v) HWY_ATTR { return hn::IfThenElseZero(mask, v); });
 }
 
-template <bool kNoise>
-HWY_INLINE FocusSums SumSlopes(View view) {
+template <class Kind, bool kNoise>
+HWY_INLINE FocusSums SumSlopes(GreyView<typename Kind::Sample> view) {
+  if (!FillsVectors<Kind>(view)) return scalar::SlopesOf(view, kNoise);
+  const typename Kind::D d;
   FocusSums sums;
-  SumVec along_x[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
-  SumVec along_y[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
-  SumVec bends[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
-  const auto empty = [&] {
-    for (SumVec& sum : along_x) sums.gradient += static_cast<std::uint64_t>(Empty(sum));
-    for (SumVec& sum : along_y) sums.gradient += static_cast<std::uint64_t>(Empty(sum));
-    for (SumVec& sum : bends) sums.noise += static_cast<std::uint64_t>(Empty(sum));
+  typename Kind::Squares along_x;
+  typename Kind::Squares along_y;
+  typename Kind::Values bends;
+  const auto fold = [&]() HWY_ATTR {
+    along_x.Fold();
+    along_y.Fold();
+    sums.noise += static_cast<std::uint64_t>(bends.Take());
   };
   for (int top = 1; top + 1 < view.height; top += kBlock) {
     const int rows = HWY_MIN(kBlock, view.height - 1 - top);
     int step = 0;
-    ForColumns(1, view.width - 2, [&](int x, const auto& keep) HWY_ATTR {
-      const std::uint8_t* at = view.samples + (top - 1) * view.stride + x;
-      RowSlopes above = SlopesAt<kNoise>(at);
-      RowSlopes here = SlopesAt<kNoise>(at += view.stride);
-      WordVec noise = hn::Zero(Words());
+    ForColumns(d, 1, view.width - 2, [&](int x, const auto& keep) HWY_ATTR {
+      const auto* at = view.samples + (top - 1) * view.stride + x;
+      auto above = SlopesAt<Kind, kNoise>(at);
+      auto here = SlopesAt<Kind, kNoise>(at += view.stride);
+      auto noise = hn::Zero(d);
       for (int row = 0; row < rows; ++row) {
-        const RowSlopes below = SlopesAt<kNoise>(at += view.stride);
-        const WordVec gx = hn::Add(hn::Add(above.slope, below.slope), hn::ShiftLeft<1>(here.slope));
-        AddSquares(keep(gx), along_x[0], along_x[1]);
-        AddSquares(keep(hn::Sub(below.smooth, above.smooth)), along_y[0], along_y[1]);
+        const auto below = SlopesAt<Kind, kNoise>(at += view.stride);
+        along_x.Add(keep(hn::Add(hn::Add(above.slope, below.slope), hn::ShiftLeft<1>(here.slope))));
+        along_y.Add(keep(hn::Sub(below.smooth, above.smooth)));
         if constexpr (kNoise) {
-          const WordVec bend = hn::Sub(hn::Add(above.bend, below.bend), hn::ShiftLeft<1>(here.bend));
-          noise = hn::Add(noise, hn::Abs(bend));
+          const auto bend = hn::Abs(hn::Sub(hn::Add(above.bend, below.bend), hn::ShiftLeft<1>(here.bend)));
+          if constexpr (Kind::kRowsInLane == 1) bends.Add(keep(bend));
+          noise = hn::Add(noise, bend);
+        }
+        if (row % Kind::kFoldRows == Kind::kFoldRows - 1) {
+          along_x.FoldRows();
+          along_y.FoldRows();
         }
         above = here;
         here = below;
       }
-      if constexpr (kNoise) AddValues(keep(noise), bends[0], bends[1]);
-      if (++step % kSteps == 0) empty();
+      along_x.FoldRows();
+      along_y.FoldRows();
+      if constexpr (kNoise && Kind::kRowsInLane != 1) bends.Add(keep(noise));
+      if (++step % kSteps == 0) fold();
     });
-    empty();
+    fold();
   }
+  sums.gradient = along_x.total + along_y.total;
   return sums;
 }
 
-FocusSums SumSlopesAndNoise(View view) {
-  return SumSlopes<true>(view);
-}
-
-std::uint64_t SumSlopesAlone(View view) {
-  return SumSlopes<false>(view).gradient;
-}
-
-LaplacianSums SumLaplacians(View view) {
+template <class Kind>
+HWY_INLINE LaplacianSums SumLaplacians(GreyView<typename Kind::Sample> view) {
+  if (!FillsVectors<Kind>(view)) return scalar::LaplacianOf(view);
+  const typename Kind::D d;
   LaplacianSums sums;
-  SumVec squares[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
-  SumVec values[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
-  const auto empty = [&] {
-    for (SumVec& sum : squares) sums.square += static_cast<std::uint64_t>(Empty(sum));
-    for (SumVec& sum : values) sums.value += Empty(sum);
+  typename Kind::Squares squares;
+  typename Kind::Values values;
+  const auto fold = [&]() HWY_ATTR {
+    squares.Fold();
+    sums.value += values.Take();
   };
   for (int top = 1; top + 1 < view.height; top += kBlock) {
     const int rows = HWY_MIN(kBlock, view.height - 1 - top);
     int step = 0;
-    ForColumns(1, view.width - 2, [&](int x, const auto& keep) HWY_ATTR {
-      const std::uint8_t* at = view.samples + top * view.stride + x;
-      WordVec above = Load(at - view.stride);
-      WordVec here = Load(at);
-      WordVec value = hn::Zero(Words());
+    ForColumns(d, 1, view.width - 2, [&](int x, const auto& keep) HWY_ATTR {
+      const auto* at = view.samples + top * view.stride + x;
+      auto above = Kind::Load(at - view.stride);
+      auto here = Kind::Load(at);
+      auto value = hn::Zero(d);
       for (int row = 0; row < rows; ++row, at += view.stride) {
-        const WordVec below = Load(at + view.stride);
-        const WordVec sides = hn::Add(Load(at - 1), Load(at + 1));
-        const WordVec laplacian = hn::Sub(hn::Add(hn::Add(above, below), sides), hn::ShiftLeft<2>(here));
-        AddSquares(keep(laplacian), squares[0], squares[1]);
+        const auto below = Kind::Load(at + view.stride);
+        const auto sides = hn::Add(Kind::Load(at - 1), Kind::Load(at + 1));
+        const auto laplacian = hn::Sub(hn::Add(hn::Add(above, below), sides), hn::ShiftLeft<2>(here));
+        squares.Add(keep(laplacian));
+        if constexpr (Kind::kRowsInLane == 1) values.Add(keep(laplacian));
         value = hn::Add(value, laplacian);
+        if (row % Kind::kFoldRows == Kind::kFoldRows - 1) squares.FoldRows();
         above = here;
         here = below;
       }
-      AddValues(keep(value), values[0], values[1]);
-      if (++step % kSteps == 0) empty();
+      squares.FoldRows();
+      if constexpr (Kind::kRowsInLane != 1) values.Add(keep(value));
+      if (++step % kSteps == 0) fold();
     });
-    empty();
+    fold();
   }
+  sums.square = squares.total;
   return sums;
 }
 
-/// Pairs two apart in every row, as many columns as whole vectors hold.
-std::uint64_t SumPairs(View view) {
-  std::uint64_t total = 0;
-  SumVec squares[2] = {hn::Zero(Sums()), hn::Zero(Sums())};
-  const auto empty = [&] {
-    for (SumVec& sum : squares) total += static_cast<std::uint64_t>(Empty(sum));
-  };
+/// Pairs two apart in every row.
+template <class Kind>
+HWY_INLINE std::uint64_t SumPairs(GreyView<typename Kind::Sample> view) {
+  if (!FillsVectors<Kind>(view)) return scalar::BrennerOf(view);
+  const typename Kind::D d;
+  typename Kind::Squares squares;
   int step = 0;
   for (int y = 0; y < view.height; ++y) {
-    const std::uint8_t* row = view.samples + y * view.stride;
-    ForColumns(0, view.width - 2, [&](int x, const auto& keep) HWY_ATTR {
-      AddSquares(keep(hn::Sub(Load(row + x + 2), Load(row + x))), squares[0], squares[1]);
-      if (++step % 8192 == 0) empty();  // a step adds at most 2 x 255^2 to a lane: 2^31 holds 16,512
+    const auto* row = view.samples + y * view.stride;
+    ForColumns(d, 0, view.width - 2, [&](int x, const auto& keep) HWY_ATTR {
+      squares.Add(keep(hn::Sub(Kind::Load(row + x + 2), Kind::Load(row + x))));
+      if (++step % Kind::kPairSteps == 0) squares.Fold();
     });
   }
-  empty();
-  return total;
+  squares.Fold();
+  return squares.total;
 }
 
-void AddRowLevels(const std::uint8_t* row, int width, std::uint8_t full_scale, FocusSums& sums) {
+void AddByteLevels(const std::uint8_t* row, int width, std::uint8_t full_scale, FocusSums& sums) {
   const hn::ScalableTag<std::uint8_t> d;
-  const hn::ScalableTag<std::uint64_t> d64;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const auto below_full = hn::Set(d, static_cast<std::uint8_t>(full_scale - 1));
-  auto light = hn::Zero(d64);
+  auto light = hn::Zero(Longs());
   int x = 0;
   for (; x + lanes <= width; x += lanes) {
     const auto v = hn::LoadU(d, row + x);
     light = hn::Add(light, hn::SumsOf8(v));
     sums.saturated += hn::CountTrue(d, hn::Ne(hn::SaturatedSub(v, below_full), hn::Zero(d)));
   }
-  HWY_ALIGN std::uint64_t parts[HWY_MAX_BYTES / sizeof(std::uint64_t)];
-  hn::Store(light, d64, parts);
-  for (std::size_t i = 0; i < hn::Lanes(d64); ++i) sums.light += parts[i];
+  sums.light += static_cast<std::uint64_t>(TotalOf(Longs(), light));
   scalar::AddLevels(row + x, width - x, full_scale, sums);
 }
+
+FocusSums ByteSlopes(GreyView<std::uint8_t> view, bool noise) {
+  return noise ? SumSlopes<Eight, true>(view) : SumSlopes<Eight, false>(view);
+}
+LaplacianSums ByteLaplacians(GreyView<std::uint8_t> view) {
+  return SumLaplacians<Eight>(view);
+}
+std::uint64_t BytePairs(GreyView<std::uint8_t> view) {
+  return SumPairs<Eight>(view);
+}
+
+#if HWY_TARGET == HWY_SCALAR
+void AddWordLevels(const std::uint16_t* row, int width, std::uint16_t full_scale, FocusSums& sums) {
+  scalar::AddLevels(row, width, full_scale, sums);
+}
+FocusSums WordSlopes(GreyView<std::uint16_t> view, bool noise) {
+  return scalar::SlopesOf(view, noise);
+}
+LaplacianSums WordLaplacians(GreyView<std::uint16_t> view) {
+  return scalar::LaplacianOf(view);
+}
+std::uint64_t WordPairs(GreyView<std::uint16_t> view) {
+  return scalar::BrennerOf(view);
+}
+#else
+void AddWordLevels(const std::uint16_t* row, int width, std::uint16_t full_scale, FocusSums& sums) {
+  const hn::ScalableTag<std::uint16_t> d;
+  const hn::ScalableTag<std::uint32_t> pairs;
+  constexpr int kMost = 1 << 14;  // vectors whose 2 x 65,535 a lane fit 32 bits
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto full = hn::Set(d, full_scale);
+  const auto low = hn::Set(pairs, 0xffffu);
+  int x = 0;
+  while (x + lanes <= width) {
+    auto light = hn::Zero(pairs);
+    for (int i = 0; i < kMost && x + lanes <= width; ++i, x += lanes) {
+      const auto v = hn::LoadU(d, row + x);
+      const auto both = hn::BitCast(pairs, v);
+      light = hn::Add(light, hn::Add(hn::And(both, low), hn::ShiftRight<16>(both)));
+      sums.saturated += hn::CountTrue(d, hn::Eq(hn::Max(v, full), v));
+    }
+    sums.light += static_cast<std::uint64_t>(TotalOf(pairs, light));
+  }
+  scalar::AddLevels(row + x, width - x, full_scale, sums);
+}
+
+/// Whether every sample is below 4096.
+bool AllTwelve(GreyView<std::uint16_t> view) {
+  const hn::ScalableTag<std::uint16_t> d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  auto bits = hn::Zero(d);
+  std::uint16_t rest = 0;
+  for (int y = 0; y < view.height; ++y) {
+    const std::uint16_t* row = view.samples + y * view.stride;
+    int x = 0;
+    for (; x + lanes <= view.width; x += lanes) bits = hn::Or(bits, hn::LoadU(d, row + x));
+    for (; x < view.width; ++x) rest = static_cast<std::uint16_t>(rest | row[x]);
+  }
+  return rest < 4096 && hn::AllFalse(d, hn::Gt(bits, hn::Set(d, 4095)));
+}
+
+FocusSums WordSlopes(GreyView<std::uint16_t> view, bool noise) {
+  if (AllTwelve(view)) return noise ? SumSlopes<Twelve, true>(view) : SumSlopes<Twelve, false>(view);
+  return noise ? SumSlopes<Sixteen, true>(view) : SumSlopes<Sixteen, false>(view);
+}
+LaplacianSums WordLaplacians(GreyView<std::uint16_t> view) {
+  return AllTwelve(view) ? SumLaplacians<Twelve>(view) : SumLaplacians<Sixteen>(view);
+}
+std::uint64_t WordPairs(GreyView<std::uint16_t> view) {
+  return AllTwelve(view) ? SumPairs<Twelve>(view) : SumPairs<Sixteen>(view);
+}
+#endif
 
 }  // namespace lensd::autofocus::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -210,71 +261,71 @@ HWY_AFTER_NAMESPACE();
 namespace lensd::autofocus {
 namespace {
 
-HWY_EXPORT(WholeColumns);
-HWY_EXPORT(SumSlopesAndNoise);
-HWY_EXPORT(SumSlopesAlone);
-HWY_EXPORT(SumLaplacians);
-HWY_EXPORT(SumPairs);
-HWY_EXPORT(AddRowLevels);
+HWY_EXPORT(ByteSlopes);
+HWY_EXPORT(ByteLaplacians);
+HWY_EXPORT(BytePairs);
+HWY_EXPORT(AddByteLevels);
+HWY_EXPORT(WordSlopes);
+HWY_EXPORT(WordLaplacians);
+HWY_EXPORT(WordPairs);
+HWY_EXPORT(AddWordLevels);
 
-/// The part of a view right of its first `columns` columns.
-GreyView<std::uint8_t> RestOf(GreyView<std::uint8_t> view, int columns) {
-  return {view.samples + columns, view.width - columns, view.height, view.stride};
+/// Calls `visit(part)` for parts of a view that fit a cache and, where `overlap` is 2, have all its inner rows once.
+template <class Visit>
+void ForBands(GreyView<std::uint16_t> view, int overlap, const Visit& visit) {
+  constexpr int kRows = 16;
+  for (int top = 0; top + overlap < view.height; top += kRows) {
+    const int rows = std::min(kRows + overlap, view.height - top);
+    visit(GreyView<std::uint16_t>{view.samples + top * view.stride, view.width, rows, view.stride});
+  }
 }
 
 }  // namespace
 
 std::uint64_t SumGradient(GreyView<std::uint8_t> view) {
-  const int whole = HWY_DYNAMIC_DISPATCH(WholeColumns)(view);
-  return HWY_DYNAMIC_DISPATCH(SumSlopesAlone)(view) + scalar::GradientOf(RestOf(view, whole));
+  return HWY_DYNAMIC_DISPATCH(ByteSlopes)(view, false).gradient;
 }
 
 std::uint64_t SumBrenner(GreyView<std::uint8_t> view) {
-  const int whole = HWY_DYNAMIC_DISPATCH(WholeColumns)(view);
-  return HWY_DYNAMIC_DISPATCH(SumPairs)(view) + scalar::BrennerOf(RestOf(view, whole));
+  return HWY_DYNAMIC_DISPATCH(BytePairs)(view);
 }
 
 LaplacianSums SumLaplacian(GreyView<std::uint8_t> view) {
-  LaplacianSums sums = HWY_DYNAMIC_DISPATCH(SumLaplacians)(view);
-  const LaplacianSums rest = scalar::LaplacianOf(RestOf(view, HWY_DYNAMIC_DISPATCH(WholeColumns)(view)));
-  sums.value += rest.value;
-  sums.square += rest.square;
-  return sums;
+  return HWY_DYNAMIC_DISPATCH(ByteLaplacians)(view);
 }
 
 FocusSums SumFocus(GreyView<std::uint8_t> view, std::uint8_t full_scale) {
-  const int whole = HWY_DYNAMIC_DISPATCH(WholeColumns)(view);
-  const auto slopes = [whole](GreyView<std::uint8_t> band, bool noise) {
-    FocusSums sums = scalar::SlopesOf(RestOf(band, whole), noise);
-    if (noise) {
-      const FocusSums both = HWY_DYNAMIC_DISPATCH(SumSlopesAndNoise)(band);
-      sums.gradient += both.gradient;
-      sums.noise += both.noise;
-    } else {
-      sums.gradient += HWY_DYNAMIC_DISPATCH(SumSlopesAlone)(band);
-    }
-    return sums;
-  };
-  return scalar::ByBands(view, slopes, [&](const std::uint8_t* row, FocusSums& sums) {
-    HWY_DYNAMIC_DISPATCH(AddRowLevels)(row, view.width, full_scale, sums);
+  return scalar::ByBands(view, HWY_DYNAMIC_DISPATCH(ByteSlopes), [&](const std::uint8_t* row, FocusSums& sums) {
+    HWY_DYNAMIC_DISPATCH(AddByteLevels)(row, view.width, full_scale, sums);
   });
 }
 
 std::uint64_t SumGradient(GreyView<std::uint16_t> view) {
-  return scalar::GradientOf(view);
+  std::uint64_t sum = 0;
+  ForBands(view, 2,
+           [&](GreyView<std::uint16_t> part) { sum += HWY_DYNAMIC_DISPATCH(WordSlopes)(part, false).gradient; });
+  return sum;
 }
 
 std::uint64_t SumBrenner(GreyView<std::uint16_t> view) {
-  return scalar::BrennerOf(view);
+  std::uint64_t sum = 0;
+  ForBands(view, 0, [&](GreyView<std::uint16_t> part) { sum += HWY_DYNAMIC_DISPATCH(WordPairs)(part); });
+  return sum;
 }
 
 LaplacianSums SumLaplacian(GreyView<std::uint16_t> view) {
-  return scalar::LaplacianOf(view);
+  LaplacianSums sums;
+  ForBands(view, 2, [&](GreyView<std::uint16_t> part) {
+    const LaplacianSums more = HWY_DYNAMIC_DISPATCH(WordLaplacians)(part);
+    sums.value += more.value;
+    sums.square += more.square;
+  });
+  return sums;
 }
 
 FocusSums SumFocus(GreyView<std::uint16_t> view, std::uint16_t full_scale) {
-  return scalar::ByBands(view, scalar::SlopesOf<std::uint16_t>, [&](const std::uint16_t* row, FocusSums& sums) {
-    scalar::AddLevels(row, view.width, full_scale, sums);
+  return scalar::ByBands(view, HWY_DYNAMIC_DISPATCH(WordSlopes), [&](const std::uint16_t* row, FocusSums& sums) {
+    HWY_DYNAMIC_DISPATCH(AddWordLevels)(row, view.width, full_scale, sums);
   });
 }
 
