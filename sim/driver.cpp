@@ -13,6 +13,7 @@ Result<drivers::Device> OpenSim(const Settings& settings, const Clock& clock) {
   WorldOptions options;
   options.seed = static_cast<std::uint64_t>(read.Integer("seed", 1, {0.0, 9e15}));
   if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  options.aside = dynamic_cast<const MonotonicClock*>(&clock) != nullptr;
   auto scene = LoadScene(*path);
   if (!scene) return PassOn(std::move(scene));
   auto world = OpenWorld(std::make_shared<const Scene>(std::move(*scene)), clock, options);

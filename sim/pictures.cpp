@@ -77,10 +77,10 @@ const Scene& Pictures::scene() const {
   return *shelf_->scene;
 }
 
-Result<std::shared_ptr<const Picture>> Pictures::At(const OpticalState& state) {
+Result<std::shared_ptr<const Picture>> Pictures::At(const OpticalState& state, const std::stop_token& stop) {
   const LensGrid::Key key = shelf_->grid.KeyOf(state);
   if (auto known = shelf_->Find(key)) return known;
-  auto rendered = shelf_->renderer.Render(shelf_->grid.StateOf(key), {.tolerance = kTolerance});
+  auto rendered = shelf_->renderer.Render(shelf_->grid.StateOf(key), {.tolerance = kTolerance, .stop = stop});
   if (!rendered) return PassOn(std::move(rendered));
   auto picture = std::make_shared<const Picture>(PictureFrom(rendered->image));
   shelf_->Keep(key, picture);

@@ -188,10 +188,11 @@ Result<Rendered> Renderer::Render(const OpticalState& state, const RenderOptions
     for (const Canvas& canvas : prepared_->canvases) magnified.push_back(canvas.Magnified(state.magnification));
   }
   const View view{magnified.empty() ? prepared_->canvases : magnified, BlurLineOf(camera, state), *region,
-                  prepared_->shape};
+                  prepared_->shape, options.stop};
   const Result<const Way*> way = Choose(view, options);
   if (!way) return std::unexpected(way.error());
   Made made = Make(view, **way, options);
+  if (options.stop.stop_requested()) return Fail(Code::Cancelled, "rendering was called off");
   for (const LightPoint& light : prepared_->lights) {
     const auto place = [&](double fraction, int size) {
       return 0.5 * size + (fraction * size - 0.5 * size) * state.magnification;

@@ -105,6 +105,7 @@ void ForTiles(const View& view, int width, int height, Visit visit) {
   const PixelRect all = view.region;
   for (int y = all.y; y < all.y + all.height; y += height) {
     for (int x = all.x; x < all.x + all.width; x += width) {
+      if (view.stop.stop_requested()) return;
       visit(PixelRect{x, y, std::min(width, all.x + all.width - x), std::min(height, all.y + all.height - y)});
     }
   }
@@ -139,7 +140,7 @@ Raster RenderRays(const View& view, const RayBudget& budget) {
   ForTiles(view, 64, 64, [&](PixelRect tile) {
     const RayTracer tracer(view.canvases, view.line, view.shape, budget.RaysFor(tile));
     for (int y = tile.y; y < tile.y + tile.height; ++y) {
-      for (int x = tile.x; x < tile.x + tile.width; ++x) {
+      for (int x = tile.x; x < tile.x + tile.width && !view.stop.stop_requested(); ++x) {
         image.Row(y)[x - view.region.x] = static_cast<float>(tracer.LightAt(x + 0.5, y + 0.5));
       }
     }

@@ -155,7 +155,7 @@ Raster RenderPlane(const View& view) {
   const double variation = LivelinessOf(light).variation;
   const Tilt tilt = TiltOf(view);
   Raster image(view.region);
-  for (int y = view.region.y; y < view.region.y + view.region.height; ++y) {
+  for (int y = view.region.y; y < view.region.y + view.region.height && !view.stop.stop_requested(); ++y) {
     for (int x = view.region.x; x < view.region.x + view.region.width; ++x) {
       const double d = view.line.At(canvas.PlaneVergence(x + 0.5, y + 0.5)), sign = d < 0.0 ? -1.0 : 1.0;
       const Ellipse ellipse{std::abs(d), sign * tilt.gx, sign * tilt.gy};

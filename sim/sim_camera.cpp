@@ -1,29 +1,15 @@
 #include "sim_camera.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <utility>
-#include <variant>
-
-#include "noise.h"
-#include "sensor.h"
 
 namespace lensd::sim {
 namespace {
 
-constexpr double kWhite = 0.9;        // of full well at the initial f-number
-constexpr double kFlickerHz = 100.0;  // lamps on 50 Hz mains
-constexpr double kSmear_px = 1.0;     // of blur, above which one exposure is averaged from several lens states
-constexpr int kMostStates = 8;
 constexpr Duration kShortestExposure = std::chrono::microseconds(1);
 constexpr Duration kLongestExposure = std::chrono::seconds(100);
-
-double Seconds(Duration duration) {
-  return static_cast<double>(duration.count()) * 1e-9;
-}
+constexpr Duration kLongestWork = std::chrono::seconds(10);  // on one frame
 
 drivers::CameraCapabilities CapabilitiesOf(const Scene& scene) {
   drivers::CameraCapabilities capabilities;
@@ -42,81 +28,17 @@ drivers::CameraCapabilities CapabilitiesOf(const Scene& scene) {
   return capabilities;
 }
 
-/// The mean of 1 + a cos(w t) over the exposure.
-double FlickerOver(double amplitude, Duration start, Duration length) {
-  const double w = 2.0 * std::numbers::pi * kFlickerHz;
-  const double begin = Seconds(start);
-  const double end = Seconds(start + length);
-  return 1.0 + amplitude * (std::sin(w * end) - std::sin(w * begin)) / (w * (end - begin));
-}
-
-/// Light gathered at `state` relative to the same scene at the initial f-number: as 1/(working f-number)^2. A pinhole
-/// is lit as if its exposure made up for its size.
-double GatheredBy(const LensSettings& lens, const TrueState& state) {
-  if (lens.model == LensModel::Pinhole) return 1.0;
-  const double working = state.optics.sensor_distance_m / state.optics.aperture_diameter_m;
-  return (lens.initial_f_number / working) * (lens.initial_f_number / working);
-}
-
-/// The lens that blurs the wall where it stood at time 0 as this one blurs it where it is now. Blur in the picture goes
-/// with Zs (1/f - U) - 1, so the sensor is moved instead of the wall; its size in the picture stays what it was.
-OpticalState AsIfStill(const Scene& scene, const TrueState& state) {
-  OpticalState optics = state.optics;
-  if (state.sway_d == 0.0) return optics;
-  const double power_d = 1.0 / optics.focal_length_m;
-  const double then_d = std::get<PlaneShape>(scene.surfaces.front().shape).u0_d;
-  optics.sensor_distance_m *= (power_d - then_d - state.sway_d) / (power_d - then_d);
-  return optics;
-}
-
-/// The picture moved sideways, between pixels by Catmull-Rom; beyond the border the border goes on.
-void Displace(std::vector<float>& light, int width, int height, double dx, double dy) {
-  const auto along = [](double at, std::array<float, 4>& weights) {
-    const double whole = std::floor(at);
-    const auto t = static_cast<float>(at - whole);
-    weights = {((-0.5f * t + 1.0f) * t - 0.5f) * t, (1.5f * t - 2.5f) * t * t + 1.0f,
-               ((-1.5f * t + 2.0f) * t + 0.5f) * t, (0.5f * t - 0.5f) * t * t};
-    return static_cast<int>(whole) - 1;
-  };
-  std::array<float, 4> across{}, down{};
-  const int left = along(dx, across);
-  const int upper = along(dy, down);
-  std::vector<float> moved(light.size());
-  std::vector<float> row(static_cast<std::size_t>(width));
-  for (int y = 0; y < height; ++y) {
-    std::ranges::fill(row, 0.0f);
-    for (int k = 0; k < 4; ++k) {
-      const float* from = light.data() + static_cast<std::ptrdiff_t>(std::clamp(y + upper + k, 0, height - 1)) * width;
-      for (int x = 0; x < width; ++x) row[static_cast<std::size_t>(x)] += down[static_cast<std::size_t>(k)] * from[x];
-    }
-    for (int x = 0; x < width; ++x) {
-      float sum = 0.0f;
-      for (int k = 0; k < 4; ++k) {
-        sum +=
-            across[static_cast<std::size_t>(k)] * row[static_cast<std::size_t>(std::clamp(x + left + k, 0, width - 1))];
-      }
-      moved[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] =
-          std::max(sum, 0.0f);
-    }
-  }
-  light = std::move(moved);
-}
-
-void AddPicture(std::vector<float>& light, const Picture& picture, float weight) {
-  const float unit = weight / 65535.0f;
-  for (std::size_t i = 0; i < light.size(); ++i) light[i] += unit * static_cast<float>(picture.light[i]);
-  for (const auto& bright : picture.bright) light[bright.index] += weight * (bright.light - 1.0f);
-}
-
 }  // namespace
 
-SimCamera::SimCamera(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictures> pictures, std::uint64_t seed)
+SimCamera::SimCamera(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictures> pictures, std::uint64_t seed,
+                     bool aside)
     : Camera(CapabilitiesOf(mechanics->scene())),
       mechanics_(std::move(mechanics)),
-      pictures_(std::move(pictures)),
-      seed_(seed),
+      maker_(mechanics_, std::move(pictures), seed),
       grid_(mechanics_->scene().camera.frame_rate_hz,
-            Duration(std::llround(mechanics_->scene().camera.exposure_ms * 1e6))) {}
+            Duration(std::llround(mechanics_->scene().camera.exposure_ms * 1e6))) {
+  if (aside) darkroom_.emplace(maker_);
+}
 
 Result<void> SimCamera::CheckLink() const {
   if (!mechanics_->faults().DisconnectedAt(mechanics_->Now())) return {};
@@ -132,6 +54,7 @@ Result<void> SimCamera::DoStart() {
 Result<void> SimCamera::DoStop() {
   if (auto link = CheckLink(); !link) return link;
   grid_.Stop(mechanics_->Now());
+  if (darkroom_) darkroom_->Cancel();
   return {};
 }
 
@@ -157,68 +80,47 @@ std::optional<Exposure> SimCamera::Newest() {
 Result<std::optional<drivers::Frame>> SimCamera::DoPoll() {
   if (auto link = CheckLink(); !link) return PassOn(std::move(link));
   if (!grid_.streaming()) return Fail(Code::InvalidArgument, "the camera is not streaming: start it first");
+  if (darkroom_ && darkroom_->busy()) return Developed();
   const auto exposure = Newest();
   if (!exposure) return std::optional<drivers::Frame>();
   next_sequence_ = exposure->sequence + 1;
-  auto samples = Take(*exposure);
+  const bool frozen = mechanics_->faults().ActiveAt(FaultKind::FreezeFrames, exposure->start) != nullptr;
+  if (frozen && last_samples_) return FrameOf(*exposure, last_samples_);
+  Shot shot = maker_.ShotOf(*exposure);
+  if (darkroom_) {
+    darkroom_->Submit(std::move(shot));
+    submitted_ = mechanics_->Now();
+    return std::optional<drivers::Frame>();
+  }
+  auto samples = maker_.Make(shot, {});
   if (!samples) return PassOn(std::move(samples));
-  last_samples_ = *samples;
+  return FrameOf(*exposure, *std::move(samples));
+}
+
+Result<std::optional<drivers::Frame>> SimCamera::Developed() {
+  if (auto done = darkroom_->Take()) {
+    if (!done->samples) return PassOn(std::move(done->samples));
+    return FrameOf(done->exposure, *std::move(done->samples));
+  }
+  if (mechanics_->Now() - submitted_ < kLongestWork) return std::optional<drivers::Frame>();
+  darkroom_->Cancel();
+  return Fail(Code::Timeout,
+              "rendering a frame of this scene takes more than 10 s: make the frame smaller, the aperture round or the "
+              "scene simpler");
+}
+
+drivers::Frame SimCamera::FrameOf(const Exposure& exposure, Samples samples) {
+  last_samples_ = samples;
   drivers::Frame frame;
   frame.width = capabilities().width;
   frame.height = capabilities().height;
   frame.bits = capabilities().bits;
   frame.gamma = mechanics_->scene().camera.gamma;
-  frame.samples = std::move(*samples);
-  frame.sequence = exposure->sequence;
-  frame.exposure_start = mechanics_->InstantOf(exposure->start);
-  frame.exposure_end = mechanics_->InstantOf(exposure->start + exposure->length);
+  frame.samples = std::move(samples);
+  frame.sequence = exposure.sequence;
+  frame.exposure_start = mechanics_->InstantOf(exposure.start);
+  frame.exposure_end = mechanics_->InstantOf(exposure.start + exposure.length);
   return frame;
-}
-
-Result<std::shared_ptr<const std::vector<std::uint16_t>>> SimCamera::Take(const Exposure& exposure) {
-  const FaultLine& faults = mechanics_->faults();
-  const bool frozen = faults.ActiveAt(FaultKind::FreezeFrames, exposure.start) != nullptr;
-  if (frozen && last_samples_) return last_samples_;
-  Duration length = exposure.length;
-  if (const Fault* wrong = faults.ActiveAt(FaultKind::WrongExposure, exposure.start)) {
-    length = Duration(std::llround(static_cast<double>(length.count()) * wrong->factor));
-  }
-  if (auto done = Collect(exposure.start, std::max(length, Duration(1))); !done) return PassOn(std::move(done));
-  const CameraSettings& camera = mechanics_->scene().camera;
-  const double gain = kWhite * Seconds(length) / (camera.exposure_ms * 1e-3) *
-                      FlickerOver(camera.flicker, exposure.start, std::max(length, Duration(1)));
-  const std::uint64_t key = Mix(Mix(seed_) ^ exposure.sequence);
-  if (camera.shake_px > 0.0) {
-    std::array<float, 2> off{};
-    FillNormals(Mix(key), off);
-    Displace(light_, camera.width, camera.height, camera.shake_px * off[0], camera.shake_px * off[1]);
-  }
-  return std::make_shared<const std::vector<std::uint16_t>>(Expose(camera, light_, static_cast<float>(gain), key));
-}
-
-Result<void> SimCamera::Collect(Duration start, Duration length) {
-  const Scene& scene = mechanics_->scene();
-  std::vector<TrueState> states;
-  double least_m = 1e9;
-  double most_m = -1e9;
-  for (int i = 0; i < kMostStates; ++i) {
-    states.push_back(mechanics_->StateAt(start + length * (2 * i + 1) / (2 * kMostStates)));
-    least_m = std::min(least_m, states.back().extension_m);
-    most_m = std::max(most_m, states.back().extension_m);
-  }
-  // Blur changes by about this many pixels, by the aperture's angle from the sensor.
-  const OpticalState& optics = states.front().optics;
-  const double smear_px =
-      (most_m - least_m) * optics.aperture_diameter_m / optics.sensor_distance_m / (scene.camera.pixel_um * 1e-6);
-  if (smear_px <= kSmear_px) states = {mechanics_->StateAt(start + length / 2)};
-  light_.assign(static_cast<std::size_t>(scene.camera.width) * static_cast<std::size_t>(scene.camera.height), 0.0f);
-  for (const TrueState& state : states) {
-    auto picture = pictures_->At(AsIfStill(scene, state));
-    if (!picture) return PassOn(std::move(picture));
-    const double weight = GatheredBy(scene.lens, state) / static_cast<double>(states.size());
-    AddPicture(light_, **picture, static_cast<float>(weight));
-  }
-  return {};
 }
 
 }  // namespace lensd::sim

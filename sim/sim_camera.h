@@ -5,17 +5,20 @@
 #include <optional>
 #include <vector>
 
+#include "darkroom.h"
 #include "drivers/api/camera.h"
 #include "frame_grid.h"
+#include "frame_maker.h"
 #include "mechanics.h"
 #include "sim/pictures.h"
 
 namespace lensd::sim {
 
-/// Renders when polled: a frame that nobody fetches costs nothing.
+/// Renders when polled: a frame that nobody fetches costs nothing. Where `aside`, on a thread of its own: the poll that
+/// finds a new exposure begins with it and a later one hands it out.
 class SimCamera final : public drivers::Camera {
  public:
-  SimCamera(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictures> pictures, std::uint64_t seed);
+  SimCamera(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictures> pictures, std::uint64_t seed, bool aside);
 
  private:
   Result<void> DoStart() override;
@@ -26,17 +29,17 @@ class SimCamera final : public drivers::Camera {
   Result<void> CheckLink() const;
   /// The newest exposure not handed out and not lost.
   std::optional<Exposure> Newest();
-  /// Fills light_ with what the sensor gathers over an exposure of the nominal length.
-  Result<void> Collect(Duration start, Duration length);
-  Result<std::shared_ptr<const std::vector<std::uint16_t>>> Take(const Exposure& exposure);
+  /// What the darkroom has made; Timeout where it does not come to an end.
+  Result<std::optional<drivers::Frame>> Developed();
+  drivers::Frame FrameOf(const Exposure& exposure, Samples samples);
 
   const std::shared_ptr<Mechanics> mechanics_;
-  const std::shared_ptr<Pictures> pictures_;
-  const std::uint64_t seed_;
+  FrameMaker maker_;
   FrameGrid grid_;
   std::uint64_t next_sequence_ = 0;  ///< the lowest not handed out
-  std::shared_ptr<const std::vector<std::uint16_t>> last_samples_;
-  std::vector<float> light_;  ///< 1 is white; kept between frames, for its memory
+  Samples last_samples_;
+  Duration submitted_{};              ///< when the darkroom got its shot
+  std::optional<Darkroom> darkroom_;  ///< last: it uses maker_
 };
 
 }  // namespace lensd::sim

@@ -1,6 +1,7 @@
 // What the fast renderers work on, what each can do and how wrong it may be.
 #pragma once
 
+#include <stop_token>
 #include <vector>
 
 #include "aperture_shape.h"
@@ -16,6 +17,7 @@ struct View {
   BlurLine line;
   PixelRect region;
   const ApertureShape& shape;
+  std::stop_token stop;  ///< once it came, what is left need not be rendered
 };
 
 /// The picture without blur: in each cell the nearest surface's light and vergence (0 where there is none).

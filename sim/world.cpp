@@ -54,7 +54,7 @@ Result<World> OpenWorld(std::shared_ptr<const Scene> scene, const Clock& clock, 
   auto mechanics = std::make_shared<Mechanics>(std::move(scene), clock, start);
   World world;
   world.device.lens = std::make_unique<SimLens>(mechanics);
-  world.device.camera = std::make_unique<SimCamera>(mechanics, std::move(pictures), options.seed);
+  world.device.camera = std::make_unique<SimCamera>(mechanics, std::move(pictures), options.seed, options.aside);
   world.device.optics = optics;
   world.truth = std::make_shared<WorldTruth>(std::move(mechanics));
   return world;

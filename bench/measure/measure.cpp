@@ -12,6 +12,7 @@
 #include "bench/measure/peers.h"
 #include "bench/outputs.h"
 #include "io/svg.h"
+#include "measure_scalar.h"
 
 namespace lensd::bench {
 namespace {
@@ -51,6 +52,28 @@ std::vector<MeasurePeer> Ours() {
           {"lensd Brenner", "", [](GreyView<std::uint8_t> view) { return static_cast<double>(SumBrenner(view)); }}};
 }
 
+/// The fused pass over samples of 16 bits, as every frame of a rig has them: twice the memory.
+std::vector<MeasurePeer> OursInWords(const std::vector<std::uint16_t>& twelve,
+                                     const std::vector<std::uint16_t>& sixteen) {
+  using Wide = GreyView<std::uint16_t>;
+  const auto as_wide = [](const std::vector<std::uint16_t>& samples, GreyView<std::uint8_t> like) {
+    return Wide{samples.data(), like.width, like.height, like.width};
+  };
+  const auto one_by_one = [](Wide view) {
+    namespace scalar = autofocus::scalar;
+    const auto slopes = [](Wide part, bool noise) { return scalar::SlopesOf(part, noise); };
+    return scalar::ByBands(view, slopes, [&](const std::uint16_t* row, autofocus::FocusSums& sums) {
+      scalar::AddLevels(row, view.width, std::uint16_t{4095}, sums);
+    });
+  };
+  return {{"lensd fused, 12 bits", "",
+           [=, &twelve](auto like) { return static_cast<double>(SumFocus(as_wide(twelve, like), 4095).gradient); }},
+          {"lensd fused, 16 bits", "",
+           [=, &sixteen](auto like) { return static_cast<double>(SumFocus(as_wide(sixteen, like), 65535).gradient); }},
+          {"lensd fused, 12 bits, no vectors", "",
+           [=, &twelve](auto like) { return static_cast<double>(one_by_one(as_wide(twelve, like)).gradient); }}};
+}
+
 /// Times in turns, so that a slow spell of the machine falls on all alike; the cache is filled with something else
 /// before each.
 std::vector<Row> Measure(const Options& options) {
@@ -63,6 +86,12 @@ std::vector<Row> Measure(const Options& options) {
 
   std::vector<MeasurePeer> all = {{"read memory once", "", ReadOnce}};
   for (MeasurePeer& own : Ours()) all.push_back(std::move(own));
+  std::vector<std::uint16_t> twelve, sixteen;
+  for (const std::uint8_t sample : picture) {
+    twelve.push_back(static_cast<std::uint16_t>(sample * 16));
+    sixteen.push_back(static_cast<std::uint16_t>(sample * 257));
+  }
+  for (MeasurePeer& own : OursInWords(twelve, sixteen)) all.push_back(std::move(own));
   const std::size_t own_count = all.size();
   for (MeasurePeer& peer : MeasurePeers()) all.push_back(std::move(peer));
 

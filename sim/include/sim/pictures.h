@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <stop_token>
 #include <vector>
 
 #include "base/result.h"
@@ -35,7 +36,7 @@ class Pictures {
 
   const Scene& scene() const;
   /// Errors as Renderer::Render().
-  Result<std::shared_ptr<const Picture>> At(const OpticalState& state);
+  Result<std::shared_ptr<const Picture>> At(const OpticalState& state, const std::stop_token& stop = {});
 
  private:
   struct Shelf;

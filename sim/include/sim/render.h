@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string_view>
 #include <vector>
 
@@ -61,6 +62,7 @@ struct RenderOptions {
   std::optional<PixelRect> region{};  ///< only this part of the frame; none: all of it
   Algorithm algorithm = Algorithm::Auto;
   int rays_per_pixel = 65536;  ///< Hybrid, March, Rays: at most (Auto), exactly or a little more (asked for by name)
+  std::stop_token stop{};      ///< from any thread: ends slow work at its next pixel, row or tile, with Cancelled
 };
 
 struct Rendered {
@@ -80,7 +82,7 @@ class Renderer {
   ~Renderer();
 
   /// The light on the sensor. InvalidArgument: a length of `state` is not finite or not above 0, or the region is empty
-  /// or leaves the frame. Unsupported: the algorithm asked for cannot render this scene.
+  /// or leaves the frame. Unsupported: the algorithm asked for cannot render this scene. Cancelled: options.stop came.
   Result<Rendered> Render(const OpticalState& state, const RenderOptions& options = {}) const;
 
  private:

@@ -22,6 +22,9 @@ struct WorldOptions {
   std::uint64_t seed = 1;                ///< of the noise
   std::optional<Native> focus_start{};   ///< count, homed and come to rest there; none: 0
   std::shared_ptr<Pictures> pictures{};  ///< of the same scene, to share; none: its own
+  /// Frames are made on a thread of the camera's own, and Poll() never waits for one: for clocks that run by
+  /// themselves.
+  bool aside = false;
 };
 
 /// How things really are: for scoring only. Neither Lens nor Camera tells.

@@ -1,0 +1,42 @@
+// From an exposure to the samples the sensor gives.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <stop_token>
+#include <vector>
+
+#include "frame_grid.h"
+#include "mechanics.h"
+#include "sim/pictures.h"
+
+namespace lensd::sim {
+
+/// All that a frame depends on: made of the same shot, frames are the same bits.
+struct Shot {
+  Exposure exposure;              ///< as the frame will say
+  Duration length{};              ///< as it really was
+  std::vector<TrueState> states;  ///< of the lens during the exposure, equally long each
+};
+
+using Samples = std::shared_ptr<const std::vector<std::uint16_t>>;
+
+/// Makes frames of one world, one at a time, on whichever thread asks.
+class FrameMaker {
+ public:
+  FrameMaker(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictures> pictures, std::uint64_t seed)
+      : mechanics_(std::move(mechanics)), pictures_(std::move(pictures)), seed_(seed) {}
+
+  /// What the lens and the faults make of an exposure that is over but not long past.
+  Shot ShotOf(const Exposure& exposure) const;
+  /// Cancelled: `stop` came. Other errors as Pictures::At().
+  Result<Samples> Make(const Shot& shot, const std::stop_token& stop);
+
+ private:
+  const std::shared_ptr<Mechanics> mechanics_;
+  const std::shared_ptr<Pictures> pictures_;
+  const std::uint64_t seed_;
+  std::vector<float> light_;  ///< 1 is white; kept between frames, for its memory
+};
+
+}  // namespace lensd::sim
