@@ -5,6 +5,13 @@
 #include <cstdint>
 #include <numeric>
 
+#ifndef LENSD_SIM_DISK_FILTER_PART
+#define LENSD_SIM_DISK_FILTER_PART
+namespace lensd::sim {
+inline constexpr int kPart = 512;  // px of a row at a time, whose sums stay in the cache
+}  // namespace lensd::sim
+#endif
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "disk_filter.cpp"
 #include <hwy/cache_control.h>
@@ -17,12 +24,21 @@ HWY_BEFORE_NAMESPACE();
 namespace lensd::sim::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Four vectors side by side share the reading of the taps.
+HWY_INLINE bool IsAligned(const float* at) {
+  return reinterpret_cast<std::uintptr_t>(at) % (hn::Lanes(hn::ScalableTag<float>()) * sizeof(float)) == 0;
+}
+
+/// Where `kVectors` vectors lie that share the reading of the taps: side by side, or one below the other.
+struct Steps {
+  std::ptrdiff_t from;
+  std::ptrdiff_t to;
+};
+
 template <class D, int kVectors, bool kRuns, bool kStream = false>
 HWY_INLINE void FilterAt(D d, const float* here, std::ptrdiff_t stride,
-                         const std::vector<std::vector<DiskFilter::Tap>>& rows, float mean, float* HWY_RESTRICT out) {
+                         const std::vector<std::vector<DiskFilter::Tap>>& rows, float mean, Steps steps,
+                         float* HWY_RESTRICT out) {
   using V = hn::Vec<D>;
-  const std::ptrdiff_t lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
   V sums[kVectors];
   for (int k = 0; k < kVectors; ++k) sums[k] = hn::Set(d, mean);
   for (std::size_t dy = 0; dy < rows.size(); ++dy) {
@@ -31,8 +47,8 @@ HWY_INLINE void FilterAt(D d, const float* here, std::ptrdiff_t stride,
     for (const DiskFilter::Tap& tap : rows[dy]) {
       const V weight = hn::Set(d, tap.weight);
       for (int k = 0; k < kVectors; ++k) {
-        const std::ptrdiff_t right = k * lanes + tap.dx + (kRuns ? 1 : 0);
-        const std::ptrdiff_t left = k * lanes - tap.dx;
+        const std::ptrdiff_t right = k * steps.from + tap.dx + (kRuns ? 1 : 0);
+        const std::ptrdiff_t left = k * steps.from - tap.dx;
         V pair;
         if constexpr (kRuns) {
           pair = hn::Sub(hn::LoadU(d, above + right), hn::LoadU(d, above + left));
@@ -52,6 +68,88 @@ HWY_INLINE void FilterAt(D d, const float* here, std::ptrdiff_t stride,
   }
   for (int k = 0; k < kVectors; ++k) {
     if constexpr (kStream) {
+      hn::Stream(sums[k], d, out + k * steps.to);
+    } else {
+      hn::StoreU(sums[k], d, out + k * steps.to);
+    }
+  }
+}
+
+using Rows = std::vector<std::vector<DiskFilter::Tap>>;
+
+/// Cell by cell along a row. `stream`: past the cache, which then need not read what is about to be overwritten.
+void FilterRowDirect(const float* first, std::ptrdiff_t stride, const Rows& rows, int width, bool stream, float* out) {
+  const hn::ScalableTag<float> wide;
+  const hn::CappedTag<float, 1> single;
+  const int lanes = static_cast<int>(hn::Lanes(wide));
+  const Steps side_by_side{lanes, lanes};
+  int x = 0;
+  if (stream) {
+    for (; x < width && !IsAligned(out + x); ++x)
+      FilterAt<decltype(single), 1, false>(single, first + x, stride, rows, 0.0f, {}, out + x);
+    for (; x + 4 * lanes <= width; x += 4 * lanes)
+      FilterAt<decltype(wide), 4, false, true>(wide, first + x, stride, rows, 0.0f, side_by_side, out + x);
+  }
+  for (; x + 4 * lanes <= width; x += 4 * lanes)
+    FilterAt<decltype(wide), 4, false>(wide, first + x, stride, rows, 0.0f, side_by_side, out + x);
+  for (; x + lanes <= width; x += lanes)
+    FilterAt<decltype(wide), 1, false>(wide, first + x, stride, rows, 0.0f, {}, out + x);
+  for (; x < width; ++x) FilterAt<decltype(single), 1, false>(single, first + x, stride, rows, 0.0f, {}, out + x);
+}
+
+/// A block of few columns, four rows at a time.
+template <class D, bool kRuns>
+HWY_INLINE void FilterColumn(D d, const float* first, std::ptrdiff_t stride, const Rows& rows, float mean, int height,
+                             float* out, std::ptrdiff_t out_stride) {
+  int y = 0;
+  for (; y + 4 <= height; y += 4)
+    FilterAt<D, 4, kRuns>(d, first + y * stride, stride, rows, mean, {stride, out_stride}, out + y * out_stride);
+  for (; y < height; ++y) FilterAt<D, 1, kRuns>(d, first + y * stride, stride, rows, mean, {}, out + y * out_stride);
+}
+
+template <bool kRuns>
+HWY_INLINE void FilterNarrow(const float* first, std::ptrdiff_t stride, const Rows& rows, float mean, PixelRect block,
+                             float* out, std::ptrdiff_t out_stride) {
+  const hn::ScalableTag<float> wide;
+  const hn::CappedTag<float, 1> single;
+  const int lanes = static_cast<int>(hn::Lanes(wide));
+  int x = 0;
+  for (; x + lanes <= block.width; x += lanes)
+    FilterColumn<decltype(wide), kRuns>(wide, first + x, stride, rows, mean, block.height, out + x, out_stride);
+  for (; x < block.width; ++x)
+    FilterColumn<decltype(single), kRuns>(single, first + x, stride, rows, mean, block.height, out + x, out_stride);
+}
+
+void FilterNarrowDirect(const float* first, std::ptrdiff_t stride, const Rows& rows, float mean, PixelRect block,
+                        float* out, std::ptrdiff_t out_stride) {
+  FilterNarrow<false>(first, stride, rows, mean, block, out, out_stride);
+}
+
+void FilterNarrowRuns(const float* first, std::ptrdiff_t stride, const Rows& rows, float mean, PixelRect block,
+                      float* out, std::ptrdiff_t out_stride) {
+  FilterNarrow<true>(first, stride, rows, mean, block, out, out_stride);
+}
+
+/// Runs along a part of a row whose sums above and below have been added: `folded[dy]` at the part's first pixel.
+template <class D, int kVectors, bool kStream = false>
+HWY_INLINE void FilterFoldedAt(D d, const float* const* folded, int x, const Rows& rows, float mean,
+                               float* HWY_RESTRICT out) {
+  using V = hn::Vec<D>;
+  const std::ptrdiff_t lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  V sums[kVectors];
+  for (int k = 0; k < kVectors; ++k) sums[k] = hn::Set(d, mean);
+  for (std::size_t dy = 0; dy < rows.size(); ++dy) {
+    const float* here = folded[dy] + x;
+    for (const DiskFilter::Tap& tap : rows[dy]) {
+      const V weight = hn::Set(d, tap.weight);
+      for (int k = 0; k < kVectors; ++k) {
+        const V run = hn::Sub(hn::LoadU(d, here + k * lanes + tap.dx + 1), hn::LoadU(d, here + k * lanes - tap.dx));
+        sums[k] = hn::Add(sums[k], hn::Mul(weight, run));
+      }
+    }
+  }
+  for (int k = 0; k < kVectors; ++k) {
+    if constexpr (kStream) {
       hn::Stream(sums[k], d, out + k * lanes);
     } else {
       hn::StoreU(sums[k], d, out + k * lanes);
@@ -59,38 +157,47 @@ HWY_INLINE void FilterAt(D d, const float* here, std::ptrdiff_t stride,
   }
 }
 
-/// `stream`: past the cache, which then need not read what is about to be overwritten.
-template <bool kRuns>
-void FilterRow(const float* first, std::ptrdiff_t stride, const std::vector<std::vector<DiskFilter::Tap>>& rows,
-               float mean, int width, bool stream, float* out) {
+/// Adds `count` floats of two rows.
+HWY_INLINE void AddRows(const float* a, const float* b, int count, float* HWY_RESTRICT sum) {
+  const hn::ScalableTag<float> wide;
+  const int lanes = static_cast<int>(hn::Lanes(wide));
+  int x = 0;
+  for (; x + lanes <= count; x += lanes)
+    hn::StoreU(hn::Add(hn::LoadU(wide, a + x), hn::LoadU(wide, b + x)), wide, sum + x);
+  for (; x < count; ++x) sum[x] = a[x] + b[x];
+}
+
+/// Runs along a whole row, part by part. Rows as far above as below have the same weights: their sums are added first,
+/// which halves what the taps read. `scratch` holds kPart + 2 reach + 1 floats a row below the middle one.
+void FilterRowRuns(const float* first, std::ptrdiff_t stride, const Rows& rows, float mean, int width, bool stream,
+                   float* scratch, const float** folded, float* out) {
   const hn::ScalableTag<float> wide;
   const hn::CappedTag<float, 1> single;
   const int lanes = static_cast<int>(hn::Lanes(wide));
-  int x = 0;
-  if (stream) {
-    const auto aligned = [&](const float* at) {
-      return reinterpret_cast<std::uintptr_t>(at) % (lanes * sizeof(float)) == 0;
-    };
-    for (; x < width && !aligned(out + x); ++x)
-      FilterAt<decltype(single), 1, kRuns>(single, first + x, stride, rows, mean, out + x);
-    for (; x + 4 * lanes <= width; x += 4 * lanes)
-      FilterAt<decltype(wide), 4, kRuns, true>(wide, first + x, stride, rows, mean, out + x);
+  const int reach = static_cast<int>(rows.size()) - 1;
+  for (int from = 0; from < width; from += kPart) {
+    const int count = HWY_MIN(kPart, width - from);
+    const int needed = count + 2 * reach + 1;
+    folded[0] = first + from;
+    for (int dy = 1; dy <= reach; ++dy) {
+      const float* left = first + from - reach;
+      float* sums = scratch + (dy - 1) * (kPart + 2 * reach + 1);
+      AddRows(left - dy * stride, left + dy * stride, needed, sums);
+      folded[dy] = sums + reach;
+    }
+    float* to = out + from;
+    int x = 0;
+    if (stream) {
+      for (; x < count && !IsAligned(to + x); ++x)
+        FilterFoldedAt<decltype(single), 1>(single, folded, x, rows, mean, to + x);
+      for (; x + 4 * lanes <= count; x += 4 * lanes)
+        FilterFoldedAt<decltype(wide), 4, true>(wide, folded, x, rows, mean, to + x);
+    }
+    for (; x + 4 * lanes <= count; x += 4 * lanes)
+      FilterFoldedAt<decltype(wide), 4>(wide, folded, x, rows, mean, to + x);
+    for (; x + lanes <= count; x += lanes) FilterFoldedAt<decltype(wide), 1>(wide, folded, x, rows, mean, to + x);
+    for (; x < count; ++x) FilterFoldedAt<decltype(single), 1>(single, folded, x, rows, mean, to + x);
   }
-  for (; x + 4 * lanes <= width; x += 4 * lanes)
-    FilterAt<decltype(wide), 4, kRuns>(wide, first + x, stride, rows, mean, out + x);
-  for (; x + lanes <= width; x += lanes)
-    FilterAt<decltype(wide), 1, kRuns>(wide, first + x, stride, rows, mean, out + x);
-  for (; x < width; ++x) FilterAt<decltype(single), 1, kRuns>(single, first + x, stride, rows, mean, out + x);
-}
-
-void FilterRowDirect(const float* first, std::ptrdiff_t stride, const std::vector<std::vector<DiskFilter::Tap>>& rows,
-                     float mean, int width, bool stream, float* out) {
-  FilterRow<false>(first, stride, rows, mean, width, stream, out);
-}
-
-void FilterRowRuns(const float* first, std::ptrdiff_t stride, const std::vector<std::vector<DiskFilter::Tap>>& rows,
-                   float mean, int width, bool stream, float* out) {
-  FilterRow<true>(first, stride, rows, mean, width, stream, out);
 }
 
 }  // namespace lensd::sim::HWY_NAMESPACE
@@ -102,6 +209,10 @@ namespace {
 
 HWY_EXPORT(FilterRowDirect);
 HWY_EXPORT(FilterRowRuns);
+HWY_EXPORT(FilterNarrowDirect);
+HWY_EXPORT(FilterNarrowRuns);
+
+constexpr int kNarrow = 64;  // px; the same on every instruction set, for the same sums
 
 constexpr double kLargestDirect = 8.0;  // px; above, runs are as fast and the running sums exact enough
 
@@ -165,16 +276,31 @@ DiskFilter::DiskFilter(double diameter_px, Method method, const ApertureShape& s
 
 void DiskFilter::BlurRows(const SummedRaster& source, int first, int count, Raster& out) const {
   const PixelRect from = source.cells().rect;
+  const std::ptrdiff_t left = out.rect.x - from.x;
+  const bool runs = method_ == Method::Runs;
+  const std::ptrdiff_t stride = from.width + (runs ? 1 : 0);
+  const auto row = [&](int y) { return (runs ? source.Sums(y) : source.cells().Row(y)) + left; };
+  if (out.rect.width < kNarrow) {
+    const PixelRect block{out.rect.x, first, out.rect.width, count};
+    if (runs) {
+      HWY_DYNAMIC_DISPATCH(FilterNarrowRuns)
+      (row(first), stride, rows_, source.mean(), block, out.Row(first), out.rect.width);
+    } else {
+      HWY_DYNAMIC_DISPATCH(FilterNarrowDirect)(row(first), stride, rows_, 0.0f, block, out.Row(first), out.rect.width);
+    }
+    return;
+  }
   constexpr std::size_t kBeyondCache = std::size_t{4} << 20;
   const bool stream = out.values.size() * sizeof(float) >= kBeyondCache;
+  const auto reach = static_cast<std::size_t>(reach_);
+  std::vector<float> scratch(runs ? reach * (kPart + 2 * reach + 1) : 0);
+  std::vector<const float*> folded(reach + 1);
   for (int y = first; y < first + count; ++y) {
-    const std::ptrdiff_t left = out.rect.x - from.x;
-    if (method_ == Method::Runs) {
+    if (runs) {
       HWY_DYNAMIC_DISPATCH(FilterRowRuns)
-      (source.Sums(y) + left, from.width + 1, rows_, source.mean(), out.rect.width, stream, out.Row(y));
+      (row(y), stride, rows_, source.mean(), out.rect.width, stream, scratch.data(), folded.data(), out.Row(y));
     } else {
-      HWY_DYNAMIC_DISPATCH(FilterRowDirect)
-      (source.cells().Row(y) + left, from.width, rows_, 0.0f, out.rect.width, stream, out.Row(y));
+      HWY_DYNAMIC_DISPATCH(FilterRowDirect)(row(y), stride, rows_, out.rect.width, stream, out.Row(y));
     }
   }
   if (stream) hwy::FlushStream();
