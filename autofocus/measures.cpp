@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 #include <string>
-#include <vector>
 
 namespace lensd::autofocus {
 namespace {
@@ -25,17 +24,6 @@ double FullScale(const drivers::Frame& frame) {
   return static_cast<double>((1u << frame.bits) - 1u);
 }
 
-/// Samples of up to 8 bits fit the narrow kernels, which are several times as fast; the sums are the same integers.
-FocusSums SumNarrow(GreyView<std::uint16_t> view, std::uint8_t full_scale) {
-  std::vector<std::uint8_t> narrow(static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height));
-  std::uint8_t* to = narrow.data();
-  for (int y = 0; y < view.height; ++y, to += view.width) {
-    const std::uint16_t* from = view.samples + y * view.stride;
-    for (int x = 0; x < view.width; ++x) to[x] = static_cast<std::uint8_t>(from[x]);
-  }
-  return SumFocus(GreyView<std::uint8_t>{narrow.data(), view.width, view.height, view.width}, full_scale);
-}
-
 double InnerPixels(Window window) {
   return static_cast<double>(window.width - 2) * static_cast<double>(window.height - 2);
 }
@@ -46,8 +34,7 @@ Result<FocusScore> ScoreFocus(const drivers::Frame& frame, Window window) {
   auto view = ViewOf(frame, window);
   if (!view) return PassOn(std::move(view));
   const double full = FullScale(frame);
-  const FocusSums sums = frame.bits <= 8 ? SumNarrow(*view, static_cast<std::uint8_t>(full))
-                                         : SumFocus(*view, static_cast<std::uint16_t>(full));
+  const FocusSums sums = SumFocus(*view, static_cast<std::uint16_t>(full));
   const double all = static_cast<double>(window.width) * window.height;
   FocusScore score;
   score.gradient_energy = static_cast<double>(sums.gradient) / (64.0 * full * full * InnerPixels(window));
