@@ -96,7 +96,7 @@ void Connection::Serve() {
 }
 
 void Connection::ServeOne(std::string_view message) {
-  Result<proto::Call> call = proto::ParseCall(message);
+  Result<proto::ReceivedCall> call = proto::ReceiveCall(message);
   if (!call) return Close(call.error().message);
   const bool oneway = call->oneway;
   auto exchange = std::make_shared<Exchange>(*std::move(call), oneway ? nullptr : this);

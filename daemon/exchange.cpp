@@ -4,6 +4,11 @@
 
 namespace lensd::daemon {
 
+const proto::Json& Exchange::parameters() const {
+  if (!parameters_) parameters_ = call_.parameters.ToJson();
+  return *parameters_;
+}
+
 void Exchange::Continue(std::string_view parameters) {
   if (connection_ != nullptr) connection_->Send(proto::EncodeReply(parameters, /*continues=*/true));
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -18,11 +19,14 @@ class Connection;
 class Exchange : public std::enable_shared_from_this<Exchange> {
  public:
   /// `connection` is null for oneway calls.
-  Exchange(proto::Call call, Connection* connection)
+  Exchange(proto::ReceivedCall call, Connection* connection)
       : call_(std::move(call)), connection_(connection), peer_(connection) {}
 
-  const proto::Call& call() const { return call_; }
-  const proto::Json& parameters() const { return call_.parameters; }
+  const proto::ReceivedCall& call() const { return call_; }
+  /// The parameters as they were parsed; an object.
+  proto::JsonView view() const { return call_.parameters; }
+  /// The same as a Json, made when first asked for.
+  const proto::Json& parameters() const;
 
   /// One of several replies; the call must have been made with `more`. `parameters` is a JSON object.
   void Continue(std::string_view parameters);
@@ -47,7 +51,8 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   void PeerGone();
   void PeerDrained();
 
-  proto::Call call_;
+  proto::ReceivedCall call_;
+  mutable std::optional<proto::Json> parameters_;
   Connection* connection_;
   const void* peer_;  // outlives connection_, to compare only
   std::move_only_function<void()> gone_;

@@ -228,20 +228,18 @@ LensService::Lens* LensService::FindLens(const ExchangePointer& exchange) {
 }
 
 LensService::Lens* LensService::FindNamed(const ExchangePointer& exchange) {
-  const Json& parameters = exchange->parameters();
-  const auto named = parameters.find("lens");
+  const auto name = exchange->view().Given("lens");
+  if (!name && lenses_.size() == 1) return lenses_.front().get();
   std::string names;
   for (const auto& lens : lenses_) {
-    if (named != parameters.end() && *named == lens->name) return lens.get();
+    if (name && name->text() == lens->name) return lens.get();
     names += (names.empty() ? "" : ", ") + lens->name;
   }
-  const bool has_name = named != parameters.end() && !named->is_null();
-  if (!has_name && lenses_.size() == 1) return lenses_.front().get();
-  if (!has_name && !lenses_.empty()) {
+  if (!name && !lenses_.empty()) {
     Refuse(exchange, {Code::InvalidArgument, "say which lens: there is " + names});
     return nullptr;
   }
-  const std::string what = has_name ? "there is no lens \"" + named->get<std::string>() + "\"; " : "";
+  const std::string what = name ? "there is no lens \"" + std::string(name->text()) + "\"; " : "";
   const std::string message = what + (lenses_.empty() ? "no lens is configured" : "there is " + names);
   exchange->Refuse("io.lensd.Lens.LensNotFound", {{"message", message}});
   return nullptr;

@@ -42,7 +42,7 @@ void Router::Dispatch(const ExchangePointer& exchange) const {
   if (found == definition->methods().end()) return exchange->Refuse(proto::kMethodNotFound, {{"method", method}});
   // No method leaves the protocol; answering as if nothing had been asked would say that the upgrade succeeded.
   if (exchange->call().upgrade) return exchange->Refuse(proto::kMethodNotImplemented, {{"method", method}});
-  if (auto wrong = definition->FirstWrong(*found->second.input, exchange->parameters())) {
+  if (auto wrong = definition->FirstWrong(*found->second.input, exchange->view())) {
     return exchange->Refuse(proto::kInvalidParameter, {{"parameter", *wrong}});
   }
   if (definition == &own_) return ServeOwn(method, exchange);

@@ -25,11 +25,11 @@ std::string NewKey() {
 }
 
 /// Whether a call moves a lens: those methods take a lease's key. A plan that is not applied does not.
-bool Drives(const proto::MethodDefinition& method, std::string_view name, const Json& parameters) {
+bool Drives(const proto::MethodDefinition& method, std::string_view name, proto::JsonView parameters) {
   if (name == "DropLease") return false;
   if (name == "Plan") {
-    const Json* apply = Given(parameters, "apply");
-    return apply != nullptr && *apply == true;
+    const auto apply = parameters.Given("apply");
+    return apply && apply->boolean();
   }
   return std::ranges::any_of(method.input->fields, [](const auto& field) { return field.name == "lease"; });
 }
@@ -42,8 +42,8 @@ bool LensService::LeaseHolds(Lens& lens) const {
 }
 
 bool LensService::MayDrive(std::string_view method, const ExchangePointer& exchange) {
+  if (!Drives(definition_.methods().find(method)->second, method, exchange->view())) return true;
   const Json& parameters = exchange->parameters();
-  if (!Drives(definition_.methods().find(method)->second, method, parameters)) return true;
   const Json* named = Given(parameters, "lens");
   const auto found = std::ranges::find_if(
       lenses_, [&](const auto& lens) { return named == nullptr ? lenses_.size() == 1 : *named == lens->name; });

@@ -11,28 +11,22 @@ namespace lensd::daemon {
 namespace {
 
 using drivers::Axis;
-using proto::Json;
 
 bool WantsApply(const ExchangePointer& exchange) {
-  const auto apply = exchange->parameters().find("apply");
-  return apply != exchange->parameters().end() && apply->is_boolean() && apply->get<bool>();
+  const auto apply = exchange->view().Given("apply");
+  return apply && apply->boolean();
 }
 
-/// The reply's `plan`, and `nearest` where only the lens' steps stand in the way.
-Json PlanReply(const optics::GridAnswer& answer, Metres principal_gap) {
-  if (answer.plan.feasible || !answer.continuous_feasible) {
-    return {{"plan", proto::PlanAnswerJson(answer.plan, principal_gap)}};
-  }
+/// The reply's `plan`, and `nearest` where only the lens' steps stand in the way, without the closing brace.
+std::string PlanReply(const optics::GridAnswer& answer, Metres principal_gap) {
+  const bool by_steps = !answer.plan.feasible && answer.continuous_feasible;
+  if (!by_steps) return "{\"plan\":" + proto::PlanAnswerText(answer.plan, principal_gap);
   optics::PlanAnswer plan = answer.plan;
   plan.conflict = {"positions"};
   plan.relax = plan.worst_ratio;
   plan.note = "some setting meets every limit, but none of the positions this lens can take does; see the nearest";
-  Json reply{{"plan", proto::PlanAnswerJson(plan, principal_gap)}};
-  plan = answer.plan;
-  plan.feasible = true;  // to be written with its setting
-  reply["nearest"] = proto::PlanAnswerJson(plan, principal_gap);
-  reply["nearest"]["feasible"] = false;
-  return reply;
+  return "{\"plan\":" + proto::PlanAnswerText(plan, principal_gap) +
+         ",\"nearest\":" + proto::PlanAnswerText(answer.plan, principal_gap, proto::PlanShows::Setting);
 }
 
 }  // namespace
@@ -45,12 +39,12 @@ void LensService::Plan(const ExchangePointer& exchange) {
                                                     "\" are not known; give it a [lens.optics] section"});
   }
   if (Stale(*lens)) return Replan(*lens, [this, exchange] { Plan(exchange); });
-  auto request = proto::PlanRequestFromJson(exchange->parameters().find("request").value(), lens->planning->defaults);
+  auto request = proto::PlanRequestFromJson(*exchange->view().Find("request"), lens->planning->defaults);
   if (!request) return Refuse(exchange, request.error());
   const auto plan = PlanFor(*lens->planning, *request);
   if (!plan) return Refuse(exchange, plan.error());
   if (plan->answer.plan.feasible && WantsApply(exchange)) return Apply(exchange, *lens, *std::move(request), *plan);
-  exchange->Finish(proto::WriteJson(PlanReply(plan->answer, lens->planning->principal_gap)));
+  exchange->Finish(PlanReply(plan->answer, lens->planning->principal_gap) + "}");
 }
 
 void LensService::Apply(const ExchangePointer& exchange, Lens& lens, optics::PlanRequest request,
@@ -59,8 +53,8 @@ void LensService::Apply(const ExchangePointer& exchange, Lens& lens, optics::Pla
   group->OnEnd([this, exchange, &lens, request = std::move(request), plan](const MoveGroup& ended) {
     if (ended.error()) return Refuse(exchange, *ended.error());
     AnnounceMoves(lens, ended.moves());
-    Json reply = PlanReply(plan.answer, lens.planning->principal_gap);
-    reply["applied"] = ended.moves();
+    std::string reply = PlanReply(plan.answer, lens.planning->principal_gap);
+    reply += ",\"applied\":" + proto::WriteJson(ended.moves());
     Metres extension = plan.answer.plan.extension, bound{lens.planning->defaults.sensor_tolerance.value};
     FNumber f_number = plan.answer.plan.f_number;
     for (const rig::MoveOutcome& outcome : ended.outcomes()) {
@@ -70,9 +64,9 @@ void LensService::Apply(const ExchangePointer& exchange, Lens& lens, optics::Pla
       f_number = outcome.f_number.value_or(f_number);
     }
     if (const auto reached = PlanAt(*lens.planning, request, extension, bound, f_number)) {
-      reply["reached"] = PlanReply({*reached, false, 0, 0}, lens.planning->principal_gap)["plan"];
+      reply += ",\"reached\":" + proto::PlanAnswerText(*reached, lens.planning->principal_gap);
     }
-    exchange->Finish(proto::WriteJson(reply));
+    exchange->Finish(reply + "}");
   });
   lens.worker->Submit([group, focus = plan.focus, iris = plan.iris](rig::Rig& rig) {
     if (focus) rig.Move(Axis::Focus, {rig::Target::Kind::Native, focus->value, std::nullopt}, group->Add());

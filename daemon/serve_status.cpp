@@ -11,8 +11,7 @@ std::string StatusEvent(const std::string& text) {
 }
 
 bool NamesALens(const ExchangePointer& exchange) {
-  const auto found = exchange->parameters().find("lens");
-  return found != exchange->parameters().end() && !found->is_null();
+  return exchange->view().Given("lens").has_value();
 }
 
 }  // namespace

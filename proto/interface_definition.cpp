@@ -12,20 +12,19 @@ void Prepend(std::string& path, std::string_view field) {
 
 }  // namespace
 
-std::optional<std::string> InterfaceDefinition::FirstWrong(const TypeDefinition& expected, const Json& object) const {
+std::optional<std::string> InterfaceDefinition::FirstWrong(const TypeDefinition& expected, JsonView object) const {
   std::string path;
   if (StructMatches(expected, object, path)) return std::nullopt;
   return path;
 }
 
-bool InterfaceDefinition::Matches(const TypeDefinition& expected, const Json& value, std::string& path) const {
+bool InterfaceDefinition::Matches(const TypeDefinition& expected, JsonView value, std::string& path) const {
   using Kind = TypeDefinition::Kind;
-  const auto element_matches = [&](const Json& element) { return Matches(*expected.element, element, path); };
   switch (expected.kind) {
     case Kind::Boolean:
       return value.is_boolean();
     case Kind::Integer:
-      return value.is_number_integer();
+      return value.is_integer();
     case Kind::Float:
       return value.is_number();
     case Kind::String:
@@ -33,14 +32,21 @@ bool InterfaceDefinition::Matches(const TypeDefinition& expected, const Json& va
     case Kind::Object:
       return value.is_object();
     case Kind::Enumeration:
-      return value.is_string() &&
-             std::ranges::find(expected.values, value.get_ref<const std::string&>()) != expected.values.end();
+      return value.is_string() && std::ranges::find(expected.values, value.text()) != expected.values.end();
     case Kind::Struct:
       return StructMatches(expected, value, path);
     case Kind::Array:
-      return value.is_array() && std::all_of(value.begin(), value.end(), element_matches);
+      if (!value.is_array()) return false;
+      for (std::size_t i = 0; i < value.size(); ++i) {
+        if (!Matches(*expected.element, value[i], path)) return false;
+      }
+      return true;
     case Kind::Map:
-      return value.is_object() && std::all_of(value.begin(), value.end(), element_matches);
+      if (!value.is_object()) return false;
+      for (std::size_t i = 0; i < value.member_count(); ++i) {
+        if (!Matches(*expected.element, value.member(i), path)) return false;
+      }
+      return true;
     case Kind::Optional:
       return value.is_null() || Matches(*expected.element, value, path);
     case Kind::Named:
@@ -49,22 +55,24 @@ bool InterfaceDefinition::Matches(const TypeDefinition& expected, const Json& va
   return false;
 }
 
-bool InterfaceDefinition::StructMatches(const TypeDefinition& expected, const Json& value, std::string& path) const {
+bool InterfaceDefinition::StructMatches(const TypeDefinition& expected, JsonView value, std::string& path) const {
   if (!value.is_object()) return false;
   std::size_t present = 0;
   for (const FieldDefinition& field : expected.fields) {
-    const auto found = value.find(field.name);
-    const bool here = found != value.end();
-    present += here;
-    const bool good = here ? Matches(*field.type, *found, path) : field.type->kind == TypeDefinition::Kind::Optional;
+    const std::optional<JsonView> found = value.Find(field.name);
+    present += found.has_value();
+    const bool good = found ? Matches(*field.type, *found, path) : field.type->kind == TypeDefinition::Kind::Optional;
     if (!good) return Prepend(path, field.name), false;
   }
-  if (present == value.size()) return true;
-  for (const auto& [name, unused] : value.items()) {
+  if (present == value.member_count()) return true;
+  std::optional<std::string_view> unknown;  // of several the first in alphabetical order
+  for (std::size_t i = 0; i < value.member_count(); ++i) {
+    const std::string_view name = value.member_name(i);
     const bool known = std::ranges::any_of(expected.fields, [&](const auto& field) { return field.name == name; });
-    if (!known) return Prepend(path, name), false;
+    if (!known && (!unknown || name < *unknown)) unknown = name;
   }
-  return true;
+  if (!unknown) return true;  // a name given twice
+  return Prepend(path, *unknown), false;
 }
 
 }  // namespace lensd::proto

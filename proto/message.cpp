@@ -5,16 +5,19 @@
 namespace lensd::proto {
 namespace {
 
+constexpr const char* kMessageMustBeObject = "a message must be a JSON object";
+constexpr const char* kParametersMustBeObject = "parameters must be an object";
+
 Result<Json> ParseObject(std::string_view message) {
   Result<Json> parsed = ParseJson(message);
-  if (parsed && !parsed->is_object()) return Fail(Code::Protocol, "a message must be a JSON object");
+  if (parsed && !parsed->is_object()) return Fail(Code::Protocol, kMessageMustBeObject);
   return parsed;
 }
 
 /// Absent, null and {} mean the same.
 Result<void> TakeParameters(Json& from, Json& into) {
   if (from.is_null()) return {};
-  if (!from.is_object()) return Fail(Code::Protocol, "parameters must be an object");
+  if (!from.is_object()) return Fail(Code::Protocol, kParametersMustBeObject);
   into = std::move(from);
   return {};
 }
@@ -25,34 +28,53 @@ Result<void> TakeFlag(const std::string& name, const Json& from, bool& into) {
   return {};
 }
 
-Result<void> TakeMember(const std::string& name, Json& value, Call& call) {
+Result<void> TakeFlag(std::string_view name, JsonView from, bool& into) {
+  if (!from.is_boolean()) return Fail(Code::Protocol, "the flag " + std::string(name) + " must be true or false");
+  into = from.boolean();
+  return {};
+}
+
+Result<void> TakeMember(std::string_view name, JsonView value, ReceivedCall& call) {
   if (name == "method") {
     if (!value.is_string()) return Fail(Code::Protocol, "the method must be a string");
-    call.method = std::move(value.get_ref<std::string&>());
+    call.method = value.text();
     return {};
   }
-  if (name == "parameters") return TakeParameters(value, call.parameters);
+  if (name == "parameters") {
+    if (!value.is_null() && !value.is_object()) return Fail(Code::Protocol, kParametersMustBeObject);
+    call.parameters = value.is_null() ? EmptyObject() : value;
+    return {};
+  }
   if (name == "oneway") return TakeFlag(name, value, call.oneway);
   if (name == "more") return TakeFlag(name, value, call.more);
   if (name == "upgrade") return TakeFlag(name, value, call.upgrade);
-  if (name.find('.') != std::string::npos) return {};
-  return Fail(Code::Protocol, "a call has no member \"" + name + "\"");
+  if (name.find('.') != std::string_view::npos) return {};
+  return Fail(Code::Protocol, "a call has no member \"" + std::string(name) + "\"");
 }
 
 }  // namespace
 
-Result<Call> ParseCall(std::string_view message) {
-  Result<Json> parsed = ParseObject(message);
-  if (!parsed) return PassOn(std::move(parsed));
-  Call call;
-  for (auto& [name, value] : parsed->items()) {
-    if (auto taken = TakeMember(name, value, call); !taken) return PassOn(std::move(taken));
+Result<ReceivedCall> ReceiveCall(std::string_view message) {
+  Result<Document> document = Document::Parse(message);
+  if (!document) return PassOn(std::move(document));
+  ReceivedCall call{.method = {}, .message = *std::move(document)};
+  const JsonView root = call.message.root();
+  if (!root.is_object()) return Fail(Code::Protocol, kMessageMustBeObject);
+  for (std::size_t i = 0; i < root.member_count(); ++i) {
+    if (auto taken = TakeMember(root.member_name(i), root.member(i), call); !taken) return PassOn(std::move(taken));
   }
   if (call.method.empty()) return Fail(Code::Protocol, "a call without a method");
   if (call.oneway + call.more + call.upgrade > 1) {
     return Fail(Code::Protocol, "at most one of oneway, more and upgrade may be set");
   }
   return call;
+}
+
+Result<Call> ParseCall(std::string_view message) {
+  Result<ReceivedCall> received = ReceiveCall(message);
+  if (!received) return PassOn(std::move(received));
+  return Call{std::move(received->method), received->parameters.ToJson(), received->oneway, received->more,
+              received->upgrade};
 }
 
 Result<Reply> ParseReply(std::string_view message) {

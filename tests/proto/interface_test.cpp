@@ -7,7 +7,8 @@ namespace lensd::proto {
 namespace {
 
 std::optional<std::string> Wrong(const InterfaceDefinition& definition, const char* parameters) {
-  return definition.FirstWrong(*definition.methods().find("M")->second.input, Json::parse(parameters));
+  return definition.FirstWrong(*definition.methods().find("M")->second.input,
+                               Document::Parse(parameters).value().root());
 }
 
 TEST(InterfaceDefinition, NamesTheFirstParameterThatIsWrong) {

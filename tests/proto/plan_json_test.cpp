@@ -66,7 +66,8 @@ TEST(PlanRequestJson, ArrivesAsItLeft) {
   std::mt19937_64 random(7);
   for (int i = 0; i < 500; ++i) {
     const PlanRequest sent = RandomRequest(random);
-    const auto arrived = PlanRequestFromJson(ParseJson(WriteJson(PlanRequestJson(sent))).value(), PlanRequest{});
+    const Document text = Document::Parse(WriteJson(PlanRequestJson(sent))).value();
+    const auto arrived = PlanRequestFromJson(text.root(), PlanRequest{});
     ASSERT_TRUE(arrived) << arrived.error().message;
     ExpectSame(sent.focal_length, arrived->focal_length, "focal length");
     ExpectSame(sent.f_numbers.low, arrived->f_numbers.low, "f-number");
@@ -107,7 +108,8 @@ TEST(PlanRequestJson, WhatIsLeftOutComesFromTheLens) {
   lens.extensions = {0.0, 0.008};
   lens.sensor_tolerance = 2e-6;
   lens.limits.push_back({.name = "of the defaults", .depths = {}, .limit = 1.0});
-  const auto request = PlanRequestFromJson(Json{{"apertureMin", 2.8}, {"focus", nullptr}}, lens);
+  const Document text = Document::Parse(R"({"apertureMin": 2.8, "focus": null})").value();
+  const auto request = PlanRequestFromJson(text.root(), lens);
   ASSERT_TRUE(request);
   EXPECT_EQ(request->focal_length.value, 0.05);
   EXPECT_EQ(request->f_numbers.low.value, 2.8);
@@ -119,7 +121,8 @@ TEST(PlanRequestJson, WhatIsLeftOutComesFromTheLens) {
 
 TEST(PlanRequestJson, NamesTheFieldThatIsWrong) {
   const auto complaint = [](const char* json) {
-    const auto request = PlanRequestFromJson(ParseJson(json).value(), PlanRequest{});
+    const Document text = Document::Parse(json).value();
+    const auto request = PlanRequestFromJson(text.root(), PlanRequest{});
     return request ? "accepted" : request.error().message;
   };
   EXPECT_THAT(complaint("[]"), HasSubstr("object"));

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "proto/json.h"
+#include "proto/document.h"
 
 namespace lensd::proto {
 
@@ -50,12 +50,12 @@ class InterfaceDefinition {
 
   /// Checks an object against a Struct: unknown fields, missing fields that are not optional, wrong kinds. Returns the
   /// dotted path of the first field that is wrong, or none.
-  std::optional<std::string> FirstWrong(const TypeDefinition& expected, const Json& object) const;
+  std::optional<std::string> FirstWrong(const TypeDefinition& expected, JsonView object) const;
 
  private:
   friend class DefinitionParser;
-  bool Matches(const TypeDefinition& expected, const Json& value, std::string& path) const;
-  bool StructMatches(const TypeDefinition& expected, const Json& value, std::string& path) const;
+  bool Matches(const TypeDefinition& expected, JsonView value, std::string& path) const;
+  bool StructMatches(const TypeDefinition& expected, JsonView value, std::string& path) const;
 
   std::string text_;
   std::string name_;

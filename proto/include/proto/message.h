@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "base/result.h"
+#include "proto/document.h"
 #include "proto/json.h"
 
 namespace lensd::proto {
@@ -18,6 +19,14 @@ struct Call {
   bool upgrade = false;              ///< asks to leave the protocol; we refuse
 };
 
+/// One call as it came in: what most calls need of their parameters is a few members, not a Json of them all.
+struct ReceivedCall {
+  std::string method;
+  bool oneway = false, more = false, upgrade = false;  ///< as in Call
+  Document message;
+  JsonView parameters = EmptyObject();  ///< an object, in `message`
+};
+
 /// One reply.
 struct Reply {
   Json parameters = Json::object();  ///< always an object; an error's own fields where `error` is set
@@ -28,6 +37,8 @@ struct Reply {
 /// Reads a call. Code::Protocol means that the connection must be closed: bad JSON, not an object, no method, a flag
 /// that is not a boolean, two flags, parameters that are not an object, a member that is neither known nor prefixed
 /// (a prefixed member has a dot in its name and is ignored).
+Result<ReceivedCall> ReceiveCall(std::string_view message);
+/// The same with a Json of the parameters.
 Result<Call> ParseCall(std::string_view message);
 /// Reads a reply; members that are not known are ignored. Code::Protocol as above.
 Result<Reply> ParseReply(std::string_view message);

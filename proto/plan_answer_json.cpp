@@ -1,0 +1,110 @@
+// What a planner answers, written straight into text.
+#include <rapidjson/stringbuffer.h>
+#include <rapidjson/writer.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "optics/light.h"
+#include "proto/plan_json.h"
+
+namespace lensd::proto {
+namespace {
+
+/// Fields of an object, one after the other.
+class Writer {
+ public:
+  void Begin() { writer_.StartObject(); }
+  void End() { writer_.EndObject(); }
+  void BeginArray(std::string_view key) { Key(key), writer_.StartArray(); }
+  void EndArray() { writer_.EndArray(); }
+  void Key(std::string_view key) { writer_.Key(key.data(), static_cast<rapidjson::SizeType>(key.size())); }
+  void Element(std::string_view text) { writer_.String(text.data(), static_cast<rapidjson::SizeType>(text.size())); }
+  void Text(std::string_view key, std::string_view text) { Key(key), Element(text); }
+  void Flag(std::string_view key, bool flag) { Key(key), writer_.Bool(flag); }
+  /// Null where it is not finite: JSON has neither NaN nor infinity.
+  void Number(std::string_view key, double value) {
+    Key(key);
+    if (std::isfinite(value)) {
+      writer_.Double(value);
+    } else {
+      writer_.Null();
+    }
+  }
+  std::string Take() const { return {buffer_.GetString(), buffer_.GetSize()}; }
+
+ private:
+  rapidjson::StringBuffer buffer_;
+  rapidjson::Writer<rapidjson::StringBuffer> writer_{buffer_};
+};
+
+void WriteLimit(Writer& writer, const optics::LimitAnswer& limit) {
+  writer.Begin();
+  writer.Text("name", limit.name);
+  writer.Number("nearD", limit.near.value);
+  writer.Number("farD", limit.far.value);
+  writer.Number("limitUm", limit.limit.value * 1e6);
+  writer.Number("worstUm", limit.worst.value * 1e6);
+  writer.Number("atD", limit.at.value);
+  writer.Number("ratio", limit.ratio);
+  writer.End();
+}
+
+void WriteSetting(Writer& writer, const optics::PlanAnswer& answer, Metres principal_gap) {
+  const double vergence = answer.focal_plane.value;
+  const double distance = vergence > 0.0 ? 1.0 / vergence : NAN;
+  writer.Number("fNumber", answer.f_number.value);
+  writer.Number("apertureDiameterMm", answer.aperture_diameter.value * 1e3);
+  writer.Number("workingFNumber", answer.working_f_number.value);
+  writer.Number("tStop", answer.working_f_number.value);
+  writer.Number("subtendedAngleDeg", optics::SubtendedAngle(answer.working_f_number) * 180.0 / std::numbers::pi);
+  writer.Number("magnification", answer.magnification);
+  writer.Number("extensionMm", answer.extension.value * 1e3);
+  writer.Number("sensorDistanceMm", answer.sensor_distance.value * 1e3);
+  writer.Number("focalPlaneD", vergence);
+  writer.Number("focalPlaneM", distance);
+  writer.Number("focusFromSensorM", distance + answer.sensor_distance.value + principal_gap.value);
+  writer.Number("worstRatio", answer.worst_ratio);
+  writer.Text("model", answer.model);
+  writer.Number("modelErrorUm", answer.model_error.value * 1e6);
+  writer.BeginArray("limits");
+  for (const auto& limit : answer.limits) WriteLimit(writer, limit);
+  writer.EndArray();
+  if (!answer.depth_of_field) return;
+  const double one = answer.depth_of_field->one_end.vergence().value;
+  const double other = answer.depth_of_field->other_end.vergence().value;
+  writer.Key("depthOfField");
+  writer.Begin();
+  writer.Number("nearD", std::max(one, other));
+  writer.Number("farD", std::min(one, other));
+  writer.End();
+}
+
+void WriteConflict(Writer& writer, const optics::PlanAnswer& answer) {
+  writer.BeginArray("conflict");
+  for (const std::string& name : answer.conflict) writer.Element(name);
+  writer.EndArray();
+  writer.Number("relax", answer.relax.value_or(NAN));
+}
+
+}  // namespace
+
+std::string PlanAnswerText(const optics::PlanAnswer& answer, Metres principal_gap, PlanShows shows) {
+  Writer writer;
+  writer.Begin();
+  writer.Flag("feasible", answer.feasible);
+  if (!answer.note.empty()) writer.Text("note", answer.note);
+  if (answer.feasible || shows == PlanShows::Setting) {
+    WriteSetting(writer, answer, principal_gap);
+  } else {
+    WriteConflict(writer, answer);
+  }
+  writer.End();
+  return writer.Take();
+}
+
+Json PlanAnswerJson(const optics::PlanAnswer& answer, Metres principal_gap) {
+  return ParseJson(PlanAnswerText(answer, principal_gap)).value();
+}
+
+}  // namespace lensd::proto
