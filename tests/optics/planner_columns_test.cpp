@@ -2,6 +2,7 @@
 #include "optics/planner_columns.h"
 
 #include <gtest/gtest.h>
+#include <hwy/highway.h>
 
 #include <random>
 #include <string>
@@ -101,6 +102,31 @@ TEST(PlannerColumns, ManyLimitsAgreeWithPlan) {
     SCOPED_TRACE(seed);
     Compare(Scene(static_cast<std::uint64_t>(seed), 130 + 997 * static_cast<std::size_t>(seed), false));
   }
+}
+
+TEST(PlannerColumns, EveryKindOfVectorFindsTheSame) {
+  std::vector<ColumnPlan> native;
+  const long count = testing::ByLevel(100, 500, 5000);
+  const auto solve = [&](long seed) {
+    const std::size_t limits = seed % 20 == 0 ? 3000 : static_cast<std::size_t>(seed % 129);
+    const Scene scene(static_cast<std::uint64_t>(seed), limits, seed % 3 == 0);
+    return PlanColumns(scene.lens, scene.Columns());
+  };
+  for (long seed = 0; seed < count; ++seed) native.push_back(solve(seed));
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    for (long seed = 0; seed < count; ++seed) {
+      const ColumnPlan plan = solve(seed);
+      const ColumnPlan& same = native[static_cast<std::size_t>(seed)];
+      EXPECT_EQ(plan.feasible, same.feasible) << hwy::TargetName(target) << " seed " << seed;
+      EXPECT_EQ(plan.n, same.n) << hwy::TargetName(target) << " seed " << seed;
+      EXPECT_EQ(plan.e, same.e) << hwy::TargetName(target) << " seed " << seed;
+      EXPECT_EQ(plan.ratio, same.ratio) << hwy::TargetName(target) << " seed " << seed;
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
 TEST(PlannerColumns, ExactTiesAmongManyLimitsAreDecided) {
