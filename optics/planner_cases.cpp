@@ -42,8 +42,9 @@ void AddExtremes(const std::vector<const PlanDepth*>& depths, bool nearest, RowS
   }
 }
 
-void AddLimit(const BlurLimit& limit, int name, std::vector<RowSpec>& rows) {
-  std::vector<const PlanDepth*> depths;
+/// `depths` is room to work in, kept from one limit to the next.
+void AddLimit(const BlurLimit& limit, int name, std::vector<const PlanDepth*>& depths, std::vector<RowSpec>& rows) {
+  depths.clear();
   for (const DepthInterval& interval : limit.depths) {
     depths.push_back(&interval.one_end);
     depths.push_back(&interval.other_end);
@@ -133,10 +134,12 @@ OrderedInterval Ordered(const DepthInterval& interval) {
 }
 
 Cases::Cases(const PlanRequest& request) : request_(request) {
+  std::vector<const PlanDepth*> depths;
+  rows_.reserve(2 * request.limits.size() + 2);
   for (std::size_t i = 0; i < request.limits.size(); ++i) {
     const BlurLimit& limit = request.limits[i];
     if (limit.kind == LimitKind::Sharp || limit.side != Side::Either) {
-      AddLimit(limit, static_cast<int>(i), rows_);
+      AddLimit(limit, static_cast<int>(i), depths, rows_);
       continue;
     }
     for (const DepthInterval& interval : limit.depths) open_.push_back({Ordered(interval), static_cast<int>(i)});
@@ -163,6 +166,7 @@ void Cases::ForEach(const InForce& in_force, const std::function<bool(Task&)>& v
   task.f_number_binds = in_force.f_number;
   task.extension_binds = in_force.extension;
   task.focus_binds = in_force.focus;
+  task.rows.reserve(rows_.size() + 2);
   std::copy_if(rows_.begin(), rows_.end(), std::back_inserter(task.rows),
                [&](const RowSpec& row) { return binds(row.name); });
   const std::size_t given = task.rows.size();

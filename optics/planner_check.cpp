@@ -1,9 +1,11 @@
 #include "planner_check.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
 #include <string>
+#include <string_view>
+#include <unordered_set>
 
 #include "planner_solve.h"
 
@@ -141,16 +143,41 @@ Problem CheckLimit(const PlanRequest& request, const BlurLimit& limit) {
   return std::nullopt;
 }
 
+/// The names of the limits so far. A few are compared one by one: that needs no memory.
+class Names {
+ public:
+  explicit Names(const std::vector<BlurLimit>& limits) : limits_(limits), few_(limits.size() <= kFew) {
+    if (!few_) taken_.reserve(limits.size() + kReserved.size());
+  }
+  /// Takes the name of the limit at `index`; false if it was taken already. In rising order of index.
+  bool Take(std::size_t index) {
+    const std::string_view name = limits_[index].name;
+    if (std::ranges::find(kReserved, name) != kReserved.end()) return false;
+    if (!few_) return taken_.insert(name).second;
+    return std::none_of(limits_.begin(), limits_.begin() + static_cast<std::ptrdiff_t>(index),
+                        [&](const BlurLimit& other) { return other.name == name; });
+  }
+
+ private:
+  static constexpr std::size_t kFew = 16;
+  static constexpr std::array<std::string_view, 3> kReserved{"focus", "fNumber", "extension"};
+
+  const std::vector<BlurLimit>& limits_;
+  bool few_;
+  std::unordered_set<std::string_view> taken_;
+};
+
 }  // namespace
 
 std::optional<Error> Check(const PlanRequest& request) {
   for (const auto check : {CheckLens, CheckLiquid, CheckTolerances, CheckFocus}) {
     if (Problem problem = check(request)) return problem;
   }
-  std::set<std::string_view> names{"focus", "fNumber", "extension"};
-  for (const BlurLimit& limit : request.limits) {
+  Names names(request.limits);
+  for (std::size_t i = 0; i < request.limits.size(); ++i) {
+    const BlurLimit& limit = request.limits[i];
     if (Problem problem = CheckLimit(request, limit)) return problem;
-    if (!names.insert(limit.name).second) return Bad(limit.name + ": this name is taken; every limit needs its own");
+    if (!names.Take(i)) return Bad(limit.name + ": this name is taken; every limit needs its own");
   }
   return std::nullopt;
 }

@@ -1,8 +1,9 @@
-// Programmes with diffraction in double precision, with the exact solver behind them; outside the convex range by
-// branch and bound over N.
-#include "planner_diffraction.h"
+// Programmes with diffraction in double precision, with the exact solver behind them, which also answers outside the
+// convex range.
+#include "planner_diffraction_scan.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "planner_filter.h"
@@ -39,58 +40,6 @@ double LargestUsefulN(const DiffractionStrip<double>& strip) {
   return largest;
 }
 
-/// An upper bound of the strip's width for every N in [a, b]: geometric blur as at b, diffraction and blurred limits as
-/// at a.
-double WidthBound(const DiffractionStrip<double>& strip, double a, double b) {
-  const Programme<double>& lines = *strip.lines;
-  const LensNumbers<double>& lens = lines.lens;
-  double high = lines.strip.high_unbounded ? std::numeric_limits<double>::infinity() : lines.strip.high;
-  double low = lines.strip.low;
-  for (std::size_t i = lines.upper_sharp; i < lines.upper_p.size(); ++i) {
-    high = std::min(high, lines.upper_p[i] + lines.upper_q[i] * a);
-  }
-  for (std::size_t i = lines.lower_sharp; i < lines.lower_p.size(); ++i) {
-    low = std::max(low, lines.lower_p[i] + lines.lower_q[i] * a);
-  }
-  for (const SharpCurve<double>& curve : strip.curves) {
-    const double w = lens.pupil * curve.w, kab = strip.k * a * b, kfa = strip.k * lens.f * lens.pupil * a;
-    const double scale = w * w + kab * kab;
-    const double d = curve.limit * curve.limit * scale - kfa * kfa;
-    if (d < 0.0) return -std::numeric_limits<double>::infinity();
-    const double middle = lens.f * (w * curve.m - kab * kab), half = b * std::sqrt(d);
-    high = std::min(high, lens.pupil * (middle + half) / scale - lens.delta);
-    low = std::max(low, lens.pupil * (middle - half) / scale + lens.delta);
-  }
-  return high - low;
-}
-
-/// Smallest N in [start, end] by branch and bound, leftmost box first.
-DiffractionSearch<double> SmallestNByScan(const DiffractionStrip<double>& strip, double start, double end) {
-  struct Box {
-    double a, b;
-  };
-  DiffractionSearch<double> search;
-  for (const SharpCurve<double>& curve : strip.curves) search.names.push_back(curve.name);
-  std::vector<Box> boxes{{start, end}};
-  constexpr int kMostBoxes = 200000;
-  constexpr double kNarrow = 1e-14;
-  for (int visited = 0; !boxes.empty() && visited < kMostBoxes; ++visited) {
-    const Box box = boxes.back();
-    boxes.pop_back();
-    const Gap<double> gap = GapAt(strip, box.a, 1.0);
-    if (!gap.empty && (gap.unbounded || !(gap.width() < 0.0))) {
-      search.feasible = true;
-      search.n = box.a;
-      return search;
-    }
-    if (WidthBound(strip, box.a, box.b) < 0.0 || box.b - box.a <= kNarrow * box.b) continue;
-    const double middle = (box.a + box.b) / 2.0;
-    boxes.push_back({middle, box.b});
-    boxes.push_back({box.a, middle});
-  }
-  return search;
-}
-
 /// Whether rounding cannot have changed the verdict of a convex search, nor spoilt N.
 bool IsCertain(const DiffractionStrip<double>& strip, const DiffractionSearch<double>& search, double end,
                const WidthError& error) {
@@ -119,6 +68,76 @@ std::vector<int> NamesOf(const Task& task, const std::vector<int>& linear, const
   return names;
 }
 
+/// The least worst ratio over N where a programme does not promise a single minimum at once.
+class LeastRatioSearch {
+ public:
+  using Point = DiffractionRatio<double>;
+  LeastRatioSearch(const Programme<double>& lines, const DiffractionStrip<double>& strip)
+      : strip_(strip), low_(lines.strip.n_low), high_(lines.strip.n_high), cap_(lines.strip.cap) {}
+
+  std::optional<Solved> Least() {
+    constexpr int kGrid = 50;
+    const auto grid = [&](int i) { return low_ * std::pow(high_ / low_, static_cast<double>(i) / kGrid); };
+    int nearest = 0;
+    for (int i = 0; i <= kGrid; ++i) {
+      if (Take(At(grid(i)))) nearest = i;
+    }
+    if (!best_) return std::nullopt;
+    // Convex up to this ratio, every smaller one leaves one stretch of N, around the best so far.
+    const bool convex = IsConvexUpTo(strip_, high_, best_->ratio);
+    Close(grid(std::max(nearest - 1, 0)), grid(std::min(nearest + 1, kGrid)));
+    bool undecided = false;
+    while (!convex && best_->ratio > 0.0) {
+      // Whether a hair less leaves something anywhere; if so, on to the bottom of that stretch.
+      constexpr double kHair = 5e-10;
+      constexpr int kMostBoxes = 2000000;
+      const double less = best_->ratio * (1.0 - kHair);
+      const double end = cap_ ? std::min(high_, *cap_ * less) : high_;
+      const DiffractionSearch<double> search = SmallestNByScan(strip_, low_, end, less, 0.0, kMostBoxes);
+      undecided = search.undecided;
+      if (!search.feasible || !Take(At(search.n))) break;
+      double step = kHair * search.n;
+      while (search.n + step < high_ && Take(At(search.n + step))) step *= 2.0;
+      Close(std::max(search.n - kHair * search.n, low_), std::min(search.n + step, high_));
+    }
+    Solved solved{true, best_->n, best_->e, best_->ratio};
+    solved.scanned = !convex;
+    solved.undecided = undecided;
+    return solved;
+  }
+
+ private:
+  std::optional<Point> At(double n) const { return DiffractionRatioAt(strip_, n, kPrecision); }
+
+  /// Keeps the better one; whether that is the new one.
+  bool Take(const std::optional<Point>& point) {
+    if (!point || (best_ && !(point->ratio < best_->ratio))) return false;
+    best_ = point;
+    return true;
+  }
+
+  /// Closes in on the bottom between two N around the best one.
+  void Close(double left, double right) {
+    constexpr double kNarrow = 1e-15;
+    while (right - left > kNarrow * right) {
+      const double middle = (left + right) / 2.0;
+      if (!(middle > left) || !(middle < right)) break;
+      const std::optional<Point> point = At(middle);
+      const double best = best_->n;
+      const bool better = Take(point);
+      const bool bottom_is_right = better ? point->trend < 0 : middle < best;
+      if (better && point->trend == 0) break;
+      (bottom_is_right ? left : right) = middle;
+      if (!better && middle == best) break;
+    }
+  }
+
+  const DiffractionStrip<double>& strip_;
+  double low_, high_;
+  std::optional<double> cap_;
+  std::optional<Point> best_;
+};
+
 }  // namespace
 
 bool CountsDiffraction(const Task& task) {
@@ -130,24 +149,20 @@ Solved SolveDiffractedForN(const Task& task) {
   if (!without.feasible) return without;
   Programme<double> lines;
   Write(lines, task, Double);
-  if (lines.delicate || lines.strip.cap) return SolveDiffractedForNExactly(task, without.n);
   const DiffractionStrip<double> strip = Curves(lines, task);
   double end = LargestUsefulN(strip);
   if (!lines.strip.n_unbounded) end = std::min(end, lines.strip.n_high);
+  if (lines.delicate || lines.strip.cap || !IsConvexUpTo(strip, end, 1.0)) {
+    return SolveDiffractedForNExactly(task, without.n);
+  }
   constexpr double kNearZero = 1e-9;
   const double start = std::max(without.n, kNearZero * end);
-  Solved solved;
-  DiffractionSearch<double> search;
   const WidthError error(lines);
-  if (IsConvexUpTo(strip, end, 1.0)) {
-    search = SmallestNConvex(strip, start, end, 0.0);
-    if (!IsCertain(strip, search, end, error)) return SolveDiffractedForNExactly(task, without.n);
-  } else {
-    search = SmallestNByScan(strip, start, end);
-    solved.scanned = true;
-  }
+  const DiffractionSearch<double> search = SmallestNConvex(strip, start, end, 0.0);
+  if (!IsCertain(strip, search, end, error)) return SolveDiffractedForNExactly(task, without.n);
   // What was left out next to zero matters only where N is not bounded from below.
   if (!search.feasible && without.n < start) return SolveDiffractedForNExactly(task, without.n);
+  Solved solved;
   if (!search.feasible) {
     solved.names = NamesOf(task, without.names, search.names);
     return solved;
@@ -156,13 +171,9 @@ Solved SolveDiffractedForN(const Task& task) {
   solved.n = search.n;
   if (lines.strip.high_unbounded) return solved;
   const std::optional<DiffractionRatio<double>> least = DiffractionRatioAt(strip, search.n, kPrecision);
-  if (!solved.scanned && (!least || !RatioIsGood(lines.strip, error, search.n))) {
-    return SolveDiffractedForNExactly(task, without.n);
-  }
-  if (least) {
-    solved.e = least->e;
-    solved.ratio = least->ratio;
-  }
+  if (!least || !RatioIsGood(lines.strip, error, search.n)) return SolveDiffractedForNExactly(task, without.n);
+  solved.e = least->e;
+  solved.ratio = least->ratio;
   return solved;
 }
 
@@ -176,22 +187,7 @@ std::optional<Solved> SolveDiffractedForRatio(const Task& task) {
   std::optional<DiffractionRatio<double>> left = at(a), right = at(b);
   if (!left || !right) return std::nullopt;
   const bool convex = IsConvexUpTo(strip, b, std::max(left->ratio, right->ratio));
-  if (!convex) {  // the best of a fine grid, then its neighbourhood as if it were convex
-    constexpr int kGrid = 1000;
-    DiffractionRatio<double> best = *left;
-    int best_index = 0;
-    const auto grid = [&](int i) { return a * std::pow(b / a, static_cast<double>(i) / kGrid); };
-    for (int i = 1; i <= kGrid; ++i) {
-      const std::optional<DiffractionRatio<double>> point = at(grid(i));
-      if (point && point->ratio < best.ratio) best = *point, best_index = i;
-    }
-    const double first = grid(std::max(best_index - 1, 0)), last = grid(std::min(best_index + 1, kGrid));
-    a = first;
-    b = last;
-    left = at(a);
-    right = at(b);
-    if (!left || !right) return std::nullopt;
-  }
+  if (!convex) return LeastRatioSearch(lines, strip).Least();
   constexpr double kNarrow = 1e-15;
   while (left->trend < 0 && right->trend > 0 && right->n - left->n > kNarrow * right->n) {
     const double middle = (left->n + right->n) / 2.0;
@@ -201,7 +197,7 @@ std::optional<Solved> SolveDiffractedForRatio(const Task& task) {
     (point->trend < 0 ? left : right) = point;
   }
   const DiffractionRatio<double>& best = right->ratio < left->ratio ? *right : *left;
-  return Solved{true, best.n, best.e, best.ratio, {}, !convex};
+  return Solved{true, best.n, best.e, best.ratio};
 }
 
 }  // namespace lensd::optics

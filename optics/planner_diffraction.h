@@ -232,7 +232,8 @@ bool IsConvexUpTo(const DiffractionStrip<T>& strip, const T& n, const T& r) {
 template <class T>
 struct DiffractionSearch {
   bool feasible = false;
-  bool at_start = false;  ///< feasible where it began: N is the low end
+  bool at_start = false;   ///< feasible where it began: N is the low end
+  bool undecided = false;  ///< infeasible as far as was looked: it took too long
   T n{};
   T width{};               ///< at the end of the search
   T slope{};               ///< of the width at the last infeasible N

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <string_view>
 
-#include "planner_diffraction.h"
+#include "planner_diffraction_scan.h"
 #include "planner_solve.h"
 #include "rational.h"
 
@@ -60,7 +60,7 @@ double ToDouble(const Real& real) {
   return real.convert_to<double>();
 }
 
-void Copy(const std::vector<Rational>& from, std::vector<Real>& to) {
+void Copy(std::span<const Rational> from, std::pmr::vector<Real>& to) {
   to.clear();
   for (const Rational& value : from) to.push_back(ToReal(value));
 }
@@ -168,8 +168,13 @@ Solved SolveDiffractedForNExactly(const Task& task, double start_at) {
   if (start < Real(start_at) * Real("0.999999")) start = Real(start_at) * Real("0.999999");
   if (start < tiny * end) start = tiny * end;
   DiffractionSearch<Real> search;
-  if (without.feasible) search = SmallestNConvex(strip, start, end, tolerance);
+  solved.scanned = !IsConvexUpTo(strip, end, Real(1));
+  if (without.feasible) {
+    search = solved.scanned ? SmallestNByScan(strip, start, end, Real(1), tolerance)
+                            : SmallestNConvex(strip, start, end, tolerance);
+  }
   if (lines.strip.cap && search.n > *lines.strip.cap) search.feasible = false;
+  solved.undecided = search.undecided;
   if (!search.feasible) {
     solved.names = without.names;
     for (const RowSpec& row : task.rows) solved.names.push_back(row.name);

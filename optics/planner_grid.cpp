@@ -82,8 +82,10 @@ class Grid {
   /// smallest f-number no position below it is worth trying, as long as positions are what the request's ranges admit.
   Point Best(FNumber least) {
     const bool from_least = asked_.objective == Objective::Light && !asked_.focus && extensions_within_;
-    const std::size_t below = from_least ? by_f_number_.CountBelow(f_numbers_, least.value) : 0;
-    const std::size_t first = below > 0 ? below - 1 : 0;  // one for the rounding of `least`
+    constexpr double kRounding = 1e-12;  // of `least`
+    const double surely_below = least.value * (1.0 - kRounding);
+    const std::size_t below = from_least ? by_f_number_.CountBelow(f_numbers_, surely_below) : 0;
+    const std::size_t first = below < by_f_number_.size() ? below : 0;
     std::optional<Point> best;
     for (std::size_t tried = 0; tried < by_f_number_.size(); ++tried) {
       const std::optional<Point> point = BestAt(by_f_number_[(first + tried) % by_f_number_.size()]);
@@ -137,23 +139,37 @@ class Grid {
       return true;
     };
     cases_.ForEach(in_force_, visit, kAnyRatio);
-    std::optional<Point> best;
+    std::vector<Point> points;
+    const auto consider = [&](std::size_t e) {
+      points.push_back({e, n, WorstRatioAt(request_, f_numbers_[n], extensions_[e]), false});
+    };
     for (const double e : targets) {
       const std::size_t below = by_extension_.CountBelow(extensions_, e);
-      if (below > 0) Consider(n, by_extension_[below - 1], best);
-      if (below < by_extension_.size()) Consider(n, by_extension_[below], best);
+      if (below > 0) consider(by_extension_[below - 1]);
+      if (below < by_extension_.size()) consider(by_extension_[below]);
     }
-    return best;
+    if (points.empty()) return std::nullopt;
+    // One f-number: of those that hold the best is the one of the least ratio (a fixed focus leaves but one).
+    std::ranges::sort(points, [this](const Point& a, const Point& b) {
+      return a.ratio != b.ratio ? a.ratio < b.ratio : extension(a) < extension(b);
+    });
+    for (Point& point : points) {
+      point.feasible = Holds(point);
+      if (point.feasible) return point;
+    }
+    return points.front();
   }
 
-  void Consider(std::size_t n, std::size_t e, std::optional<Point>& best) {
-    request_.extensions = {extensions_[e], extensions_[e]};
-    Point point{e, n, WorstRatioAt(request_, f_numbers_[n], extensions_[e]), false};
+  bool Holds(const Point& point) {
+    request_.extensions = {extension(point), extension(point)};
+    const std::optional<bool> certain = HoldsForCertain(request_, f_number(point), extension(point), point.ratio);
+    if (certain) return *certain;
+    bool holds = false;
     cases_.ForEach(in_force_, [&](Task& task) {
-      point.feasible = SolveForN(task).feasible;
-      return !point.feasible;
+      holds = SolveForN(task).feasible;
+      return !holds;
     });
-    if (!best || Better(point, *best)) best = point;
+    return holds;
   }
 
   bool Better(const Point& a, const Point& b) const {

@@ -47,10 +47,12 @@ double WorstBlurAt(const PlanRequest& request, const BlurLimit& limit, const Pla
 
 }  // namespace
 
-LimitAnswer Fare(const PlanRequest& request, const BlurLimit& limit, double n, double e) {
+namespace {
+
+/// Everything of Fare() but the name.
+LimitAnswer Fares(const PlanRequest& request, const BlurLimit& limit, double n, double e) {
   const bool sharp = limit.kind == LimitKind::Sharp;
   LimitAnswer fares;
-  fares.name = limit.name;
   fares.limit = {limit.limit.value};
   bool first = true;
   for (const DepthInterval& interval : limit.depths) {
@@ -71,10 +73,45 @@ LimitAnswer Fare(const PlanRequest& request, const BlurLimit& limit, double n, d
   return fares;
 }
 
+}  // namespace
+
+LimitAnswer Fare(const PlanRequest& request, const BlurLimit& limit, double n, double e) {
+  LimitAnswer fares = Fares(request, limit, n, e);
+  fares.name = limit.name;
+  return fares;
+}
+
 double WorstRatioAt(const PlanRequest& request, double n, double e) {
   double worst = 0.0;
-  for (const BlurLimit& limit : request.limits) worst = std::max(worst, Fare(request, limit, n, e).ratio);
+  for (const BlurLimit& limit : request.limits) worst = std::max(worst, Fares(request, limit, n, e).ratio);
   return worst;
+}
+
+// Blur is a difference of two terms, |e|/N and f (f + e) U/N, over g; each carries a few ulp, its decimals rounded to
+// doubles included. What else enters, enters as a factor.
+std::optional<bool> HoldsForCertain(const PlanRequest& request, double n, double e, double worst_ratio) {
+  constexpr double kClear = 1e-6, kUlps = 64.0 * std::numeric_limits<double>::epsilon();
+  // The objective depth has one limit more, at the focus.
+  if (!(std::abs(worst_ratio - 1.0) > kClear) || request.objective == Objective::Depth) return std::nullopt;
+  const bool holds = worst_ratio < 1.0;
+  const double f = request.focal_length.value, out = std::abs(e) + request.sensor_tolerance.value;
+  const double narrow = 1.0 - request.f_number_tolerance.value;
+  constexpr double kNarrowest = 1e-3;
+  if (narrow < kNarrowest) return std::nullopt;
+  const double skew = f * std::abs(1.0 / request.pupil_factor.value - 1.0);
+  for (const BlurLimit& limit : request.limits) {
+    // Both ends may lie clear of the focal plane and what is between them in it.
+    if (holds && limit.kind == LimitKind::Blurred && limit.side == Side::Either) return std::nullopt;
+    for (const DepthInterval& interval : limit.depths) {
+      for (const PlanDepth* depth : {&interval.one_end, &interval.other_end}) {
+        const double u = depth->vergence().value;
+        const double g = 1.0 + f * u * (1.0 / request.pupil_factor.value - 1.0);
+        const double terms = (out + f * (f + out) * u) * (1.0 + skew * u) / (g * g);
+        if (!(kUlps * terms < kClear / 4.0 * n * narrow * limit.limit.value)) return std::nullopt;
+      }
+    }
+  }
+  return holds;
 }
 
 Metres LiquidExtension(Metres sensor_distance, Metres extension) {
@@ -101,6 +138,7 @@ void Describe(const PlanRequest& request, double n, double e, PlanAnswer& answer
     answer.magnification = e / f.value;
     answer.working_f_number = {n};
   }
+  answer.limits.reserve(request.limits.size());
   for (const BlurLimit& limit : request.limits) {
     LimitAnswer fares = Fare(request, limit, n, e);
     // The verdict is exact; N and e are its nearest doubles, which may touch a limit from the other side.

@@ -106,6 +106,33 @@ std::optional<Solved> SolveLinearForRatio(const Task& task) {
   return Solved{true, least->n, least->e, least->ratio, {}, false};
 }
 
+std::optional<double> RoughRatio(const Task& task) {
+  Programme<double> programme;
+  Write(programme, task, Double);
+  if (programme.never || programme.focus_outside) return std::nullopt;
+  const std::optional<LeastRatio<double>> least = LeastRatioOver(programme.strip);
+  return least ? std::optional(least->ratio) : std::nullopt;
+}
+
+// Diffraction only adds to blur: what is impossible without it is impossible. The limits' rounding is a change of the
+// ratio by an ulp.
+bool CertainlyNeedsMore(const Task& task, double ratio) {
+  if (!std::isfinite(ratio) || !(ratio > 0.0)) return false;
+  Programme<double> programme;
+  Write(programme, task, Double);
+  if (programme.strip.cap || programme.delicate) return false;
+  for (std::size_t i = 0; i < programme.upper_q.size(); ++i) {
+    programme.upper_q[i] *= i < programme.upper_sharp ? ratio : 1.0 / ratio;
+  }
+  for (std::size_t i = 0; i < programme.lower_q.size(); ++i) {
+    programme.lower_q[i] *= i < programme.lower_sharp ? ratio : 1.0 / ratio;
+  }
+  const WidthError error(programme);
+  if (programme.never || programme.focus_outside || !FocusIsClear(programme, error)) return false;
+  const SmallestNResult<double> result = SmallestN(programme.strip);
+  return Certify(programme, programme.strip, result, error) == Verdict::Infeasible;
+}
+
 Solved SolveForN(const Task& task, bool largest) {
   return CountsDiffraction(task) ? SolveDiffractedForN(task) : SolveLinearForN(task, largest);
 }

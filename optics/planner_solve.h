@@ -14,8 +14,9 @@ struct Solved {
   double n = 0.0;
   double e = 0.0;
   double ratio = 0.0;
-  std::vector<int> names;
-  bool scanned = false;  ///< diffraction made the set non-convex: found by scanning over N
+  std::vector<int> names = {};
+  bool scanned = false;    ///< diffraction made the set non-convex: found by branch and bound over N
+  bool undecided = false;  ///< which ended too early to be certain
 };
 
 /// Smallest N (largest if `largest`), then the smallest worst ratio. Needs every name in force and N bounded if its
@@ -23,6 +24,12 @@ struct Solved {
 Solved SolveForN(const Task& task, bool largest = false);
 /// Smallest worst ratio over the range of N, whether or not it is at most 1. Nothing when no ratio is enough.
 std::optional<Solved> SolveForRatio(const Task& task);
+
+/// About the ratio of SolveForRatio(), in double precision, for an order of what to solve first; maybe nothing.
+std::optional<double> RoughRatio(const Task& task);
+/// Whether it is proven, in double precision, that no setting meets every sharp limit times `ratio` and every blurred
+/// one over it. False: maybe.
+bool CertainlyNeedsMore(const Task& task, double ratio);
 
 /// Without diffraction.
 Solved SolveLinearForN(const Task& task, bool largest = false);

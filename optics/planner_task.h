@@ -2,6 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <memory_resource>
 #include <optional>
 #include <vector>
 
@@ -52,12 +55,17 @@ struct DepthNumbers {
   T g{};
 };
 
-/// A programme in numbers, with the names of its lines.
+/// A programme in numbers, with the names of its lines. Few lines need no memory but its own.
 template <class T>
 struct Programme {
+ private:
+  alignas(std::max_align_t) std::array<std::byte, 1024> room_;
+  std::pmr::monotonic_buffer_resource pool_{room_.data(), room_.size()};
+
+ public:
   LensNumbers<T> lens;
-  std::vector<T> upper_p, upper_q, lower_p, lower_q;
-  std::vector<int> upper_name, lower_name;
+  std::pmr::vector<T> upper_p{&pool_}, upper_q{&pool_}, lower_p{&pool_}, lower_q{&pool_};
+  std::pmr::vector<int> upper_name{&pool_}, lower_name{&pool_};
   std::size_t upper_sharp = 0, lower_sharp = 0;
   Strip<T> strip;  ///< its spans point into this programme
   int low_name = kDomainName, high_name = kExtensionName, cap_name = 0;
@@ -67,7 +75,7 @@ struct Programme {
   T focus_margin{};               ///< how far from the nearest bound of the box the focal plane is
   bool delicate = false;          ///< some line is so close to the focal length that rounding decides its kind
 
-  Programme() = default;
+  Programme() {}  // NOLINT(cppcoreguidelines-pro-type-member-init): the room is written before it is read
   Programme(const Programme&) = delete;
   Programme& operator=(const Programme&) = delete;
 };
@@ -189,6 +197,10 @@ void Write(Programme<T>& programme, const Task& task, const Convert& convert) {
   lens.widen = 1 + epsilon;
   task_detail::SetBox(programme, task, convert);
   task_detail::SetFNumbers(programme, task, convert);
+  for (auto* column : {&programme.upper_p, &programme.upper_q, &programme.lower_p, &programme.lower_q}) {
+    column->reserve(task.rows.size());
+  }
+  for (auto* column : {&programme.upper_name, &programme.lower_name}) column->reserve(task.rows.size());
   for (const bool sharp : {true, false}) {  // sharp lines come first
     for (const RowSpec& row : task.rows) {
       if ((row.kind == RowKind::SharpFar || row.kind == RowKind::SharpNear) != sharp) continue;

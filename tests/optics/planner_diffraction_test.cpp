@@ -113,21 +113,43 @@ bool Leaves(const std::optional<Left>& left) {
   return left->width() >= -kTie * std::max(abs(left->low), abs(left->high));
 }
 
+/// Whether the concave width is certainly below zero all over [a, b], from its values at a < left < right: chords,
+/// prolonged, lie above it.
+bool NothingBetween(const Real& a, const Real& b, const Real& left, const Real& right, const Left& at_a,
+                    const Left& at_left, const Left& at_right) {
+  const Real slope = (at_right.width() - at_left.width()) / (right - left);
+  const Real before = (at_left.width() - at_a.width()) / (left - a);
+  const Real most = std::max({Real(at_left.width() - slope * (left - a)), Real(at_right.width() + slope * (b - right)),
+                              Real(at_left.width() + before * (right - left)), at_left.width()});
+  const Real margin = abs(at_left.low) + abs(at_left.high) + abs(at_right.low) + abs(at_right.high);
+  return most < -1000 * kTie * margin;
+}
+
 /// Whether some f-number of [a, b] leaves something, by ternary search of the concave width.
 bool SomeLeaves(const Programme& programme, const Optics& o, Real a, Real b, const Real& ratio) {
+  auto at_a = LeftAt(programme, o, a, ratio);
+  if (Leaves(at_a)) return true;
+  Real largest = 0;
+  for (const Wall& wall : programme.walls) {
+    if (wall.kind == Wall::Kind::Sharp) largest = std::max(largest, Real(wall.size * ratio));
+  }
+  const Real concave_up_to = largest > 0 ? Real(Real("0.355") * o.f * std::min(o.pupil, Real(1)) / largest) : b;
   for (int i = 0; i < 220 && b - a > Real("1e-55") * b; ++i) {
     const Real left = a + (b - a) / 3, right = b - (b - a) / 3;
     const auto at_left = LeftAt(programme, o, left, ratio), at_right = LeftAt(programme, o, right, ratio);
-    if (Leaves(at_left) || Leaves(at_right) || (i == 0 && Leaves(LeftAt(programme, o, a, ratio)))) return true;
+    if (Leaves(at_left) || Leaves(at_right)) return true;
+    const bool known = at_a && at_left && at_right && b <= concave_up_to;
+    if (known && NothingBetween(a, b, left, right, *at_a, *at_left, *at_right)) return false;
     if (!at_left) {
       b = left;
     } else if (!at_right || at_left->width() > at_right->width()) {
       b = right;
     } else {
       a = left;
+      at_a = at_left;
     }
   }
-  return Leaves(LeftAt(programme, o, a, ratio)) || Leaves(LeftAt(programme, o, b, ratio));
+  return Leaves(LeftAt(programme, o, b, ratio));
 }
 
 /// Calls `visit` for each choice of sides; what the box and a fixed plane leave empty is passed over.
@@ -305,6 +327,96 @@ long CheckConflict(const PlanRequest& request, const PlanAnswer& answer) {
     expect(rest, true, "without " + name);
   }
   return decided;
+}
+
+/// Limits so large next to diffraction that what they leave is not convex.
+PlanRequest WideRequest(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const auto draw = [&](long low, long high) {
+    return low + static_cast<long>(random() % static_cast<std::uint64_t>(high - low + 1));
+  };
+  const auto number = [](long mantissa, int exponent) {
+    const std::string text = std::to_string(mantissa) + "e" + std::to_string(exponent);
+    return Number(std::stod(text), text);
+  };
+  PlanRequest request;
+  const long f_tenths = draw(20, 80);  // mm
+  request.focal_length = number(f_tenths, -4);
+  request.f_numbers = {number(draw(4, 30), -1), number(draw(160, 640), -1)};
+  request.extensions = {0.0, number(f_tenths * draw(5, 40), -6)};
+  request.sensor_tolerance = number(draw(0, 20), -6);
+  request.pupil_factor = random() % 4 == 0 ? number(draw(6, 16), -1) : Number(1.0);
+  request.wavelength = random() % 2 == 0 ? Number(10e-6) : Number(1e-6);
+  request.objective = random() % 3 == 0 ? Objective::Sharp : Objective::Light;
+  const long limits = draw(1, 3);
+  for (long i = 0; i < limits; ++i) {
+    const Number limit = number(f_tenths * draw(1, 25), -6);
+    const auto depth = [&] { return PlanDepth::Vergence(number(draw(0, 6000), -2)); };
+    request.limits.push_back({"sharp" + std::to_string(i), LimitKind::Sharp, {{depth(), depth()}}, limit});
+  }
+  if (random() % 2 == 0) {
+    request.limits.push_back({"far",
+                              LimitKind::Blurred,
+                              {{PlanDepth::Vergence(0.0), PlanDepth::Vergence(number(draw(0, 300), -2))}},
+                              number(f_tenths * draw(1, 20), -6),
+                              Side::Behind});
+  }
+  return request;
+}
+
+/// Whether some f-number of a fine grid, below `below`, leaves something with limits times `ratio`.
+bool GridLeaves(const PlanRequest& request, const Optics& o, double below, const Real& ratio) {
+  const double low = request.f_numbers.low.value, high = std::min(below, request.f_numbers.high.value);
+  constexpr int kPoints = 300;
+  bool leaves = false;
+  ForEachProgramme(request, o, AllNames(request), [&](const Programme& programme) {
+    for (int i = 0; i <= kPoints && low <= high && !leaves; ++i) {
+      leaves = Leaves(LeftAt(programme, o, Real(low * std::pow(high / low, i / double{kPoints})), ratio));
+    }
+  });
+  return leaves;
+}
+
+TEST(PlannerDiffraction, OutsideTheConvexRangeNothingIsMissed) {
+  const long count = testing::ByLevel(50, 200, 5000);
+  long feasible = 0, infeasible = 0, scanned = 0, moved = 0;
+  for (long seed = 0; seed < count && !HasFailure(); ++seed) {
+    const PlanRequest request = WideRequest(static_cast<std::uint64_t>(seed));
+    SCOPED_TRACE(::testing::Message() << "seed " << seed << "\n" << Show(request));
+    const Result<PlanAnswer> answer = Plan(request);
+    ASSERT_TRUE(answer.has_value()) << answer.error().message;
+    const Optics o(request);
+    scanned += answer->note.empty() ? 0 : 1;
+    const Real hair("1e-9");
+    constexpr double kHair = 1e-12;
+    if (answer->feasible) {
+      ++feasible;
+      CheckLimits(request, o, *answer);
+      if (request.objective == Objective::Light) {
+        moved += answer->f_number.value > request.f_numbers.low.value ? 1 : 0;
+        EXPECT_FALSE(GridLeaves(request, o, answer->f_number.value * (1 - kHair), 1)) << "a smaller f-number would do";
+      } else if (answer->worst_ratio > kHair) {
+        EXPECT_FALSE(GridLeaves(request, o, 1e9, Real(answer->worst_ratio) * (1 - hair))) << "a smaller ratio would do";
+      }
+    } else {
+      ++infeasible;
+      EXPECT_FALSE(GridLeaves(request, o, 1e9, 1));
+      if (!answer->relax) continue;
+      EXPECT_FALSE(GridLeaves(request, o, 1e9, Real(*answer->relax) * (1 - hair))) << "less would do";
+      PlanRequest relaxed = request;
+      relaxed.objective = Objective::Light;
+      for (BlurLimit& limit : relaxed.limits) {
+        const double factor = *answer->relax * (1 + 1e-9);
+        limit.limit = limit.limit.value * (limit.kind == LimitKind::Sharp ? factor : 1 / factor);
+      }
+      EXPECT_TRUE(Plan(relaxed)->feasible) << "relax " << *answer->relax;
+    }
+  }
+  if (HasFailure()) return;
+  EXPECT_GT(feasible, count / 10);
+  EXPECT_GT(infeasible, count / 10);
+  EXPECT_GT(scanned, count / 3);
+  EXPECT_GT(moved, count / 20);
 }
 
 TEST(PlannerDiffraction, AgreesWithEightyDigits) {
