@@ -1,5 +1,5 @@
-// Programmes with diffraction in double precision, with the exact solver behind them, which also answers outside the
-// convex range.
+// Programmes with diffraction in double precision, with the exact solver behind them; outside the convex range by
+// branch and bound over N.
 #include "planner_diffraction_scan.h"
 
 #include <algorithm>
@@ -152,17 +152,19 @@ Solved SolveDiffractedForN(const Task& task) {
   const DiffractionStrip<double> strip = Curves(lines, task);
   double end = LargestUsefulN(strip);
   if (!lines.strip.n_unbounded) end = std::min(end, lines.strip.n_high);
-  if (lines.delicate || lines.strip.cap || !IsConvexUpTo(strip, end, 1.0)) {
-    return SolveDiffractedForNExactly(task, without.n);
-  }
-  constexpr double kNearZero = 1e-9;
-  const double start = std::max(without.n, kNearZero * end);
+  if (lines.delicate || lines.strip.cap) return SolveDiffractedForNExactly(task, without.n);
+  // Outside the convex range by branch and bound, which digits beyond a double's would make a thousand times slower.
+  const bool convex = IsConvexUpTo(strip, end, 1.0);
+  const double start = std::max(without.n, (convex ? 1e-9 : 1e-30) * end);
   const WidthError error(lines);
-  const DiffractionSearch<double> search = SmallestNConvex(strip, start, end, 0.0);
-  if (!IsCertain(strip, search, end, error)) return SolveDiffractedForNExactly(task, without.n);
+  const DiffractionSearch<double> search =
+      convex ? SmallestNConvex(strip, start, end, 0.0) : SmallestNByScan(strip, start, end, 1.0, 0.0);
+  if (convex && !IsCertain(strip, search, end, error)) return SolveDiffractedForNExactly(task, without.n);
   // What was left out next to zero matters only where N is not bounded from below.
-  if (!search.feasible && without.n < start) return SolveDiffractedForNExactly(task, without.n);
+  if (convex && !search.feasible && without.n < start) return SolveDiffractedForNExactly(task, without.n);
   Solved solved;
+  solved.scanned = !convex;
+  solved.undecided = search.undecided;
   if (!search.feasible) {
     solved.names = NamesOf(task, without.names, search.names);
     return solved;
@@ -171,7 +173,10 @@ Solved SolveDiffractedForN(const Task& task) {
   solved.n = search.n;
   if (lines.strip.high_unbounded) return solved;
   const std::optional<DiffractionRatio<double>> least = DiffractionRatioAt(strip, search.n, kPrecision);
-  if (!least || !RatioIsGood(lines.strip, error, search.n)) return SolveDiffractedForNExactly(task, without.n);
+  if (convex && (!least || !RatioIsGood(lines.strip, error, search.n))) {
+    return SolveDiffractedForNExactly(task, without.n);
+  }
+  if (!least) return solved;
   solved.e = least->e;
   solved.ratio = least->ratio;
   return solved;

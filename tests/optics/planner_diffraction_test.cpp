@@ -378,7 +378,7 @@ bool GridLeaves(const PlanRequest& request, const Optics& o, double below, const
 }
 
 TEST(PlannerDiffraction, OutsideTheConvexRangeNothingIsMissed) {
-  const long count = testing::ByLevel(50, 200, 5000);
+  const long count = testing::ByLevel(10, 40, 1000);
   long feasible = 0, infeasible = 0, scanned = 0, moved = 0;
   for (long seed = 0; seed < count && !HasFailure(); ++seed) {
     const PlanRequest request = WideRequest(static_cast<std::uint64_t>(seed));

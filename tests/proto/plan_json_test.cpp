@@ -13,7 +13,7 @@ namespace {
 using optics::Number;
 using optics::PlanDepth;
 using optics::PlanRequest;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 /// A decimal of `digits` digits as a person would type it, and its nearest double.
 Number Typed(std::mt19937_64& random, int digits, int exponent) {
