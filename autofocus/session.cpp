@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <utility>
 
 #include "defocus/defocus.h"
@@ -134,7 +135,28 @@ Advice Session::NextScore(double position, const Sharpness& sharpness) {
                  .score = score});
 }
 
+/// Of several methods the one comes first that promises an answer for the fewest frames: trying what costs f and
+/// answers with chance p before what costs f' and answers with p' is the cheaper order where f/p < f'/p'.
+void Session::PutInOrder(const Look& first) {
+  struct Rated {
+    std::string_view name;
+    Forecast forecast;
+  };
+  std::vector<Rated> rated;
+  for (const std::string_view name : names_) rated.push_back({name, MakeMethod(name, setup_)->Predict(first)});
+  std::ranges::stable_sort(rated, {}, [](const Rated& one) { return one.forecast.frames / one.forecast.chance; });
+  std::ostringstream text;
+  for (std::size_t i = 0; i < rated.size(); ++i) {
+    names_[i] = rated[i].name;
+    text << (i > 0 ? ", " : "; foreseen: ") << rated[i].name << " " << std::lround(rated[i].forecast.frames)
+         << " frames, " << std::lround(100.0 * rated[i].forecast.chance) << " %";
+  }
+  forecast_ = text.str();
+  StartMethod();
+}
+
 Advice Session::Follow(const Look& look) {
+  if (frames() == 1 && names_.size() > 1) PutInOrder(look);
   Advice advice = to_check_ ? Advice(Check()) : Ask(look);
   // The next method begins where the last one gave up.
   while (Refused(advice) && running_ + 1 < names_.size()) {
@@ -148,6 +170,7 @@ Advice Session::Follow(const Look& look) {
     verdict->reason += "; before that, " + std::string(names_[running_ - 1]) + ": " + earlier_->reason;
     if (verdict->candidates.empty()) verdict->candidates = earlier_->candidates;
   }
+  if (auto* verdict = std::get_if<Verdict>(&advice)) verdict->reason += forecast_;
   return advice;
 }
 

@@ -47,7 +47,7 @@ void AutofocusRun::OnFrame(Result<Seen> seen) {
   const auto& focus = seen->lensed.axes[drivers::Axis::Focus];
   if (!focus) return GoBack(Fail(Code::Internal, "a frame came without the lens position it was taken at"));
   if (passing_ && arrived_ && !focus->moving) passing_ = false;
-  stands_ = passing_ ? focus->mid : 0.5 * (focus->lowest + focus->highest);
+  stands_ = WithSlack(passing_ ? focus->mid : 0.5 * (focus->lowest + focus->highest));
   place_ = PlaceOf(*focus);
   if (holding_) {
     auto changed = Watch(*seen);
@@ -65,7 +65,7 @@ void AutofocusRun::OnFrame(Result<Seen> seen) {
 
 /// A frame on the way belongs to the middle of its exposure; the bound of that place is taken for an even distribution.
 autofocus::Place AutofocusRun::PlaceOf(const LensedFrame::AxisDuring& focus) const {
-  if (!passing_) return scale_.position(0.5 * (focus.lowest + focus.highest));
+  if (!passing_) return scale_.position(stands_);
   const double span = scale_.position(focus.mid + focus.mid_bound) - scale_.position(focus.mid - focus.mid_bound);
   return {scale_.position(focus.mid), std::abs(span) / std::sqrt(12.0)};
 }
@@ -92,16 +92,26 @@ void AutofocusRun::Follow(const autofocus::Advice& advice) {
   const auto& go = std::get<autofocus::GoAndLook>(advice);
   if (go.stride > 0) return Pass(go);
   passing_ = false;
-  const Native target = scale_.native(go.position);
-  if (std::abs((target - stands_).value) < 0.5 * scale_.resolution) return Look();
-  hands_.move(target, [this](Result<MoveOutcome> moved) { OnMoved(std::move(moved)); });
+  GoTo(go);
+}
+
+void AutofocusRun::GoTo(const autofocus::GoAndLook& advice) {
+  const Native target = scale_.native(advice.position);
+  const Native reading = target - Native{scale_.slack};
+  // Against the approach direction, and far enough to lose all of the backlash: then where it ends is known.
+  const bool back = (stands_ - reading).value * scale_.slack > 2.0 * scale_.slack * scale_.slack;
+  const bool loose = advice.loose && !loose_ && back;
+  if (!loose && !loose_ && std::abs((target - stands_).value) < 0.5 * scale_.resolution) return Look();
+  const Arrival arrival = loose ? Arrival::Anyhow : loose_ ? Arrival::Anew : Arrival::TakenUp;
+  loose_ = loose;
+  hands_.move(loose ? reading : target, arrival, [this](Result<MoveOutcome> moved) { OnMoved(std::move(moved)); });
 }
 
 /// Sets out, and looks; or looks again while on the way.
 void AutofocusRun::Pass(const autofocus::GoAndLook& go) {
   if (!passing_) {
     passing_ = true;
-    arrived_ = false;
+    arrived_ = loose_ = false;
     hands_.pass(scale_.native(go.position), go.stride / scale_.stride, [this](Result<MoveOutcome> moved) {
       if (!passing_ || going_back_with_) return;
       if (!moved) return GoBack(PassOn(std::move(moved)));
@@ -115,7 +125,7 @@ void AutofocusRun::Pass(const autofocus::GoAndLook& go) {
 void AutofocusRun::OnMoved(Result<MoveOutcome> moved) {
   if (going_back_with_) return;
   if (!moved) return GoBack(PassOn(std::move(moved)));
-  stands_ = moved->position;
+  stands_ = WithSlack(moved->position);
   if (!moved->reached) return GoBack(Refusal("the lens did not get where it was sent: " + moved->reason));
   Look();
 }
@@ -125,7 +135,8 @@ void AutofocusRun::GoBack(Result<AutofocusOutcome> answer) {
   passing_ = false;
   going_back_with_ = std::move(answer);
   if (!start_) return End(*std::move(going_back_with_));
-  hands_.move(*start_, [this](Result<MoveOutcome> moved) {
+  const Arrival arrival = std::exchange(loose_, false) ? Arrival::Anew : Arrival::TakenUp;
+  hands_.move(*start_, arrival, [this](Result<MoveOutcome> moved) {
     auto last = *std::move(going_back_with_);
     const bool back = moved && moved->reached;
     const std::string trouble =
@@ -191,6 +202,10 @@ AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const 
     outcome.vergence = scale_.optics->VergenceFromExtension(extension);
     // dU/de = 1/Z_s².
     if (verdict.focused) outcome.sigma = Dioptres{verdict.sigma / (to_sensor * to_sensor)};
+    if (verdict.focused && verdict.subject) {
+      outcome.subject = scale_.optics->VergenceFromExtension(Metres{verdict.subject->position});
+      outcome.subject_sigma = Dioptres{verdict.subject->sigma / (to_sensor * to_sensor)};
+    }
   }
   for (const autofocus::Candidate& found : verdict.candidates) {
     AutofocusCandidate candidate;

@@ -14,9 +14,15 @@ namespace lensd::rig {
 
 class AutofocusRun {
  public:
+  /// How a move ends.
+  enum class Arrival {
+    TakenUp,  ///< from the approach side; after a move that ended so as well
+    Anyhow,   ///< the shortest way: only the readings' distance to the mechanism is known
+    Anew      ///< from the approach side, after a move that ended anyhow
+  };
   /// What the run may ask of its rig. Each callback comes from a later Step().
   struct Hands {
-    std::function<void(Native, MoveCallback)> move;
+    std::function<void(Native, Arrival, MoveCallback)> move;
     /// To there at a part of the full speed, without taking up backlash.
     std::function<void(Native, double part_of_speed, MoveCallback)> pass;
     /// A frame of the lens standing still, or of any lens.
@@ -29,8 +35,9 @@ class AutofocusRun {
   struct Scale {
     std::function<double(Native)> position;
     std::function<Native(double)> native;
-    double resolution = 1.0;              ///< native units
-    double stride = 0.0;                  ///< positions from frame to frame at full speed; 0: not known
+    double resolution = 1.0;  ///< native units
+    double stride = 0.0;      ///< positions from frame to frame at full speed; 0: not known
+    double slack = 0.0;  ///< native units, signed: from readings to the mechanism against the approach; 0: not known
     const OpticsTable* optics = nullptr;  ///< positions are extensions in metres; nullptr: native units
   };
 
@@ -61,6 +68,8 @@ class AutofocusRun {
   void OnMoved(Result<MoveOutcome> moved);
   void Pass(const autofocus::GoAndLook& advice);
   void Follow(const autofocus::Advice& advice);
+  void GoTo(const autofocus::GoAndLook& advice);
+  Native WithSlack(Native reading) const { return reading + Native{loose_ ? scale_.slack : 0.0}; }
   void GoBack(Result<AutofocusOutcome> answer);
   void End(Result<AutofocusOutcome> answer);
   Result<bool> Watch(const Seen& seen);
@@ -77,6 +86,7 @@ class AutofocusRun {
   std::optional<Native> start_;  ///< where the first frame was taken
   Native stands_;                ///< or was, in the middle of the last frame
   autofocus::Place place_{0.0};
+  bool loose_ = false;  ///< it came there against the approach direction; `stands_` counts the slack
   std::optional<Result<AutofocusOutcome>> going_back_with_;
   Duration cpu_{};
   std::optional<Tracking> tracking_;

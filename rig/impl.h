@@ -100,7 +100,6 @@ class Rig::Impl {
   std::string WhyNotInMotion() const;
   AutofocusRun::Hands HandsOfRun();
   AutofocusRun::Scale ScaleOfRun();
-  double AutofocusTakeUp() const;
   bool Moving() const;
   std::optional<Instant> SteadySince() const;
   Instant NextStep(Instant now) const;

@@ -11,9 +11,6 @@ namespace {
 
 using drivers::Axis;
 
-/// Of the focus range: taken up at every reversal of an autofocus run while the true backlash is not known.
-constexpr double kAssumedBacklash = 0.1;
-
 }  // namespace
 
 std::optional<FNumber> Rig::Impl::CurrentFNumber() const {
@@ -25,17 +22,17 @@ std::optional<FNumber> Rig::Impl::CurrentFNumber() const {
 }
 
 AutofocusRun::Scale Rig::Impl::ScaleOfRun() {
-  const double resolution = setups_[Axis::Focus]->can.resolution;
+  const AxisSetup& focus = *setups_[Axis::Focus];
   AutofocusRun::Scale scale{.position = [](Native native) { return native.value; },
                             .native = [](double position) { return Native{position}; },
-                            .resolution = resolution};
+                            .resolution = focus.can.resolution};
+  if (focus.backlash_known) scale.slack = focus.approach_up ? focus.backlash : -focus.backlash;
   // Depth from defocus knows lenses of one focal length: a liquid lens is searched in its own units.
   if (optics && optics->has_focus() && !optics->nominal().liquid) {
     scale.position = [this](Native native) { return optics->ExtensionFromNative(native).value; };
     scale.native = [this](double position) { return optics->NativeFromExtension(Metres{position}); };
     scale.optics = &*optics;
   }
-  const AxisSetup& focus = *setups_[Axis::Focus];
   const double rate = device.camera ? device.camera->capabilities().frame_rate_hz : 0.0;
   if (focus.speed && rate > 0) {
     const double range = std::abs(scale.position(focus.maximum) - scale.position(focus.minimum));
@@ -50,6 +47,8 @@ autofocus::Setup Rig::Impl::AutofocusSetup(const AutofocusRequest& request) {
   autofocus::Setup setup;
   std::tie(setup.lowest, setup.highest) = std::minmax({scale.position(focus.minimum), scale.position(focus.maximum)});
   setup.resolution = std::abs(scale.position(focus.minimum + Native{scale.resolution}) - scale.position(focus.minimum));
+  const double middle = 0.5 * (focus.minimum + focus.maximum).value;
+  setup.backlash = std::abs(scale.position(Native{middle + scale.slack}) - scale.position(Native{middle}));
   const bool calibrated = scale.optics != nullptr;
   setup.near_is_high = calibrated || focus.config.near_positive;
   setup.ascending = calibrated ? focus.config.approach_near : focus.approach_up;
@@ -58,8 +57,10 @@ autofocus::Setup Rig::Impl::AutofocusSetup(const AutofocusRequest& request) {
   setup.pictures = !request.outside || !request.outside->scores_only;
   setup.no_stride = request.outside ? "frames from outside cannot be told the lens' place in motion" : WhyNotInMotion();
   if (setup.no_stride.empty()) setup.stride = scale.stride;
-  // Blur changes by (1 - f U)/N of the extension's change: a little less than 1/N.
-  if (calibrated && f_number && pixel_m > 0) setup.blur_px = f_number->value * pixel_m;
+  if (calibrated && f_number && pixel_m > 0) {
+    setup.blur_px = f_number->value * pixel_m;
+    setup.focal_length = optics->FocalLengthAt(Metres{0.5 * (setup.lowest + setup.highest)}).value;
+  }
   return setup;
 }
 
@@ -85,11 +86,6 @@ void Rig::Impl::Pass(Native target, double part_of_speed, MoveCallback done) {
               std::move(parts));
 }
 
-double Rig::Impl::AutofocusTakeUp() const {
-  const AxisSetup& focus = *setups_[Axis::Focus];
-  return focus.config.backlash.value_or(kAssumedBacklash * (focus.maximum - focus.minimum).value);
-}
-
 /// Answers of an earlier run never reach a later one.
 AutofocusRun::Hands Rig::Impl::HandsOfRun() {
   const auto guarded = [this](auto callback) {
@@ -98,10 +94,12 @@ AutofocusRun::Hands Rig::Impl::HandsOfRun() {
     };
   };
   AutofocusRun::Hands hands;
-  hands.move = [this, guarded](Native target, MoveCallback done) {
+  hands.move = [this, guarded](Native target, AutofocusRun::Arrival arrival, MoveCallback done) {
     const AxisSetup& focus = *setups_[Axis::Focus];
     EndMotion(Axis::Focus, Fail(Code::Superseded, "autofocus went elsewhere"));
-    StartMotion(Axis::Focus, std::clamp(target, focus.minimum, focus.maximum), AutofocusTakeUp(), TakeUp::FromBeyond,
+    const double overshoot = arrival == AutofocusRun::Arrival::Anyhow ? 0.0 : focus.backlash;
+    const TakeUp take_up = arrival == AutofocusRun::Arrival::Anew ? TakeUp::Always : TakeUp::FromBeyond;
+    StartMotion(Axis::Focus, std::clamp(target, focus.minimum, focus.maximum), overshoot, take_up,
                 guarded(std::move(done)));
   };
   hands.pass = [this, guarded](Native target, double part_of_speed, MoveCallback done) {

@@ -25,10 +25,14 @@ class Defocus final : public Method {
   explicit Defocus(const Setup& setup) : setup_(setup) {}
   Advice Next(const Look& look) override;
   int FramesExpected() const override;
+  Forecast Predict(const Look& first) const override;
 
  private:
   struct Taken {
-    double at = 0.0;  ///< position in pixels of blur
+    double position = 0.0;  ///< as it was told
+    double at = 0.0;        ///< the same in pixels of blur
+    bool loose = false;
+    FocusScore score;
     drivers::Frame frame;
     defocus::Spectrum spectrum;
     defocus::Shift shift{};  ///< that would lay its picture on the first frame's
@@ -37,14 +41,15 @@ class Defocus final : public Method {
   defocus::RingStack StackOf(const std::vector<const Taken*>& frames) const;
   defocus::Posterior PosteriorOf(const defocus::RingStack& stack, const std::vector<const Taken*>& frames) const;
   std::optional<std::string> Unusable() const;
-  Advice GoTo(double at);
-  double SecondPlace(const defocus::Posterior& posterior) const;
+  Advice GoTo(double at, bool loose = false);
+  Advice GoToSecond(const defocus::Posterior& posterior);
   double NextPlace(double focus) const;
   const Taken* FrameInFocus(const defocus::Posterior& posterior) const;
   std::vector<defocus::PartFocus> Parts(const std::vector<const Taken*>& frames, double at, double slope,
                                         double reach) const;
   Verdict RefuseDepths() const;
   void Register();
+  bool Changed(const Taken& one, const Taken& other) const;
   Verdict Accept(const Taken& frame, const defocus::Posterior& posterior) const;
   bool Beyond(const defocus::Posterior& posterior) const;
   Verdict WhyNot(const defocus::RingStack& stack, const defocus::Posterior& posterior) const;
@@ -54,6 +59,7 @@ class Defocus final : public Method {
   Window asked_;     ///< where the subject is
   Window analysed_;  ///< what is transformed: at least as large
   std::vector<Taken> taken_;
+  bool asked_loose_ = false;
   double focus_ = 0.0;       ///< the newest estimate, pixels of blur
   bool moving_ = false;      ///< between some frames the picture moved farther than can be undone
   bool unlike_ = false;      ///< two frames blurred nearly alike show nothing in common,

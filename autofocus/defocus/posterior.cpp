@@ -34,7 +34,7 @@ std::vector<double> CoarseGrid(std::span<const double> positions, Range range) {
 
 }  // namespace
 
-Posterior::Posterior(const Likelihood& likelihood, Range range) {
+Posterior::Posterior(const Likelihood& likelihood, Range range, double bend) : bend_(bend) {
   Evaluate(likelihood, CoarseGrid(likelihood.positions(), range));
   const auto better = [](const Sample& a, const Sample& b) {
     return a.fit.log_likelihood + a.fit.log_prior + a.log_slope_prior <
@@ -54,7 +54,7 @@ Posterior::Posterior(const Likelihood& likelihood, Range range) {
 void Posterior::Evaluate(const Likelihood& likelihood, const std::vector<double>& places) {
   for (const double place : places) {
     for (const double slope : kSlopes)
-      samples_.push_back({place, slope, LogSlopePrior(slope), likelihood.At(place, slope)});
+      samples_.push_back({place, slope, LogSlopePrior(slope), likelihood.At(place, slope / (1.0 + bend_ * place))});
   }
 }
 
@@ -106,8 +106,62 @@ void Posterior::Describe() {
     const double value = sample.fit.log_likelihood / weakening_ + sample.fit.log_prior + sample.log_slope_prior;
     if (value <= best) continue;
     best = value;
-    slope_ = sample.slope;
+    relative_slope_ = sample.slope;
+    slope_ = sample.slope / (1.0 + bend_ * sample.focus);
   }
+}
+
+double Posterior::Judge(const Likelihood& likelihood, const Peak& peak) const {
+  const Fit fit = likelihood.At(peak.focus, peak.slope / (1.0 + bend_ * peak.focus));
+  return fit.log_likelihood / weakening_ + fit.log_prior + LogSlopePrior(peak.slope);
+}
+
+/// The top of the peak lies between the grid's places and slopes: Newton's method finds it, and the curvature there
+/// says how well the focus is known. What leads away from the peak is no answer.
+std::optional<Posterior::Peak> Posterior::Climb(const Likelihood& likelihood) const {
+  constexpr int kMostSteps = 8;
+  constexpr double kPlaceStep = 0.06;  // px, of the differences
+  constexpr double kSlopeStep = 0.004;
+  constexpr double kLongestPlaceStep = 0.5;
+  constexpr double kLongestSlopeStep = 0.03;
+  Peak peak{.focus = focus_, .slope = relative_slope_};
+  peak.height = Judge(likelihood, peak);
+  for (int i = 0; i < kMostSteps; ++i) {
+    const auto moved = [&](double x, double s) {
+      Peak there{.focus = peak.focus + x * kPlaceStep, .slope = peak.slope + s * kSlopeStep};
+      there.height = Judge(likelihood, there);
+      return there;
+    };
+    const auto at = [&](int x, int s) { return moved(x, s).height; };
+    const double right = at(1, 0), left = at(-1, 0), up = at(0, 1), down = at(0, -1);
+    const double xx = right - 2 * peak.height + left;
+    const double ss = up - 2 * peak.height + down;
+    const double xs = 0.25 * (at(1, 1) - at(1, -1) - at(-1, 1) + at(-1, -1));
+    const double determinant = xx * ss - xs * xs;
+    if (!(xx < 0) || !(determinant > 0)) return std::nullopt;
+    peak.sigma = kPlaceStep * std::sqrt(-ss / determinant);
+    const double gx = 0.5 * (right - left);
+    const double gs = 0.5 * (up - down);
+    const double by_x = (xs * gs - ss * gx) / determinant;
+    const double by_s = (xs * gx - xx * gs) / determinant;
+    const double shorter = std::max(
+        {std::abs(by_x) * kPlaceStep / kLongestPlaceStep, std::abs(by_s) * kSlopeStep / kLongestSlopeStep, 1.0});
+    const Peak there = moved(by_x / shorter, by_s / shorter);
+    const double gain = there.height - peak.height;
+    if (gain > 0) peak = {there.focus, there.slope, peak.sigma, there.height};
+    if (gain < 1e-4) break;
+  }
+  if (std::abs(peak.focus - focus_) > kFineReach) return std::nullopt;
+  return peak;
+}
+
+void Posterior::Refine(const Likelihood& likelihood, Range range) {
+  const auto best = Climb(likelihood);
+  if (!best || best->focus < range.lowest || best->focus > range.highest) return;
+  focus_ = best->focus;
+  sigma_ = best->sigma;
+  relative_slope_ = best->slope;
+  slope_ = best->slope / (1.0 + bend_ * best->focus);
 }
 
 double Posterior::MassNear(double position, double reach) const {

@@ -6,6 +6,7 @@
 // the frames badly, all likelihoods are made as much weaker as it fits worse than chance allows.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "defocus/likelihood.h"
@@ -19,13 +20,17 @@ struct Range {
 
 class Posterior {
  public:
-  /// Over `range`, in pixels of blur.
-  Posterior(const Likelihood& likelihood, Range range);
+  /// Over `range`, in pixels of blur. `bend`: focused at x, the nominal slope is 1/(1 + bend x).
+  Posterior(const Likelihood& likelihood, Range range, double bend = 0.0);
 
-  double focus() const { return focus_; }    ///< mean of the highest peak
-  double sigma() const { return sigma_; }    ///< standard deviation of it
-  double slope() const { return slope_; }    ///< the most likely at the highest peak
-  double misfit() const { return misfit_; }  ///< Fit::excess at the best place
+  /// Places focus(), sigma() and slope() between the grid's points.
+  void Refine(const Likelihood& likelihood, Range range);
+
+  double focus() const { return focus_; }  ///< mean of the highest peak
+  double sigma() const { return sigma_; }  ///< standard deviation of it
+  double slope() const { return slope_; }  ///< of blur against position: the most likely at the highest peak
+  double relative_slope() const { return relative_slope_; }  ///< to the nominal one
+  double misfit() const { return misfit_; }                  ///< Fit::excess at the best place
   /// Probability that the focus is within `reach` of `position`.
   double MassNear(double position, double reach) const;
   /// Probability that it is below `position`.
@@ -44,6 +49,14 @@ class Posterior {
   void Evaluate(const Likelihood& likelihood, const std::vector<double>& places);
   std::vector<Cell> Cells() const;
   void Describe();
+  struct Peak {
+    double focus = 0.0;
+    double slope = 1.0;  ///< relative to the nominal one
+    double sigma = 0.0;  ///< of the focus
+    double height = 0.0;
+  };
+  double Judge(const Likelihood& likelihood, const Peak& peak) const;
+  std::optional<Peak> Climb(const Likelihood& likelihood) const;
 
   struct Sample {
     double focus = 0.0;
@@ -52,10 +65,12 @@ class Posterior {
     Fit fit;
   };
   std::vector<Sample> samples_;
+  double bend_ = 0.0;
   double weakening_ = 1.0;
   std::vector<Cell> cells_;
   double focus_ = 0.0;
   double sigma_ = 0.0;
+  double relative_slope_ = 1.0;  ///< to the nominal one
   double slope_ = 1.0;
   double misfit_ = 0.0;
 };

@@ -106,20 +106,33 @@ Result<FocusFloor> FocusFloor::Create(sim::Pictures& pictures) {
   return floor;
 }
 
-/// With y_i = H_i T + noise and T unknown, what is left of the information is the part of dH/dx that is not along H.
-double FocusFloor::BoundPx(std::span<const double> blurs_px) const {
-  double information = 0.0;
+/// With y_i = H_i T + noise and T unknown, what is left of the information on a parameter is the part of dH that is not
+/// along H. The parameters are the focus, by which every blur changes alike, and the slope, by which each changes in
+/// proportion.
+double FocusFloor::BoundPx(std::span<const double> blurs_px, double slope_sigma) const {
+  double by_focus = 0.0, by_slope = 0.0, by_both = 0.0;
   for (const Mode& mode : modes_) {
-    double value2 = 0.0, slope2 = 0.0, product = 0.0;
+    double value2 = 0.0, along_focus = 0.0, along_slope = 0.0;
+    double focus2 = 0.0, slope2 = 0.0, both = 0.0;
     for (const double blur : blurs_px) {
-      const auto [value, slope] = Response(blur, mode.frequency);
+      const auto [value, change] = Response(blur, mode.frequency);
       value2 += value * value;
-      slope2 += slope * slope;
-      product += value * slope;
+      along_focus += change * value;
+      along_slope += blur * change * value;
+      focus2 += change * change;
+      slope2 += blur * blur * change * change;
+      both += blur * change * change;
     }
-    if (value2 > 0) information += 2.0 * mode.power * std::max(slope2 - product * product / value2, 0.0);
+    if (!(value2 > 0)) continue;
+    by_focus += 2.0 * mode.power * std::max(focus2 - along_focus * along_focus / value2, 0.0);
+    by_slope += 2.0 * mode.power * std::max(slope2 - along_slope * along_slope / value2, 0.0);
+    by_both += 2.0 * mode.power * (both - along_focus * along_slope / value2);
   }
-  information /= kWorthOfAMode;
+  double information = by_focus / kWorthOfAMode;
+  if (slope_sigma > 0) {
+    const double slope = by_slope / kWorthOfAMode + 1.0 / (slope_sigma * slope_sigma);
+    information -= by_both / kWorthOfAMode * (by_both / kWorthOfAMode) / slope;
+  }
   return information > 0 ? 1.0 / std::sqrt(information) : std::numeric_limits<double>::infinity();
 }
 

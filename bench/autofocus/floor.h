@@ -18,8 +18,9 @@ class FocusFloor {
   static Result<FocusFloor> Create(sim::Pictures& pictures);
 
   /// Standard deviation in px of blur, for frames whose signed blur diameters (px) are given; infinite where they do
-  /// not decide, 0 for a noiseless camera.
-  double BoundPx(std::span<const double> blurs_px) const;
+  /// not decide, 0 for a noiseless camera. `slope_sigma`: how well it is known how much blur a motion makes, relative
+  /// standard deviation; 0: exactly.
+  double BoundPx(std::span<const double> blurs_px, double slope_sigma = 0.0) const;
   /// What one step of the focus motor leaves, px of blur: step / sqrt(12).
   double quantisation_px() const { return quantisation_px_; }
   /// Contrast of the region over the noise of one px.

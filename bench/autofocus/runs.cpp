@@ -8,6 +8,7 @@
 #include <optional>
 #include <thread>
 
+#include "bench/autofocus/late_lens.h"
 #include "rig/rig.h"
 #include "sim/world.h"
 
@@ -42,7 +43,8 @@ double BlurAt(const sim::Truth& truth, const sim::Scene& scene, double steps) {
   const double step_m = 1e-3 * (lens.max_extension_mm - lens.min_extension_mm) / (lens.steps - 1.0);
   const double extension_m = 1e-3 * lens.min_extension_mm + steps * step_m;
   const double focused_m = 1.0 / (1.0 / f - truth.subjects().front().vergence_d) - f;
-  return (extension_m - focused_m) * state.optics.aperture_diameter_m / f / (scene.camera.pixel_um * 1e-6);
+  return (extension_m - focused_m) * state.optics.aperture_diameter_m / (f + focused_m) /
+         (scene.camera.pixel_um * 1e-6);
 }
 
 Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& pictures, const AutofocusRuns& wanted,
@@ -59,6 +61,12 @@ Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& picture
   believed.optics = world->device.optics;
   believed.optics->min_f_number *= wanted.f_number_error;
   believed.optics->max_f_number *= wanted.f_number_error;
+  believed.optics->focal_length_m *= wanted.focal_length_error;
+  believed.optics->max_focal_length_m *= wanted.focal_length_error;
+  if (wanted.late > Duration::zero()) {
+    world->device.lens = std::make_unique<LateLens>(std::move(world->device.lens), wanted.late);
+    believed.axes[drivers::Axis::Focus].latency = wanted.late;
+  }
   auto rig = rig::Rig::Create(std::move(believed), std::move(world->device), clock);
   if (!rig) return PassOn(std::move(rig));
 
@@ -82,7 +90,14 @@ Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& picture
   result.elapsed = outcome.elapsed;
   result.cpu = outcome.cpu;
   result.reason = outcome.reason;
+  result.candidates = outcome.candidates.size();
   Score(*world->truth, scene, result);
+  if (outcome.subject && !world->truth->subjects().empty()) {
+    // From where the lens stands, so that wrong optics count by what they do to that small distance only.
+    const double stands_off_d = world->truth->Now().focal_plane_d - world->truth->subjects().front().vergence_d;
+    const double off_d = stands_off_d + (*outcome.subject - *outcome.vergence).value;
+    result.subject_px = 2.0 * off_d / result.half_dof_d;
+  }
   return result;
 }
 

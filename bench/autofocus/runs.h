@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,10 +21,12 @@ struct AutofocusRunResult {
   bool focused = false;
   int frames = 0;
   int moves = 0;
-  Duration elapsed{};       ///< on the simulated clock
-  Duration cpu{};           ///< of the method itself
-  double error_d = 0.0;     ///< |U - U_true| where the lens stands, against the nearest subject of the region
-  double half_dof_d = 0.0;  ///< the vergence step that costs two pixels of blur there
+  Duration elapsed{};                ///< on the simulated clock
+  Duration cpu{};                    ///< of the method itself
+  double error_d = 0.0;              ///< |U - U_true| where the lens stands, against the nearest subject of the region
+  double half_dof_d = 0.0;           ///< the vergence step that costs two pixels of blur there
+  std::optional<double> subject_px;  ///< blur diameter that the answer's own place of the subject is off by, signed
+  std::size_t candidates = 0;        ///< distances that the answer names
   std::string reason;
   std::vector<double> blurs_px;  ///< signed blur of every frame it took, by where the lens reported to stand
 
@@ -38,8 +41,10 @@ struct AutofocusRuns {
   int runs = 100;
   std::uint64_t seed = 1;
   int threads = 2;
-  bool whole_frame = false;     ///< look at all of the frame instead of the scene's region
-  double f_number_error = 1.0;  ///< what the rig believes of f-numbers, over the truth
+  bool whole_frame = false;         ///< look at all of the frame instead of the scene's region
+  double f_number_error = 1.0;      ///< what the rig believes of f-numbers, over the truth
+  double focal_length_error = 1.0;  ///< the same of the focal length
+  Duration late{};                  ///< readings of the lens are so much older than they say, which the rig is told
 };
 
 /// Run i starts at a place and with a noise seed that follow from `seed` and i alone, so that methods are compared on

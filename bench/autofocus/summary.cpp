@@ -84,7 +84,9 @@ AutofocusSummary Summarise(const std::string& method, const std::vector<Autofocu
     if (floor == nullptr || !run.within()) continue;
     const double bound = std::hypot(floor->BoundPx(run.blurs_px), floor->quantisation_px());
     if (!std::isfinite(bound)) continue;
-    error2 += run.error_px() * run.error_px();
+    // The bound is one on estimates: of the subject's place where the answer names it, else of where the lens stands.
+    const double error = run.subject_px.value_or(run.error_px());
+    error2 += error * error;
     floor2 += bound * bound;
     ++counted;
   }

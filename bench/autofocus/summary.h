@@ -25,8 +25,9 @@ struct AutofocusSummary {
   std::optional<double> error_dof_p50, error_dof_p95, error_dof_max;
   double cpu_ms_per_frame = 0.0;
   double cpu_ms_per_whole_frame = 0.0;  ///< a frame of 640 x 480 px that is the region as a whole; 0: not measured
-  std::optional<double> rms_error_px;   ///< of blur, over the focused runs within half a depth of field
-  std::optional<double> rms_floor_px;   ///< what the light of those runs' frames and the motor's step allow
+  std::optional<double>
+      rms_error_px;  ///< of the estimate, px of blur, over the focused runs within half a depth of field
+  std::optional<double> rms_floor_px;  ///< what the light of those runs' frames and the motor's step allow
 };
 
 AutofocusSummary Summarise(const std::string& method, const std::vector<AutofocusRunResult>& results,

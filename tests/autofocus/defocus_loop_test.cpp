@@ -16,14 +16,25 @@ namespace {
 
 constexpr const char* kTextures[] = {"ground", "leaves", "foliage", "page", "cloth", "plaster"};
 
-std::vector<AutofocusRunResult> Score(const std::string& scene, double f_number_error = 1.0,
+/// What the rig believes wrongly, and how late it hears of its lens.
+struct Wrong {
+  double f_number = 1.0;
+  double focal_length = 1.0;
+  Duration late{};
+};
+
+std::vector<AutofocusRunResult> Score(const std::string& scene, const Wrong& wrong = {},
                                       long runs = testing::ByLevel(4, 30, 1000), std::uint64_t seed = 90) {
   auto loaded = sim::LoadScene(std::string(LENSD_SOURCE_DIR) + "/scenes/score/" + scene + ".toml");
   EXPECT_TRUE(loaded) << loaded.error().message;
   auto pictures = sim::Pictures::Create(std::make_shared<const sim::Scene>(*std::move(loaded)));
   EXPECT_TRUE(pictures) << pictures.error().message;
-  auto results = RunAutofocus(
-      *pictures, {.method = "auto", .runs = static_cast<int>(runs), .seed = seed, .f_number_error = f_number_error});
+  auto results = RunAutofocus(*pictures, {.method = "auto",
+                                          .runs = static_cast<int>(runs),
+                                          .seed = seed,
+                                          .f_number_error = wrong.f_number,
+                                          .focal_length_error = wrong.focal_length,
+                                          .late = wrong.late});
   EXPECT_TRUE(results) << results.error().message;
   const AutofocusSummary summary = Summarise(scene, *results);
   std::printf("%s: %d runs, within %.2f %% (95 %% sure of %.2f %%), false %.2f %%, refused %.2f %%\n", scene.c_str(),
@@ -32,11 +43,15 @@ std::vector<AutofocusRunResult> Score(const std::string& scene, double f_number_
   return *results;
 }
 
+int Quantile(const std::vector<AutofocusRunResult>& runs, int AutofocusRunResult::* count, double quantile) {
+  std::vector<int> counts;
+  for (const AutofocusRunResult& run : runs) counts.push_back(run.*count);
+  std::ranges::sort(counts);
+  return counts[static_cast<std::size_t>(quantile * static_cast<double>(counts.size() - 1))];
+}
+
 int Frames(const std::vector<AutofocusRunResult>& runs, double quantile) {
-  std::vector<int> frames;
-  for (const AutofocusRunResult& run : runs) frames.push_back(run.frames);
-  std::ranges::sort(frames);
-  return frames[static_cast<std::size_t>(quantile * static_cast<double>(frames.size() - 1))];
+  return Quantile(runs, &AutofocusRunResult::frames, quantile);
 }
 
 /// As many events as a method of that rate shows at most, but for once in 700 times: three standard deviations.
@@ -60,6 +75,7 @@ TEST_P(DefocusLoop, FocusesOrdinaryScenesInThreeFrames) {
   EXPECT_LE(Frames(runs, 0.9), 6);
   if (runs.size() >= 30) {  // the median of fewer is a coin toss where three and four frames are about as likely
     EXPECT_LE(Frames(runs, 0.5), 3);
+    EXPECT_LE(Quantile(runs, &AutofocusRunResult::moves, 0.5), 2);
   }
 }
 
@@ -76,7 +92,7 @@ INSTANTIATE_TEST_SUITE_P(Ordinary, DefocusLoop,
 TEST(DefocusLoopTest, FalseFocusIsRare) {
   std::size_t all = 0, wrong = 0;
   for (const char* texture : kTextures) {
-    const auto runs = Score(texture, 1.0, testing::ByLevel(1, 5, 500), 91);
+    const auto runs = Score(texture, {}, testing::ByLevel(1, 5, 500), 91);
     all += runs.size();
     wrong += static_cast<std::size_t>(std::ranges::count_if(runs, &AutofocusRunResult::false_focus));
   }
@@ -90,8 +106,24 @@ TEST(DefocusLoopTest, FocusesInLowLight) {
 }
 
 TEST(DefocusLoopTest, FocusesWithAnApertureThatIsNotWhatItSays) {
-  const auto runs = Score("foliage", 1.1);
+  const auto runs = Score("foliage", {.f_number = 1.1});
   ExpectRates(runs, 0.02, 0.005);
+}
+
+TEST(DefocusLoopTest, FocusesAHexagonalApertureThatBreathesWithAllOpticsWrong) {
+  for (const char* scene : {"ground-perturbed", "foliage-perturbed", "plaster-perturbed"}) {
+    const auto runs = Score(scene, {.f_number = 1.1, .focal_length = 1.05}, testing::ByLevel(2, 20, 1000));
+    ExpectRates(runs, 0.02, 0.005);
+  }
+}
+
+TEST(DefocusLoopTest, BacklashAndLateReadingsTogetherCostNothing) {
+  const auto runs = Score("ground-backlash", {.late = std::chrono::milliseconds(10)});
+  ExpectRates(runs, 0.005, 0.001);
+  if (runs.size() >= 30) {
+    EXPECT_LE(Frames(runs, 0.5), 3);
+    EXPECT_LE(Quantile(runs, &AutofocusRunResult::moves, 0.5), 2);
+  }
 }
 
 }  // namespace

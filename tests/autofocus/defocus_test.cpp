@@ -102,7 +102,8 @@ Ending RunOn(const Picturer& picture, double start, double highest = 60.0) {
   while (true) {
     const auto frame = picture(position, ++run.frames);
     const Window window{0, 0, frame.width, frame.height};
-    const Advice advice = method.Next({.position = position, .frame = &frame, .window = window, .score = {}});
+    const Advice advice =
+        method.Next({.position = position, .frame = &frame, .window = window, .score = *ScoreFocus(frame, window)});
     if (const auto* verdict = std::get_if<Verdict>(&advice)) {
       run.verdict = *verdict;
       return run;
@@ -187,6 +188,7 @@ TEST(DefocusMethod, NamesTheDepthsOfARegionThatHasSeveral) {
   EXPECT_FALSE(run.verdict.focused);
   EXPECT_NE(run.verdict.reason.find("different distances"), std::string::npos) << run.verdict.reason;
   ASSERT_GE(run.verdict.candidates.size(), 2u);
+  EXPECT_TRUE(run.verdict.final);  // a search for the sharpest place would take one of them
   EXPECT_NEAR(run.verdict.candidates.front().position, 0.0, 4.0);
   EXPECT_NEAR(run.verdict.candidates.back().position, 16.0, 4.0);
 }
@@ -199,6 +201,55 @@ TEST(DefocusMethod, FocusesInThreeFrames) {
     EXPECT_GT(run.verdict.confidence, 0.99);
     EXPECT_LE(run.frames, 4);
   }
+}
+
+TEST(DefocusMethod, TakesALooseFrameBeyondTheFocusWhereTheBacklashIsKnown) {
+  Defocus method({.lowest = -60.0, .highest = 60.0, .resolution = 0.02, .blur_px = 1.0, .backlash = 3.0});
+  const auto waves = NaturalWaves(21);
+  std::vector<GoAndLook> asked;
+  double position = 50.0;
+  while (asked.size() < 6) {
+    const auto frame = Picture(waves, position - 3.0, 0.005, static_cast<unsigned>(asked.size()));
+    const Advice advice = method.Next({.position = position, .frame = &frame, .window = {0, 0, 192, 192}, .score = {}});
+    if (const auto* verdict = std::get_if<Verdict>(&advice)) {
+      EXPECT_TRUE(verdict->focused) << verdict->reason;
+      EXPECT_NEAR(verdict->position, 3.0, 1.5);
+      EXPECT_EQ(verdict->position, asked.back().position);
+      break;
+    }
+    asked.push_back(std::get<GoAndLook>(advice));
+    position = asked.back().position;
+  }
+  ASSERT_GE(asked.size(), 2u);
+  EXPECT_TRUE(asked[0].loose);
+  EXPECT_LT(asked[0].position, 3.0);
+  for (std::size_t i = 1; i < asked.size(); ++i) EXPECT_FALSE(asked[i].loose) << i;
+}
+
+TEST(DefocusMethod, APictureThatChangesWhileTheLensStandsIsNoAnswer) {
+  // From the second frame on the mechanism is elsewhere than it says, and then it comes to rest.
+  const auto waves = NaturalWaves(22);
+  const auto picture = [&](double position, int n) {
+    const double rings = n == 1 ? 0.0 : n <= 3 ? 3.0 : 0.5;
+    return Picture(waves, position + rings - 3.0, 0.005, static_cast<unsigned>(n));
+  };
+  const Ending run = RunOn(picture, -17.0);
+  EXPECT_FALSE(run.verdict.focused && std::abs(run.verdict.position - 3.0) > 2.0) << run.verdict.position;
+}
+
+TEST(AutoOrder, FollowsWhatTheFirstFramePromises) {
+  const auto first = [](const std::vector<Wave>& waves, double range) {
+    auto session = Session::Create(
+        "auto", {.lowest = -range, .highest = range, .resolution = 0.02, .blur_px = 1.0, .ascending = true});
+    EXPECT_TRUE(session);
+    EXPECT_TRUE(session->Next(0.0, Picture(waves, 2.0, 0.005, 1), {0.0, 0.0, 1.0, 1.0}));
+    return std::string(session->method());
+  };
+  EXPECT_EQ(first(NaturalWaves(20), 60.0), "defocus");
+  EXPECT_EQ(first(NaturalWaves(20), 3.5), "defocus");
+  // Nothing to see: a short sweep costs less than hoping, a long one more.
+  EXPECT_EQ(first({}, 3.5), "sweep");
+  EXPECT_EQ(first({}, 60.0), "defocus");
 }
 
 TEST(DefocusMethod, RefusesABlankWall) {

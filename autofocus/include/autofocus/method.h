@@ -19,9 +19,12 @@ struct Setup {
   double highest = 0.0;           ///< > lowest
   double resolution = 0.0;        ///< between neighbouring positions, > 0
   std::optional<double> blur_px;  ///< change of position that changes the blur diameter by one pixel; none: unknown
-  bool ascending = true;          ///< sweeps run toward larger positions: the side that takes up the backlash
-  bool near_is_high = true;       ///< larger positions focus nearer
-  bool pictures = true;           ///< false: sharpness comes ready made, without pictures
+  /// In units of position: focused at x, blur changes by 1/(1 + x/focal_length) of that; 0: by all of it.
+  double focal_length = 0.0;
+  bool ascending = true;     ///< sweeps run toward larger positions: the side that takes up the backlash
+  bool near_is_high = true;  ///< larger positions focus nearer
+  double backlash = 0.0;     ///< lost at a reversal, where it is known well enough to be reckoned with; else 0
+  bool pictures = true;      ///< false: sharpness comes ready made, without pictures
   /// How far the lens goes from one frame to the next at its full speed; none: its place is not known in motion.
   std::optional<double> stride = {};
   std::string no_stride = {};  ///< why there is none
@@ -43,6 +46,7 @@ struct GoAndLook {
   /// Above 0: show the frames on the way as well, no farther apart than this, and after each of them the same advice
   /// again means "go on". At most Setup::stride.
   double stride = 0.0;
+  bool loose = false;  ///< the backlash need not be taken up: no answer may stand there, but it saves a motion
 };
 
 /// A place where something in the region, or one of several regions, is in focus.
@@ -57,6 +61,7 @@ struct Verdict {
   bool focused = false;
   double position = 0.0;              ///< best focus, where focused
   double sigma = 0.0;                 ///< standard deviation of `position`
+  std::optional<Candidate> subject;   ///< where all frames together place the focus, if better known than by standing
   double confidence = 0.0;            ///< 0..1: how sure the method is that this is the sharpest place
   std::string reason;                 ///< why it believes, or why it refuses: one line for people
   std::vector<Candidate> candidates;  ///< what there was to choose from, where it was more than one
@@ -65,6 +70,12 @@ struct Verdict {
 
 using Advice = std::variant<GoAndLook, Verdict>;
 
+/// What a method expects of a run, from its first look.
+struct Forecast {
+  double frames = 0.0;  ///< until it answers or refuses
+  double chance = 1.0;  ///< of an answer within half a depth of field, above 0
+};
+
 class Method {
  public:
   virtual ~Method() = default;
@@ -72,6 +83,11 @@ class Method {
   virtual Advice Next(const Look& look) = 0;
   /// Frames it expects to need in all before the one at its answer, as far as it can tell.
   virtual int FramesExpected() const = 0;
+  /// Before any Next(). By default it trusts itself.
+  virtual Forecast Predict(const Look& first) const {
+    (void)first;
+    return {.frames = FramesExpected() + 1.0, .chance = 0.97};
+  }
 };
 
 }  // namespace lensd::autofocus

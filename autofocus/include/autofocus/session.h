@@ -59,11 +59,13 @@ class Session {
   static bool Refused(const Advice& advice);
   Advice Follow(const Look& look);
   Advice Ask(const Look& look);
+  void PutInOrder(const Look& first);
   std::vector<Sharpness> Sharpnesses() const;
   Verdict Check() const;
 
   Setup setup_;
   std::vector<std::string_view> names_;  ///< to be tried in this order
+  std::string forecast_;                 ///< why in this order
   std::size_t running_ = 0;
   std::unique_ptr<Method> method_;
   int frames_before_ = 0;  ///< it began

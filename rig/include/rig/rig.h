@@ -108,6 +108,8 @@ struct AutofocusOutcome {
   Duration elapsed{};
   std::optional<Dioptres> vergence;  ///< where the lens now stands, where optics are known
   std::optional<Dioptres> sigma;
+  std::optional<Dioptres> subject;        ///< where all frames together place the focus, where optics are known
+  std::optional<Dioptres> subject_sigma;  ///< of that
   Native position;                             ///< where the lens now stands
   Duration cpu{};                              ///< processor time the method itself took
   double confidence = 0.0;                     ///< 0..1
