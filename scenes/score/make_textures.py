@@ -3,7 +3,8 @@
 
 Nobody tuned anything on them. Each imitates one kind of thing that cameras look at: rough ground (a 1/f field cut by
 edges), things in front of things (dead leaves: discs whose radii follow a power law, each hiding what it covers), a
-printed page, woven cloth, leaves, and plaster with faint scratches."""
+printed page, woven cloth, leaves, and plaster with faint scratches. Bars, with texture along one direction only, are for
+regimes/stripes.toml."""
 import os
 import struct
 import zlib
@@ -116,6 +117,16 @@ def plaster(rng):
     return np.clip(image, 0, 1)
 
 
+def bars(rng):
+    """Texture along one direction only: upright bars whose widths follow a power law, with soft edges."""
+    row = np.empty(0)
+    while row.size < SIDE:
+        width = int((1.0 - rng.random()) ** -0.8 + 1)
+        row = np.append(row, np.full(min(width, 40), np.clip(rng.normal(0.45, 0.2), 0.05, 0.95)))
+    row = np.convolve(np.tile(row[:SIDE], 3), (0.25, 0.5, 0.25), "same")[SIDE:2 * SIDE]
+    return np.tile(row, (SIDE, 1))
+
+
 def write_png(path, image):
     pixels = np.round(np.clip(image, 0, 1) * 255).astype(np.uint8)
     raw = b"".join(b"\x01" + bytes(np.diff(row.astype(np.int16), prepend=0).astype(np.uint8)) for row in pixels)
@@ -128,7 +139,7 @@ def write_png(path, image):
 
 
 def main():
-    for seed, make in enumerate((ground, leaves, foliage, page, cloth, plaster), 7001):
+    for seed, make in enumerate((ground, leaves, foliage, page, cloth, plaster, bars), 7001):
         write_png(os.path.join(HERE, make.__name__ + ".png"), make(np.random.default_rng(seed)))
 
 
