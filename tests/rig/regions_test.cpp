@@ -62,8 +62,9 @@ TEST_F(RegionsTest, ThePolicyPicksTheRegion) {
     // Half a depth of field: 2 px N/(f Z_s).
     EXPECT_NEAR(outcome->vergence->value, one.expected_d, 2 * 3.45e-6 * 2.8 / (0.025 * 0.0257)) << outcome->reason;
     EXPECT_EQ(outcome->candidates.size(), one.regions.size() > 1 ? one.regions.size() : 0u);
-    // A session of its own for each region would take three frames and more for each.
-    EXPECT_LE(outcome->frames, 4 + 2 * static_cast<int>(one.regions.size()));
+    // A session of its own for each region would take three frames and more for each. One place may be looked at twice,
+    // where the blur there is not quite what the optics promise.
+    EXPECT_LE(outcome->frames, 5 + 2 * static_cast<int>(one.regions.size()));
   }
 }
 
