@@ -254,6 +254,7 @@ void BacklashRun::FinishPair(const std::optional<autofocus::PeakFit>& peak) {
     const auto top = std::ranges::max_element(points, {}, &autofocus::CurvePoint::value);
     if (points.empty()) return Refuse("the soft limits leave no room for the sweeps");
     downward_ ? guess_ = std::max(0.0, upward_ - top->position) : upward_ = top->position;
+    half_width_ = std::min(1.25 * half_width_, 0.25 * (highest_ - lowest_));  // the whole peak, with its feet
     return StartPair();
   }
   const double step = 2.0 * half_width_ / (kPoints - 1);
