@@ -387,7 +387,7 @@ PlanRequest Relaxed(PlanRequest request, double ratio) {
 }
 
 TEST(PlannerDiffraction, OutsideTheConvexRangeNothingIsMissed) {
-  const long count = testing::ByLevel(10, 40, 1000);
+  const long count = testing::ByLevel(40, 40, 1000);
   long feasible = 0, infeasible = 0, scanned = 0, moved = 0, undecided = 0;
   for (long seed = 0; seed < count && !HasFailure(); ++seed) {
     const PlanRequest request = WideRequest(static_cast<std::uint64_t>(seed));
