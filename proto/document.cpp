@@ -51,6 +51,7 @@ Result<Document> Document::Parse(std::string_view text) {
   Document document;
   Tree& tree = *document.tree_;
   tree.text = text;
+  tree.text.append(4, '\0');  // a character cut short is read to its full length before it is refused
   constexpr unsigned kFlags = rapidjson::kParseFullPrecisionFlag | rapidjson::kParseInsituFlag;
   const bool ascii = std::ranges::all_of(text, [](char c) { return static_cast<signed char>(c) >= 0; });
   if (ascii) {
