@@ -58,7 +58,6 @@ int Moving::FramesExpected() const {
 Advice Moving::Next(const Look& look) {
   if (!started_) {
     started_ = true;
-    curve_.SetFrame(look);
     return GoAndLook{from_};
   }
   curve_.Add(look);

@@ -10,7 +10,7 @@
 #pragma once
 
 #include "autofocus/method.h"
-#include "curve.h"
+#include "sharpness_curve.h"
 
 namespace lensd::autofocus {
 

@@ -52,6 +52,7 @@ Result<Advice> Regions::Next(const Place& place, const drivers::Frame& frame) {
   if (chosen_) {
     auto checked = sessions_[chosen_region_].Next(place, frame, regions_[chosen_region_]);
     if (!checked) return checked;
+    if (std::holds_alternative<GoAndLook>(*checked)) return checked;
     auto verdict = std::get<Verdict>(*checked);
     if (!verdict.focused) return Advice(std::move(verdict));
     return Advice(*chosen_);

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "autofocus/peak_fit.h"
-#include "curve.h"
+#include "sharpness_curve.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -8,12 +8,20 @@
 #include "defocus/defocus.h"
 #include "moving.h"
 #include "searches.h"
+#include "sharpness_curve.h"
 #include "sweep.h"
 
 namespace lensd::autofocus {
 namespace {
 
 constexpr int kSmallestWindow = 16;  ///< px
+constexpr int kMostMovesOn = 3;      ///< of an answer to a sharper frame beside it
+
+Verdict NotFocused(std::string reason) {
+  Verdict verdict;
+  verdict.reason = std::move(reason);
+  return verdict;
+}
 
 struct MethodRow {
   std::string_view name;
@@ -92,8 +100,17 @@ Result<Session> Session::Create(std::string_view method, const Setup& setup) {
   return Fail(Code::InvalidArgument, "there is no autofocus method '" + std::string(method) + "'; there are:" + known);
 }
 
-Session::Session(const Setup& setup, std::vector<std::string_view> names) : setup_(setup), names_(std::move(names)) {
+Session::Session(const Setup& setup, std::vector<std::string_view> names)
+    : setup_(setup), names_(std::move(names)), curve_(std::make_unique<SharpnessCurve>()) {
   StartMethod();
+}
+
+Session::~Session() = default;
+Session::Session(Session&&) noexcept = default;
+Session& Session::operator=(Session&&) noexcept = default;
+
+int Session::frames() const {
+  return static_cast<int>(curve_->size());
 }
 
 void Session::StartMethod() {
@@ -104,21 +121,27 @@ void Session::StartMethod() {
 Result<Advice> Session::Next(const Place& place, const drivers::Frame& frame, const drivers::Region& region) {
   auto window = WindowOf(region, frame.width, frame.height);
   if (!window) return PassOn(std::move(window));
-  auto score = ScoreFocus(frame, *window);
-  if (!score) return PassOn(std::move(score));
-  if (!size_) size_ = std::pair(frame.width, frame.height);
-  if (*size_ != std::pair(frame.width, frame.height)) {
+  if (!frame.samples) return Fail(Code::InvalidArgument, "a frame without pixels");
+  if (last_ && (last_->frame.width != frame.width || last_->frame.height != frame.height)) {
     return Fail(Code::InvalidArgument, "every frame of an autofocus must have the same size");
   }
-  bits_ = frame.bits;
-  pixels_ = window->width * window->height;
-  scores_.push_back(*score);
-  return Follow({.position = place.position,
-                 .position_sigma = place.sigma,
-                 .on_the_way = place.on_the_way,
-                 .frame = &frame,
-                 .window = *window,
-                 .score = *score});
+  // A camera's noise never repeats itself; a picture of one value may.
+  if (last_ && place.position != last_->position && *last_->frame.samples == *frame.samples) {
+    const auto [least, most] = std::ranges::minmax(*frame.samples);
+    repeated_ = repeated_ || least != most;
+  }
+  last_ = {frame, place.position};
+  Look look;
+  look.position = place.position;
+  look.position_sigma = place.sigma;
+  look.on_the_way = place.on_the_way;
+  look.frame = &frame;
+  look.window = *window;
+  look.tiles = ScoreTiles(frame, *window);
+  int pixels = 0;
+  look.score = ScoreOf(*look.tiles, {}, pixels);
+  curve_->Add(look);
+  return Follow(look);
 }
 
 Advice Session::NextScore(double position, const Sharpness& sharpness) {
@@ -126,13 +149,11 @@ Advice Session::NextScore(double position, const Sharpness& sharpness) {
   score.gradient_energy = sharpness.value;
   score.energy_sigma = sharpness.sigma;
   score.mean = 1.0;
-  scores_.push_back(score);
-  return Follow({.position = position,
-                 .position_sigma = 0.0,
-                 .on_the_way = false,
-                 .frame = nullptr,
-                 .window = {},
-                 .score = score});
+  Look look;
+  look.position = position;
+  look.score = score;
+  curve_->Add(look);
+  return Follow(look);
 }
 
 /// Of several methods the one comes first that promises an answer for the fewest frames: trying what costs f and
@@ -157,20 +178,28 @@ void Session::PutInOrder(const Look& first) {
 
 Advice Session::Follow(const Look& look) {
   if (frames() == 1 && names_.size() > 1) PutInOrder(look);
-  Advice advice = to_check_ ? Advice(Check()) : Ask(look);
+  Advice advice = proof_ ? Prove(look.position) : Ask(look);
   // The next method begins where the last one gave up.
   while (Refused(advice) && running_ + 1 < names_.size()) {
-    to_check_.reset();
+    proof_.reset();
     earlier_ = std::get<Verdict>(advice);
     ++running_;
     StartMethod();
     advice = Ask(look);
   }
-  if (auto* verdict = std::get_if<Verdict>(&advice); verdict != nullptr && !verdict->focused && earlier_) {
+  if (auto* verdict = std::get_if<Verdict>(&advice); verdict != nullptr && earlier_) {
     verdict->reason += "; before that, " + std::string(names_[running_ - 1]) + ": " + earlier_->reason;
-    if (verdict->candidates.empty()) verdict->candidates = earlier_->candidates;
+    if (!verdict->focused && verdict->candidates.empty()) verdict->candidates = earlier_->candidates;
   }
-  if (auto* verdict = std::get_if<Verdict>(&advice)) verdict->reason += forecast_;
+  if (auto* verdict = std::get_if<Verdict>(&advice)) {
+    verdict->reason += forecast_;
+    if (!verdict->focused && repeated_) {
+      verdict->reason =
+          "the same frame was sent twice, though the lens had moved between: is the camera still "
+          "taking pictures? " +
+          verdict->reason;
+    }
+  }
   return advice;
 }
 
@@ -179,59 +208,138 @@ bool Session::Refused(const Advice& advice) {
   return verdict != nullptr && !verdict->focused && !verdict->final;
 }
 
-/// The method's advice; an answer becomes a frame at its position, unless this one is just that.
+/// The method's advice; an answer is proved first.
 Advice Session::Ask(const Look& look) {
   Advice advice = method_->Next(look);
   const auto* verdict = std::get_if<Verdict>(&advice);
   if (verdict == nullptr || !verdict->focused) return advice;
-  to_check_ = *verdict;
-  if (verdict->position == look.position) return Check();
-  return GoAndLook{verdict->position};
+  proof_ = {.verdict = *verdict};
+  return Prove(look.position);
+}
+
+/// Frames on both sides of the answer, as far as the travel goes, and last one at the answer itself.
+Advice Session::Prove(double stands) {
+  Verdict& verdict = proof_->verdict;
+  const double answer = verdict.position;
+  if (const auto side = SideToSee(answer)) return GoAndLook{*side};
+  if (stands != answer && !proof_->sent) {
+    proof_->sent = true;
+    return GoAndLook{answer};
+  }
+  if (const auto farther = FartherSide()) {
+    proof_->sent = false;
+    return GoAndLook{*farther};
+  }
+  // A frame beside it that is sharper takes its place.
+  if (const auto better = SharperBeside()) {
+    if (++proof_->moves_on > kMostMovesOn)
+      return NotFocused("frames beside the answer are sharper wherever it is sought");
+    verdict.sigma = std::max(verdict.sigma, 0.5 * std::abs(*better - answer));
+    verdict.position = *better;
+    verdict.subject.reset();
+    proof_->sent = true;
+    return GoAndLook{*better};
+  }
+  return Check();
 }
 
 int Session::frames_expected() const {
   return std::max(frames_before_ + method_->FramesExpected() + 1, frames());
 }
 
-std::vector<Sharpness> Session::Sharpnesses() const {
-  const double noise = NoiseVariance(scores_, bits_);
-  std::vector<Sharpness> sharpness;
-  for (const FocusScore& score : scores_) sharpness.push_back(SharpnessOf(score, noise, pixels_));
-  return sharpness;
+double Session::relative_sharpness() const {
+  if (curve_->size() == 0) return 0.0;
+  const auto taken = curve_->Taken();
+  return taken.front().value > 0 ? taken.back().value / taken.front().value : 0.0;
 }
 
-double Session::relative_sharpness() const {
-  if (scores_.empty()) return 0.0;
-  const auto sharpness = Sharpnesses();
-  return sharpness.front().value > 0 ? sharpness.back().value / sharpness.front().value : 0.0;
+/// A frame of this place is there, as near as the motor gets: it need not be asked for again.
+static bool TakenAt(const std::vector<CurvePoint>& points, double place, double resolution) {
+  return std::ranges::any_of(
+      points, [&](const CurvePoint& point) { return std::abs(point.position - place) <= 0.6 * resolution; });
+}
+
+/// A place beside the answer where no frame has been taken yet.
+std::optional<double> Session::SideToSee(double answer) const {
+  const auto [least, most, wanted] = ReachOfSides(setup_);
+  const auto points = curve_->Points();
+  const CurvePoint centre{.position = answer};
+  for (const double sign : {1.0, -1.0}) {
+    const double room = sign > 0 ? setup_.highest - answer : answer - setup_.lowest;
+    if (room < least) continue;
+    if (SeenOnSide(points, centre, sign * least, sign * most) != SideSeen::Nothing) continue;
+    const double place = answer + sign * std::min(wanted, room);
+    if (!TakenAt(points, place, setup_.resolution)) return place;
+  }
+  return std::nullopt;
+}
+
+/// From the answer, where the lens stands: a place farther to a side where what was seen is as sharp, as far as that
+/// may still prove a top. A fine texture falls off within a depth of field, a coarse one later.
+std::optional<double> Session::FartherSide() const {
+  constexpr double kFar = 0.8;  ///< of the farthest
+  if (!setup_.blur_px) return std::nullopt;
+  const auto [least, most, wanted] = ReachOfSides(setup_);
+  const auto taken = curve_->Taken();
+  const CurvePoint& last = taken.back();
+  for (const double sign : {1.0, -1.0}) {
+    const double room = sign > 0 ? setup_.highest - last.position : last.position - setup_.lowest;
+    if (room < kFar * most) continue;
+    if (SeenOnSide(taken, last, sign * least, sign * most) != SideSeen::Alike) continue;
+    if (SeenOnSide(taken, last, sign * kFar * most, sign * most) != SideSeen::Nothing) continue;
+    const double place = last.position + sign * std::min(0.95 * most, room);
+    if (!TakenAt(taken, place, setup_.resolution)) return place;
+  }
+  return std::nullopt;
+}
+
+/// Where a frame near the one taken last is the sharpest of all and clearly sharper.
+std::optional<double> Session::SharperBeside() const {
+  const auto [least, most, wanted] = ReachOfSides(setup_);
+  if (!setup_.blur_px) return std::nullopt;
+  const auto taken = curve_->Taken();
+  const CurvePoint& last = taken.back();
+  const auto& best = *std::ranges::max_element(taken, {}, &CurvePoint::value);
+  const double off = best.position - last.position;
+  if (std::abs(off) < least || std::abs(off) > most) return std::nullopt;
+  if (SeenOnSide({&best, 1}, last, off, off) != SideSeen::Sharper) return std::nullopt;
+  return best.position;
 }
 
 /// Something must have changed with focus, the frame at the answer must be no worse than the one before the run began,
-/// and no frame of the run may be clearly sharper than it.
+/// no frame of the run may be clearly sharper than it, and on each side one must have been clearly less sharp.
 Verdict Session::Check() const {
   constexpr double kSharpestShare = 0.8;  ///< of the sharpest frame seen: less is another place than the peak
   constexpr double kSigmas = 4.0;
   constexpr double kClearRise = 6.0;  ///< sigmas
-  const auto sharpness = Sharpnesses();
-  const Sharpness& last = sharpness.back();
-  Verdict verdict = *to_check_;
+  const auto sharpness = curve_->Taken();
+  const CurvePoint& last = sharpness.back();
+  Verdict verdict = proof_->verdict;
   const auto refuse = [&](std::string reason) {
     verdict.focused = false;
     verdict.confidence = 0.0;
     verdict.reason = std::move(reason);
     return verdict;
   };
-  const auto clearly_below = [&](const Sharpness& other, double share) {
+  const auto clearly_below = [&](const CurvePoint& other, double share) {
     return last.value + kSigmas * std::hypot(last.sigma, other.sigma) < share * other.value;
   };
-  const auto dullest = std::ranges::min_element(sharpness, {}, &Sharpness::value);
-  if (last.value - dullest->value < kClearRise * std::hypot(last.sigma, dullest->sigma)) {
-    return refuse("nothing in the region changes with focus: no texture, too much noise, or too little light");
-  }
+  const auto dullest = std::ranges::min_element(sharpness, {}, &CurvePoint::value);
+  if (last.value - dullest->value < kClearRise * std::hypot(last.sigma, dullest->sigma)) return refuse(kNoPeak);
   if (clearly_below(sharpness.front(), 1.0)) return refuse("the check frame is less sharp than the first frame was");
-  const auto sharpest = std::ranges::max_element(sharpness, {}, &Sharpness::value);
+  const auto sharpest = std::ranges::max_element(sharpness, {}, &CurvePoint::value);
   if (clearly_below(*sharpest, kSharpestShare)) {
     return refuse("the check frame is less sharp than the search promised");
+  }
+  const auto [least, most, wanted] = ReachOfSides(setup_);
+  for (const double sign : {1.0, -1.0}) {
+    const double room = sign > 0 ? setup_.highest - last.position : last.position - setup_.lowest;
+    if (room < least) continue;  // the method has judged the end of the travel
+    const SideSeen seen = SeenOnSide(sharpness, last, sign * least, sign * most);
+    if (seen == SideSeen::LessSharp) continue;
+    if (room < 2.0 * least) return refuse(kAtTheEnd);
+    return refuse(seen == SideSeen::Sharper ? "a frame beside the answer is sharper than it"
+                                            : "frames beside the answer are as sharp as it: no top was seen");
   }
   return verdict;
 }

@@ -54,31 +54,37 @@ Advice Sweep::Next(const Look& look) {
   if (!started_) {
     // The first frame was reached from an unknown side: it is the standard to beat, not a point of the curve.
     started_ = true;
-    curve_.SetFrame(look);
     return Ask();
   }
   curve_.Add(look);
   if (!to_visit_.empty()) return Ask();
 
+  return Conclude();
+}
+
+/// After a pass: the next one, or the end.
+Advice Sweep::Conclude() {
   const std::vector<CurvePoint> points = curve_.Points();
   const auto top = TopOf(points);
   if (!top) return Refuse(kNoPeak);
   if (FineEnough(points, top->index)) return JudgePeak(setup_, curve_, points, *top, kFitSteps * step_, step_);
   const double place = points[top->index].position;
-  PlanPass(place - step_, place, kDivision, false);
+  // A motor of few steps is looked at step by step.
+  const int division = std::min(kDivision, static_cast<int>(std::lround(step_ / setup_.resolution)));
+  PlanPass(place - step_, place, division, false);
   std::deque<double> below = std::move(to_visit_);
-  PlanPass(place, place + step_, kDivision, false);
+  PlanPass(place, place + step_, division, false);
   if (setup_.ascending)
     below.insert(below.end(), to_visit_.begin(), to_visit_.end());
   else
     below.insert(below.begin(), to_visit_.begin(), to_visit_.end());
   to_visit_ = std::move(below);
-  step_ /= kDivision;
-  return Ask();
+  step_ /= division;
+  return to_visit_.empty() ? Conclude() : Ask();
 }
 
 bool Sweep::FineEnough(const std::vector<CurvePoint>& curve, std::size_t best) const {
-  if (step_ <= setup_.resolution * kDivision) return true;
+  if (step_ < 1.5 * setup_.resolution) return true;
   if (fine_step_ > 0) return step_ <= fine_step_ * kDivision / 2;
   const double level = kPlateau * curve[best].value;
   const bool low_side = best == 0 || curve[best - 1].value >= level;

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "autofocus/method.h"
-#include "curve.h"
+#include "sharpness_curve.h"
 
 namespace lensd::autofocus {
 
@@ -23,6 +23,7 @@ class Sweep final : public Method {
 
  private:
   Advice Ask();
+  Advice Conclude();
   bool FineEnough(const std::vector<CurvePoint>& curve, std::size_t best) const;
   void PlanPass(double from, double to, int intervals, bool with_ends);
 

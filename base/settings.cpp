@@ -1,3 +1,5 @@
+// Reading settings into typed structs: range checks, and errors that name file, line and key. What a reader has not
+// asked for is found when it ends, so an unknown key is never passed over.
 #include "base/settings.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// What the commands of lens-bench have in common: reading options, and running only if they are right.
 #include "bench/command.h"
 
 #include <sysexits.h>

@@ -1,3 +1,4 @@
+// One table of figures as CSV, JSON or text; numbers keep all digits in files and four for people.
 #include "bench/outputs.h"
 
 #include <sysexits.h>

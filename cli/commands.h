@@ -13,32 +13,13 @@ void AddPlan(CLI::App& root, Run& run);
 void AddBlur(CLI::App& root, Run& run);
 void AddDof(CLI::App& root, Run& run);
 void AddConjugate(CLI::App& root, Run& run);
+void AddProject(CLI::App& root, Run& run);
+void AddLight(CLI::App& root, Run& run);
 
 inline constexpr std::initializer_list<AddCommand> kCommands = {
-    AddPlan,
-    AddBlur,
-    AddDof,
-    AddConjugate,
-    AddDevices,
-    AddList,
-    AddStatus,
-    AddFocus,
-    AddAperture,
-    AddZoom,
-    AddFilter,
-    AddHome,
-    AddStop,
-    AddAutofocus,
-    AddCalibrate,
-    AddBacklash,
-    AddPreset,
-    AddSnapshot,
-    AddStack,
-    AddMonitor,
-    AddLease,
-    AddDoctor,
-    AddCall,
-    AddIntrospect,
+    AddPlan,   AddBlur,     AddDof,   AddConjugate, AddProject, AddLight, AddDevices,   AddList,      AddStatus,
+    AddFocus,  AddAperture, AddZoom,  AddFilter,    AddHome,    AddStop,  AddAutofocus, AddCalibrate, AddBacklash,
+    AddPreset, AddSnapshot, AddStack, AddMonitor,   AddMetrics, AddLease, AddDoctor,    AddCall,      AddIntrospect,
 };
 
 }  // namespace lensd::cli

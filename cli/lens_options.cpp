@@ -1,3 +1,4 @@
+// Exact numbers of the command line, and distances from where they were measured.
 #include "cli/lens_options.h"
 
 #include "cli/text.h"
@@ -13,6 +14,17 @@ Result<Depth> AsDepth(const Result<optics::ObjectDepth>& place) {
 }
 
 }  // namespace
+
+Place PlaceOf(const Depth& depth) {
+  const Rational exact = depth.exact.ToRational();
+  return depth.IsDistance() ? Place{exact, 1} : Place{1, exact};
+}
+
+Result<double> Rounded(const Rational& exact) {
+  const auto nearest = optics::Nearest(exact);
+  if (!nearest) return Fail(Code::OutOfRange, "the answer is too large or too small to represent");
+  return *nearest;
+}
 
 optics::FocusScale ScaleOf(std::optional<From> from, Metres principal_gap) {
   optics::FocusScale scale;
@@ -35,11 +47,11 @@ Result<Depth> FocusFromCentre(const Decimal& focal_length, const Depth& focus, c
     if (!place) return place;
     centred = *place;
   }
-  if (ExtensionFocusedAt(focal_length, centred)) return centred;
+  if (optics::thin_lens::BeyondFocalPoint(focal_length.ToRational(), PlaceOf(centred)) > 0) return centred;
   const auto closest = longest_extension ? optics::FocalPlaneDistance(f, *longest_extension) : std::nullopt;
   return Fail(Code::OutOfRange, "cannot focus at " + DepthText(centred.Vergence()) +
                                     ", at or inside the focal length: the closest focus is " +
-                                    (closest ? LengthText(*closest) : "just beyond " + LengthText(f)) +
+                                    (closest ? LengthText(*closest, 6) : "just beyond " + LengthText(f, 6)) +
                                     " from the lens centre");
 }
 

@@ -1,16 +1,27 @@
-// The options by which a lens and a focal plane are described on the command line, and the two ways a distance that
-// does not start at the lens centre becomes one that does.
+// The options by which a lens and a focal plane are described on the command line, their exact numbers, and the two
+// ways a distance that does not start at the lens centre becomes one that does.
 #pragma once
 
 #include <optional>
 #include <string>
 
-#include "cli/exact_lens.h"
 #include "cli/quantity.h"
 #include "cli/session.h"
+#include "optics/decimal.h"
 #include "optics/focus_scale.h"
+#include "optics/thin_lens.h"
 
 namespace lensd::cli {
+
+/// Close to the focal length an answer hangs on digits that the inputs lose when they are first rounded to doubles:
+/// what is asked on the command line is computed on the decimals written there and rounded once, at the very end.
+using optics::Rational;
+using Place = optics::thin_lens::AxialPlace<Rational>;
+
+Place PlaceOf(const Depth& depth);
+
+/// The nearest double; OutOfRange beyond what doubles hold.
+Result<double> Rounded(const Rational& exact);
 
 /// `--focal-length`, > 0.
 Result<Decimal> ParseFocalLength(const std::string& text);

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <span>
 #include <string>
 
 #include "cli/commands.h"
 #include "cli/quantity.h"
 #include "cli/session.h"
+#include "cli/text.h"
 
 namespace lensd::cli {
 namespace {
@@ -19,6 +21,7 @@ struct GlobalText {
   std::string socket;
   std::string timeout;
   std::string from;
+  std::string units;
 };
 
 void AddGlobals(CLI::App& root, GlobalText& text) {
@@ -32,6 +35,9 @@ void AddGlobals(CLI::App& root, GlobalText& text) {
       ->group("Global");
   root.add_option("--from", text.from, "where distances start: lens (its centre), sensor or front")
       ->type_name("ORIGIN")
+      ->group("Global");
+  root.add_option("--units", text.units, "distances in text as m, mm, ft, in or D (default: as the first one typed)")
+      ->type_name("UNIT")
       ->group("Global");
 }
 
@@ -54,17 +60,29 @@ Result<Globals> ParseGlobals(const GlobalText& text) {
   return globals;
 }
 
-/// Says one line on stderr and returns the status.
-int Explain(const Failure& failure) {
-  std::string line = failure.message;
-  std::ranges::replace(line, '\n', ' ');
-  std::fprintf(stderr, "lensctl: %s\n", line.c_str());
+Result<DistanceUnit> ParseUnits(const GlobalText& text, std::span<const char* const> arguments) {
+  if (text.units.empty()) return UnitOfFirstDistance(arguments);
+  const auto* found = std::ranges::find(kDistanceUnits, text.units);
+  if (found != kDistanceUnits.end()) return static_cast<DistanceUnit>(found - kDistanceUnits.begin());
+  return Fail(Code::InvalidArgument, "--units '" + text.units + "': say m, mm, ft, in or D");
+}
+
+int End(Session& session, const Failure& failure) {
+  session.Explain(failure);
   return static_cast<int>(failure.status);
+}
+
+/// The same before the global options make sense.
+int EndEarly(const GlobalText& text, const Failure& failure) {
+  Globals globals;
+  globals.json = text.json;
+  Session session(std::move(globals));
+  return End(session, failure);
 }
 
 /// CLI11's complaint with the command's own help to turn to. An unknown command gets a sentence of its own: CLI11 only
 /// says that a command is required.
-int ExplainUsage(const CLI::App& root, const CLI::ParseError& error) {
+Failure UsageFailure(const CLI::App& root, const CLI::ParseError& error) {
   std::string command;
   for (const CLI::App* chosen : root.get_subcommands()) command = " " + chosen->get_name();
   std::string message = error.what();
@@ -72,7 +90,7 @@ int ExplainUsage(const CLI::App& root, const CLI::ParseError& error) {
     const auto unknown = root.remaining();
     message = unknown.empty() ? "say which command" : "there is no command or option '" + unknown.front() + "'";
   }
-  return Explain({Exit::Usage, message + "; see lensctl" + command + " --help"});
+  return {Exit::Usage, message + "; see lensctl" + command + " --help"};
 }
 
 int Main(int argc, char** argv) {
@@ -83,7 +101,9 @@ int Main(int argc, char** argv) {
   root.require_subcommand(1);
   root.footer(
       "Quantities carry their unit: 0.8m 850mm 33in 5ft7in 2.5D inf 8um 1.5px 550nm 3ms 25C 2%. F-numbers: 2.8 or\n"
-      "f/2.8. Ranges: A..B. Exit status: 0 done, 1 the answer is no, 64 and above as in sysexits.h.");
+      "f/2.8. Ranges: A..B. Exit status: 0 done, 1 the answer is no, 2 to 9 the lens or daemon refused, 64 and\n"
+      "above as in sysexits.h; with --json the reason is {\"error\": CODE, \"message\": TEXT} on stdout.");
+  const std::span<const char* const> arguments(argv + 1, static_cast<std::size_t>(std::max(argc - 1, 0)));
   GlobalText text;
   AddGlobals(root, text);
   Run run;
@@ -93,14 +113,18 @@ int Main(int argc, char** argv) {
   } catch (const CLI::Success& asked) {
     return root.exit(asked);
   } catch (const CLI::ParseError& error) {
-    return ExplainUsage(root, error);
+    // The parser may have stopped before it came to --json.
+    text.json = text.json || std::ranges::find(arguments, std::string_view("--json")) != arguments.end();
+    return EndEarly(text, UsageFailure(root, error));
   }
   auto globals = ParseGlobals(text);
-  if (!globals) return Explain(globals.error());
+  const auto units = ParseUnits(text, arguments);
+  if (!globals || !units) return EndEarly(text, globals ? units.error() : globals.error());
+  ShowDistancesIn(*units);
   Session session(*std::move(globals));
   const Outcome outcome = run(session);
-  if (!outcome) return Explain(outcome.error());
-  if (std::ferror(stdout)) return Explain({Exit::Io, "cannot write to stdout"});
+  if (!outcome) return End(session, outcome.error());
+  if (std::ferror(stdout)) return End(session, {Exit::CannotWrite, "cannot write to stdout"});
   return static_cast<int>(*outcome);
 }
 

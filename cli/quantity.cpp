@@ -78,16 +78,6 @@ std::pair<std::string_view, std::string_view> SplitRange(std::string_view text) 
   return {text.substr(0, dots), text.substr(dots + 2)};
 }
 
-std::vector<std::string_view> SplitList(std::string_view text) {
-  std::vector<std::string_view> parts;
-  for (std::size_t start = 0; start <= text.size();) {
-    const auto comma = std::min(text.find(',', start), text.size());
-    parts.push_back(text.substr(start, comma - start));
-    start = comma + 1;
-  }
-  return parts;
-}
-
 /// Passes `exact` on where a double can hold it.
 Result<Decimal> Representable(Decimal exact, std::string_view text, std::string_view option) {
   if (!exact.Nearest()) return Wrong(option, text, "too large or too small to represent");
@@ -101,7 +91,7 @@ Result<Openings> ParseOpenings(std::string_view text, std::string_view option,
   std::vector<Decimal> values;
   const bool list = text.find(',') != std::string_view::npos;
   const auto [first, second] = SplitRange(text);
-  const auto parts = list ? SplitList(text) : std::vector{first, second};
+  const auto parts = list ? SplitAtCommas(text) : std::vector{first, second};
   for (const std::string_view part : parts) {
     auto value = parse(part, option);
     if (!value) return PassOn(std::move(value));
@@ -125,6 +115,16 @@ Result<Depth> ParseSubject(std::string_view text, std::string_view option) {
 }
 
 }  // namespace
+
+std::vector<std::string_view> SplitAtCommas(std::string_view text) {
+  std::vector<std::string_view> parts;
+  for (std::size_t start = 0; start <= text.size();) {
+    const auto comma = std::min(text.find(',', start), text.size());
+    parts.push_back(text.substr(start, comma - start));
+    start = comma + 1;
+  }
+  return parts;
+}
 
 Result<Decimal> ParseExactLength(std::string_view text, std::string_view option) {
   const auto measure = Parse(text, option, {Kind::Length}, kLengths);
@@ -178,20 +178,34 @@ Result<DepthRange> ParseDepthRange(std::string_view text, std::string_view optio
   return DepthRange{*near, *far};
 }
 
-Result<Decimal> ParseBlurLimit(std::string_view text, const std::optional<Decimal>& pixel, std::string_view option) {
+Result<BlurSize> ParseBlur(std::string_view text, std::string_view option) {
   const auto measure = Parse(text, option, {Kind::Length, Kind::Pixels}, "a blur diameter such as 8um or 1.5px");
   if (!measure) return std::unexpected(measure.error());
   if (measure->value.IsZero() || measure->value.IsNegative()) {
     return Wrong(option, text, "a blur limit must be greater than zero");
   }
-  if (measure->kind == Kind::Length) return Representable(measure->value, text, option);
+  auto value = Representable(measure->value, text, option);
+  if (!value) return PassOn(std::move(value));
+  return BlurSize{*std::move(value), measure->kind == Kind::Pixels};
+}
+
+Result<Decimal> BlurInMetres(const BlurSize& blur, std::string_view text, const std::optional<Decimal>& pixel,
+                             std::string_view option) {
+  if (!blur.in_pixels) return blur.value;
   if (!pixel) return Wrong(option, text, "a limit in px needs the size of a pixel: add --pixel, or write it in um");
-  return Representable(measure->value * *pixel, text, option);
+  return Representable(blur.value * *pixel, text, option);
+}
+
+Result<Decimal> ParseBlurLimit(std::string_view text, const std::optional<Decimal>& pixel, std::string_view option) {
+  const auto blur = ParseBlur(text, option);
+  if (!blur) return std::unexpected(blur.error());
+  return BlurInMetres(*blur, text, pixel, option);
 }
 
 Result<Decimal> ParseFNumber(std::string_view text, std::string_view option) {
   auto rest = text;
-  if (rest.starts_with("f/")) rest.remove_prefix(2);
+  if (rest.starts_with('f') || rest.starts_with('F')) rest.remove_prefix(1);
+  if (rest.size() < text.size() && rest.starts_with('/')) rest.remove_prefix(1);
   const auto measure = TakeMeasure(rest);
   if (!measure || measure->kind != Kind::Plain) {
     return Wrong(option, text, "not an f-number; write a number without a unit, such as 2.8 or f/2.8");
@@ -228,12 +242,6 @@ Result<Decimal> ParseNumber(std::string_view text, std::string_view option) {
   const auto measure = Parse(text, option, {Kind::Plain}, "a plain number");
   if (!measure) return std::unexpected(measure.error());
   return Representable(measure->value, text, option);
-}
-
-bool IsQuantity(std::string_view text) {
-  if (text == "inf") return true;
-  const auto measure = TakeMeasure(text);
-  return measure && measure->kind != Kind::Plain;
 }
 
 }  // namespace lensd::cli

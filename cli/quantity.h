@@ -10,9 +10,11 @@
 #include "base/clock.h"
 #include "base/result.h"
 #include "base/units.h"
-#include "cli/decimal.h"
+#include "optics/decimal.h"
 
 namespace lensd::cli {
+
+using optics::Decimal;
 
 /// A depth as it was written. The form matters: a distance keeps its digits near the focal length, a vergence far away.
 struct Depth {
@@ -64,9 +66,18 @@ Result<Span<Decimal>> ParseLengthRange(std::string_view text, std::string_view o
 Result<Depth> ParseDepth(std::string_view text, std::string_view option);
 /// A real subject's depths, `A..B` in either order or one depth: vergence >= 0.
 Result<DepthRange> ParseDepthRange(std::string_view text, std::string_view option);
+/// A blur diameter > 0 as written, in metres or in pixels.
+struct BlurSize {
+  Decimal value;
+  bool in_pixels = false;
+};
+Result<BlurSize> ParseBlur(std::string_view text, std::string_view option);
 /// A blur diameter > 0 in metres, exactly. `px` needs the size of a pixel.
 Result<Decimal> ParseBlurLimit(std::string_view text, const std::optional<Decimal>& pixel, std::string_view option);
-/// `2.8` or `f/2.8`, > 0.
+/// The same of a blur that has been parsed.
+Result<Decimal> BlurInMetres(const BlurSize& blur, std::string_view text, const std::optional<Decimal>& pixel,
+                             std::string_view option);
+/// `2.8`, `f/2.8`, `f2.8` or `F4`, > 0.
 Result<Decimal> ParseFNumber(std::string_view text, std::string_view option);
 /// One f-number, a range `1.4..22`, or the stops `1.4,2,2.8`.
 Result<Openings> ParseFNumbers(std::string_view text, std::string_view option);
@@ -79,7 +90,7 @@ Result<Duration> ParseTime(std::string_view text, std::string_view option);
 /// A plain number without a unit.
 Result<Decimal> ParseNumber(std::string_view text, std::string_view option);
 
-/// Whether `text` is one quantity of any kind (with its unit, or `inf`): such words cannot be names.
-bool IsQuantity(std::string_view text);
+/// The parts of a list, empty ones too.
+std::vector<std::string_view> SplitAtCommas(std::string_view text);
 
 }  // namespace lensd::cli

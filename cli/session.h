@@ -4,6 +4,7 @@
 #include <array>
 #include <expected>
 #include <functional>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -18,28 +19,44 @@ class App;
 
 namespace lensd::cli {
 
-/// How lensctl ends: 0, 1, or a number of sysexits.h.
+/// How lensctl ends. Up to 9 the daemon or a device said no; from 64 on as in sysexits.h.
 enum class Exit : int {
   Done = 0,
   No = 1,             ///< the command worked and the answer is no
+  Stopped = 2,        ///< somebody stopped the axis
+  Superseded = 3,     ///< a newer command for the same axis took over
+  Busy = 4,           ///< something else is going on; the same command works later
+  Timeout = 5,        ///< a deadline passed
+  OutOfRange = 6,     ///< this lens does not reach that
+  NotHomed = 7,       ///< the axis does not know where it stands
+  Unsupported = 8,    ///< this lens or daemon cannot do that
+  Leased = 9,         ///< another client has the lens to itself
   Usage = 64,         ///< the command line makes no sense as written
-  BadData = 65,       ///< a file's contents are wrong
-  Unavailable = 69,   ///< the daemon or the device is not there, or cannot do that
+  BadData = 65,       ///< an input file says something wrong
+  NoInput = 66,       ///< an input file is not there or cannot be read
+  NotFound = 68,      ///< no such lens, preset or mark
+  Unavailable = 69,   ///< the daemon or the device is not there
   Internal = 70,      ///< our own fault
-  Io = 74,            ///< reading or writing failed
-  TryAgain = 75,      ///< busy, superseded, cancelled or too late: the same command may work later
+  CannotWrite = 73,   ///< a file or stdout
+  Io = 74,            ///< a device or a socket
   Protocol = 76,      ///< the other side broke the rules
   NotPermitted = 77,  ///< for instance a socket of another user
   Config = 78,        ///< a configuration is wrong
+  Interrupted = 130,  ///< Control-C
 };
+
+/// What `--json` calls an exit status: "usage", "out-of-range".
+std::string_view NameOf(Exit exit);
 
 /// The exit status that an error of this code ends with.
 Exit StatusOf(Code code);
 
-/// A command that could not do its work: one line for people (what, why, what to do) and the status.
+/// A command that could not do its work: one line for people (what, why, what to do), the status, and what else is
+/// known for programs.
 struct Failure {
   Exit status = Exit::Internal;
   std::string message;
+  std::shared_ptr<const nlohmann::json> details = nullptr;  ///< an object: lens, axis, minimum, ...
 
   Failure(Exit ends_with, std::string line) : status(ends_with), message(std::move(line)) {}
   Failure(const Error& error) : status(StatusOf(error.code)), message(error.message) {}  // NOLINT: errors pass on
@@ -56,6 +73,21 @@ using Outcome = std::expected<Exit, Failure>;
 template <class T>
 [[nodiscard]] std::unexpected<Failure> Refuse(const Result<T>& failed) {
   return std::unexpected(Failure(failed.error()));
+}
+
+/// The same where the command was reading an input file: Code::Io is Exit::NoInput.
+template <class T>
+[[nodiscard]] std::unexpected<Failure> RefuseInput(const Result<T>& failed) {
+  Failure failure(failed.error());
+  if (failed.error().code == Code::Io) failure.status = Exit::NoInput;
+  return std::unexpected(std::move(failure));
+}
+/// The same where it was writing a file: Code::Io is Exit::CannotWrite.
+template <class T>
+[[nodiscard]] std::unexpected<Failure> RefuseOutput(const Result<T>& failed) {
+  Failure failure(failed.error());
+  if (failed.error().code == Code::Io) failure.status = Exit::CannotWrite;
+  return std::unexpected(std::move(failure));
 }
 
 /// Where distances on the command line start.
@@ -79,6 +111,8 @@ class Session {
   const Globals& globals() const { return globals_; }
   bool json() const { return globals_.json; }
 
+  /// Says why the command failed: one line on stderr for people, and with --json one line on stdout for programs.
+  void Explain(const Failure& failure);
   /// Writes one line with one JSON value to stdout at once. Streams call it once per item, other commands once.
   void PrintJson(const nlohmann::json& value);
   /// Writes text for people to stdout; a newline is added where there is none.

@@ -1,19 +1,32 @@
-// Numbers and tables for people.
+// Numbers, depths and tables for people.
 #pragma once
 
-#include <optional>
+#include <array>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "base/quantity_text.h"
 #include "base/units.h"
 
 namespace lensd::cli {
 
-/// A few significant digits, no more than the reader needs: "2.8", "0.0125".
-std::string Short(double value, int digits = 4);
-/// A length in the unit that suits its size: "8.03 um", "51.3 mm", "2.31 m".
-std::string LengthText(Metres length);
-/// A depth as "2.31 m (0.433 D)", "infinity (0 D)" or "past infinity (-0.1 D)".
+/// In what distances are shown.
+enum class DistanceUnit { Metres, Millimetres, Feet, Inches, Dioptres };
+/// Their names on the command line, in that order.
+inline constexpr std::array<std::string_view, 5> kDistanceUnits = {"m", "mm", "ft", "in", "D"};
+
+/// The unit of the first distance on this command line (`--focus 33in`), metres where there is none. Of a range it is
+/// that of its first end that is not infinity.
+DistanceUnit UnitOfFirstDistance(std::span<const char* const> arguments);
+
+/// The unit DepthText() writes in: of the whole process, set once before the command runs. Metres until then.
+void ShowDistancesIn(DistanceUnit unit);
+
+/// A distance in the unit of the process, in km from 100 km on: "2.31 m", "7.58 ft".
+std::string DistanceText(Metres distance);
+/// A depth as "2.31 m (0.433 D)", "infinity (0 D)" or "past infinity (-0.1 D)"; in dioptres "0.433 D (2.31 m)".
 std::string DepthText(Dioptres vergence);
 
 /// Rows of cells as aligned columns. Columns that hold only numbers below the first row align to the right.

@@ -26,13 +26,9 @@ function(lensd_join target)
   endif()
 endfunction()
 
-# lensd_test(NAME SOURCES ... ROOMS ... [LIBRARIES ...] [LABELS ...] [TIMEOUT seconds])
-# One GoogleTest program; every test in it becomes a ctest. Label `slow` keeps it out of script/test --fast.
-function(lensd_test name)
-  cmake_parse_arguments(TEST "" "TIMEOUT" "SOURCES;ROOMS;LIBRARIES;LABELS" ${ARGN})
-  if(NOT TEST_TIMEOUT)
-    set(TEST_TIMEOUT 120)
-  endif()
+# lensd_test_program(NAME SOURCES ... ROOMS ... [LIBRARIES ...]): the GoogleTest program test_NAME.
+function(lensd_test_program name)
+  cmake_parse_arguments(TEST "" "" "SOURCES;ROOMS;LIBRARIES" ${ARGN})
   list(TRANSFORM TEST_ROOMS PREPEND room_)
   add_executable(test_${name} ${TEST_SOURCES})
   target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
@@ -40,6 +36,16 @@ function(lensd_test name)
                                                   LENSD_BINARY_DIR="${PROJECT_BINARY_DIR}")
   target_link_libraries(test_${name} PRIVATE ${TEST_ROOMS} ${TEST_LIBRARIES} GTest::gtest GTest::gmock GTest::gtest_main)
   lensd_join(test_${name})
+endfunction()
+
+# lensd_test(NAME SOURCES ... ROOMS ... [LIBRARIES ...] [LABELS ...] [TIMEOUT seconds])
+# The same; every test in it becomes a ctest. Label `slow` keeps it out of script/test --fast.
+function(lensd_test name)
+  cmake_parse_arguments(TEST "" "TIMEOUT" "SOURCES;ROOMS;LIBRARIES;LABELS" ${ARGN})
+  if(NOT TEST_TIMEOUT)
+    set(TEST_TIMEOUT 120)
+  endif()
+  lensd_test_program(${name} SOURCES ${TEST_SOURCES} ROOMS ${TEST_ROOMS} LIBRARIES ${TEST_LIBRARIES})
   gtest_discover_tests(test_${name} DISCOVERY_MODE PRE_TEST TEST_PREFIX ${name}.
                        PROPERTIES TIMEOUT ${TEST_TIMEOUT} LABELS "${name};${TEST_LABELS}")
 endfunction()

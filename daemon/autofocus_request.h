@@ -1,13 +1,21 @@
 // What the interface's autofocus methods ask for, as the rig's request.
 #pragma once
 
+#include <memory>
+#include <vector>
+
 #include "base/result.h"
-#include "proto/json.h"
 #include "rig/rig.h"
+#include "varlink/json.h"
 
 namespace lensd::daemon {
 
 /// From the parameters that all of them share: region or regions, policy and method. InvalidArgument.
-Result<rig::AutofocusRequest> AutofocusRequestOf(const proto::Json& parameters);
+Result<rig::AutofocusRequest> AutofocusRequestOf(const varlink::Json& parameters);
+
+class ServedLens;
+/// Nobody is left to be told of the autofocus whose end sets `ended` on the worker's thread: stops it, never the motion
+/// of somebody else.
+void StopUnlessEnded(ServedLens& lens, std::shared_ptr<const bool> ended, std::vector<drivers::Axis> axes);
 
 }  // namespace lensd::daemon

@@ -1,3 +1,4 @@
+// Calibration files of the state folder, found by lens, read at opening and written whole.
 #include "calibration_store.h"
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include <utility>
 
 #include "io/atomic_file.h"
+#include "io/checked_file.h"
 #include "io/toml.h"
 
 namespace lensd::daemon {
@@ -24,6 +26,30 @@ bool IsThere(const std::string& file) {
   return !file.empty() && std::filesystem::exists(file, error);
 }
 
+/// Whoever edits a file may have meant it: what parses holds. What does not is kept, since the next one written takes
+/// its place.
+template <class Content, class Read>
+Result<Kept<Content>> Load(const std::string& file, Writer writer, const Read& read) {
+  if (!IsThere(file)) return Kept<Content>{};
+  auto settings = io::ReadTomlFile(file);
+  Result<Content> content = settings ? read(*settings) : Result<Content>(PassOn(std::move(settings)));
+  if (!content && content.error().code == Code::BadData) {
+    const auto copy = io::KeepDamaged(file);
+    return Fail(Code::BadData,
+                content.error().message + "; " +
+                    (copy ? "the file is kept as " + *copy : "it cannot be kept: " + copy.error().message));
+  }
+  if (!content) return PassOn(std::move(content));
+  const auto text = io::ReadWholeFile(file);
+  if (!text) return PassOn(Result<std::string>(text));
+  Kept<Content> kept{*std::move(content), ""};
+  const io::Integrity integrity = io::IntegrityOfLines(*text);
+  if (integrity == io::Integrity::Changed || (integrity == io::Integrity::Unsigned && writer == Writer::Lensd)) {
+    kept.warning = file + ": edited by hand since lensd wrote it";
+  }
+  return kept;
+}
+
 }  // namespace
 
 std::string CalibrationFile(const LensConfig& config, const std::string& state, const std::string& serial) {
@@ -37,25 +63,23 @@ std::string PresetsFile(const LensConfig& config, const std::string& state) {
   return state.empty() ? "" : (std::filesystem::path(state) / (config.name + ".presets.toml")).string();
 }
 
-Result<std::shared_ptr<const rig::Calibration>> LoadCalibration(const std::string& file) {
-  if (!IsThere(file)) return nullptr;
-  auto settings = io::ReadTomlFile(file);
-  if (!settings) return PassOn(std::move(settings));
-  auto calibration = rig::ReadCalibration(*settings);
-  if (!calibration) return PassOn(std::move(calibration));
-  return std::make_shared<const rig::Calibration>(*std::move(calibration));
+Result<Kept<std::shared_ptr<const rig::Calibration>>> LoadCalibration(const std::string& file, Writer writer) {
+  return Load<std::shared_ptr<const rig::Calibration>>(file, writer, [](const Settings& settings) {
+    auto calibration = rig::ReadCalibration(settings);
+    using Shared = std::shared_ptr<const rig::Calibration>;
+    if (!calibration) return Result<Shared>(PassOn(std::move(calibration)));
+    return Result<Shared>(std::make_shared<const rig::Calibration>(*std::move(calibration)));
+  });
 }
 
-Result<std::vector<rig::Preset>> LoadPresets(const std::string& file) {
-  if (!IsThere(file)) return std::vector<rig::Preset>{};
-  auto settings = io::ReadTomlFile(file);
-  if (!settings) return PassOn(std::move(settings));
-  return rig::ReadPresets(*settings);
+Result<Kept<std::vector<rig::Preset>>> LoadPresets(const std::string& file) {
+  return Load<std::vector<rig::Preset>>(file, Writer::Lensd,
+                                        [](const Settings& settings) { return rig::ReadPresets(settings); });
 }
 
 Result<void> Keep(const std::string& file, const std::string& text) {
   if (file.empty()) return {};
-  if (!text.empty()) return io::WriteFileAtomically(file, text);
+  if (!text.empty()) return io::WriteFileAtomically(file, io::SignedLines(text));
   std::error_code error;
   std::filesystem::remove(file, error);
   if (error) return Fail(Code::Io, file + ": cannot be removed: " + error.message());

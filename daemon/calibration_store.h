@@ -18,12 +18,22 @@ std::string CalibrationFile(const LensConfig& config, const std::string& state, 
 /// NAME.presets.toml in the state folder; empty without one.
 std::string PresetsFile(const LensConfig& config, const std::string& state);
 
-/// Null where there is no such file. Io, BadData.
-Result<std::shared_ptr<const rig::Calibration>> LoadCalibration(const std::string& file);
-Result<std::vector<rig::Preset>> LoadPresets(const std::string& file);
+/// What a kept file holds, and what its reader should know of it.
+template <class Content>
+struct Kept {
+  Content content{};
+  std::string warning;  ///< empty, or that it was edited by hand
+};
 
-/// Replaces the file, or removes it where `text` is empty; nothing where `file` is empty. On return that outlives a
-/// crash. Io.
+/// Who writes a file: one of the state folder has a checksum.
+enum class Writer { Lensd, People };
+
+/// Null where there is no such file. Io, BadData: then a copy is kept as FILE.damaged, and the message says so.
+Result<Kept<std::shared_ptr<const rig::Calibration>>> LoadCalibration(const std::string& file, Writer writer);
+Result<Kept<std::vector<rig::Preset>>> LoadPresets(const std::string& file);
+
+/// Replaces the file by `text` with a checksum, or removes it where `text` is empty; nothing where `file` is empty. On
+/// return that outlives a crash. Io.
 Result<void> Keep(const std::string& file, const std::string& text);
 
 }  // namespace lensd::daemon

@@ -79,11 +79,11 @@ Result<LensConfig> ReadLens(const Settings& table, const Buses& buses) {
   lens.device = ReadDevice(read, table, kOwnKeys);
   const std::size_t start = read.Choice("start", {"keep", "home", "on-demand"}, 0);
   lens.home_at_start = start == 1;
-  if (start == 2) read.Reject("start", "\"on-demand\" is not supported by this version; say \"keep\" or \"home\"");
   const Settings* bus = read.Any("bus");
   auto rig = rig::ReadRigConfig(read);
   if (!rig) return PassOn(std::move(rig));
   lens.rig = *std::move(rig);
+  for (const drivers::Axis axis : drivers::kAxes) lens.rig.axes[axis].home_on_demand = start == 2;
   const Settings* camera = read.Table("camera");
   if (auto done = read.Finish(); !done) return PassOn(std::move(done));
   if (auto resolved = Resolve(lens.device, bus, buses); !resolved) return PassOn(std::move(resolved));

@@ -1,9 +1,14 @@
+// One client's socket: bytes in, messages to the router, replies out in order. What a client may make the daemon hold
+// is bounded here.
 #include "connection.h"
 
+#include <linux/sockios.h>
 #include <sys/epoll.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -14,28 +19,45 @@ namespace {
 
 /// Calls served in one turn of the loop, so that one busy client cannot starve the others.
 constexpr int kCallsPerTurn = 32;
+/// Once calls have taken as long, those that are read only now wait until everything was read: a stop may be among it.
+constexpr Duration kTurn = std::chrono::microseconds(500);
+constexpr std::size_t kReadBytes = std::size_t{16} << 10;
+/// Calls that wait beyond this are left in the socket.
+constexpr std::size_t kInboxBytes = std::size_t{1} << 20;
+/// Reading goes before serving.
+constexpr std::int64_t kTurnPriority = SD_EVENT_PRIORITY_NORMAL + 10;
+
+Instant Now() {
+  return MonotonicClock().Now();
+}
 
 }  // namespace
 
-Result<std::unique_ptr<Connection>> Connection::Create(EventLoop& loop, int socket, const Limits& limits,
-                                                       Dispatch dispatch, Closed closed) {
-  std::unique_ptr<Connection> made(new Connection(socket, limits, std::move(dispatch), std::move(closed)));
+Result<std::unique_ptr<Connection>> Connection::Create(ConnectionHost& host, int socket, Restriction restriction,
+                                                       Closed closed) {
+  std::unique_ptr<Connection> made(new Connection(host, socket, std::move(restriction), std::move(closed)));
   sd_event_source* source = nullptr;
   sd_event_source* turn = nullptr;
-  int status = sd_event_add_io(loop.get(), &source, socket, EPOLLIN, OnSocket, made.get());
+  int status = sd_event_add_io(host.loop.get(), &source, socket, EPOLLIN, OnSocket, made.get());
   made->source_.reset(source);
-  if (status >= 0) status = sd_event_add_defer(loop.get(), &turn, OnTurn, made.get());
+  if (status >= 0) status = sd_event_add_defer(host.loop.get(), &turn, OnTurn, made.get());
   made->turn_.reset(turn);
+  if (status >= 0) status = sd_event_source_set_priority(turn, kTurnPriority);
   if (status < 0) return Fail(Code::Io, std::string("cannot watch a connection: ") + std::strerror(-status));
   sd_event_source_set_enabled(turn, SD_EVENT_OFF);
   return made;
 }
 
-Connection::Connection(int socket, const Limits& limits, Dispatch dispatch, Closed closed)
-    : socket_(socket), limits_(limits), dispatch_(std::move(dispatch)), closed_(std::move(closed)) {}
+Connection::Connection(ConnectionHost& host, int socket, Restriction restriction, Closed closed)
+    : host_(host), socket_(socket), restriction_(std::move(restriction)), closed_(std::move(closed)) {
+  inbox_.last_read = Now();
+}
 
 Connection::~Connection() {
   if (current_) current_->connection_ = nullptr;
+  for (const Incoming& message : inbox_.messages) {
+    if (message.early) message.early->connection_ = nullptr;
+  }
   if (socket_ >= 0) close(socket_);
 }
 
@@ -44,68 +66,133 @@ int Connection::OnSocket(sd_event_source*, int, unsigned revents, void* self) {
   if (revents & EPOLLIN) {
     // What a peer sent before it went still counts: a last oneway call is carried out.
     if (!connection.Read()) return 0;
-    connection.Serve();
+    connection.TakeTurn();
   }
   if (connection.socket_ >= 0 && (revents & EPOLLOUT)) {
     connection.Flush();
-    connection.Serve();
+    connection.TakeTurn();
   }
   if (connection.socket_ >= 0 && (revents & (EPOLLHUP | EPOLLERR))) connection.Close("");
   return 0;
 }
 
+/// Serves now, or when everything was read. What has acted already only waits for its reply.
+void Connection::TakeTurn() {
+  const bool acted = !inbox_.messages.empty() && inbox_.messages.front().early;
+  if (acted || host_.budget.spent < kTurn) return Serve();
+  Watch();
+  sd_event_source_set_enabled(turn_.get(), SD_EVENT_ONESHOT);
+}
+
 int Connection::OnTurn(sd_event_source*, void* self) {
-  static_cast<Connection*>(self)->Serve();
+  auto& connection = *static_cast<Connection*>(self);
+  connection.host_.budget.spent = {};
+  connection.Serve();
   return 0;
 }
 
 /// Reads once: what is left wakes the loop again. False: closed.
 bool Connection::Read() {
-  std::array<char, 65536> bytes;
-  const ssize_t count = recv(socket_, bytes.data(), bytes.size(), 0);
+  std::array<char, kReadBytes> bytes;
+  const ssize_t count = recv(socket_, bytes.data(), bytes.size(), MSG_DONTWAIT);
   if (count > 0) {
-    frames_.Append({bytes.data(), static_cast<std::size_t>(count)});
+    inbox_.frames.Append({bytes.data(), static_cast<std::size_t>(count)});
+    inbox_.last_read = Now();
+    Sort();
   } else if (count == 0) {
-    peer_done_ = true;
+    inbox_.peer_done = true;
   } else if (errno != EAGAIN && errno != EINTR) {
     return Close(""), false;
   }
   return true;
 }
 
+/// Puts whole messages into the inbox; what acts when it is read does.
+void Connection::Sort() {
+  const bool was_serving = std::exchange(serving_, true);
+  while (inbox_.broken.empty()) {
+    const auto message = inbox_.frames.Next();
+    if (!message) inbox_.broken = message.error().message;
+    if (!message || !*message) break;
+    Incoming incoming{++host_.calls_read, std::string(**message), nullptr};
+    inbox_.bytes += SizeOf(incoming);
+    if (host_.acts_when_read(incoming.text)) {
+      auto call = varlink::ReceiveCall(incoming.text);
+      if (call && host_.acts_when_read(call->method + "\"")) {
+        incoming.early = Begin(*std::move(call), incoming.number);
+        incoming.early->in_turn_ = false;
+        host_.dispatch(incoming.early);
+      }
+    }
+    inbox_.messages.push_back(std::move(incoming));
+  }
+  serving_ = was_serving;
+}
+
 bool Connection::MayServe() const {
-  return socket_ >= 0 && !current_ && output_.size() - written_ < limits_.busy_bytes;
+  return socket_ >= 0 && !current_ && output_.bytes.size() - output_.written < host_.limits.busy_bytes &&
+         *oneway_ < host_.limits.oneway_calls;
 }
 
 void Connection::Serve() {
   if (serving_) return;
   serving_ = true;
-  bool more_to_come = true;  // whole messages may be left
-  for (int served = 0; served < kCallsPerTurn && more_to_come && MayServe(); ++served) {
-    const auto message = frames_.Next();
-    more_to_come = message && *message;
-    if (!message) Close(message.error().message);
-    if (more_to_come) ServeOne(**message);
+  const Instant began = Now();
+  Instant now = began;
+  for (int served = 0; served < kCallsPerTurn && now - began < kTurn && !inbox_.messages.empty() && MayServe();
+       ++served) {
+    Incoming message = std::move(inbox_.messages.front());
+    inbox_.messages.pop_front();
+    inbox_.bytes -= SizeOf(message);
+    ServeOne(std::move(message));
+    now = Now();
   }
+  host_.budget.spent += now - began;
   serving_ = false;
+  if (socket_ >= 0 && inbox_.messages.empty() && !inbox_.broken.empty()) Close(inbox_.broken);
   if (socket_ >= 0) Flush();
   // Others first: what is left has to wait for the next turn, unless a reply or the peer has to come first anyway.
-  const bool again = more_to_come && MayServe();
+  const bool again = !inbox_.messages.empty() && MayServe();
   if (socket_ >= 0) sd_event_source_set_enabled(turn_.get(), again ? SD_EVENT_ONESHOT : SD_EVENT_OFF);
-  if (socket_ >= 0 && peer_done_ && !current_ && !more_to_come && output_.empty()) Close("");
+  if (socket_ >= 0 && inbox_.peer_done && !current_ && inbox_.messages.empty() && output_.bytes.empty()) Close("");
 }
 
-void Connection::ServeOne(std::string_view message) {
-  Result<proto::ReceivedCall> call = proto::ReceiveCall(message);
-  if (!call) return Close(call.error().message);
-  const bool oneway = call->oneway;
-  auto exchange = std::make_shared<Exchange>(*std::move(call), oneway ? nullptr : this);
-  if (!oneway) current_ = exchange;
-  dispatch_(exchange);
+ExchangePointer Connection::Begin(varlink::ReceivedCall call, std::uint64_t number) {
+  const bool oneway = call.oneway;
+  auto exchange = std::make_shared<Exchange>(std::move(call), oneway ? nullptr : this, number);
+  if (!oneway) return exchange;
+  ++*oneway_;
+  exchange->ended_ = [this, alive = std::weak_ptr(oneway_)] {
+    const auto unfinished = alive.lock();
+    if (!unfinished) return;
+    --*unfinished;
+    if (!serving_ && socket_ >= 0) sd_event_source_set_enabled(turn_.get(), SD_EVENT_ONESHOT);
+  };
+  return exchange;
+}
+
+void Connection::ServeOne(Incoming message) {
+  ExchangePointer exchange = message.early;
+  if (!exchange) {
+    Result<varlink::ReceivedCall> call = varlink::ReceiveCall(message.text);
+    if (!call) return Close(call.error().message);
+    exchange = Begin(*std::move(call), message.number);
+  }
+  if (exchange->connection_ != nullptr) current_ = exchange;
+  exchange->in_turn_ = true;
+  if (message.early) {
+    if (auto held = std::exchange(exchange->held_, std::nullopt)) exchange->SendLast(*std::move(held));
+  } else if (restricted()) {
+    exchange->Refuse(restriction_.error, {{"message", restriction_.message}});
+    inbox_.messages.clear();
+    inbox_.peer_done = true;
+  } else {
+    host_.dispatch(exchange);
+  }
 }
 
 void Connection::Send(std::string_view message) {
-  output_ += message;
+  output_.bytes += message;
   if (!serving_) Flush();
 }
 
@@ -123,35 +210,42 @@ void Connection::AtClose(std::uint64_t key, std::move_only_function<void()> clos
   }
 }
 
+std::size_t Connection::unread() const {
+  int in_socket = 0;
+  if (socket_ >= 0) (void)ioctl(socket_, SIOCOUTQ, &in_socket);
+  return output_.bytes.size() - output_.written + static_cast<std::size_t>(std::max(in_socket, 0));
+}
+
 /// Writes what the socket takes; when all is gone, a stream may produce more.
 void Connection::Flush() {
-  if (flushing_) return;
-  flushing_ = true;
-  while (WriteSome() && output_.empty() && current_) {
+  if (output_.flushing) return;
+  output_.flushing = true;
+  while (WriteSome() && output_.bytes.empty() && current_) {
     const ExchangePointer draining = current_;  // it may finish, or close us, meanwhile
     draining->PeerDrained();
-    if (output_.empty()) break;
+    if (output_.bytes.empty()) break;
   }
-  flushing_ = false;
+  output_.flushing = false;
   if (socket_ >= 0) Watch();
 }
 
 /// False: closed.
 bool Connection::WriteSome() {
-  while (socket_ >= 0 && written_ < output_.size()) {
-    const ssize_t count = send(socket_, output_.data() + written_, output_.size() - written_, MSG_NOSIGNAL);
+  while (socket_ >= 0 && output_.written < output_.bytes.size()) {
+    const ssize_t count =
+        send(socket_, output_.bytes.data() + output_.written, output_.bytes.size() - output_.written, MSG_NOSIGNAL);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0 && errno == EAGAIN) break;
     if (count < 0) return Close(""), false;
-    written_ += static_cast<std::size_t>(count);
+    output_.written += static_cast<std::size_t>(count);
   }
   if (socket_ < 0) return false;
-  if (output_.size() - written_ > limits_.output_bytes) return Close("it reads too slowly"), false;
-  if (written_ == output_.size()) {
-    output_.clear();
-    written_ = 0;
-  } else if (written_ > limits_.busy_bytes) {
-    output_.erase(0, std::exchange(written_, 0));
+  if (output_.bytes.size() - output_.written > host_.limits.output_bytes) return Close("it reads too slowly"), false;
+  if (output_.written == output_.bytes.size()) {
+    output_.bytes.clear();
+    output_.written = 0;
+  } else if (output_.written > host_.limits.busy_bytes) {
+    output_.bytes.erase(0, std::exchange(output_.written, 0));
   }
   return true;
 }
@@ -159,8 +253,9 @@ bool Connection::WriteSome() {
 /// Asks the loop only for what can be used now; a hang-up is always told.
 void Connection::Watch() {
   unsigned events = 0;
-  if (!peer_done_ && frames_.pending() <= proto::kMaxMessageBytes) events |= EPOLLIN;
-  if (!output_.empty()) events |= EPOLLOUT;
+  if (!inbox_.peer_done && inbox_.bytes <= kInboxBytes && inbox_.frames.pending() <= varlink::kMaxMessageBytes)
+    events |= EPOLLIN;
+  if (!output_.bytes.empty()) events |= EPOLLOUT;
   sd_event_source_set_io_events(source_.get(), events);
 }
 
@@ -170,6 +265,9 @@ void Connection::Close(std::string_view reason) {
   sd_event_source_set_enabled(turn_.get(), SD_EVENT_OFF);
   close(std::exchange(socket_, -1));
   if (const ExchangePointer gone = std::exchange(current_, nullptr)) gone->PeerGone();
+  for (const Incoming& message : std::exchange(inbox_.messages, {})) {
+    if (message.early) message.early->PeerGone();
+  }
   for (auto& [key, closed] : std::exchange(at_close_, {})) closed();
   closed_(*this, reason);
 }

@@ -1,3 +1,4 @@
+// Every driver there is, by name. A new one is one row.
 #include "drivers_table.h"
 
 #include <algorithm>
@@ -13,19 +14,28 @@ namespace lensd::daemon {
 namespace {
 
 constexpr drivers::Driver kDrivers[] = {
-    {.name = "sim", .open = sim::OpenSim, .probe = nullptr, .reopen = false},
-    {.name = "v4l2", .open = v4l2::OpenV4l2, .probe = v4l2::ProbeV4l2},
-    {.name = "uvc", .open = drivers::uvc::OpenUvc, .probe = drivers::uvc::ProbeUvc},
+    {.name = "sim", .open = sim::OpenSim, .probe = nullptr, .check = sim::CheckSim, .reopen = false},
+    {.name = "v4l2",
+     .open = drivers::v4l2::OpenV4l2,
+     .probe = drivers::v4l2::ProbeV4l2,
+     .check = drivers::v4l2::CheckV4l2},
+    {.name = "uvc", .open = drivers::uvc::OpenUvc, .probe = drivers::uvc::ProbeUvc, .check = drivers::uvc::CheckUvc},
     {.name = "lensconnect",
      .open = drivers::lensconnect::OpenLensConnect,
-     .probe = drivers::lensconnect::ProbeLensConnect},
+     .probe = drivers::lensconnect::ProbeLensConnect,
+     .check = drivers::lensconnect::CheckLensConnect},
     {.name = "modbus",
      .open = drivers::modbus::OpenModbus,
      .probe = drivers::modbus::ProbeModbus,
+     .check = drivers::modbus::CheckModbus,
      .reopen = false,
      .check_bus = drivers::modbus::CheckBus,
      .profiles = &drivers::modbus::kProfiles},
-    {.name = "aravis", .open = drivers::aravis::OpenAravis, .probe = drivers::aravis::ProbeAravis, .reopen = false},
+    {.name = "aravis",
+     .open = drivers::aravis::OpenAravis,
+     .probe = drivers::aravis::ProbeAravis,
+     .check = drivers::aravis::CheckAravis,
+     .reopen = false},
 };
 
 }  // namespace

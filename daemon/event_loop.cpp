@@ -1,13 +1,16 @@
+// sd-event behind callbacks: descriptors, timers, signals, and tasks posted from other threads. Everything runs on the
+// loop's thread but Post().
 #include "event_loop.h"
 
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#include <csignal>
 #include <cstdint>
 #include <cstring>
 #include <utility>
+
+#include "barrier.h"
 
 namespace lensd::daemon {
 namespace {
@@ -59,14 +62,38 @@ int EventLoop::RunPosted(sd_event_source*, int descriptor, unsigned, void* self)
     const std::lock_guard lock(loop.mutex_);
     tasks.swap(loop.posted_);
   }
-  for (Task& task : tasks) task();
+  for (Task& task : tasks) (void)Guarded("the event loop", task);
   return 0;
 }
 
-Result<void> EventLoop::QuitOnSignals() {
-  for (const int signal : {SIGTERM, SIGINT}) {
-    // Without a handler sd-event ends the loop, as wanted.
-    auto added = Check(sd_event_add_signal(event_.get(), nullptr, signal, nullptr, nullptr), "cannot watch signals");
+void EventLoop::After(Duration delay, Task task) {
+  const auto run = [](sd_event_source* source, std::uint64_t, void* self) {
+    (void)Guarded("the event loop", *static_cast<Task*>(self));
+    return sd_event_source_set_floating(source, 0);
+  };
+  const auto usec = std::chrono::duration_cast<std::chrono::microseconds>(delay).count();
+  auto kept = std::make_unique<Task>(std::move(task));
+  sd_event_source* source = nullptr;
+  if (sd_event_add_time_relative(event_.get(), &source, CLOCK_MONOTONIC, static_cast<std::uint64_t>(usec), 1000, run,
+                                 kept.get()) < 0) {
+    return;
+  }
+  sd_event_source_set_destroy_callback(source, [](void* self) { delete static_cast<Task*>(self); });
+  kept.release();
+  sd_event_source_set_floating(source, 1);
+  sd_event_source_unref(source);
+}
+
+int EventLoop::RunSignal(sd_event_source*, const signalfd_siginfo* signal, void* self) {
+  const int number = static_cast<int>(signal->ssi_signo);
+  static_cast<EventLoop*>(self)->signals_.at(number)(number);
+  return 0;
+}
+
+Result<void> EventLoop::OnSignals(std::initializer_list<int> signals, std::function<void(int)> told) {
+  for (const int signal : signals) {
+    signals_[signal] = told;
+    auto added = Check(sd_event_add_signal(event_.get(), nullptr, signal, RunSignal, this), "cannot watch signals");
     if (!added) return added;
   }
   return {};

@@ -2,12 +2,16 @@
 #pragma once
 
 #include <functional>
+#include <initializer_list>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <vector>
 
+#include <sys/signalfd.h>
 #include <systemd/sd-event.h>
 
+#include "base/clock.h"
 #include "base/result.h"
 
 namespace lensd::daemon {
@@ -32,8 +36,10 @@ class EventLoop {
   /// From any thread: runs `task` in the loop, in the order of posting. Tasks posted after Run() has returned are
   /// destroyed without running.
   void Post(Task task);
-  /// SIGTERM and SIGINT end Run(). They must be blocked in every thread already.
-  Result<void> QuitOnSignals();
+  /// Runs `task` once, that much later, unless the loop has ended by then.
+  void After(Duration delay, Task task);
+  /// Calls `told` in the loop for each of these signals, which must be blocked in every thread already.
+  Result<void> OnSignals(std::initializer_list<int> signals, std::function<void(int)> told);
   /// Pings systemd's watchdog from the loop, where systemd asks for it.
   void ServeWatchdog() { sd_event_set_watchdog(event_.get(), 1); }
   /// Code::Io: the loop itself failed.
@@ -42,11 +48,13 @@ class EventLoop {
 
  private:
   EventLoop() = default;
+  static int RunSignal(sd_event_source* source, const signalfd_siginfo* signal, void* self);
   static int RunPosted(sd_event_source* source, int descriptor, unsigned revents, void* self);
 
   std::unique_ptr<sd_event, EventDeleter> event_;
   EventSource wake_source_;
   int wake_descriptor_ = -1;
+  std::map<int, std::function<void(int)>> signals_;
   std::mutex mutex_;
   std::vector<Task> posted_;  // guarded by mutex_
 };

@@ -1,31 +1,41 @@
+// One call and its answers. It outlives the connection, so a handler may finish it whenever the answer is there.
 #include "exchange.h"
 
 #include "connection.h"
 
 namespace lensd::daemon {
 
-const proto::Json& Exchange::parameters() const {
+const varlink::Json& Exchange::parameters() const {
   if (!parameters_) parameters_ = call_.parameters.ToJson();
   return *parameters_;
 }
 
+std::size_t Exchange::unread() const {
+  return connection_ == nullptr ? 0 : connection_->unread();
+}
+
 void Exchange::Continue(std::string_view parameters) {
-  if (connection_ != nullptr) connection_->Send(proto::EncodeReply(parameters, /*continues=*/true));
+  if (connection_ != nullptr && in_turn_) connection_->Send(varlink::EncodeReply(parameters, /*continues=*/true));
+}
+
+void Exchange::SendLast(std::string message) {
+  if (auto ended = std::exchange(ended_, nullptr)) ended();
+  if (!in_turn_) {
+    if (connection_ != nullptr && !held_) held_ = std::move(message);
+  } else if (Connection* connection = std::exchange(connection_, nullptr)) {
+    connection->SendLast(message);
+  }
 }
 
 void Exchange::Finish(std::string_view parameters) {
-  if (Connection* connection = std::exchange(connection_, nullptr)) {
-    connection->SendLast(proto::EncodeReply(parameters, /*continues=*/false));
-  }
+  SendLast(varlink::EncodeReply(parameters, /*continues=*/false));
 }
 
-void Exchange::Refuse(std::string_view error, proto::Json parameters) {
-  if (Connection* connection = std::exchange(connection_, nullptr)) {
-    proto::Reply reply;
-    reply.error = error;
-    reply.parameters = std::move(parameters);
-    connection->SendLast(proto::EncodeReply(reply));
-  }
+void Exchange::Refuse(std::string_view error, varlink::Json parameters) {
+  varlink::Reply reply;
+  reply.error = error;
+  reply.parameters = std::move(parameters);
+  SendLast(varlink::EncodeReply(reply));
 }
 
 void Exchange::AtClose(std::uint64_t key, std::move_only_function<void()> closed) {

@@ -5,10 +5,11 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 
-#include "proto/message.h"
+#include "varlink/message.h"
 
 namespace lensd::daemon {
 
@@ -18,25 +19,28 @@ class Connection;
 /// the call keeps it alive until Finish() or Refuse().
 class Exchange : public std::enable_shared_from_this<Exchange> {
  public:
-  /// `connection` is null for oneway calls.
-  Exchange(proto::ReceivedCall call, Connection* connection)
-      : call_(std::move(call)), connection_(connection), peer_(connection) {}
+  /// `connection` is null for oneway calls; `number` counts all calls in the order they were read.
+  Exchange(varlink::ReceivedCall call, Connection* connection, std::uint64_t number)
+      : call_(std::move(call)), connection_(connection), peer_(connection), number_(number) {}
 
-  const proto::ReceivedCall& call() const { return call_; }
+  const varlink::ReceivedCall& call() const { return call_; }
   /// The parameters as they were parsed; an object.
-  proto::JsonView view() const { return call_.parameters; }
+  varlink::JsonView view() const { return call_.parameters; }
   /// The same as a Json, made when first asked for.
-  const proto::Json& parameters() const;
+  const varlink::Json& parameters() const;
 
   /// One of several replies; the call must have been made with `more`. `parameters` is a JSON object.
   void Continue(std::string_view parameters);
   /// The last reply.
   void Finish(std::string_view parameters);
   /// The last reply, an error.
-  void Refuse(std::string_view error, proto::Json parameters);
+  void Refuse(std::string_view error, varlink::Json parameters);
 
   /// Called at most once, when the peer goes before the last reply.
   void OnGone(std::move_only_function<void()> gone) { gone_ = std::move(gone); }
+  std::uint64_t number() const { return number_; }
+  /// Bytes sent to this client that it has not read yet.
+  std::size_t unread() const;
   /// Which client called: equal for calls of one connection that is still open; null for oneway calls.
   const void* peer() const { return peer_; }
   /// Called when the client's connection closes, also after the last reply; once, from the event loop. An empty
@@ -49,12 +53,17 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
  private:
   friend class Connection;
   void PeerGone();
+  void SendLast(std::string message);
   void PeerDrained();
 
-  proto::ReceivedCall call_;
-  mutable std::optional<proto::Json> parameters_;
+  varlink::ReceivedCall call_;
+  mutable std::optional<varlink::Json> parameters_;
   Connection* connection_;
   const void* peer_;  // outlives connection_, to compare only
+  const std::uint64_t number_;
+  bool in_turn_ = true;              // replies may go out; otherwise the last one is held until then
+  std::optional<std::string> held_;  // the last reply
+  std::move_only_function<void()> ended_;
   std::move_only_function<void()> gone_;
   std::move_only_function<void()> drained_;
 };

@@ -7,21 +7,15 @@ namespace lensd::daemon {
 namespace {
 
 using drivers::Axis;
-using proto::Json;
+using varlink::Json;
 
 double Milliseconds(Duration duration) {
   return std::chrono::duration<double, std::milli>(duration).count();
 }
 
-/// Native positions are mostly whole steps: those read better without a decimal point.
-Json NativeJson(double value) {
-  if (std::abs(value) < 1e15 && value == std::floor(value)) return static_cast<std::int64_t>(value);
-  return proto::NumberOrNull(value);
-}
-
 template <class Unit>
 Json Optional(const std::optional<Quantity<Unit>>& quantity, double per_unit = 1.0) {
-  return quantity ? proto::NumberOrNull(quantity->value * per_unit) : Json(nullptr);
+  return quantity ? varlink::NumberOrNull(quantity->value * per_unit) : Json(nullptr);
 }
 
 constexpr double kMmPerMetre = 1e3;
@@ -29,7 +23,7 @@ constexpr double kUmPerMetre = 1e6;
 
 /// Null at infinity and past it.
 Json DistanceJson(const std::optional<Dioptres>& vergence) {
-  return vergence && vergence->value > 0.0 ? proto::NumberOrNull(1.0 / vergence->value) : Json(nullptr);
+  return vergence && vergence->value > 0.0 ? varlink::NumberOrNull(1.0 / vergence->value) : Json(nullptr);
 }
 
 std::string_view ActivityName(rig::Activity::Kind kind) {
@@ -76,7 +70,7 @@ Json AxesInfoJson(const rig::Rig& rig) {
                     {"minimum", NativeJson(lowest.value)},
                     {"maximum", NativeJson(highest.value)},
                     {"resolution", NativeJson(can->resolution)},
-                    {"feedback", can->feedback},
+                    {"feedback", drivers::FeedbackName(can->feedback)},
                     {"canHome", can->can_home},
                     {"needsHome", can->needs_home},
                     {"canStop", can->can_stop}});
@@ -99,14 +93,14 @@ Json OpticsJson(const rig::OpticsTable& table, const rig::RigConfig& config, con
           {"fNumberTolerance", planning.defaults.f_number_tolerance.value},
           {"focalLengthMaxMm",
            optics.max_focal_length_m > 0.0 ? Json(optics.max_focal_length_m * kMmPerMetre) : Json(nullptr)},
-          {"focalLengthTolerance", table.focal_length_tolerance()},
+          {"focalLengthTolerance", config.focal_length_tolerance},
           {"grade", GradeName(table.grade())},
           {"calibrationErrorUm", Optional(table.error(), kUmPerMetre)},
           {"calibrationFile", calibration_file.empty() ? Json(nullptr) : Json(calibration_file)}};
 }
 
 Json CameraJson(const drivers::CameraCapabilities& camera) {
-  const auto positive = [](double value) { return value > 0.0 ? proto::NumberOrNull(value) : Json(nullptr); };
+  const auto positive = [](double value) { return value > 0.0 ? varlink::NumberOrNull(value) : Json(nullptr); };
   return {{"driver", camera.driver},
           {"model", camera.model},
           {"serial", camera.serial},
@@ -118,6 +112,11 @@ Json CameraJson(const drivers::CameraCapabilities& camera) {
 }
 
 }  // namespace
+
+Json NativeJson(double value) {
+  if (std::abs(value) < 1e15 && value == std::floor(value)) return static_cast<std::int64_t>(value);
+  return varlink::NumberOrNull(value);
+}
 
 Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config,
               const std::optional<Planning>& planning, const std::string& calibration_file) {
@@ -136,6 +135,15 @@ Json AbsentInfoJson(const std::string& name, std::string_view driver) {
           {"axes", Json::array()}, {"optics", nullptr}, {"camera", nullptr}};
 }
 
+/// Without the frames that came well: a state that changes with each of them would be told all the time.
+Json CountersJson(const drivers::Counters& counters) {
+  return {{"framesLost", counters.frames_lost},
+          {"framesLate", counters.frames_late},
+          {"packetsLost", counters.packets_lost},
+          {"packetsResent", counters.packets_resent},
+          {"busErrors", counters.bus_errors}};
+}
+
 Json StatusJson(const std::string& name, const rig::Status& status) {
   Json axes = Json::array();
   for (const Axis axis : drivers::kAxes) {
@@ -146,7 +154,8 @@ Json StatusJson(const std::string& name, const rig::Status& status) {
                     {"target", NativeJson(now->target.value)},
                     {"moving", now->moving},
                     {"homed", now->homed},
-                    {"bound", NativeJson(now->bound.value)},
+                    {"lastKnown", now->last_known},
+                    {"bound", now->last_known ? Json(nullptr) : NativeJson(now->bound.value)},
                     {"movedBy", MovedBy(*now)},
                     {"fault", now->fault}});
   }
@@ -162,9 +171,11 @@ Json StatusJson(const std::string& name, const rig::Status& status) {
           {"extensionMm", Optional(status.extension, kMmPerMetre)},
           {"fNumber", Optional(status.f_number)},
           {"focalLengthMm", Optional(status.focal_length, kMmPerMetre)},
+          {"centreShiftMm", status.optics ? Json(status.optics->centre_shift().value * kMmPerMetre) : Json(nullptr)},
           {"grade", status.optics ? Json(GradeName(status.grade)) : Json(nullptr)},
           {"calibrationErrorUm", Optional(status.extension_error, kUmPerMetre)},
-          {"temperatureC", Optional(status.temperature)}};
+          {"temperatureC", Optional(status.temperature)},
+          {"counters", CountersJson(status.counters)}};
 }
 
 Json MoveJson(const std::string& name, const rig::MoveOutcome& outcome) {
@@ -244,7 +255,7 @@ Json AutofocusProgressJson(const rig::AutofocusProgress& progress) {
           {"moves", progress.moves},
           {"framesExpected", progress.frames_expected},
           {"position", NativeJson(progress.position.value)},
-          {"sharpness", proto::NumberOrNull(progress.sharpness)}};
+          {"sharpness", varlink::NumberOrNull(progress.sharpness)}};
 }
 
 Json FrameWantedJson(const rig::FrameWanted& wanted) {
@@ -291,6 +302,10 @@ std::string_view ErrorName(Code code) {
       return "io.lensd.Lens.Disconnected";
     case Code::Busy:
       return "io.lensd.Lens.Busy";
+    case Code::Leased:
+      return "io.lensd.Lens.Leased";
+    case Code::NotHomed:
+      return "io.lensd.Lens.NotHomed";
     case Code::Unsupported:
       return "io.lensd.Lens.Unsupported";
     case Code::Protocol:

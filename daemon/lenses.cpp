@@ -33,9 +33,14 @@ Result<std::unique_ptr<drivers::Camera>> OpenCamera(const DeviceConfig& config, 
 
 }  // namespace
 
-bool MayComeYet(Code code) {
-  return code == Code::Disconnected || code == Code::Timeout || code == Code::Busy || code == Code::Protocol ||
-         code == Code::Io;
+Result<void> CheckSettings(const LensConfig& config) {
+  for (const DeviceConfig* device : {&config.device, config.camera ? &*config.camera : nullptr}) {
+    if (device == nullptr || device->driver->check == nullptr) continue;
+    if (auto checked = device->driver->check(device->settings); !checked) {
+      return std::unexpected(AtLens(config, checked.error()));
+    }
+  }
+  return {};
 }
 
 Result<drivers::Device> OpenDevice(const LensConfig& config, const Clock& clock, PlugSignal* signal) {
@@ -53,17 +58,10 @@ Result<drivers::Device> OpenDevice(const LensConfig& config, const Clock& clock,
   return device;
 }
 
-Result<void> OpenLenses(const Config& config, const Clock& clock, LensService& service) {
+Result<void> AddLenses(const Config& config, const Clock& clock, LensService& service) {
   for (const LensConfig& lens : config.lenses) {
-    const auto open = [lens, &clock, &service] { return OpenDevice(lens, clock, &service.plug_signal()); };
-    auto device = open();
-    if (!device && MayComeYet(device.error().code)) {
-      service.AddAbsentLens(lens, device.error(), open);
-      continue;
-    }
-    if (!device) return PassOn(std::move(device));
-    auto added = service.AddLens(lens, *std::move(device));
-    if (!added) return std::unexpected(AtLens(lens, added.error()));
+    if (auto checked = CheckSettings(lens); !checked) return checked;
+    service.AddLens(lens, [lens, &clock, &service] { return OpenDevice(lens, clock, &service.plug_signal()); });
   }
   return {};
 }

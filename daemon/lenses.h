@@ -1,4 +1,4 @@
-// From a configuration to open devices behind the service.
+// From a configuration to the lenses of the service and their devices.
 #pragma once
 
 #include "base/clock.h"
@@ -13,10 +13,11 @@ namespace lensd::daemon {
 /// names the lens and its place in the file. With `signal`, what vanishes is opened anew (replug.h).
 Result<drivers::Device> OpenDevice(const LensConfig& config, const Clock& clock, PlugSignal* signal = nullptr);
 
-/// Whether an error of OpenDevice() says that the device is not there or not usable yet, the configuration being fine.
-bool MayComeYet(Code code);
+/// Whether the settings of its drivers make sense, as far as can be told without their devices. BadData: "file:line:
+/// what is wrong".
+Result<void> CheckSettings(const LensConfig& config);
 
-/// Opens every lens and hands it to the service; one that is not there is served as disconnected until it comes.
-Result<void> OpenLenses(const Config& config, const Clock& clock, LensService& service);
+/// Hands every lens to the service. BadData: settings that make no sense.
+Result<void> AddLenses(const Config& config, const Clock& clock, LensService& service);
 
 }  // namespace lensd::daemon

@@ -1,3 +1,4 @@
+// The socket, handed over by systemd or made at --socket, and removed only by who made it.
 #include "listener.h"
 
 #include <fcntl.h>
@@ -77,8 +78,13 @@ Result<Listener> Listener::Bind(const std::string& path) {
 Listener::Listener(Listener&& other) noexcept
     : descriptor_(std::exchange(other.descriptor_, -1)), own_path_(std::exchange(other.own_path_, "")) {}
 
-Listener::~Listener() {
+void Listener::Remove() {
   if (!own_path_.empty()) unlink(own_path_.c_str());
+  own_path_.clear();
+}
+
+Listener::~Listener() {
+  Remove();
   if (descriptor_ >= 0) close(descriptor_);
 }
 

@@ -18,6 +18,8 @@ class Listener {
   ~Listener();
 
   int descriptor() const { return descriptor_; }
+  /// Removes the path it made, for a program that ends without destructors.
+  void Remove();
 
  private:
   Listener(int descriptor, std::string own_path) : descriptor_(descriptor), own_path_(std::move(own_path)) {}

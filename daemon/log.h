@@ -7,14 +7,30 @@
 namespace lensd::daemon {
 
 /// What happened, as journalctl MESSAGE_ID=... finds it: 128 bits in hexadecimal.
-enum class Event { Started, Stopping, LensReady, LensLost, ClientDropped, CommandFailed };
+enum class Event {
+  Started,
+  Stopping,
+  LensReady,
+  LensLost,
+  CalibrationMissing,
+  StateUnreadable,
+  NotHomed,
+  LensFailed,
+  ClientDropped,
+  CommandFailed,
+  MotorsNotStopped
+};
 
 enum class Severity { Info, Warning, Error };
 
 /// Chooses where the log goes. Call once, before other threads start.
 void OpenLog();
 
-/// From any thread. `lens` becomes the field LENS=; empty: about no lens in particular. Never fails.
+/// Gives what was logged a moment to be written. At a regular exit that is done anyway.
+void FlushLog();
+
+/// From any thread. `lens` becomes the field LENS=; empty: about no lens in particular. Never fails and never waits:
+/// what nobody reads, or what comes too often, is left out and counted.
 void Log(Severity severity, Event event, std::string_view message, std::string_view lens = {});
 
 }  // namespace lensd::daemon

@@ -1,18 +1,24 @@
 // lensd: reads its configuration, opens the lenses, and serves them until it is told to stop.
 #include <signal.h>
 #include <sysexits.h>
+#include <unistd.h>
 
 #include <systemd/sd-daemon.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "config.h"
+#include "device_search.h"
 #include "drivers/hotplug/monitor.h"
 #include "event_loop.h"
+#include "io/checked_file.h"
 #include "lens_service.h"
 #include "lenses.h"
 #include "listener.h"
@@ -20,6 +26,7 @@
 #include "options.h"
 #include "router.h"
 #include "server.h"
+#include "stop_motors.h"
 
 namespace lensd::daemon {
 namespace {
@@ -59,10 +66,10 @@ Result<Config> ConfigOf(const Options& options) {
 
 int CheckConfig(const Config& config, const Clock& clock) {
   for (const LensConfig& lens : config.lenses) {
+    if (auto checked = CheckSettings(lens); !checked) return Explain(checked.error());
     const auto device = OpenDevice(lens, clock);
-    if (device) continue;
-    if (!MayComeYet(device.error().code)) return Explain(device.error());
-    Log(Severity::Warning, Event::LensLost, device.error().message + " (lensd would wait for it)");
+    if (!device && device.error().code == Code::BadData) return Explain(device.error());
+    if (!device) Log(Severity::Warning, Event::LensLost, device.error().message + " (lensd would wait for it)");
   }
   return EX_OK;
 }
@@ -76,15 +83,38 @@ Result<void> MakeStateFolder(const std::string& folder) {
   return {};
 }
 
+/// Ends the loop once every lens has come to its end, or some take too long.
+void QuitInOrder(EventLoop& loop, LensService& service, Instant deadline) {
+  constexpr Duration kPause = std::chrono::milliseconds(2);
+  if (service.StillEnding().empty() || MonotonicClock().Now() >= deadline) return loop.Quit();
+  loop.After(kPause, [&loop, &service, deadline] { QuitInOrder(loop, service, deadline); });
+}
+
+Result<void> WatchSignals(EventLoop& loop, LensService& service) {
+  static constexpr Duration kEndAtMost = std::chrono::milliseconds(1500);  // static: the handler outlives this call
+  auto watched = loop.OnSignals({SIGTERM, SIGINT}, [&, stopping = false](int) mutable {
+    if (std::exchange(stopping, true)) return;
+    sd_notify(0, "STOPPING=1");
+    Log(Severity::Info, Event::Stopping, "stopping");
+    service.End();
+    QuitInOrder(loop, service, MonotonicClock().Now() + kEndAtMost);
+  });
+  if (!watched) return watched;
+  return loop.OnSignals({SIGHUP}, [](int) {
+    Log(Severity::Warning, Event::Started, "the configuration is read at the start only: restart lensd to change it");
+  });
+}
+
 int Serve(const Options& options, const Config& config, const Clock& clock) {
   auto loop = EventLoop::Create();
   if (!loop) return Explain(loop.error());
-  if (auto watched = (*loop)->QuitOnSignals(); !watched) return Explain(watched.error());
   auto listener = Listener::Open(options.socket);
   if (!listener) return Explain(listener.error());
   if (auto made = MakeStateFolder(options.state); !made) return Explain(made.error());
+  if (!options.state.empty()) io::RemoveTemporaries(options.state);
   LensService service(**loop, clock, options.state);
-  if (auto opened = OpenLenses(config, clock, service); !opened) return Explain(opened.error());
+  if (auto added = AddLenses(config, clock, service); !added) return Explain(added.error());
+  if (auto watched = WatchSignals(**loop, service); !watched) return Explain(watched.error());
   const auto monitor = drivers::hotplug::Monitor::Create((*loop)->get(), [&service] { service.plug_signal().Raise(); });
   if (!monitor) Log(Severity::Warning, Event::Started, monitor.error().message + "; looking now and then instead");
   Router router({"lensd", "lensd", LENSD_VERSION, "https://lensd.io"});
@@ -95,10 +125,34 @@ int Serve(const Options& options, const Config& config, const Clock& clock) {
   (*loop)->ServeWatchdog();
   Log(Severity::Info, Event::Started, "serving " + std::to_string(config.lenses.size()) + " lenses");
   sd_notify(0, "READY=1");
+  service.Begin();
   const auto ended = (*loop)->Run();
-  sd_notify(0, "STOPPING=1");
-  Log(Severity::Info, Event::Stopping, "stopping");
-  return ended ? EX_OK : Explain(ended.error());
+  const int status = ended ? EX_OK : Explain(ended.error());
+  if (!ended) return status;
+  for (const std::string& lens : service.StillEnding()) {
+    Log(Severity::Warning, Event::Stopping, "its device does not answer: it is left as it is", lens);
+  }
+  if (service.StillEnding().empty()) return status;
+  // Threads that hang in a driver cannot be waited for.
+  listener->Remove();
+  FlushLog();
+  _exit(status);
+}
+
+/// Threads that hang in a driver cannot be waited for.
+[[noreturn]] void StopMotorsAndExit(const Config& config, const Clock& clock) {
+  const char* result = std::getenv("SERVICE_RESULT");
+  const bool ended_well = result != nullptr && std::string_view(result) == "success";
+  const int failed = ended_well ? 0 : StopMotors(config, clock);
+  FlushLog();
+  _exit(failed == 0 ? EX_OK : EX_UNAVAILABLE);
+}
+
+int PrintDevices() {
+  const auto nobody = [](std::string_view, std::string_view) { return std::nullopt; };
+  const std::string reply = DevicesReply(SearchDevices(), nobody) + "\n";
+  const bool written = std::fputs(reply.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
+  return written ? EX_OK : EX_IOERR;
 }
 
 int Main(int argc, char** argv) {
@@ -108,11 +162,15 @@ int Main(int argc, char** argv) {
   sigemptyset(&blocked);
   sigaddset(&blocked, SIGTERM);
   sigaddset(&blocked, SIGINT);
+  sigaddset(&blocked, SIGHUP);
   sigprocmask(SIG_BLOCK, &blocked, nullptr);  // before any thread: they inherit it
+  for (const int harmless : {SIGPIPE, SIGUSR1, SIGUSR2}) signal(harmless, SIG_IGN);
+  if (std::get<Options>(options).devices) return PrintDevices();
   OpenLog();
   const MonotonicClock clock;
   const auto config = ConfigOf(std::get<Options>(options));
   if (!config) return Explain(config.error());
+  if (std::get<Options>(options).stop_motors) StopMotorsAndExit(*config, clock);
   if (std::get<Options>(options).check_config) return CheckConfig(*config, clock);
   return Serve(std::get<Options>(options), *config, clock);
 }

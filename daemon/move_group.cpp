@@ -1,28 +1,43 @@
+// Answers for several motions at once, such as homing a lens or applying a plan.
 #include "move_group.h"
+
+#include <utility>
 
 #include "lens_json.h"
 
 namespace lensd::daemon {
 
+using drivers::Axis;
+
 rig::MoveCallback MoveGroup::Add() {
   ++outstanding_;
   return [self = shared_from_this()](const Result<rig::MoveOutcome>& outcome) {
-    if (outcome) {
-      self->moves_.push_back(MoveJson(self->lens_, *outcome));
-      self->outcomes_.push_back(*outcome);
-    }
-    if (!outcome && !self->error_) self->error_ = outcome.error();
+    if (!outcome && self->moves_) self->moves_ = std::unexpected(outcome.error());
+    if (outcome && self->moves_) self->moves_->push_back(*outcome);
     self->EndOne();
   };
 }
 
-void MoveGroup::Fail(Error error) {
-  error_ = std::move(error);
-  EndOne();
+void MoveGroup::EndOne() {
+  if (--outstanding_ == 0) done_(std::move(moves_));
 }
 
-void MoveGroup::EndOne() {
-  if (--outstanding_ == 0) worker_.Later([self = shared_from_this()] { self->ended_(*self); });
+void HomeAxes(rig::Rig& rig, std::optional<Axis> only, MovesCallback done) {
+  std::vector<Axis> axes;
+  for (const Axis axis : drivers::kAxes) {
+    const auto& can = rig.lens().axes[axis];
+    if (only ? axis == *only : can && can->can_home) axes.push_back(axis);
+  }
+  if (axes.empty()) return done(Fail(Code::Unsupported, "no axis of this lens has a reference to search for"));
+  const auto group = std::make_shared<MoveGroup>(std::move(done));
+  for (const Axis axis : axes) rig.Home(axis, group->Add());
+  group->Complete();
+}
+
+varlink::Json MovesJson(const std::string& lens, const Moves& moves) {
+  varlink::Json json = varlink::Json::array();
+  for (const rig::MoveOutcome& move : moves) json.push_back(MoveJson(lens, move));
+  return json;
 }
 
 }  // namespace lensd::daemon

@@ -1,3 +1,4 @@
+// lensd's command line.
 #include "options.h"
 
 #include <sysexits.h>
@@ -27,9 +28,13 @@ std::variant<Options, int> ParseOptions(int argc, char** argv) {
                  "forgotten at the end")
       ->type_name("DIR");
   app.add_flag("--check-config", options.check_config, "read the configuration and what it names, then exit");
+  app.add_flag("--devices", options.devices, "print what is plugged in as the reply of Devices, then exit");
+  app.add_flag("--stop-motors", options.stop_motors,
+               "stop every motor of the configured lenses, then exit: for after a lensd that was killed. Does nothing\n"
+               "where systemd says in $SERVICE_RESULT that it ended well");
   app.footer(
       "Exit status: 0 after SIGTERM or SIGINT, else as in sysexits.h: 64 usage, 69 another lensd answers at the\n"
-      "socket or a device is not there, 74 input or output, 78 configuration.");
+      "socket, 74 input or output, 78 configuration.");
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {

@@ -12,6 +12,8 @@ struct Options {
   std::string socket;
   std::string state;  ///< folder for what outlives the daemon; empty: memory only
   bool check_config = false;
+  bool devices = false;
+  bool stop_motors = false;
 };
 
 /// The options, or the exit status where there is nothing more to do: help or version asked for (0), or a usage error

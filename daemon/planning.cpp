@@ -1,200 +1,299 @@
+// From what is known of a lens to positions a planner can choose from. Each stands for the plane it truly focuses on
+// and for how far that may be off: the motor's own bound, the calibration's, the temperature's and the focal length's.
 #include "planning.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <span>
 #include <utility>
 
 #include "optics/conjugates.h"
+#include "optics/framing.h"
+#include "zoom_choice.h"
 
 namespace lensd::daemon {
 namespace {
 
 using drivers::Axis;
+using optics::FocusPosition;
+using optics::IrisPosition;
 
-/// Every position within the soft limits, with its meaning; none where they are not all finite.
-Result<Positions> PositionsOf(const rig::Rig& rig, Axis axis, const std::function<double(Native)>& meaning) {
+/// Every position within the soft limits.
+std::vector<Native> PositionsOf(const rig::Rig& rig, Axis axis) {
   const drivers::AxisCapabilities& can = *rig.lens().axes[axis];
   const auto [lowest, highest] = rig.SoftLimits(axis);
-  Positions positions;
-  std::vector<double> values;
+  std::vector<Native> positions;
   const double first = std::ceil((lowest.value - can.minimum.value) / can.resolution - 1e-9);
   for (double step = first;; ++step) {
     const Native native{can.minimum.value + step * can.resolution};
     if (native.value > highest.value + 1e-9 * can.resolution) break;
-    positions.native.push_back(native);
-    values.push_back(meaning(native));
+    positions.push_back(native);
   }
-  auto reachable = optics::ReachableValues::Create(values);
-  if (!reachable) return PassOn(std::move(reachable));
-  positions.values = *std::move(reachable);
   return positions;
 }
 
-/// A motor that is not there stands at one end for ever.
-Result<Positions> Fixed(double value) {
-  auto reachable = optics::ReachableValues::Create(std::span(&value, 1));
-  if (!reachable) return PassOn(std::move(reachable));
-  return Positions{{}, *std::move(reachable)};
+FocusPosition PositionAt(const rig::OpticsTable& optics, Native native) {
+  FocusPosition position = StandsAt(optics, optics.ExtensionFromNative(native));
+  position.bound = optics.VergenceError(native);
+  return position;
 }
 
-/// Half the largest distance between neighbours.
-double HalfStep(const std::vector<double>& values) {
-  double widest = 0.0;
-  for (std::size_t i = 1; i < values.size(); ++i) widest = std::max(widest, values[i] - values[i - 1]);
-  return 0.5 * widest;
+/// The f-numbers an iris within `bound` of a place may have.
+IrisPosition OpenAt(const rig::OpticsTable& optics, Native native, Native bound) {
+  const FNumber low = optics.FNumberFromNative(native - bound), high = optics.FNumberFromNative(native + bound);
+  const double error = optics.FNumberError();
+  return {.f_number = optics.FNumberFromNative(native),
+          .lowest = std::min(low, high) * (1.0 - error),
+          .highest = std::max(low, high) * (1.0 + error)};
 }
 
-/// Half the largest ratio between neighbours, as a relative tolerance.
-double HalfRatio(const std::vector<double>& values) {
-  double widest = 1.0;
-  for (std::size_t i = 1; i < values.size(); ++i) widest = std::max(widest, values[i] / values[i - 1]);
-  return std::sqrt(widest) - 1.0;
+/// Relative: how far the focal length may be off with the zoom within `bound` of a place.
+double ZoomError(const rig::OpticsTable& optics, Native native, Native bound) {
+  const double middle = optics.FocalLengthFromNative(native).value;
+  const double low = optics.FocalLengthFromNative(native - bound).value;
+  const double high = optics.FocalLengthFromNative(native + bound).value;
+  return std::max(std::abs(low - middle), std::abs(high - middle)) / middle;
 }
 
-/// What calibration, temperature and focal length leave open, at worst over the focus positions.
-struct Uncertainty {
-  double extension = 0.0;  ///< metres, of where the plane in focus is sharp
-  double blur = 0.0;       ///< relative, of the size of a blur: it goes with the square of the focal length
-  double nominal = 0.0;    ///< metres: how far the nominal extension is from the calibrated one
-};
+/// What a focal length that may be off by a ratio does to the plane in focus.
+Dioptres ZoomShift(const FocusPosition& position, double error) {
+  if (error == 0.0) return {};
+  const auto shift = [&](double factor) {
+    return std::abs(
+        (optics::FocalPlane(position.focal_length * factor, position.extension) - position.focal_plane).value);
+  };
+  return Dioptres{std::max(shift(1.0 + error), shift(1.0 - error))};
+}
 
-Uncertainty UncertaintyOf(const rig::OpticsTable& optics, const Positions& focus) {
-  constexpr std::size_t kSamples = 256;
-  Uncertainty worst;
-  const double tolerance = optics.FocalLengthError();
-  const double square = (1.0 + tolerance) * (1.0 + tolerance);
-  worst.blur = square - 1.0;
-  if (optics.nominal().liquid) return worst;  // its power is what moves: no breathing, and no curve but the nominal one
-  const double focal_length = optics.focal_length().value;
-  const std::size_t count = focus.native.size();
-  for (std::size_t i = 0; i < kSamples && count > 0; ++i) {
-    const Native native = focus.native[i * (count - 1) / (kSamples - 1)];
-    const Metres extension = optics.ExtensionFromNative(native);
-    const double to_sensor = focal_length + PlanExtension(optics, extension).value;
-    const double f = optics.FocalLengthAt(extension).value;
-    const double scale = f * (f + extension.value) / (focal_length * to_sensor);
-    // dU/de = 1/Z_s².
-    worst.extension = std::max(worst.extension, optics.VergenceError(native).value * to_sensor * to_sensor);
-    worst.blur = std::max(worst.blur, std::max(scale, 1.0 / scale) * square - 1.0);
-    if (optics.grade() != rig::Grade::Uncalibrated) {
-      worst.nominal = std::max(worst.nominal, std::abs((optics.NominalExtension(native) - extension).value));
-    }
+double ZoomErrorNow(const rig::OpticsTable& optics, const rig::Status& now) {
+  const auto& zoom = now.axes[Axis::Zoom];
+  return optics.has_zoom() && zoom ? ZoomError(optics, zoom->position, zoom->bound) : 0.0;
+}
+
+/// Sorts positions by what they mean.
+template <class Position, class Key>
+void Sort(std::vector<Position>& positions, std::vector<Native>& natives, Key key) {
+  if (std::ranges::is_sorted(positions, {}, key)) return;
+  std::vector<std::pair<Position, Native>> both;
+  for (std::size_t i = 0; i < positions.size(); ++i) both.emplace_back(positions[i], natives[i]);
+  std::ranges::stable_sort(both, {}, [&](const auto& pair) { return std::invoke(key, pair.first); });
+  for (std::size_t i = 0; i < positions.size(); ++i) std::tie(positions[i], natives[i]) = both[i];
+}
+
+void AddPositions(Planning& planning, const rig::Rig& rig) {
+  const rig::OpticsTable& optics = *planning.optics;
+  const drivers::NominalOptics& nominal = optics.nominal();
+  optics::LensPositions& positions = planning.positions;
+  positions.focal_length = nominal.liquid ? Metres{nominal.focal_length_m} : optics.focal_length();
+  positions.focal_length_error = optics.FocalLengthError();
+  positions.liquid = nominal.liquid;
+  if (optics.has_focus()) {
+    planning.focus = PositionsOf(rig, Axis::Focus);
+    for (const Native native : planning.focus) positions.focus.push_back(PositionAt(optics, native));
+    Sort(positions.focus, planning.focus, &FocusPosition::focal_plane);
+  } else {
+    positions.focus.push_back(StandsAt(optics, Metres{nominal.min_extension_m}));
   }
-  return worst;
+  if (optics.has_iris()) {
+    planning.iris = PositionsOf(rig, Axis::Iris);
+    for (const Native native : planning.iris) positions.iris.push_back(OpenAt(optics, native, {}));
+    Sort(positions.iris, planning.iris, &IrisPosition::f_number);
+  } else {
+    const FNumber only{nominal.min_f_number};
+    positions.iris.push_back({only, only, only});
+  }
 }
 
-void RaiseTo(optics::Number& tolerance, const optics::Number& least) {
-  if (tolerance.value < least.value) tolerance = least;
+/// Half the largest distance between neighbours, or half their largest ratio.
+void StateTolerances(Planning& planning) {
+  double step = 0.0, ratio = 1.0, nominal = 0.0;
+  const auto& focus = planning.positions.focus;
+  const auto& iris = planning.positions.iris;
+  const bool calibrated = planning.optics->grade() != rig::Grade::Uncalibrated;
+  for (std::size_t i = 0; i < focus.size(); ++i) {
+    const double z = focus[i].sensor_distance.value;
+    const double before = i > 0 ? std::abs((focus[i].extension - focus[i - 1].extension).value) : 0.0;
+    step = std::max(step, 0.5 * before + focus[i].bound.value * z * z);
+    if (!calibrated || planning.focus.empty()) continue;
+    const Metres stated = planning.optics->NominalExtension(planning.focus[i]);
+    nominal = std::max(nominal, std::abs((stated - focus[i].extension).value));
+  }
+  for (std::size_t j = 1; j < iris.size(); ++j) {
+    ratio = std::max(ratio, (iris[j].f_number / iris[j - 1].f_number));
+  }
+  planning.defaults.sensor_tolerance = step;
+  planning.defaults.f_number_tolerance = std::sqrt(ratio) * (1.0 + planning.optics->FNumberError()) - 1.0;
+  planning.defaults.calibration_error = Metres{nominal};
 }
 
-std::optional<Native> NativeAt(const Positions& positions, std::size_t index) {
-  return positions.native.empty() ? std::nullopt : std::optional(positions.native[index]);
+/// Where the planes of a rising or falling list lie between its entries, and beyond its ends.
+double PlaneAt(const std::vector<FocusPosition>& focus, double index) {
+  const double last = static_cast<double>(focus.size()) - 1.0;
+  if (last == 0.0) return focus.front().focal_plane.value;
+  const auto below = static_cast<std::size_t>(std::clamp(std::floor(index), 0.0, last - 1.0));
+  return std::lerp(focus[below].focal_plane.value, focus[below + 1].focal_plane.value,
+                   index - static_cast<double>(below));
+}
+
+/// The positions, each within the bound that a motion from `now` ends with.
+optics::LensPositions WithMotors(const Planning& planning, const rig::Status& now) {
+  optics::LensPositions positions = planning.positions;
+  const rig::OpticsTable& optics = *planning.optics;
+  double zoom_error = ZoomErrorNow(optics, now);
+  if (const auto& zoom = now.axes[Axis::Zoom]; zoom && planning.zoom) {
+    zoom_error = ZoomError(optics, *planning.zoom, zoom->arrival.BoundAt(*planning.zoom));
+  }
+  positions.focal_length_error += zoom_error;
+  const auto& focus = now.axes[Axis::Focus];
+  for (std::size_t i = 0; i < positions.focus.size(); ++i) {
+    FocusPosition& position = positions.focus[i];
+    position.bound = position.bound + ZoomShift(position, zoom_error);
+    if (planning.focus.size() < 2 || !focus) continue;
+    const double step = std::abs((planning.focus.back() - planning.focus.front()).value) /
+                        static_cast<double>(planning.focus.size() - 1);
+    const double off = focus->arrival.BoundAt(planning.focus[i]).value / step;
+    const double here = static_cast<double>(i), plane = position.focal_plane.value;
+    const double reach = std::max(std::abs(PlaneAt(planning.positions.focus, here + off) - plane),
+                                  std::abs(PlaneAt(planning.positions.focus, here - off) - plane));
+    position.bound = position.bound + Dioptres{reach};
+  }
+  const auto& iris = now.axes[Axis::Iris];
+  for (std::size_t j = 0; j < planning.iris.size() && iris; ++j) {
+    positions.iris[j] = OpenAt(optics, planning.iris[j], iris->arrival.BoundAt(planning.iris[j]));
+  }
+  return positions;
+}
+
+std::optional<Native> NativeAt(const std::vector<Native>& natives, std::size_t index) {
+  return natives.empty() ? std::nullopt : std::optional(natives[index]);
 }
 
 }  // namespace
 
-Metres PlanExtension(const rig::OpticsTable& optics, Metres extension) {
-  const bool breathes = !optics.nominal().liquid && optics.FocalLengthAt(extension) != optics.focal_length();
-  if (!breathes) return extension;
-  return optics::Extension(optics.focal_length(), optics.VergenceFromExtension(extension));
+FocusPosition StandsAt(const rig::OpticsTable& optics, Metres extension) {
+  const Metres focal_length = optics.FocalLengthAt(extension);
+  return {.focal_length = focal_length,
+          .extension = extension,
+          .sensor_distance = focal_length + extension,
+          .focal_plane = optics.VergenceFromExtension(extension),
+          .bound = {}};
 }
 
-std::optional<Metres> PlanBound(const rig::OpticsTable& optics, const rig::MoveOutcome& outcome) {
-  if (!outcome.extension || !outcome.extension_bound || !outcome.vergence_bound) return std::nullopt;
-  if (optics.nominal().liquid) return outcome.extension_bound;
-  const double to_sensor = (optics.FocalLengthAt(*outcome.extension) + *outcome.extension).value;
-  return std::max(*outcome.extension_bound, Metres{outcome.vergence_bound->value * to_sensor * to_sensor});
+optics::FocusScale ScaleUnder(const rig::OpticsTable& optics, const rig::RigConfig& config) {
+  optics::FocusScale scale = config.scale;
+  scale.centre_shift = optics.centre_shift();
+  return scale;
 }
 
-std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& config) {
-  const rig::OpticsTable* optics = rig.optics();
-  if (optics == nullptr) return std::nullopt;
-  const drivers::NominalOptics& nominal = optics->nominal();
-  const auto planned = [optics, &nominal](Metres extension) {
-    return nominal.liquid ? optics::LiquidExtension(Metres{nominal.focal_length_m}, extension)
-                          : PlanExtension(*optics, extension);
-  };
-  const auto extension = [optics, planned](Native native) {
-    return planned(optics->ExtensionFromNative(native)).value;
-  };
-  const auto f_number = [optics](Native native) { return optics->FNumberFromNative(native).value; };
+optics::DistanceOrigin OriginOf(const optics::FocusScale& scale, const proto::LensRequest& asked) {
+  switch (asked.from.value_or(scale.from)) {
+    case optics::DistanceFrom::Lens:
+      break;
+    case optics::DistanceFrom::Sensor:
+      return {.at_sensor = true, .behind = scale.principal_gap + scale.centre_shift};
+    case optics::DistanceFrom::Front:
+      return {.at_sensor = false, .behind = scale.centre_shift - scale.front_to_centre};
+  }
+  return {.at_sensor = false, .behind = scale.centre_shift};
+}
+
+Planning PlanningUnder(const rig::Rig& rig, const rig::RigConfig& config, const rig::OpticsTable& table) {
   Planning planning;
-  planning.principal_gap = config.scale.principal_gap;
-  auto focus = optics->has_focus() ? PositionsOf(rig, Axis::Focus, extension)
-                                   : Fixed(planned(Metres{nominal.min_extension_m}).value);
-  auto iris = optics->has_iris() ? PositionsOf(rig, Axis::Iris, f_number) : Fixed(nominal.min_f_number);
-  if (!focus || !iris) return std::nullopt;
-  planning.focus = *std::move(focus);
-  planning.iris = *std::move(iris);
+  planning.optics = std::make_shared<const rig::OpticsTable>(table);
+  planning.scale = ScaleUnder(table, config);
+  AddPositions(planning, rig);
+  const auto& [focus, iris] = std::tie(planning.positions.focus, planning.positions.iris);
+  const drivers::NominalOptics& nominal = planning.optics->nominal();
   optics::PlanRequest& request = planning.defaults;
-  request.focal_length = optics->focal_length().value;
-  request.f_numbers = {nominal.min_f_number, nominal.max_f_number};
-  request.extensions = {nominal.min_extension_m, nominal.max_extension_m};
+  request.focal_length = planning.positions.focal_length.value;
+  request.f_numbers = {iris.front().f_number.value, iris.back().f_number.value};
+  request.extensions = {focus.front().extension.value, focus.back().extension.value};
+  if (planning.optics->grade() == rig::Grade::Uncalibrated) {
+    // As stated, without the rounding of their steps.
+    request.f_numbers = {nominal.min_f_number, nominal.max_f_number};
+    request.extensions = {nominal.min_extension_m, nominal.max_extension_m};
+  }
   request.liquid = nominal.liquid;
   request.pupil_factor = config.pupil_factor;
-  const auto& extensions = planning.focus.values.ascending();
-  const auto& f_numbers = planning.iris.values.ascending();
-  if (optics->grade() != rig::Grade::Uncalibrated) {
-    request.f_numbers = {f_numbers.front(), f_numbers.back()};
-    request.extensions = {extensions.front(), extensions.back()};
-  }
-  const Uncertainty unsure = UncertaintyOf(*optics, planning.focus);
-  request.sensor_tolerance = HalfStep(extensions) + unsure.extension;
-  const double ratio = (1.0 + HalfRatio(f_numbers)) * (1.0 + optics->FNumberError()) * (1.0 + unsure.blur);
-  request.f_number_tolerance = std::min(ratio - 1.0, 0.9);
-  request.calibration_error = Metres{unsure.nominal};
+  if (config.wavelength && !nominal.liquid) request.wavelength = config.wavelength->value;
+  StateTolerances(planning);
   if (const auto* camera = rig.camera(); camera != nullptr && camera->pixel_um > 0.0) {
     request.pixel = Metres{camera->pixel_um * 1e-6};
+    planning.sensor_width = *request.pixel * static_cast<double>(camera->width);
   }
   return planning;
 }
 
-namespace {
-
-/// Requests state extensions; the planner takes a liquid lens' in its own terms.
-void InPlannersTerms(optics::PlanRequest& request) {
-  if (!request.liquid) return;
-  const Metres sensor{request.focal_length.value};
-  const auto convert = [&](const optics::Number& number) {
-    return optics::Number(optics::LiquidExtension(sensor, Metres{number.value}).value);
-  };
-  request.extensions = {convert(request.extensions.low), convert(request.extensions.high)};
+std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& config) {
+  if (rig.optics() == nullptr) return std::nullopt;
+  return PlanningUnder(rig, config, *rig.optics());
 }
 
-}  // namespace
-
-Result<LensPlan> PlanFor(const Planning& planning, optics::PlanRequest request) {
-  InPlannersTerms(request);
-  RaiseTo(request.sensor_tolerance, planning.defaults.sensor_tolerance);
-  RaiseTo(request.f_number_tolerance, planning.defaults.f_number_tolerance);
-  auto answer = optics::PlanOnGrid(request, planning.focus.values, planning.iris.values);
+Result<LensPlan> PlanFor(const Planning& planning, const proto::LensRequest& asked, const rig::Status& now) {
+  const optics::LensPositions positions = WithMotors(planning, now);
+  auto answer = optics::PlanOnPositions(asked.plan, positions, OriginOf(planning.scale, asked));
   if (!answer) return PassOn(std::move(answer));
-  LensPlan plan{*std::move(answer), std::nullopt, std::nullopt};
-  plan.focus = NativeAt(planning.focus, plan.answer.extension_index);
-  plan.iris = NativeAt(planning.iris, plan.answer.f_number_index);
+  LensPlan plan{*std::move(answer), std::nullopt, std::nullopt, planning.zoom, std::nullopt};
+  const optics::FocusPosition& there = positions.focus[plan.answer.focus];
+  if (const auto width = asked.sensor_width ? asked.sensor_width : planning.sensor_width; asked.field && width) {
+    const Metres depth = asked.field->distance - OriginOf(planning.scale, asked).At(there);
+    plan.field_width = optics::FieldWidth(there.focal_length, there.extension, *width, depth);
+  }
+  plan.focus = NativeAt(planning.focus, plan.answer.focus);
+  plan.iris = NativeAt(planning.iris, plan.answer.iris);
   return plan;
 }
 
-Result<optics::PlanAnswer> PlanAt(const Planning& planning, optics::PlanRequest request, Metres extension, Metres bound,
-                                  FNumber f_number) {
-  InPlannersTerms(request);
-  if (request.liquid) {
-    const Metres sensor{request.focal_length.value};
-    const Metres beyond = optics::LiquidExtension(sensor, extension + bound);
-    extension = optics::LiquidExtension(sensor, extension);
-    bound = beyond - extension;
-  }
-  request.sensor_tolerance = bound.value;
-  RaiseTo(request.f_number_tolerance, planning.defaults.f_number_tolerance);
-  const auto extensions = optics::ReachableValues::Create(std::span(&extension.value, 1));
-  const auto f_numbers = optics::ReachableValues::Create(std::span(&f_number.value, 1));
-  if (!extensions) return std::unexpected(extensions.error());
-  if (!f_numbers) return std::unexpected(f_numbers.error());
-  auto answer = optics::PlanOnGrid(request, *extensions, *f_numbers);
+Result<LensStack> StackFor(const Planning& planning, const proto::LensRequest& asked, const rig::Status& now) {
+  const optics::LensPositions positions = WithMotors(planning, now);
+  auto answer = optics::StackOnPositions(asked.plan, positions, OriginOf(planning.scale, asked));
   if (!answer) return PassOn(std::move(answer));
-  return std::move(answer->plan);
+  LensStack stack{*std::move(answer), {}, {}, std::nullopt};
+  for (const std::size_t i : stack.answer.focus) {
+    stack.shots.push_back(positions.focus[i]);
+    if (const auto native = NativeAt(planning.focus, i)) stack.focus.push_back(*native);
+  }
+  stack.iris = NativeAt(planning.iris, stack.answer.iris);
+  return stack;
+}
+
+std::optional<optics::PlanAnswer> CheckNow(const rig::Status& now, const rig::RigConfig& config,
+                                           const proto::LensRequest& asked) {
+  if (!now.optics) return std::nullopt;
+  const rig::OpticsTable& optics = *now.optics;
+  const drivers::NominalOptics& nominal = optics.nominal();
+  const double zoom_error = ZoomErrorNow(optics, now);
+  optics::LensPositions positions{
+      .focal_length = nominal.liquid ? Metres{nominal.focal_length_m} : optics.focal_length(),
+      .focal_length_error = optics.FocalLengthError() + zoom_error,
+      .liquid = nominal.liquid,
+      .focus = {},
+      .iris = {}};
+  const auto &focus = now.axes[Axis::Focus], &iris = now.axes[Axis::Iris];
+  if (optics.has_focus()) {
+    if (!focus) return std::nullopt;
+    FocusPosition position = PositionAt(optics, focus->position);
+    const auto off = [&](Native native) {
+      return std::abs((optics.VergenceFromExtension(optics.ExtensionFromNative(native)) - position.focal_plane).value);
+    };
+    const Dioptres reach{std::max(off(focus->position - focus->bound), off(focus->position + focus->bound))};
+    position.bound = position.bound + reach + ZoomShift(position, zoom_error);
+    positions.focus.push_back(position);
+  } else {
+    positions.focus.push_back(StandsAt(optics, Metres{nominal.min_extension_m}));
+  }
+  if (optics.has_iris()) {
+    if (!iris) return std::nullopt;
+    positions.iris.push_back(OpenAt(optics, iris->position, iris->bound));
+  } else {
+    const FNumber only{nominal.min_f_number};
+    positions.iris.push_back({only, only, only});
+  }
+  optics::PlanRequest request = asked.plan;
+  request.sensor_tolerance = request.f_number_tolerance = optics::Number(0.0);
+  auto answer = optics::CheckPosition(request, positions, OriginOf(ScaleUnder(optics, config), asked));
+  if (!answer) return std::nullopt;
+  return *std::move(answer);
 }
 
 }  // namespace lensd::daemon

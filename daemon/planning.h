@@ -1,51 +1,60 @@
-// What a lens contributes to a plan.
+// What a lens contributes to a plan: its positions as it stands now.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "base/result.h"
-#include "optics/planner.h"
+#include "optics/lens_positions.h"
+#include "proto/plan_json.h"
 #include "rig/rig.h"
 
 namespace lensd::daemon {
 
-/// The positions one motor can take, and what they mean. Both in the same order.
-struct Positions {
-  std::vector<Native> native;
-  optics::ReachableValues values;  ///< metres of extension, or f-numbers
-};
-
-/// Constant for the life of a lens.
+/// A lens under the conditions of one moment: zoom, filter, temperature.
 struct Planning {
-  optics::PlanRequest defaults;  ///< what a request leaves out; tolerances: what the motors keep, half a step
-  Metres principal_gap{0.0};
-  Positions focus;  ///< one value and no native position where it does not move
-  Positions iris;
+  optics::PlanRequest defaults;  ///< what a request leaves out; tolerances: half a step, for people to read
+  optics::FocusScale scale;      ///< where configured distances start, the lens centre being where it is now
+  std::shared_ptr<const rig::OpticsTable> optics;
+  /// Bounds hold what calibration and temperature leave open; where the motors stand is added for each plan.
+  optics::LensPositions positions;
+  std::vector<Native> focus;  ///< of the positions; empty: there is no such motor
+  std::vector<Native> iris;
+  std::optional<Native> zoom;  ///< where it shall go; nothing: it stays
+  std::optional<Metres> sensor_width;
 };
 
-/// Under the conditions of this moment: zoom, temperature. Nothing where the optics are not known. The tolerances hold
-/// the calibration's error and that of the focal length as well.
-std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& config);
+/// Configured distances with the lens centre where it stands under the conditions of `optics`.
+optics::FocusScale ScaleUnder(const rig::OpticsTable& optics, const rig::RigConfig& config);
 
-/// The extension that focuses on the same plane with the focal length the planner is told, which knows no breathing.
-Metres PlanExtension(const rig::OpticsTable& optics, Metres extension);
-/// How far that may be from the true one where a motion has ended; nothing where it ended without optics.
-std::optional<Metres> PlanBound(const rig::OpticsTable& optics, const rig::MoveOutcome& outcome);
+/// Nothing where the optics are not known. On the rig's thread.
+std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& config);
 
 /// A plan on the positions of a lens.
 struct LensPlan {
-  optics::GridAnswer answer;
+  optics::PositionPlan answer;
   std::optional<Native> focus;  ///< where to move; none: that motor does not exist
   std::optional<Native> iris;
+  std::optional<Native> zoom;         ///< none: it stays
+  std::optional<Metres> field_width;  ///< at the distance of the request's field
 };
 
-/// Solves the request on the lens' positions. Tolerances below what the motors keep are raised to it. Errors as
+/// Solves the request on the lens' positions, each within the bound that a motion from `now` ends with. Errors as
 /// optics::Plan.
-Result<LensPlan> PlanFor(const Planning& planning, optics::PlanRequest request);
+Result<LensPlan> PlanFor(const Planning& planning, const proto::LensRequest& asked, const rig::Status& now);
 
-/// How the request fares where the lens stands: `bound` is how far the true extension may be from the one stated.
-Result<optics::PlanAnswer> PlanAt(const Planning& planning, optics::PlanRequest request, Metres extension, Metres bound,
-                                  FNumber f_number);
+/// The shots of a stack, on the same terms. Errors as optics::PlanStack.
+struct LensStack {
+  optics::PositionStack answer;
+  std::vector<optics::FocusPosition> shots;
+  std::vector<Native> focus;   ///< one a shot, or none
+  std::optional<Native> iris;  ///< of all of them
+};
+Result<LensStack> StackFor(const Planning& planning, const proto::LensRequest& asked, const rig::Status& now);
+
+/// How the limits fare where the lens stands, from what is measured of it alone; nothing where that is not known.
+std::optional<optics::PlanAnswer> CheckNow(const rig::Status& now, const rig::RigConfig& config,
+                                           const proto::LensRequest& asked);
 
 }  // namespace lensd::daemon

@@ -1,19 +1,24 @@
+// Remembered positions, one small file a lens, written whole at every rest. A file that does not parse, or whose
+// checksum does not fit, counts as no memory.
 #include "position_store.h"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
+#include "barrier.h"
 #include "io/atomic_file.h"
-#include "proto/json.h"
+#include "io/checked_file.h"
+#include "varlink/json.h"
 
 namespace lensd::daemon {
 namespace {
 
 using drivers::Axis;
-using proto::Json;
 using rig::AxisMemory;
+using varlink::Json;
 
 /// A serial number may have any character; a file name may not.
 std::string ForFileName(std::string text) {
@@ -50,12 +55,42 @@ AxisMemory AxisMemoryOf(const Json& json) {
 
 }  // namespace
 
-PositionStore::PositionStore(const std::string& folder, const std::string& lens, const std::string& serial)
+PositionStore::PositionStore(const std::string& folder, const std::string& lens, const std::string& serial,
+                             std::shared_ptr<StopSignal> stops)
     : lens_(lens),
       serial_(serial),
       path_((std::filesystem::path(folder) /
              (lens + (serial.empty() ? "" : "-" + ForFileName(serial)) + ".position.json"))
-                .string()) {}
+                .string()),
+      stops_(std::move(stops)),
+      thread_([this] { Write(); }) {}
+
+PositionStore::~PositionStore() {
+  stops_->Tell([this] { work_.quit = true; });
+}
+
+void PositionStore::Write() {
+  for (;;) {
+    std::string text;
+    std::uint64_t number = 0;
+    stops_->Wait([&] {
+      if (!work_.next) return work_.quit;
+      text = *std::exchange(work_.next, std::nullopt);
+      number = work_.asked;
+      return work_.writing = true;
+    });
+    if (number == 0) return;
+    Result<void> result = Fail(Code::Internal, path_ + ": cannot be written");
+    if (auto thrown = Guarded(path_, [&] { result = io::WriteFileAtomically(path_, text); })) {
+      result = std::unexpected(*thrown);
+    }
+    stops_->Tell([&] {
+      work_.writing = false;
+      work_.written = number;
+      work_.result = std::move(result);
+    });
+  }
+}
 
 Result<rig::PositionMemory::Axes> PositionStore::Load() {
   Axes axes;
@@ -63,7 +98,11 @@ Result<rig::PositionMemory::Axes> PositionStore::Load() {
   if (!std::filesystem::exists(path_, error) && !error) return axes;
   const auto text = io::ReadWholeFile(path_);
   if (!text) return std::unexpected(text.error());
-  const auto json = proto::ParseJson(*text);
+  // Only lensd writes it: what is not as it was written tells nothing about where the lens stands.
+  if (io::IntegrityOfObject(*text) != io::Integrity::Whole) {
+    return Fail(Code::BadData, path_ + ": is not as it was written (its checksum does not fit)");
+  }
+  const auto json = varlink::ParseJson(*text);
   if (!json) return Fail(Code::BadData, path_ + ": " + json.error().message);
   try {
     if (json->at("version") != 1) return Fail(Code::BadData, path_ + ": is not version 1");
@@ -85,7 +124,30 @@ Result<void> PositionStore::Save(const Axes& axes) {
     if (axes[axis]) all[std::string(AxisName(axis))] = JsonOf(*axes[axis]);
   }
   const Json file{{"version", 1}, {"lens", lens_}, {"serial", serial_}, {"axes", std::move(all)}};
-  return io::WriteFileAtomically(path_, proto::WriteJson(file) + "\n");
+  const std::string text = io::SignedObject(varlink::WriteJson(file) + "\n");
+  std::uint64_t number = 0;
+  stops_->Tell([&] {
+    work_.next = text;
+    number = ++work_.asked;
+  });
+  Result<void> result;
+  const bool written = stops_->WaitUnlessRaised([&] {
+    if (work_.written < number) return false;
+    result = work_.result;
+    return true;
+  });
+  if (written) {
+    if (result) saved_ = text;
+    return result;
+  }
+  // What the caller believes to be on disk has to be there, or come back.
+  stops_->Tell([&] {
+    work_.next.reset();
+    if (!work_.writing || saved_.empty()) return;
+    work_.next = saved_;
+    ++work_.asked;
+  });
+  return Fail(Code::Cancelled, "a stop came before it was on disk");
 }
 
 }  // namespace lensd::daemon

@@ -1,28 +1,54 @@
 // Remembered positions on disk: one small JSON file for each lens in the state folder.
 #pragma once
 
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <optional>
 #include <string>
+#include <thread>
 
 #include "rig/position_memory.h"
+#include "stop_signal.h"
 
 namespace lensd::daemon {
 
 /// FOLDER/NAME[-SERIAL].position.json, keyed by the lens' name and, where it has one, its serial number: another lens
 /// under the same name starts with nothing remembered. Always whole: replaced by way of a temporary file that is
-/// flushed before it takes the name, and the folder after.
+/// flushed before it takes the name, and the folder after. The disk is written by a thread of its own, because a stop
+/// must not wait for it.
 class PositionStore final : public rig::PositionMemory {
  public:
-  PositionStore(const std::string& folder, const std::string& lens, const std::string& serial);
+  PositionStore(const std::string& folder, const std::string& lens, const std::string& serial,
+                std::shared_ptr<StopSignal> stops);
+  /// Waits until what was to be written is.
+  ~PositionStore() override;
 
   Result<Axes> Load() override;
+  /// Cancelled: a stop came first; what was saved before stays, or comes back.
   Result<void> Save(const Axes& axes) override;
 
   const std::string& path() const { return path_; }
 
  private:
+  /// What the thread has to do, and how far it is; under the signal's lock.
+  struct Work {
+    std::optional<std::string> next;
+    bool writing = false;
+    bool quit = false;
+    std::uint64_t asked = 0;    ///< number of the newest text
+    std::uint64_t written = 0;  ///< of the newest one written, or tried to be
+    Result<void> result;        ///< of that one
+  };
+  void Write();
+
   std::string lens_;
   std::string serial_;
   std::string path_;
+  std::string saved_;  // as the caller has been told; empty: nothing yet
+  std::shared_ptr<StopSignal> stops_;
+  Work work_;
+  std::jthread thread_;  // last: it uses the others
 };
 
 }  // namespace lensd::daemon

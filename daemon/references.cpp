@@ -1,3 +1,4 @@
+// What a device's settings refer to by name (profiles, buses) put in its place before a driver sees them.
 #include "references.h"
 
 #include <filesystem>

@@ -1,3 +1,4 @@
+// A lens and camera that survive their device: Disconnected while it is gone, opened again by a thread of its own.
 #include "replug.h"
 
 #include <memory>
@@ -23,6 +24,16 @@ bool SameAxes(const drivers::Capabilities& a, const drivers::Capabilities& b) {
       return false;
   }
   return true;
+}
+
+drivers::Counters Sum(drivers::Counters sum, const drivers::Counters& more) {
+  sum.frames += more.frames;
+  sum.frames_lost += more.frames_lost;
+  sum.frames_late += more.frames_late;
+  sum.packets_lost += more.packets_lost;
+  sum.packets_resent += more.packets_resent;
+  sum.bus_errors += more.bus_errors;
+  return sum;
 }
 
 /// What lens and camera share. The worker's thread calls everything but Interrupt() and what Retry runs.
@@ -56,6 +67,14 @@ class Slot {
   }
 
   /// From any thread.
+  /// What the device says of itself, closed ones included; the worker's thread.
+  drivers::Counters camera_counts() const {
+    return Sum(closed_.camera, present_ && device_.camera ? device_.camera->counters() : drivers::Counters{});
+  }
+  std::uint64_t lens_errors() const {
+    return closed_.lens + (present_ && device_.lens ? device_.lens->bus_errors() : 0);
+  }
+
   template <class Call>
   void Interrupt(Call call) {
     const std::lock_guard lock(mutex_);
@@ -64,6 +83,8 @@ class Slot {
 
  private:
   void Lose(Error why) {
+    closed_.camera = camera_counts();
+    closed_.lens = lens_errors();
     {
       const std::lock_guard lock(mutex_);
       device_ = {};
@@ -109,6 +130,10 @@ class Slot {
   bool present_ = true;                  // guarded by mutex_
   Error why_;                            // guarded by mutex_
   int generation_ = 0;
+  struct {
+    drivers::Counters camera;
+    std::uint64_t lens = 0;
+  } closed_;  ///< counted of devices that were closed
   std::optional<drivers::Capabilities> lens_;
   std::optional<drivers::CameraCapabilities> camera_;
   std::function<Result<drivers::Device>()> open_;
@@ -140,9 +165,8 @@ class ReplugLens final : public drivers::Lens {
   Result<void> DoStartMove(Axis axis, Native target) override {
     return Forward([&](drivers::Lens& lens) -> Result<void> {
       if (unknown_[axis] && capabilities().axes[axis]->needs_home) {
-        return Fail(Code::InvalidArgument,
-                    "where " + std::string(AxisName(axis)) +
-                        " is has been unknown since the lens was plugged in again; home it first");
+        return Fail(Code::NotHomed, "where " + std::string(AxisName(axis)) +
+                                        " is has been unknown since the lens was plugged in again; home it first");
       }
       return lens.StartMove(axis, target);
     });
@@ -161,6 +185,7 @@ class ReplugLens final : public drivers::Lens {
   void DoInterrupt() override {
     slot_->Interrupt([](drivers::Device& device) { device.lens->Interrupt(); });
   }
+  std::uint64_t DoCountBusErrors() const override { return slot_->lens_errors(); }
 
   std::shared_ptr<Slot> slot_;
   int generation_ = 0;
@@ -212,6 +237,7 @@ class ReplugCamera final : public drivers::Camera {
   void DoInterrupt() override {
     slot_->Interrupt([](drivers::Device& device) { device.camera->Interrupt(); });
   }
+  drivers::Counters DoCount() const override { return slot_->camera_counts(); }
 
   std::shared_ptr<Slot> slot_;
   int generation_ = 0;

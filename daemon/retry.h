@@ -2,11 +2,14 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <thread>
 #include <utility>
 
+#include "barrier.h"
 #include "plug_signal.h"
 
 namespace lensd::daemon {
@@ -18,20 +21,33 @@ class Retry {
   static constexpr Duration kFirstPause = std::chrono::milliseconds(250);
   static constexpr Duration kLongestPause = std::chrono::seconds(10);
 
-  /// `attempt` runs on the thread until it returns true. `signal` must outlive this.
-  Retry(PlugSignal& signal, std::function<bool()> attempt)
-      : thread_([&signal, attempt = std::move(attempt)](const std::stop_token& stop) { Run(signal, attempt, stop); }) {}
+  /// `attempt` runs on the thread until it returns true, for the first time after `delay`. `signal` must outlive this.
+  Retry(PlugSignal& signal, std::function<bool()> attempt, Duration delay = {})
+      : thread_([&signal, attempt = std::move(attempt), delay, done = done_](const std::stop_token& stop) {
+          Run(signal, attempt, delay, stop);
+          *done = true;
+        }) {}
+
+  /// No further attempt.
+  void End() { thread_.request_stop(); }
+  /// The destructor will not wait.
+  bool ended() const { return *done_; }
 
  private:
-  static void Run(PlugSignal& signal, const std::function<bool()>& attempt, const std::stop_token& stop) {
+  static void Run(PlugSignal& signal, const std::function<bool()>& attempt, Duration delay,
+                  const std::stop_token& stop) {
+    if (delay > Duration{}) signal.Wait(stop, signal.count(), delay);
     Duration pause = kFirstPause;
     while (!stop.stop_requested()) {
       const auto seen = signal.count();
-      if (attempt()) return;
+      bool works = false;
+      (void)Guarded("opening", [&] { works = attempt(); });
+      if (works) return;
       pause = signal.Wait(stop, seen, pause) ? kFirstPause : std::min(2 * pause, kLongestPause);
     }
   }
 
+  std::shared_ptr<std::atomic<bool>> done_ = std::make_shared<std::atomic<bool>>(false);
   std::jthread thread_;
 };
 

@@ -1,17 +1,21 @@
+// From a method's name to its handler, after the checks that every call must pass. Handlers may rely on the kinds of
+// their parameters.
 #include "router.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <utility>
 
+#include "barrier.h"
 #include "proto/interfaces.h"
 
 namespace lensd::daemon {
 
-using proto::Json;
+using varlink::Json;
 
-proto::InterfaceDefinition BuiltInDefinition(std::string_view text) {
-  auto parsed = proto::InterfaceDefinition::Parse(text);
+varlink::InterfaceDefinition BuiltInDefinition(std::string_view text) {
+  auto parsed = varlink::InterfaceDefinition::Parse(text);
   if (!parsed) {
     std::fprintf(stderr, "built-in interface: %s\n", parsed.error().message.c_str());
     std::abort();
@@ -19,16 +23,35 @@ proto::InterfaceDefinition BuiltInDefinition(std::string_view text) {
   return *std::move(parsed);
 }
 
-Router::Router(ServiceInfo info) : info_(std::move(info)), own_(BuiltInDefinition(proto::ServiceInterfaceText())) {}
+Router::Router(ServiceInfo info) : info_(std::move(info)), own_(BuiltInDefinition(varlink::ServiceInterfaceText())) {}
 
 void Router::Add(Service& service) {
-  services_.emplace(service.definition().name(), &service);
+  Served served{&service, {}};
+  for (const Method& method : service.methods()) served.methods.emplace(method.name, &method);
+  for (const auto& [name, unused] : service.definition().methods()) {
+    if (served.methods.contains(name)) continue;
+    std::fprintf(stderr, "built-in interface: nobody serves %s\n", name.c_str());
+    std::abort();
+  }
+  for (const Method& method : service.methods()) {
+    if (method.acts == Acts::WhenRead) {
+      act_when_read_.push_back(service.definition().name() + "." + std::string(method.name) + "\"");
+    }
+  }
+  services_.emplace(service.definition().name(), std::move(served));
 }
 
-const proto::InterfaceDefinition* Router::FindDefinition(std::string_view interface) const {
+bool Router::ActsWhenRead(std::string_view message) const {
+  constexpr std::size_t kLongest = 4096;
+  return message.size() <= kLongest && std::ranges::any_of(act_when_read_, [&](const std::string& name) {
+           return message.find(name) != message.npos;
+         });
+}
+
+const varlink::InterfaceDefinition* Router::FindDefinition(std::string_view interface) const {
   if (interface == own_.name()) return &own_;
   const auto found = services_.find(interface);
-  return found == services_.end() ? nullptr : &found->second->definition();
+  return found == services_.end() ? nullptr : &found->second.service->definition();
 }
 
 void Router::Dispatch(const ExchangePointer& exchange) const {
@@ -36,33 +59,40 @@ void Router::Dispatch(const ExchangePointer& exchange) const {
   const std::size_t dot = full.rfind('.');
   const std::string_view interface = full.substr(0, dot == full.npos ? 0 : dot);
   const std::string_view method = full.substr(dot + 1);  // npos + 1 is 0
-  const proto::InterfaceDefinition* definition = FindDefinition(interface);
-  if (definition == nullptr) return exchange->Refuse(proto::kInterfaceNotFound, {{"interface", interface}});
+  const varlink::InterfaceDefinition* definition = FindDefinition(interface);
+  if (definition == nullptr) return exchange->Refuse(varlink::kInterfaceNotFound, {{"interface", interface}});
   const auto found = definition->methods().find(method);
-  if (found == definition->methods().end()) return exchange->Refuse(proto::kMethodNotFound, {{"method", method}});
+  if (found == definition->methods().end()) return exchange->Refuse(varlink::kMethodNotFound, {{"method", method}});
   // No method leaves the protocol; answering as if nothing had been asked would say that the upgrade succeeded.
-  if (exchange->call().upgrade) return exchange->Refuse(proto::kMethodNotImplemented, {{"method", method}});
+  if (exchange->call().upgrade) return exchange->Refuse(varlink::kMethodNotImplemented, {{"method", method}});
   if (auto wrong = definition->FirstWrong(*found->second.input, exchange->view())) {
-    return exchange->Refuse(proto::kInvalidParameter, {{"parameter", *wrong}});
+    return exchange->Refuse(varlink::kInvalidParameter, {{"parameter", *wrong}});
   }
   if (definition == &own_) return ServeOwn(method, exchange);
-  services_.find(interface)->second->Serve(method, exchange);
+  const Served& served = services_.find(interface)->second;
+  const Method& row = *served.methods.at(method);
+  // Nobody is told what it finds, and it does nothing else.
+  if (exchange->call().oneway && row.may_change_state == MayChangeState::No) return exchange->Finish("{}");
+  const auto thrown = Guarded(std::string(full), [&] {
+    if (served.service->Admit(row, exchange)) row.serve(exchange);
+  });
+  if (thrown) exchange->Refuse(std::string(interface) + ".Internal", {{"message", thrown->message}});
 }
 
 void Router::ServeOwn(std::string_view method, const ExchangePointer& exchange) const {
   if (method == "GetInfo") {
     Json interfaces{own_.name()};
     for (const auto& [name, unused] : services_) interfaces.push_back(name);
-    return exchange->Finish(proto::WriteJson({{"vendor", info_.vendor},
-                                              {"product", info_.product},
-                                              {"version", info_.version},
-                                              {"url", info_.url},
-                                              {"interfaces", std::move(interfaces)}}));
+    return exchange->Finish(varlink::WriteJson({{"vendor", info_.vendor},
+                                                {"product", info_.product},
+                                                {"version", info_.version},
+                                                {"url", info_.url},
+                                                {"interfaces", std::move(interfaces)}}));
   }
   const auto interface = exchange->parameters()["interface"].get<std::string>();
-  const proto::InterfaceDefinition* definition = FindDefinition(interface);
-  if (definition == nullptr) return exchange->Refuse(proto::kInterfaceNotFound, {{"interface", interface}});
-  exchange->Finish(proto::WriteJson({{"description", definition->text()}}));
+  const varlink::InterfaceDefinition* definition = FindDefinition(interface);
+  if (definition == nullptr) return exchange->Refuse(varlink::kInterfaceNotFound, {{"interface", interface}});
+  exchange->Finish(varlink::WriteJson({{"description", definition->text()}}));
 }
 
 }  // namespace lensd::daemon

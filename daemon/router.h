@@ -4,10 +4,12 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/result.h"
 #include "exchange.h"
-#include "proto/interface_definition.h"
+#include "method_table.h"
+#include "varlink/interface_definition.h"
 
 namespace lensd::daemon {
 
@@ -15,9 +17,11 @@ namespace lensd::daemon {
 class Service {
  public:
   virtual ~Service() = default;
-  virtual const proto::InterfaceDefinition& definition() const = 0;
-  /// Serves one call now or later. `method` exists in the definition and the parameters match it.
-  virtual void Serve(std::string_view method, const ExchangePointer& exchange) = 0;
+  virtual const varlink::InterfaceDefinition& definition() const = 0;
+  /// A row for each method of the definition; the same for good.
+  virtual const MethodTable& methods() const = 0;
+  /// Whether the caller may call it now. False: it has been told why not.
+  virtual bool Admit(const Method& /*method*/, const ExchangePointer& /*exchange*/) { return true; }
 };
 
 /// What GetInfo answers.
@@ -32,21 +36,29 @@ struct ServiceInfo {
 class Router {
  public:
   explicit Router(ServiceInfo info);
-  /// `service` must outlive the router.
+  /// `service` must outlive the router. A method without a row is our own bug and ends the program.
   void Add(Service& service);
+  /// Whether a message is a call, not a long one, of a method that acts when it is read. Quick, and it may err: it says
+  /// yes to a message that merely names one.
+  bool ActsWhenRead(std::string_view message) const;
   /// Finds the service, checks the parameters, and passes the call on or refuses it.
   void Dispatch(const ExchangePointer& exchange) const;
 
  private:
-  const proto::InterfaceDefinition* FindDefinition(std::string_view interface) const;
+  const varlink::InterfaceDefinition* FindDefinition(std::string_view interface) const;
   void ServeOwn(std::string_view method, const ExchangePointer& exchange) const;
 
   ServiceInfo info_;
-  proto::InterfaceDefinition own_;
-  std::map<std::string, Service*, std::less<>> services_;
+  varlink::InterfaceDefinition own_;
+  std::vector<std::string> act_when_read_;  // full names
+  struct Served {
+    Service* service = nullptr;
+    std::map<std::string_view, const Method*> methods;
+  };
+  std::map<std::string, Served, std::less<>> services_;
 };
 
 /// Parses a definition that is part of the program: failure is our own bug and ends it.
-proto::InterfaceDefinition BuiltInDefinition(std::string_view text);
+varlink::InterfaceDefinition BuiltInDefinition(std::string_view text);
 
 }  // namespace lensd::daemon

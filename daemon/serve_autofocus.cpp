@@ -2,14 +2,14 @@
 #include <utility>
 
 #include "autofocus_request.h"
-#include "lens_entry.h"
 #include "lens_json.h"
 #include "lens_service.h"
 #include "proto/interfaces.h"
+#include "serve.h"
 
 namespace lensd::daemon {
 
-using proto::Json;
+using varlink::Json;
 
 namespace {
 
@@ -41,51 +41,64 @@ Result<rig::AutofocusRequest> AutofocusRequestOf(const Json& parameters) {
   return request;
 }
 
-void LensService::Autofocus(const ExchangePointer& exchange) {
-  Lens* const lens = FindLens(exchange);
-  if (lens == nullptr) return;
+namespace {
+
+/// Tells of each answer of an autofocus that goes on.
+std::function<void(const rig::AutofocusOutcome&)> TrackTo(ServedLens& lens, const ExchangePointer& exchange) {
+  return [&lens, exchange](const rig::AutofocusOutcome& outcome) {
+    lens.Later([&lens, exchange, result = AutofocusJson(lens.name(), outcome)] {
+      exchange->Continue(Wrap("autofocus", varlink::WriteJson(result)));
+      lens.watchers().Announce(lens, "autofocus", result);
+    });
+  };
+}
+
+rig::ProgressCallback ProgressTo(ServedLens& lens, const ExchangePointer& exchange) {
+  if (!exchange->call().more) return nullptr;
+  return [&lens, exchange](const rig::AutofocusProgress& now) {
+    lens.Later([exchange, text = Wrap("progress", varlink::WriteJson(AutofocusProgressJson(now)))] {
+      exchange->Continue(text);
+    });
+  };
+}
+
+void Autofocus(ServedLens& lens, const ExchangePointer& exchange) {
   Result<rig::AutofocusRequest> request = AutofocusRequestOf(exchange->parameters());
   if (!request) return Refuse(exchange, request.error());
-  auto answer = [this, exchange, lens](const Result<rig::AutofocusOutcome>& outcome) {
-    if (!outcome) return Refuse(exchange, outcome.error());
-    const std::string result = proto::WriteJson(AutofocusJson(lens->name, *outcome));
-    exchange->Finish(Wrap("autofocus", result));
-    Announce(*lens, "autofocus", result);
-  };
   if (const Json* track = Given(exchange->parameters(), "track"); track != nullptr && track->get<bool>()) {
-    if (!exchange->call().more) return exchange->Refuse(proto::kExpectedMore, Json::object());
-    request->track = [this, lens, exchange](const rig::AutofocusOutcome& outcome) {
-      lens->worker->Later([this, lens, exchange, text = proto::WriteJson(AutofocusJson(lens->name, outcome))] {
-        exchange->Continue(Wrap("autofocus", text));
-        Announce(*lens, "autofocus", text);
-      });
-    };
-  }
-  rig::ProgressCallback progress;
-  if (exchange->call().more) {
-    progress = [lens, exchange](const rig::AutofocusProgress& now) {
-      lens->worker->Later([exchange, text = Wrap("progress", proto::WriteJson(AutofocusProgressJson(now)))] {
-        exchange->Continue(text);
-      });
-    };
+    if (!exchange->call().more) return exchange->Refuse(varlink::kExpectedMore, Json::object());
+    request->track = TrackTo(lens, exchange);
   }
   auto ended = std::make_shared<bool>(false);  // the worker's thread
-  lens->worker->Submit(
-      [lens, request = *std::move(request), progress = std::move(progress), answer, ended](rig::Rig& rig) mutable {
-        rig.Autofocus(std::move(request), std::move(progress),
-                      [lens, answer, ended](Result<rig::AutofocusOutcome> outcome) {
-                        *ended = true;
-                        lens->worker->Later([answer, outcome = std::move(outcome)] { answer(outcome); });
-                      });
-      });
-  // Nobody is left to be told of the result. The step in between lets commands taken before this one displace the
-  // autofocus first, so that the stop never hits the motion of somebody else.
-  exchange->OnGone([this, lens, ended] {
-    lens->worker->Submit([this, ended](rig::Rig& rig) {
-      rig.Step(clock_.Now());
-      if (!*ended) rig.Stop({}, [](const Result<void>&) {});
-    });
+  auto run = [request = *std::move(request), progress = ProgressTo(lens, exchange), ended](rig::Rig& rig,
+                                                                                           auto done) mutable {
+    rig.Autofocus(std::move(request), std::move(progress),
+                  [ended, done = std::move(done)](Result<rig::AutofocusOutcome> outcome) mutable {
+                    *ended = true;
+                    done(std::move(outcome));
+                  });
+  };
+  lens.Ask<rig::AutofocusOutcome>(std::move(run), [&lens, exchange](const Result<rig::AutofocusOutcome>& outcome) {
+    if (!outcome) return Refuse(exchange, outcome.error());
+    const varlink::Json result = AutofocusJson(lens.name(), *outcome);
+    exchange->Finish(Wrap("autofocus", varlink::WriteJson(result)));
+    lens.watchers().Announce(lens, "autofocus", result);
   });
+  exchange->OnGone([&lens, ended] { StopUnlessEnded(lens, ended, {}); });
+}
+
+}  // namespace
+
+// The step in between lets commands taken before this one displace the autofocus first.
+void StopUnlessEnded(ServedLens& lens, std::shared_ptr<const bool> ended, std::vector<drivers::Axis> axes) {
+  lens.Submit([&clock = lens.surroundings().clock, ended = std::move(ended), axes = std::move(axes)](rig::Rig& rig) {
+    rig.Step(clock.Now());
+    if (!*ended) rig.Stop(axes, [](const Result<void>&) {});
+  });
+}
+
+MethodTable AutofocusMethods(LensService& service) {
+  return {{"Autofocus", service.ForLens(Autofocus), NeedsLease::Yes, MayChangeState::Yes}};
 }
 
 }  // namespace lensd::daemon

@@ -2,20 +2,21 @@
 // the client. The rig's run is the same as with a camera of its own; here its wish for a frame becomes the answer to
 // the client's last call, and the client's next call becomes the frame.
 #include <algorithm>
+#include <map>
 #include <span>
 #include <tuple>
 #include <utility>
 
 #include "autofocus_request.h"
-#include "lens_entry.h"
 #include "lens_json.h"
 #include "lens_service.h"
-#include "proto/base64.h"
+#include "serve.h"
+#include "varlink/base64.h"
 
 namespace lensd::daemon {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 constexpr std::size_t kMostSessions = 8;
 constexpr std::size_t kMostBytes = std::size_t{8} << 20;  ///< of one frame
@@ -51,6 +52,7 @@ constexpr Format kFormats[] = {{"mono8", 8, 1}, {"mono10le", 10, 2}, {"mono12le"
 Result<std::pair<Instant, Instant>> ExposureOf(const Json& parameters, Instant now) {
   const Instant start{Duration(parameters["exposureStartNs"].get<std::int64_t>())};
   const Instant end{Duration(parameters["exposureEndNs"].get<std::int64_t>())};
+  if (start < Instant{}) return Fail(Code::InvalidArgument, "exposure times count from the start of CLOCK_MONOTONIC");
   if (end < start) return Fail(Code::InvalidArgument, "the exposure ends before it begins");
   if (end > now) {
     return Fail(Code::InvalidArgument, "the exposure ends in the future: give its times in ns on CLOCK_MONOTONIC");
@@ -104,12 +106,10 @@ Result<drivers::Frame> FrameOf(const Json& parameters, std::span<const std::uint
   return frame;
 }
 
-}  // namespace
-
 /// What a session is between the client's calls. Event loop thread only.
-struct LensService::FrameSession {
+struct FrameSession {
   std::int64_t number = 0;
-  Lens* lens = nullptr;
+  ServedLens* lens = nullptr;
   const void* peer = nullptr;
   ExchangePointer waiting;  ///< the call that the next wish or the end will answer; null: the client has its wish
   std::vector<std::uint8_t> pixels;
@@ -117,8 +117,42 @@ struct LensService::FrameSession {
   std::shared_ptr<bool> ended_in_rig = std::make_shared<bool>(false);  ///< the worker's thread
 };
 
-void LensService::AutofocusBegin(const ExchangePointer& exchange) {
-  Lens* const lens = FindLens(exchange);
+using FrameSessionPointer = std::shared_ptr<FrameSession>;
+
+/// The sessions that are open, and the calls that drive them. Event loop thread only.
+class FrameSessions {
+ public:
+  explicit FrameSessions(LensService& service) : service_(service) {}
+
+  void Begin(const ExchangePointer& exchange);
+  void Pixels(const ExchangePointer& exchange);
+  void Frame(const ExchangePointer& exchange);
+  void Score(const ExchangePointer& exchange);
+  void End(const ExchangePointer& exchange);
+
+ private:
+  FrameSessionPointer FindSession(const ExchangePointer& exchange);
+  template <class Command>
+  void Give(const FrameSessionPointer& session, const ExchangePointer& exchange, Command give);
+  void Conclude(const FrameSessionPointer& session, const ExchangePointer& exchange);
+  void EndSession(const FrameSessionPointer& session);
+
+  LensService& service_;
+  std::map<std::int64_t, FrameSessionPointer> sessions_;
+  std::int64_t last_session_ = 0;
+};
+
+/// The rig's next wish answers the call that waits for it.
+void TellWish(const FrameSessionPointer& session, const Json& wish) {
+  const ExchangePointer waiting = std::exchange(session->waiting, nullptr);
+  if (!waiting) return;
+  Json answer{{"next", wish}};
+  if (waiting->call().method.ends_with("Begin")) answer["session"] = session->number;
+  waiting->Finish(varlink::WriteJson(answer));
+}
+
+void FrameSessions::Begin(const ExchangePointer& exchange) {
+  ServedLens* const lens = service_.FindPresent(exchange);
   if (lens == nullptr) return;
   const Json& parameters = exchange->parameters();
   auto request = AutofocusRequestOf(parameters);
@@ -127,7 +161,7 @@ void LensService::AutofocusBegin(const ExchangePointer& exchange) {
   if (!pixel) return Refuse(exchange, pixel.error());
   auto deadline = DeadlineOf(parameters);
   if (!deadline) return Refuse(exchange, deadline.error());
-  if (exchange->peer() == nullptr) return;  // oneway: nobody could answer
+  if (exchange->peer() == nullptr) return exchange->Finish("{}");  // oneway: nobody could answer
   if (sessions_.size() >= kMostSessions) {
     return Refuse(exchange, {Code::Busy, "too many autofocus sessions are open: end one, or close its connection"});
   }
@@ -144,42 +178,35 @@ void LensService::AutofocusBegin(const ExchangePointer& exchange) {
   request->outside->pixel_um = *pixel;
   if (const Json* scores = Given(parameters, "scores")) request->outside->scores_only = scores->get<bool>();
   request->outside->wanted = [lens, session](const rig::FrameWanted& wanted) {
-    lens->worker->Later([session, json = FrameWantedJson(wanted)] {
-      const ExchangePointer waiting = std::exchange(session->waiting, nullptr);
-      if (!waiting) return;
-      Json answer{{"next", json}};
-      if (waiting->call().method.ends_with("Begin")) answer["session"] = session->number;
-      waiting->Finish(proto::WriteJson(answer));
-    });
+    lens->Later([session, json = FrameWantedJson(wanted)] { TellWish(session, json); });
   };
-  auto answer = [this, session](const Result<rig::AutofocusOutcome>& outcome) {
+  auto run = [request = *std::move(request), ended = session->ended_in_rig](rig::Rig& rig, auto done) mutable {
+    if (request.outside->pixel_um == 0 && rig.camera() != nullptr) request.outside->pixel_um = rig.camera()->pixel_um;
+    rig.Autofocus(std::move(request), nullptr,
+                  [ended, done = std::move(done)](Result<rig::AutofocusOutcome> outcome) mutable {
+                    *ended = true;
+                    done(std::move(outcome));
+                  });
+  };
+  lens->Ask<rig::AutofocusOutcome>(std::move(run), [this, lens, session](const Result<rig::AutofocusOutcome>& outcome) {
     if (outcome) {
-      Announce(*session->lens, "autofocus", proto::WriteJson(AutofocusJson(session->lens->name, *outcome)));
+      lens->watchers().Announce(*lens, "autofocus", AutofocusJson(lens->name(), *outcome));
     }
     session->end = outcome;
     if (session->waiting) Conclude(session, std::exchange(session->waiting, nullptr));
-  };
-  lens->worker->Submit(
-      [lens, request = *std::move(request), answer, ended = session->ended_in_rig](rig::Rig& rig) mutable {
-        if (request.outside->pixel_um == 0 && rig.camera() != nullptr)
-          request.outside->pixel_um = rig.camera()->pixel_um;
-        rig.Autofocus(std::move(request), nullptr, [lens, answer, ended](Result<rig::AutofocusOutcome> outcome) {
-          *ended = true;
-          lens->worker->Later([answer, outcome = std::move(outcome)] { answer(outcome); });
-        });
-      });
+  });
 }
 
 /// Tells the end of a session, once, and forgets it.
-void LensService::Conclude(const FrameSessionPointer& session, const ExchangePointer& exchange) {
+void FrameSessions::Conclude(const FrameSessionPointer& session, const ExchangePointer& exchange) {
   exchange->AtClose(static_cast<std::uint64_t>(session->number), {});
   sessions_.erase(session->number);
   if (!*session->end) return Refuse(exchange, session->end->error());
-  exchange->Finish(proto::WriteJson(Json{{"autofocus", AutofocusJson(session->lens->name, **session->end)}}));
+  exchange->Finish(varlink::WriteJson(Json{{"autofocus", AutofocusJson(session->lens->name(), **session->end)}}));
 }
 
 /// The session the call means; else answers the call with why not and returns null.
-LensService::FrameSessionPointer LensService::FindSession(const ExchangePointer& exchange) {
+FrameSessionPointer FrameSessions::FindSession(const ExchangePointer& exchange) {
   const auto number = exchange->parameters()["session"].get<std::int64_t>();
   const auto found = sessions_.find(number);
   if (found != sessions_.end() && found->second->peer == exchange->peer()) return found->second;
@@ -188,10 +215,10 @@ LensService::FrameSessionPointer LensService::FindSession(const ExchangePointer&
   return nullptr;
 }
 
-void LensService::AutofocusPixels(const ExchangePointer& exchange) {
+void FrameSessions::Pixels(const ExchangePointer& exchange) {
   const FrameSessionPointer session = FindSession(exchange);
   if (!session) return;
-  auto bytes = proto::DecodeBase64(exchange->parameters()["data"].get_ref<const std::string&>());
+  auto bytes = varlink::DecodeBase64(exchange->parameters()["data"].get_ref<const std::string&>());
   if (!bytes) return Refuse(exchange, {Code::InvalidArgument, bytes.error().message});
   const auto offset = exchange->parameters()["offset"].get<std::int64_t>();
   if (offset == 0) session->pixels.clear();
@@ -203,33 +230,45 @@ void LensService::AutofocusPixels(const ExchangePointer& exchange) {
     return Refuse(exchange, {Code::OutOfRange, "a frame may have 8 MiB: send the region alone"});
   }
   session->pixels.insert(session->pixels.end(), bytes->begin(), bytes->end());
-  exchange->Finish(proto::WriteJson(Json{{"received", session->pixels.size()}}));
+  exchange->Finish(varlink::WriteJson(Json{{"received", session->pixels.size()}}));
 }
 
-void LensService::AutofocusFrame(const ExchangePointer& exchange) {
+/// Passes a frame on. If the rig will not have it the call ends with the reason; else with the next wish or the end.
+template <class Command>
+void FrameSessions::Give(const FrameSessionPointer& session, const ExchangePointer& exchange, Command give) {
+  session->waiting = exchange;
+  session->lens->Ask<void>(std::move(give), [this, session, exchange](const Result<void>& taken) {
+    if (taken || session->waiting != exchange) return;
+    if (session->end) return Conclude(session, std::exchange(session->waiting, nullptr));
+    session->waiting = nullptr;
+    Refuse(exchange, taken.error());
+  });
+}
+
+void FrameSessions::Frame(const ExchangePointer& exchange) {
   const FrameSessionPointer session = FindSession(exchange);
   if (!session) return;
   if (session->end) return Conclude(session, exchange);
   std::vector<std::uint8_t> bytes = std::exchange(session->pixels, {});
   if (const Json* data = Given(exchange->parameters(), "data")) {
-    auto last = proto::DecodeBase64(data->get_ref<const std::string&>());
+    auto last = varlink::DecodeBase64(data->get_ref<const std::string&>());
     if (!last) return Refuse(exchange, {Code::InvalidArgument, last.error().message});
     bytes.insert(bytes.end(), last->begin(), last->end());
   }
   if (bytes.size() > kMostBytes) {
     return Refuse(exchange, {Code::OutOfRange, "a frame may have 8 MiB: send the region alone"});
   }
-  const auto exposure = ExposureOf(exchange->parameters(), clock_.Now());
+  const auto exposure = ExposureOf(exchange->parameters(), service_.clock().Now());
   if (!exposure) return Refuse(exchange, exposure.error());
   auto frame = FrameOf(exchange->parameters(), bytes);
   if (!frame) return Refuse(exchange, frame.error());
   std::tie(frame->exposure_start, frame->exposure_end) = *exposure;
-  Give(session, exchange, [frame = *std::move(frame)](rig::Rig& rig, rig::StopCallback taken) mutable {
+  Give(session, exchange, [frame = *std::move(frame)](rig::Rig& rig, auto taken) mutable {
     rig.GiveFrame(std::move(frame), std::move(taken));
   });
 }
 
-void LensService::AutofocusScore(const ExchangePointer& exchange) {
+void FrameSessions::Score(const ExchangePointer& exchange) {
   const FrameSessionPointer session = FindSession(exchange);
   if (!session) return;
   if (session->end) return Conclude(session, exchange);
@@ -240,31 +279,13 @@ void LensService::AutofocusScore(const ExchangePointer& exchange) {
   if (!(score.sharpness > 0) || !(score.sigma > 0)) {
     return Refuse(exchange, {Code::InvalidArgument, "sharpness and sigma must be above 0"});
   }
-  const auto exposure = ExposureOf(exchange->parameters(), clock_.Now());
+  const auto exposure = ExposureOf(exchange->parameters(), service_.clock().Now());
   if (!exposure) return Refuse(exchange, exposure.error());
   std::tie(score.exposure_start, score.exposure_end) = *exposure;
-  Give(session, exchange, [score](rig::Rig& rig, rig::StopCallback taken) { rig.GiveScore(score, std::move(taken)); });
+  Give(session, exchange, [score](rig::Rig& rig, auto taken) { rig.GiveScore(score, std::move(taken)); });
 }
 
-/// Passes a frame on. If the rig will not have it the call ends with the reason; else with the next wish or the end.
-void LensService::Give(const FrameSessionPointer& session, const ExchangePointer& exchange,
-                       std::move_only_function<void(rig::Rig&, rig::StopCallback)> give) {
-  session->waiting = exchange;
-  Lens* const lens = session->lens;
-  auto judged = [this, session, exchange](const Result<void>& taken) {
-    if (taken || session->waiting != exchange) return;
-    if (session->end) return Conclude(session, std::exchange(session->waiting, nullptr));
-    session->waiting = nullptr;
-    Refuse(exchange, taken.error());
-  };
-  lens->worker->Submit([lens, judged, give = std::move(give)](rig::Rig& rig) mutable {
-    give(rig, [lens, judged](Result<void> taken) {
-      lens->worker->Later([judged, taken = std::move(taken)] { judged(taken); });
-    });
-  });
-}
-
-void LensService::AutofocusEnd(const ExchangePointer& exchange) {
+void FrameSessions::End(const ExchangePointer& exchange) {
   const FrameSessionPointer session = FindSession(exchange);
   if (!session) return;
   exchange->AtClose(static_cast<std::uint64_t>(session->number), {});
@@ -273,16 +294,25 @@ void LensService::AutofocusEnd(const ExchangePointer& exchange) {
 }
 
 /// The client has gone or has had enough: an autofocus that still runs is stopped.
-void LensService::EndSession(const FrameSessionPointer& session) {
+void FrameSessions::EndSession(const FrameSessionPointer& session) {
   session->waiting = nullptr;
   sessions_.erase(session->number);
   if (session->end) return;
-  // The step in between lets commands taken before this one displace the autofocus first, so that the stop never hits
-  // the motion of somebody else.
-  session->lens->worker->Submit([this, ended = session->ended_in_rig](rig::Rig& rig) {
-    rig.Step(clock_.Now());
-    if (!*ended) rig.Stop({drivers::Axis::Focus}, [](const Result<void>&) {});
-  });
+  StopUnlessEnded(*session->lens, session->ended_in_rig, {drivers::Axis::Focus});
+}
+
+}  // namespace
+
+MethodTable SessionMethods(LensService& service) {
+  const auto sessions = std::make_shared<FrameSessions>(service);
+  const auto serve = [sessions, &service](void (FrameSessions::*method)(const ExchangePointer&)) {
+    return service.ForPresent([sessions, method](const ExchangePointer& exchange) { (*sessions.*method)(exchange); });
+  };
+  return {{"AutofocusBegin", serve(&FrameSessions::Begin), NeedsLease::Yes, MayChangeState::Yes},
+          {"AutofocusPixels", serve(&FrameSessions::Pixels), NeedsLease::No, MayChangeState::Yes},
+          {"AutofocusFrame", serve(&FrameSessions::Frame), NeedsLease::No, MayChangeState::Yes},
+          {"AutofocusScore", serve(&FrameSessions::Score), NeedsLease::No, MayChangeState::Yes},
+          {"AutofocusEnd", serve(&FrameSessions::End), NeedsLease::No, MayChangeState::Yes}};
 }
 
 }  // namespace lensd::daemon

@@ -2,19 +2,22 @@
 #include <ctime>
 #include <utility>
 
-#include "calibration_store.h"
+#include "autofocus_request.h"
 #include "io/toml.h"
-#include "lens_entry.h"
 #include "lens_json.h"
 #include "lens_service.h"
 #include "optics/focus_scale.h"
 #include "rig/backlash.h"
+#include "serve.h"
 
 namespace lensd::daemon {
 namespace {
 
 using drivers::Axis;
-using proto::Json;
+using varlink::Json;
+
+constexpr std::int64_t kFewestPairs = 3;
+constexpr std::int64_t kMostPairs = 100;
 
 std::string Today() {
   const std::time_t now = std::time(nullptr);
@@ -62,8 +65,9 @@ Result<std::optional<rig::Calibration>> WithCurve(rig::Calibration calibration, 
   }
   if (!rig.lens().axes[Axis::Focus]) return Fail(Code::Unsupported, "this lens has no motorised focus");
   const Metres focal_length = rig.optics()->focal_length();
-  const auto scale = ScaleOf(parameters, config.scale);
+  auto scale = ScaleOf(parameters, config.scale);
   if (!scale) return std::unexpected(scale.error());
+  scale->centre_shift = rig.optics()->centre_shift();
   std::vector<rig::FocusPoint> points;
   for (const Json& json : *Given(parameters, "points")) {
     const auto point = PointOf(json, *scale, focal_length);
@@ -112,60 +116,35 @@ Json BacklashJson(const std::string& lens, Axis axis, const rig::BacklashOutcome
               {"elapsedMs", std::chrono::duration<double, std::milli>(outcome.elapsed).count()},
               {"reason", outcome.reason}};
   if (outcome.measured) {
-    result["steps"] = proto::NumberOrNull(outcome.backlash.steps);
-    result["lowSteps"] = proto::NumberOrNull(outcome.backlash.low);
-    result["highSteps"] = proto::NumberOrNull(outcome.backlash.high);
+    result["steps"] = varlink::NumberOrNull(outcome.backlash.steps);
+    result["lowSteps"] = varlink::NumberOrNull(outcome.backlash.low);
+    result["highSteps"] = varlink::NumberOrNull(outcome.backlash.high);
   }
   return result;
 }
 
-}  // namespace
-
-void LensService::ChangeCalibration(Lens& lens, EditCalibration edit, std::function<void(const Result<void>&)> done) {
-  lens.worker->Submit([this, &lens, edit = std::move(edit), done = std::move(done)](rig::Rig& rig) {
-    const auto later = [&lens, done](Result<void> answer) {
-      lens.worker->Later([done, answer = std::move(answer)] { done(answer); });
-    };
-    rig::Calibration now = rig.calibration() ? *rig.calibration() : rig::Calibration{};
-    if (!rig.calibration()) now.serial = rig.lens().serial;
-    auto edited = edit(std::move(now), rig);
-    if (!edited) return later(std::unexpected(edited.error()));
-    std::shared_ptr<const rig::Calibration> next;
-    if (*edited) next = std::make_shared<const rig::Calibration>(**std::move(edited));
-    rig.SetCalibration(next, [this, &lens, next, done, later](Result<void> set) {
-      if (!set) return later(std::move(set));
-      lens.worker->Later([this, &lens, next, done] {
-        auto kept = Keep(lens.calibration_file, next ? rig::CalibrationText(*next) : "");
-        if (!kept) kept = Fail(Code::Io, "in force, but not kept: " + kept.error().message);
-        Replan(lens, [done, kept] { done(kept); });
-      });
-    });
-  });
-}
-
-void LensService::TellCalibration(const ExchangePointer& exchange, Lens& lens) {
-  auto answer = [exchange, &lens](const rig::Status& status, const std::shared_ptr<const rig::Calibration>& now) {
-    const bool known = status.optics != nullptr;
-    const auto error = known ? status.optics->error() : std::nullopt;
-    Json info{{"lens", lens.name},
-              {"grade", GradeName(known ? status.optics->grade() : rig::Grade::Uncalibrated)},
-              {"errorUm", error ? proto::NumberOrNull(error->value * 1e6) : Json(nullptr)},
-              {"file", lens.calibration_file.empty() ? Json(nullptr) : Json(lens.calibration_file)},
-              {"toml", now ? Json(rig::CalibrationText(*now)) : Json(nullptr)}};
-    exchange->Finish(proto::WriteJson({{"calibration", std::move(info)}}));
+/// Answers with the calibration in force.
+void Calibration(ServedLens& lens, const ExchangePointer& exchange) {
+  struct InForce {
+    rig::Status status;
+    std::shared_ptr<const rig::Calibration> calibration;
   };
-  lens.worker->Submit([&lens, answer](rig::Rig& rig) {
-    lens.worker->Later([answer, status = rig.GetStatus(), now = rig.calibration()] { answer(status, now); });
+  const auto ask = [](rig::Rig& rig, auto done) { done(InForce{rig.GetStatus(), rig.calibration()}); };
+  lens.Ask<InForce>(ask, [exchange, &lens](const Result<InForce>& now) {
+    if (!now) return Refuse(exchange, now.error());
+    const auto& optics = now->status.optics;
+    const auto error = optics ? optics->error() : std::nullopt;
+    const std::string& file = lens.calibration_file();
+    Json info{{"lens", lens.name()},
+              {"grade", GradeName(optics ? optics->grade() : rig::Grade::Uncalibrated)},
+              {"errorUm", error ? varlink::NumberOrNull(error->value * 1e6) : Json(nullptr)},
+              {"file", file.empty() ? Json(nullptr) : Json(file)},
+              {"toml", now->calibration ? Json(rig::CalibrationText(*now->calibration)) : Json(nullptr)}};
+    exchange->Finish(varlink::WriteJson({{"calibration", std::move(info)}}));
   });
 }
 
-void LensService::Calibration(const ExchangePointer& exchange) {
-  if (Lens* const lens = FindLens(exchange)) TellCalibration(exchange, *lens);
-}
-
-void LensService::Calibrate(const ExchangePointer& exchange) {
-  Lens* const lens = FindLens(exchange);
-  if (lens == nullptr) return;
+void Calibrate(ServedLens& lens, const ExchangePointer& exchange) {
   const Json& parameters = exchange->parameters();
   const Json* toml = Given(parameters, "toml");
   const Json* points = Given(parameters, "points");
@@ -174,7 +153,7 @@ void LensService::Calibrate(const ExchangePointer& exchange) {
   if ((toml != nullptr) + (points != nullptr) + removes != 1) {
     return Refuse(exchange, {Code::InvalidArgument, "say exactly one of toml, points and remove"});
   }
-  EditCalibration edit;
+  ServedLens::EditCalibration edit;
   if (removes) {
     edit = [](const rig::Calibration&, const rig::Rig&) -> Result<std::optional<rig::Calibration>> {
       return std::nullopt;
@@ -182,25 +161,86 @@ void LensService::Calibrate(const ExchangePointer& exchange) {
   } else if (toml != nullptr) {
     edit = [text = toml->get<std::string>()](const rig::Calibration&, const rig::Rig&) { return FromToml(text); };
   } else {
-    edit = [parameters, config = lens->config.rig](rig::Calibration now, const rig::Rig& rig) {
+    edit = [parameters, config = lens.config().rig](rig::Calibration now, const rig::Rig& rig) {
       return WithCurve(std::move(now), rig, parameters, config);
     };
   }
-  ChangeCalibration(*lens, std::move(edit), [this, exchange, lens](const Result<void>& changed) {
+  lens.ChangeCalibration(std::move(edit), [exchange, &lens](const Result<void>& changed) {
     if (!changed) return Refuse(exchange, changed.error());
-    TellCalibration(exchange, *lens);
+    Calibration(lens, exchange);
   });
 }
 
-void LensService::Backlash(const ExchangePointer& exchange) {
-  Lens* const lens = FindLens(exchange);
-  if (lens == nullptr) return;
+/// Keeps what is known now, and answers with it.
+void FinishBacklash(ServedLens& lens, const ExchangePointer& exchange, Axis axis, rig::BacklashOutcome outcome) {
+  const auto tell = [exchange, &lens, axis](const rig::BacklashOutcome& ended) {
+    exchange->Finish(varlink::WriteJson({{"backlash", BacklashJson(lens.name(), axis, ended)}}));
+  };
+  if (!outcome.measured) return tell(outcome);
+  const auto& configured = lens.config().rig.axes[axis].backlash;
+  if (configured) {
+    outcome.reason = "the configuration says backlash = " + std::to_string(static_cast<long>(*configured)) +
+                     ", which stays in force: say \"auto\" there to use this";
+  }
+  const auto edit = [axis, backlash = outcome.backlash](
+                        rig::Calibration now, const rig::Rig& rig) -> Result<std::optional<rig::Calibration>> {
+    if (!rig.lens().axes[axis]) {
+      return Fail(Code::Unsupported, "this lens has no motorised " + std::string(drivers::AxisName(axis)));
+    }
+    now.backlash[axis] = backlash;
+    return now;
+  };
+  lens.ChangeCalibration(edit, [exchange, tell, outcome](const Result<void>& changed) {
+    if (!changed) return Refuse(exchange, changed.error());
+    tell(outcome);
+  });
+}
+
+std::function<void(const rig::BacklashProgress&)> BacklashProgressTo(ServedLens& lens,
+                                                                     const ExchangePointer& exchange) {
+  if (!exchange->call().more) return nullptr;
+  return [&lens, exchange](const rig::BacklashProgress& now) {
+    const Json json{{"sweep", now.sweep}, {"sweepsExpected", now.of}, {"frames", now.frames}};
+    lens.Later([exchange, text = Wrap("progress", varlink::WriteJson(json))] { exchange->Continue(text); });
+  };
+}
+
+void MeasureBacklash(ServedLens& lens, const ExchangePointer& exchange) {
+  const Json& parameters = exchange->parameters();
+  rig::BacklashRequest request;
+  if (const Json* pairs = Given(parameters, "pairs")) {
+    const auto count = pairs->get<std::int64_t>();
+    if (count < kFewestPairs || count > kMostPairs) {
+      return Refuse(exchange, {Code::InvalidArgument, "pairs is from 3 to 100"});
+    }
+    request.pairs = static_cast<int>(count);
+  }
+  if (const Json* region = Given(parameters, "region")) {
+    const auto number = [&](const char* key) { return (*region)[key].get<double>(); };
+    request.region = drivers::Region{number("x"), number("y"), number("w"), number("h")};
+  }
+  auto ended = std::make_shared<bool>(false);  // the worker's thread
+  const auto measure = [request, progress = BacklashProgressTo(lens, exchange), ended](rig::Rig& rig, auto done) {
+    rig::MeasureBacklash(rig, request, progress,
+                         [ended, done = std::move(done)](Result<rig::BacklashOutcome> outcome) mutable {
+                           *ended = true;
+                           done(std::move(outcome));
+                         });
+  };
+  lens.Ask<rig::BacklashOutcome>(measure, [exchange, &lens](const Result<rig::BacklashOutcome>& outcome) {
+    if (!outcome) return Refuse(exchange, outcome.error());
+    FinishBacklash(lens, exchange, Axis::Focus, *outcome);
+  });
+  exchange->OnGone([&lens, ended] { StopUnlessEnded(lens, ended, {}); });
+}
+
+void Backlash(ServedLens& lens, const ExchangePointer& exchange) {
   const Json& parameters = exchange->parameters();
   const Json* named = Given(parameters, "axis");
   const Axis axis = named != nullptr ? *drivers::AxisFromName(named->get_ref<const std::string&>()) : Axis::Focus;
   const Json* steps = Given(parameters, "steps");
   if (steps == nullptr) {
-    if (axis == Axis::Focus) return MeasureBacklash(exchange, *lens);
+    if (axis == Axis::Focus) return MeasureBacklash(lens, exchange);
     return Refuse(exchange, {Code::Unsupported,
                              "only the backlash of focus can be measured by looking; say how many "
                              "steps it is instead"});
@@ -209,66 +249,15 @@ void LensService::Backlash(const ExchangePointer& exchange) {
   said.measured = true;
   said.backlash.steps = said.backlash.low = said.backlash.high = steps->get<double>();
   if (!(said.backlash.steps >= 0.0)) return Refuse(exchange, {Code::InvalidArgument, "steps must not be negative"});
-  FinishBacklash(exchange, *lens, axis, std::move(said));
+  FinishBacklash(lens, exchange, axis, std::move(said));
 }
 
-void LensService::MeasureBacklash(const ExchangePointer& exchange, Lens& lens) {
-  const Json& parameters = exchange->parameters();
-  rig::BacklashRequest request;
-  if (const Json* pairs = Given(parameters, "pairs")) request.pairs = pairs->get<int>();
-  if (const Json* region = Given(parameters, "region")) {
-    const auto number = [&](const char* key) { return (*region)[key].get<double>(); };
-    request.region = drivers::Region{number("x"), number("y"), number("w"), number("h")};
-  }
-  auto answer = [this, exchange, &lens](const Result<rig::BacklashOutcome>& outcome) {
-    if (!outcome) return Refuse(exchange, outcome.error());
-    FinishBacklash(exchange, lens, Axis::Focus, *outcome);
-  };
-  std::function<void(const rig::BacklashProgress&)> progress;
-  if (exchange->call().more) {
-    progress = [&lens, exchange](const rig::BacklashProgress& now) {
-      const Json json{{"sweep", now.sweep}, {"sweepsExpected", now.of}, {"frames", now.frames}};
-      lens.worker->Later(
-          [exchange, text = "{\"progress\":" + proto::WriteJson(json) + "}"] { exchange->Continue(text); });
-    };
-  }
-  auto ended = std::make_shared<bool>(false);  // the worker's thread
-  lens.worker->Submit([this, &lens, request, progress, answer, ended](rig::Rig& rig) {
-    rig::MeasureBacklash(rig, clock_, request, progress, [&lens, answer, ended](Result<rig::BacklashOutcome> outcome) {
-      *ended = true;
-      lens.worker->Later([answer, outcome = std::move(outcome)] { answer(outcome); });
-    });
-  });
-  exchange->OnGone([&lens, ended] {
-    lens.worker->Submit([ended](rig::Rig& rig) {
-      if (!*ended) rig.Stop({}, [](const Result<void>&) {});
-    });
-  });
-}
+}  // namespace
 
-void LensService::FinishBacklash(const ExchangePointer& exchange, Lens& lens, Axis axis, rig::BacklashOutcome outcome) {
-  const auto tell = [exchange, &lens, axis](const rig::BacklashOutcome& ended) {
-    exchange->Finish(proto::WriteJson({{"backlash", BacklashJson(lens.name, axis, ended)}}));
-  };
-  if (!outcome.measured) return tell(outcome);
-  const auto& configured = lens.config.rig.axes[axis].backlash;
-  if (configured) {
-    outcome.reason = "the configuration says backlash = " + std::to_string(static_cast<long>(*configured)) +
-                     ", which stays in force: say \"auto\" there to use this";
-  }
-  const EditCalibration edit = [axis, backlash = outcome.backlash](
-                                   rig::Calibration now,
-                                   const rig::Rig& rig) -> Result<std::optional<rig::Calibration>> {
-    if (!rig.lens().axes[axis]) {
-      return Fail(Code::Unsupported, "this lens has no motorised " + std::string(drivers::AxisName(axis)));
-    }
-    now.backlash[axis] = backlash;
-    return now;
-  };
-  ChangeCalibration(lens, edit, [this, exchange, tell, outcome](const Result<void>& changed) {
-    if (!changed) return Refuse(exchange, changed.error());
-    tell(outcome);
-  });
+MethodTable CalibrationMethods(LensService& service) {
+  return {{"Calibration", service.ForLens(Calibration)},
+          {"Calibrate", service.ForLens(Calibrate), NeedsLease::No, MayChangeState::Yes},
+          {"Backlash", service.ForLens(Backlash), NeedsLease::Yes, MayChangeState::Yes}};
 }
 
 }  // namespace lensd::daemon

@@ -1,93 +1,58 @@
 // Devices: every driver's search, on a thread of its own because some ask the network.
-#include <algorithm>
 #include <utility>
 
-#include "drivers_table.h"
-#include "lens_entry.h"
-#include "lens_json.h"
+#include "device_search.h"
 #include "lens_service.h"
+#include "serve.h"
+#include "task_thread.h"
 
 namespace lensd::daemon {
 
-using proto::Json;
-
-/// What the drivers found.
-struct Search {
-  struct Found {
-    std::string_view driver;
-    drivers::FoundDevice device;
-  };
-  std::vector<Found> found;
-  Json failed = Json::array();
-};
+using varlink::Json;
 
 namespace {
 
-Search SearchAll() {
-  Search search;
-  for (const drivers::Driver& driver : Drivers()) {
-    if (driver.probe == nullptr) continue;
-    auto found = driver.probe();
-    if (!found) search.failed.push_back({{"driver", driver.name}, {"message", found.error().message}});
-    if (!found) continue;
-    for (drivers::FoundDevice& device : *found) search.found.push_back({driver.name, std::move(device)});
+/// As far as serial numbers tell.
+std::optional<std::string> UserOf(const LensService& service, std::string_view driver, std::string_view serial) {
+  for (const auto& lens : service.lenses()) {
+    if (!lens->status().connected) continue;
+    const auto info = varlink::ParseJson(lens->info());
+    const auto is_it = [&](const Json& part) { return part["driver"] == driver && part["serial"] == serial; };
+    if (info && (is_it(*info) || ((*info)["camera"].is_object() && is_it((*info)["camera"])))) return lens->name();
   }
-  return search;
+  return std::nullopt;
 }
 
-/// A section to paste; the name is only a proposal.
-std::string ConfigOf(const Search::Found& found, int number) {
-  const std::string driver = "driver = \"" + std::string(found.driver) + "\"\n";
-  if (!found.device.lens) return "[lens.camera]\n" + driver + found.device.config;
-  return "[[lens]]\nname = \"lens-" + std::to_string(number) + "\"\n" + driver + found.device.config;
-}
+/// Callers that come while a search is going on share its answer.
+class SharedSearch {
+ public:
+  explicit SharedSearch(LensService& service) : service_(service) {}
+
+  void Serve(const ExchangePointer& exchange) {
+    waiting_.push_back(exchange);
+    if (waiting_.size() > 1) return;
+    thread_.Submit([this] {
+      service_.loop().Post([this, search = SearchDevices()] {
+        const std::string reply = DevicesReply(search, [this](std::string_view driver, std::string_view serial) {
+          return UserOf(service_, driver, serial);
+        });
+        for (const ExchangePointer& waiting : std::exchange(waiting_, {})) waiting->Finish(reply);
+      });
+    });
+  }
+
+ private:
+  LensService& service_;
+  std::vector<ExchangePointer> waiting_;
+  TaskThread thread_;
+};
 
 }  // namespace
 
-/// Callers that come while a search is going on share its answer.
-void LensService::Devices(const ExchangePointer& exchange) {
-  searchers_.push_back(exchange);
-  if (searchers_.size() > 1) return;
-  searches_.Submit([this] {
-    loop_.Post([this, search = SearchAll()] {
-      const std::string reply = DevicesReply(search);
-      for (const ExchangePointer& waiting : std::exchange(searchers_, {})) waiting->Finish(reply);
-    });
-  });
-}
-
-std::string LensService::DevicesReply(const Search& search) const {
-  Json devices = Json::array();
-  int lenses = 0;
-  for (const Search::Found& found : search.found) {
-    const drivers::FoundDevice& device = found.device;
-    const auto alike = std::ranges::count_if(search.found, [&](const Search::Found& other) {
-      return other.driver == found.driver && other.device.serial == device.serial;
-    });
-    const auto user = alike == 1 ? UserOf(found.driver, device.serial) : std::nullopt;
-    devices.push_back({{"driver", found.driver},
-                       {"model", device.model},
-                       {"serial", device.serial},
-                       {"node", device.node},
-                       {"lens", device.lens},
-                       {"camera", device.camera},
-                       {"config", ConfigOf(found, device.lens ? ++lenses : lenses)},
-                       {"problem", device.problem.empty() ? Json(nullptr) : Json(device.problem)},
-                       {"usedBy", user ? Json(*user) : Json(nullptr)}});
-  }
-  return proto::WriteJson({{"devices", std::move(devices)}, {"failed", search.failed}});
-}
-
-/// The lens that has it open, as far as serial numbers tell.
-std::optional<std::string> LensService::UserOf(std::string_view driver, std::string_view serial) const {
-  if (serial.empty()) return std::nullopt;
-  for (const auto& lens : lenses_) {
-    if (!lens->status->connected) continue;
-    const auto info = proto::ParseJson(lens->info);
-    const auto is_it = [&](const Json& part) { return part["driver"] == driver && part["serial"] == serial; };
-    if (info && (is_it(*info) || ((*info)["camera"].is_object() && is_it((*info)["camera"])))) return lens->name;
-  }
-  return std::nullopt;
+MethodTable DeviceMethods(LensService& service) {
+  return {{"Devices", [search = std::make_shared<SharedSearch>(service)](const ExchangePointer& exchange) {
+             search->Serve(exchange);
+           }}};
 }
 
 }  // namespace lensd::daemon

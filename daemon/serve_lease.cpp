@@ -4,14 +4,14 @@
 #include <cstdio>
 #include <random>
 
-#include "lens_entry.h"
 #include "lens_json.h"
 #include "lens_service.h"
+#include "serve.h"
 
 namespace lensd::daemon {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 constexpr double kLongestMs = 24.0 * 3600.0 * 1e3;
 /// Keys of what a connection leaves behind when it closes: sessions count from 1, leases from here.
@@ -24,39 +24,21 @@ std::string NewKey() {
   return text.data();
 }
 
-/// Whether a call moves a lens: those methods take a lease's key. A plan that is not applied does not.
-bool Drives(const proto::MethodDefinition& method, std::string_view name, proto::JsonView parameters) {
-  if (name == "DropLease") return false;
-  if (name == "Plan") {
-    const auto apply = parameters.Given("apply");
-    return apply && apply->boolean();
-  }
-  return std::ranges::any_of(method.input->fields, [](const auto& field) { return field.name == "lease"; });
+/// Whether a call of a method is one that a lease of somebody else stands against.
+bool Drives(const Method& method, varlink::JsonView parameters) {
+  const auto apply = parameters.Given("apply");
+  return method.needs_lease == NeedsLease::Yes ||
+         (method.needs_lease == NeedsLease::ToApply && apply && apply->boolean());
 }
 
-}  // namespace
-
-bool LensService::LeaseHolds(Lens& lens) const {
-  if (lens.lease && lens.lease->until && clock_.Now() >= *lens.lease->until) lens.lease.reset();
-  return lens.lease.has_value();
+/// The connection that took the lease, or whoever gives its key.
+bool Holds(const Lease& lease, const ExchangePointer& exchange) {
+  const auto key = exchange->view().Given("lease");
+  return (lease.owner != nullptr && lease.owner == exchange->peer()) || (key && key->text() == lease.key);
 }
 
-bool LensService::MayDrive(std::string_view method, const ExchangePointer& exchange) {
-  if (!Drives(definition_.methods().find(method)->second, method, exchange->view())) return true;
-  const Json& parameters = exchange->parameters();
-  const Json* named = Given(parameters, "lens");
-  const auto found = std::ranges::find_if(
-      lenses_, [&](const auto& lens) { return named == nullptr ? lenses_.size() == 1 : *named == lens->name; });
-  if (found == lenses_.end() || !LeaseHolds(**found)) return true;
-  const Lens::Lease& lease = *(*found)->lease;
-  const Json* key = Given(parameters, "lease");
-  if ((lease.owner != nullptr && lease.owner == exchange->peer()) || (key != nullptr && *key == lease.key)) return true;
-  Refuse(exchange, {Code::Busy, "lens \"" + (*found)->name + "\" is leased to somebody else, who alone may move it"});
-  return false;
-}
-
-void LensService::TakeLease(const ExchangePointer& exchange) {
-  Lens* const lens = FindNamed(exchange);
+void TakeLease(LensService& service, const ExchangePointer& exchange) {
+  ServedLens* const lens = service.Find(exchange);
   if (lens == nullptr) return;
   const Json* for_ms = Given(exchange->parameters(), "forMs");
   if (for_ms != nullptr && !(for_ms->get<double>() > 0.0 && for_ms->get<double>() <= kLongestMs)) {
@@ -65,38 +47,58 @@ void LensService::TakeLease(const ExchangePointer& exchange) {
   if (exchange->peer() == nullptr) {
     return Refuse(exchange, {Code::InvalidArgument, "a lease has an answer: it cannot be taken by a oneway call"});
   }
-  if (LeaseHolds(*lens) && lens->lease->owner != exchange->peer()) {
-    return Refuse(exchange, {Code::Busy, "lens \"" + lens->name + "\" is leased to somebody else already"});
+  if (lens->lease() != nullptr && lens->lease()->owner != exchange->peer()) {
+    return Refuse(exchange, {Code::Leased, "lens \"" + lens->name() + "\" is leased to somebody else already"});
   }
-  Lens::Lease lease{.key = NewKey(), .owner = nullptr, .until = std::nullopt};
+  Lease lease{.key = NewKey(), .owner = nullptr, .until = std::nullopt};
   if (for_ms != nullptr) {
     const std::chrono::duration<double, std::milli> time(for_ms->get<double>());
-    lease.until = clock_.Now() + std::chrono::duration_cast<Duration>(time);
+    lease.until = service.clock().Now() + std::chrono::duration_cast<Duration>(time);
   } else {
     lease.owner = exchange->peer();
     const auto index = static_cast<std::uint64_t>(
-        std::ranges::find(lenses_, lens, [](const auto& each) { return each.get(); }) - lenses_.begin());
+        std::ranges::find(service.lenses(), lens, [](const auto& each) { return each.get(); }) -
+        service.lenses().begin());
     exchange->AtClose(kLeaseKeys + index, [lens, owner = lease.owner] {
-      if (lens->lease && lens->lease->owner == owner) lens->lease.reset();
+      if (lens->lease() != nullptr && lens->lease()->owner == owner) lens->SetLease({});
     });
   }
-  lens->lease = lease;
-  exchange->Finish(proto::WriteJson({{"lens", lens->name}, {"lease", lease.key}}));
+  lens->SetLease(lease);
+  exchange->Finish(varlink::WriteJson({{"lens", lens->name()}, {"lease", lease.key}}));
 }
 
-void LensService::DropLease(const ExchangePointer& exchange) {
-  Lens* const lens = FindNamed(exchange);
+void DropLease(LensService& service, const ExchangePointer& exchange) {
+  ServedLens* const lens = service.Find(exchange);
   if (lens == nullptr) return;
-  if (LeaseHolds(*lens)) {
-    const Json* key = Given(exchange->parameters(), "lease");
-    const bool own = lens->lease->owner != nullptr && lens->lease->owner == exchange->peer();
-    if (!own && !(key != nullptr && *key == lens->lease->key)) {
-      return Refuse(exchange,
-                    {Code::Busy, "the lease of lens \"" + lens->name + "\" is somebody else's; give its key"});
-    }
-    lens->lease.reset();
+  if (const Lease* lease = lens->lease(); lease != nullptr && !Holds(*lease, exchange)) {
+    return Refuse(exchange,
+                  {Code::Leased, "the lease of lens \"" + lens->name() + "\" is somebody else's; give its key"});
   }
+  lens->SetLease({});
   exchange->Finish("{}");
+}
+
+}  // namespace
+
+bool MayDrive(LensService& service, const Method& method, const ExchangePointer& exchange) {
+  if (!Drives(method, exchange->view())) return true;
+  const ServedLens* const lens = service.Named(exchange);
+  if (lens == nullptr) return true;
+  const auto axis = exchange->view().Given("axis");
+  if (auto why = lens->WhyStopped(exchange->number(), axis ? drivers::AxisFromName(axis->text()) : std::nullopt)) {
+    return Refuse(exchange, *why), false;
+  }
+  const Lease* const lease = lens->lease();
+  if (lease == nullptr || Holds(*lease, exchange)) return true;
+  Refuse(exchange, {Code::Leased, "lens \"" + lens->name() + "\" is leased to somebody else, who alone may move it"});
+  return false;
+}
+
+MethodTable LeaseMethods(LensService& service) {
+  return {{"TakeLease", [&service](const ExchangePointer& exchange) { TakeLease(service, exchange); }, NeedsLease::No,
+           MayChangeState::Yes},
+          {"DropLease", [&service](const ExchangePointer& exchange) { DropLease(service, exchange); }, NeedsLease::No,
+           MayChangeState::Yes}};
 }
 
 }  // namespace lensd::daemon

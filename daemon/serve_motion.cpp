@@ -1,22 +1,19 @@
-// Move, Home, Stop. The rig decides everything; here its answers find their way back to the caller. A rig's
-// callback runs on the worker's thread and hands its reply to Worker::Later(), which the event loop runs.
-#include <algorithm>
+// Move, Home, Stop, ResetFaults. The rig decides everything; here its answers find their way back to the caller.
 #include <array>
 #include <utility>
 
-#include "lens_entry.h"
 #include "lens_json.h"
 #include "lens_service.h"
-#include "log.h"
 #include "move_group.h"
 #include "rig/exposure.h"
 #include "rig/zoom.h"
+#include "serve.h"
 
 namespace lensd::daemon {
 namespace {
 
 using drivers::Axis;
-using proto::Json;
+using varlink::Json;
 
 /// The definition admits no other names.
 Axis AxisOf(const Json& name) {
@@ -63,172 +60,175 @@ Result<rig::Target> TargetOf(const Json& parameters) {
   return *target;
 }
 
-/// On the worker's thread: homes one axis, or every axis that has a reference.
-void HomeAxes(rig::Rig& rig, std::optional<Axis> only, MoveGroup& group) {
-  std::vector<Axis> axes;
-  for (const Axis axis : drivers::kAxes) {
-    const auto& can = rig.lens().axes[axis];
-    if (only ? axis == *only : can && can->can_home) axes.push_back(axis);
+/// Of a call; nothing: all of them.
+std::vector<Axis> AxesOf(const ExchangePointer& exchange) {
+  const Json* named = Given(exchange->parameters(), "axis");
+  return named == nullptr ? std::vector<Axis>{} : std::vector{AxisOf(*named)};
+}
+
+bool Asks(const ExchangePointer& exchange, const char* key) {
+  const Json* flag = Given(exchange->parameters(), key);
+  return flag != nullptr && flag->get<bool>();
+}
+
+void ShowProgress(const ServedLens& lens, const ExchangePointer& exchange, Axis axis) {
+  const auto tell = [axis](const ServedLens& changed) -> std::optional<std::string> {
+    const auto& status = changed.status().axes[axis];
+    if (!status || !status->moving) return std::nullopt;
+    return Wrap("progress", varlink::WriteJson(MoveProgressJson(axis, *status)));
+  };
+  lens.watchers().Add({exchange, &lens, tell, false});
+}
+
+/// The end of a move: nothing is said of its progress after it.
+void FinishMove(const ServedLens& lens, const ExchangePointer& exchange, const Result<Json>& move) {
+  lens.watchers().Remove(exchange);
+  if (!move) return Refuse(exchange, move.error());
+  exchange->Finish(Wrap("move", varlink::WriteJson(*move)));
+  lens.watchers().Announce(lens, "move", *move);
+}
+
+/// Has the rig carry out `command`; `json` makes a MoveResult of its outcome.
+template <class Outcome, class Command, class ToJson>
+void Carry(ServedLens& lens, const ExchangePointer& exchange, Command command, ToJson json) {
+  lens.Ask<Outcome>(std::move(command), [&lens, exchange, json](const Result<Outcome>& outcome) {
+    FinishMove(lens, exchange, outcome ? Result<Json>(json(*outcome)) : std::unexpected(outcome.error()));
+  });
+}
+
+void MoveZoom(ServedLens& lens, const ExchangePointer& exchange, const rig::Target& target) {
+  rig::ZoomRequest request{.target = target, .tolerance = {}};
+  if (const Json* um = Given(exchange->parameters(), "trackingToleranceUm"))
+    request.tolerance = Metres{um->get<double>() * 1e-6};
+  const auto zoom = [request](rig::Rig& rig, auto done) { rig::ZoomKeepingFocus(rig, request, std::move(done)); };
+  Carry<rig::ZoomOutcome>(lens, exchange, zoom, [&lens](const rig::ZoomOutcome& outcome) {
+    Json move = MoveJson(lens.name(), outcome.zoom);
+    move["trackingBoundUm"] = varlink::NumberOrNull(outcome.tracking_bound.value * 1e6);
+    move["keptD"] = varlink::NumberOrNull(outcome.kept.value);
+    return move;
+  });
+}
+
+void MoveIris(ServedLens& lens, const ExchangePointer& exchange, const rig::Target& target) {
+  const auto iris = [target, factor = lens.config().rig.pupil_factor](rig::Rig& rig, auto done) {
+    rig::MoveIrisKeepingBrightness(rig, target, factor, std::move(done));
+  };
+  Carry<rig::BrightMove>(lens, exchange, iris, [&lens](const rig::BrightMove& outcome) {
+    Json move = MoveJson(lens.name(), outcome.move);
+    if (outcome.exposure) {
+      move["exposureMs"] = std::chrono::duration<double, std::milli>(outcome.exposure->exposure).count();
+      move["brightnessRatio"] = varlink::NumberOrNull(outcome.exposure->ratio);
+    }
+    const std::string before = outcome.move.reason;
+    move["reason"] = before + (before.empty() || outcome.reason.empty() ? "" : "; ") + outcome.reason;
+    return move;
+  });
+}
+
+/// Why the call makes no sense; nothing: it does.
+std::optional<Error> WhyNot(const ExchangePointer& exchange, Axis axis) {
+  if (Asks(exchange, "keepFocus") && axis != Axis::Zoom) {
+    return Error{Code::InvalidArgument, "keepFocus is for the zoom"};
   }
-  if (axes.empty()) return group.Fail({Code::Unsupported, "no axis of this lens has a reference to search for"});
-  for (const Axis axis : axes) rig.Home(axis, group.Add());
-  group.Complete();
+  if (Asks(exchange, "keepBrightness") && axis != Axis::Iris) {
+    return Error{Code::InvalidArgument, "keepBrightness is for the iris"};
+  }
+  const Json* um = Given(exchange->parameters(), "trackingToleranceUm");
+  if (um != nullptr && !(um->get<double>() > 0.0)) {
+    return Error{Code::InvalidArgument, "trackingToleranceUm must be above 0"};
+  }
+  return std::nullopt;
+}
+
+void Move(ServedLens& lens, const ExchangePointer& exchange) {
+  const Axis axis = AxisOf(exchange->parameters()["axis"]);
+  const Result<rig::Target> target = TargetOf(exchange->parameters());
+  if (!target) return Refuse(exchange, target.error());
+  if (const auto why = WhyNot(exchange, axis)) return Refuse(exchange, *why);
+  if (exchange->call().more) ShowProgress(lens, exchange, axis);
+  if (Asks(exchange, "keepFocus")) return MoveZoom(lens, exchange, *target);
+  if (Asks(exchange, "keepBrightness")) return MoveIris(lens, exchange, *target);
+  const auto move = [axis, target = *target](rig::Rig& rig, auto done) { rig.Move(axis, target, std::move(done)); };
+  Carry<rig::MoveOutcome>(lens, exchange, move,
+                          [&lens](const rig::MoveOutcome& outcome) { return MoveJson(lens.name(), outcome); });
+}
+
+void Home(ServedLens& lens, const ExchangePointer& exchange) {
+  const std::vector<Axis> axes = AxesOf(exchange);
+  const auto only = axes.empty() ? std::nullopt : std::optional(axes.front());
+  const auto home = [only](rig::Rig& rig, MovesCallback done) { HomeAxes(rig, only, std::move(done)); };
+  lens.Ask<Moves>(home, [&lens, exchange](const Result<Moves>& moves) {
+    if (!moves) return Refuse(exchange, moves.error());
+    const Json json = MovesJson(lens.name(), *moves);
+    lens.watchers().AnnounceMoves(lens, json);
+    exchange->Finish(Wrap("moves", varlink::WriteJson(json)));
+  });
+}
+
+/// Answers a call that has nothing to say but that it is done.
+auto Acknowledge(const ExchangePointer& exchange) {
+  return [exchange](const Result<void>& done) {
+    if (!done) return Refuse(exchange, done.error());
+    exchange->Finish("{}");
+  };
+}
+
+void ResetFaults(ServedLens& lens, const ExchangePointer& exchange) {
+  lens.Unlatch();
+  const auto reset = [axes = AxesOf(exchange)](rig::Rig& rig, auto done) { rig.ResetFaults(axes, std::move(done)); };
+  lens.Ask<void>(reset, Acknowledge(exchange));
+}
+
+/// What the lenses that are to be stopped have answered.
+struct StopAnswers {
+  ExchangePointer exchange;
+  std::size_t outstanding = 0;
+  std::optional<Error> error;
+
+  void Take(const Result<void>& stopped) {
+    if (!stopped && !error) error = stopped.error();
+    if (--outstanding > 0) return;
+    if (error) return Refuse(exchange, *error);
+    exchange->Finish("{}");
+  }
+};
+
+/// The lens it names, or every one that is there. Acts on what was read before it, also where that has not begun.
+void Stop(LensService& service, const ExchangePointer& exchange) {
+  std::vector<ServedLens*> lenses;
+  if (exchange->view().Given("lens")) {
+    ServedLens* const lens = service.FindPresent(exchange);
+    if (lens == nullptr) return;
+    lenses.push_back(lens);
+  } else {
+    for (const auto& lens : service.lenses()) lenses.push_back(lens.get());
+  }
+  const std::vector<Axis> axes = AxesOf(exchange);
+  const bool all = !exchange->view().Given("lens").has_value();
+  const auto answers = std::make_shared<StopAnswers>(StopAnswers{exchange, 1, std::nullopt});
+  for (ServedLens* lens : lenses) {
+    lens->NoteStop(exchange->number(), axes, Asks(exchange, "latch"));
+    if (lens->WhyAbsent()) continue;  // of all, the others
+    ++answers->outstanding;
+    const auto stop = [axes, all](rig::Rig& rig, auto done) {
+      // Of every lens only those that have such an axis are meant.
+      const bool has = axes.empty() || rig.lens().axes[axes.front()];
+      if (all && !has) return done(Result<void>());
+      rig.Stop(axes, std::move(done));
+    };
+    lens->AskToStop<void>(stop, [answers](const Result<void>& stopped) { answers->Take(stopped); });
+  }
+  answers->Take({});
 }
 
 }  // namespace
 
-void LensService::Move(const ExchangePointer& exchange) {
-  Lens* const lens = FindLens(exchange);
-  if (lens == nullptr) return;
-  const Axis axis = AxisOf(exchange->parameters()["axis"]);
-  const Result<rig::Target> target = TargetOf(exchange->parameters());
-  if (!target) return Refuse(exchange, target.error());
-  if (exchange->call().more) ShowProgress(exchange, *lens, axis);
-  const auto asks = [&](const char* key) {
-    const Json* flag = Given(exchange->parameters(), key);
-    return flag != nullptr && flag->get<bool>();
-  };
-  if (asks("keepFocus") && axis != Axis::Zoom) {
-    return Refuse(exchange, {Code::InvalidArgument, "keepFocus is for the zoom"});
-  }
-  if (asks("keepBrightness") && axis != Axis::Iris) {
-    return Refuse(exchange, {Code::InvalidArgument, "keepBrightness is for the iris"});
-  }
-  if (asks("keepFocus")) return MoveZoom(exchange, *lens, *target);
-  if (asks("keepBrightness")) return MoveIris(exchange, *lens, *target);
-  auto answer = [this, exchange, lens](const Result<rig::MoveOutcome>& outcome) {
-    Unwatch(exchange.get());
-    if (!outcome) return Refuse(exchange, outcome.error());
-    const std::string move = proto::WriteJson(MoveJson(lens->name, *outcome));
-    exchange->Finish(Wrap("move", move));
-    Announce(*lens, "move", move);
-  };
-  lens->worker->Submit([lens, axis, target = *target, answer](rig::Rig& rig) {
-    rig.Move(axis, target, [lens, answer](Result<rig::MoveOutcome> outcome) {
-      lens->worker->Later([answer, outcome = std::move(outcome)] { answer(outcome); });
-    });
-  });
-}
-
-void LensService::FinishMove(const ExchangePointer& exchange, const Lens& lens, const Json& move) {
-  Unwatch(exchange.get());
-  const std::string text = proto::WriteJson(move);
-  exchange->Finish(Wrap("move", text));
-  Announce(lens, "move", text);
-}
-
-void LensService::MoveZoom(const ExchangePointer& exchange, Lens& lens, const rig::Target& target) {
-  rig::ZoomRequest request{.target = target, .tolerance = {}};
-  if (const Json* um = Given(exchange->parameters(), "trackingToleranceUm")) {
-    if (!(um->get<double>() > 0.0)) {
-      return Refuse(exchange, {Code::InvalidArgument, "trackingToleranceUm must be above 0"});
-    }
-    request.tolerance = Metres{um->get<double>() * 1e-6};
-  }
-  auto answer = [this, exchange, &lens](const Result<rig::ZoomOutcome>& outcome) {
-    if (!outcome) {
-      Unwatch(exchange.get());
-      return Refuse(exchange, outcome.error());
-    }
-    Json move = MoveJson(lens.name, outcome->zoom);
-    move["trackingBoundUm"] = proto::NumberOrNull(outcome->tracking_bound.value * 1e6);
-    move["keptD"] = proto::NumberOrNull(outcome->kept.value);
-    FinishMove(exchange, lens, move);
-  };
-  lens.worker->Submit([&lens, request, answer](rig::Rig& rig) {
-    rig::ZoomKeepingFocus(rig, request, [&lens, answer](Result<rig::ZoomOutcome> outcome) {
-      lens.worker->Later([answer, outcome = std::move(outcome)] { answer(outcome); });
-    });
-  });
-}
-
-void LensService::MoveIris(const ExchangePointer& exchange, Lens& lens, const rig::Target& target) {
-  auto answer = [this, exchange, &lens](const Result<rig::BrightMove>& outcome) {
-    if (!outcome) {
-      Unwatch(exchange.get());
-      return Refuse(exchange, outcome.error());
-    }
-    Json move = MoveJson(lens.name, outcome->move);
-    if (outcome->exposure) {
-      move["exposureMs"] = std::chrono::duration<double, std::milli>(outcome->exposure->exposure).count();
-      move["brightnessRatio"] = proto::NumberOrNull(outcome->exposure->ratio);
-    }
-    const std::string before = outcome->move.reason;
-    move["reason"] = before + (before.empty() || outcome->reason.empty() ? "" : "; ") + outcome->reason;
-    FinishMove(exchange, lens, move);
-  };
-  lens.worker->Submit([&lens, target, factor = lens.config.rig.pupil_factor, answer](rig::Rig& rig) {
-    rig::MoveIrisKeepingBrightness(rig, target, factor, [&lens, answer](Result<rig::BrightMove> outcome) {
-      lens.worker->Later([answer, outcome = std::move(outcome)] { answer(outcome); });
-    });
-  });
-}
-
-void LensService::ShowProgress(const ExchangePointer& exchange, const Lens& lens, Axis axis) {
-  const auto tell = [raw = exchange.get(), axis](const Lens& changed) {
-    const auto& status = changed.status->axes[axis];
-    if (status && status->moving) raw->Continue(Wrap("progress", proto::WriteJson(MoveProgressJson(axis, *status))));
-  };
-  Watch({exchange, &lens, tell, false});
-}
-
-void LensService::Home(const ExchangePointer& exchange) {
-  Lens* const lens = FindLens(exchange);
-  if (lens == nullptr) return;
-  const Json* named = Given(exchange->parameters(), "axis");
-  const std::optional<Axis> only = named ? std::optional(AxisOf(*named)) : std::nullopt;
-  auto group = std::make_shared<MoveGroup>(*lens->worker, lens->name);
-  group->OnEnd([this, exchange, lens](const MoveGroup& ended) {
-    if (ended.error()) return Refuse(exchange, *ended.error());
-    AnnounceMoves(*lens, ended.moves());
-    exchange->Finish(Wrap("moves", proto::WriteJson(ended.moves())));
-  });
-  lens->worker->Submit([only, group](rig::Rig& rig) { HomeAxes(rig, only, *group); });
-}
-
-void LensService::HomeAtStart(Lens& lens) {
-  auto group = std::make_shared<MoveGroup>(*lens.worker, lens.name);
-  group->OnEnd([this, &lens](const MoveGroup& ended) {
-    if (ended.error())
-      return Log(Severity::Warning, Event::LensLost, "not homed: " + ended.error()->message, lens.name);
-    AnnounceMoves(lens, ended.moves());
-    for (const rig::MoveOutcome& outcome : ended.outcomes()) {
-      if (!outcome.reached) Log(Severity::Warning, Event::LensLost, "not homed: " + outcome.reason, lens.name);
-    }
-  });
-  lens.worker->Submit([group](rig::Rig& rig) { HomeAxes(rig, std::nullopt, *group); });
-}
-
-void LensService::ResetFaults(const ExchangePointer& exchange) {
-  Lens* const lens = FindLens(exchange);
-  if (lens == nullptr) return;
-  std::vector<Axis> axes;
-  if (const Json* named = Given(exchange->parameters(), "axis")) axes.push_back(AxisOf(*named));
-  auto answer = [this, exchange](const Result<void>& reset) {
-    if (!reset) return Refuse(exchange, reset.error());
-    exchange->Finish("{}");
-  };
-  lens->worker->Submit([lens, axes, answer](rig::Rig& rig) {
-    rig.ResetFaults(axes, [lens, answer](Result<void> reset) {
-      lens->worker->Later([answer, reset = std::move(reset)] { answer(reset); });
-    });
-  });
-}
-
-void LensService::Stop(const ExchangePointer& exchange) {
-  Lens* const lens = FindLens(exchange);
-  if (lens == nullptr) return;
-  std::vector<Axis> axes;
-  if (const Json* named = Given(exchange->parameters(), "axis")) axes.push_back(AxisOf(*named));
-  auto answer = [this, exchange](const Result<void>& stopped) {
-    if (!stopped) return Refuse(exchange, stopped.error());
-    exchange->Finish("{}");
-  };
-  lens->worker->Submit([lens, axes, answer](rig::Rig& rig) {
-    rig.Stop(axes, [lens, answer](Result<void> stopped) {
-      lens->worker->Later([answer, stopped = std::move(stopped)] { answer(stopped); });
-    });
-  });
+MethodTable MotionMethods(LensService& service) {
+  return {{"Move", service.ForLens(Move), NeedsLease::Yes, MayChangeState::Yes},
+          {"Home", service.ForLens(Home), NeedsLease::Yes, MayChangeState::Yes},
+          {"Stop", [&service](const ExchangePointer& exchange) { Stop(service, exchange); }, NeedsLease::No,
+           MayChangeState::Yes, Acts::WhenRead},
+          {"ResetFaults", service.ForLens(ResetFaults), NeedsLease::No, MayChangeState::Yes}};
 }
 
 }  // namespace lensd::daemon

@@ -5,23 +5,26 @@
 #include <utility>
 
 #include "io/png.h"
-#include "lens_entry.h"
 #include "lens_json.h"
 #include "lens_service.h"
-#include "proto/base64.h"
 #include "proto/interfaces.h"
+#include "serve.h"
+#include "task_thread.h"
+#include "varlink/base64.h"
 
 namespace lensd::daemon {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 /// 512 KiB of base64: half a message.
 constexpr std::size_t kPieceBytes = std::size_t{384} << 10;
 
 /// PNG knows 8 and 16 bits: others are scaled to the full range of 16.
 Result<std::vector<std::uint8_t>> EncodeFrame(const drivers::Frame& frame) {
-  io::Image image{frame.width, frame.height, 1, frame.bits == 8 ? 8 : 16, *frame.samples};
+  const int channels = frame.colour ? 3 : 1;
+  const auto& samples = frame.colour ? *frame.colour : *frame.samples;
+  io::Image image{frame.width, frame.height, channels, frame.bits == 8 ? 8 : 16, samples};
   if (frame.bits != 8 && frame.bits != 16) {
     const std::uint32_t full = (1u << frame.bits) - 1;
     for (std::uint16_t& sample : image.samples) {
@@ -39,8 +42,9 @@ struct Transfer {
 
   Json NextPiece() {
     const std::size_t count = std::min(kPieceBytes, png.size() - offset);
-    Json piece{
-        {"png", proto::EncodeBase64(std::span(png).subspan(offset, count))}, {"offset", offset}, {"size", png.size()}};
+    Json piece{{"png", varlink::EncodeBase64(std::span(png).subspan(offset, count))},
+               {"offset", offset},
+               {"size", png.size()}};
     if (offset == 0) piece["frame"] = frame;
     offset += count;
     return piece;
@@ -49,32 +53,17 @@ struct Transfer {
 };
 
 void SendPiece(const ExchangePointer& exchange, const std::shared_ptr<Transfer>& transfer) {
-  const std::string piece = proto::WriteJson(transfer->NextPiece());
+  const std::string piece = varlink::WriteJson(transfer->NextPiece());
   if (transfer->AtEnd()) return exchange->Finish(piece);
   exchange->Continue(piece);
 }
 
-}  // namespace
-
-void LensService::Snapshot(const ExchangePointer& exchange) {
-  Lens* const lens = FindLens(exchange);
-  if (lens == nullptr) return;
-  if (!exchange->call().more) return exchange->Refuse(proto::kExpectedMore, Json::object());
-  auto answer = [this, exchange](const Result<rig::LensedFrame>& frame) {
-    if (!frame) return Refuse(exchange, frame.error());
-    StreamFrame(exchange, *frame);
-  };
-  lens->worker->Submit([lens, answer](rig::Rig& rig) {
-    rig.Snapshot([lens, answer](Result<rig::LensedFrame> frame) {
-      lens->worker->Later([answer, frame = std::move(frame)] { answer(frame); });
-    });
-  });
-}
-
-void LensService::StreamFrame(const ExchangePointer& exchange, const rig::LensedFrame& frame) {
-  pictures_.Submit([this, exchange, frame] {
+/// A frame on its way to the client. `pictures` compresses it.
+void StreamFrame(TaskThread& pictures, EventLoop& loop, const ExchangePointer& exchange,
+                 const rig::LensedFrame& frame) {
+  const bool taken = pictures.Submit([&loop, exchange, frame] {
     auto png = EncodeFrame(frame.frame);
-    loop_.Post([this, exchange, frame, png = std::move(png)]() mutable {
+    loop.Post([exchange, frame, png = std::move(png)]() mutable {
       if (!png) return Refuse(exchange, png.error());
       auto transfer = std::make_shared<Transfer>(*std::move(png), FrameJson(frame));
       exchange->OnDrained([raw = exchange.get(), transfer] {
@@ -83,6 +72,30 @@ void LensService::StreamFrame(const ExchangePointer& exchange, const rig::Lensed
       SendPiece(exchange, transfer);
     });
   });
+  if (!taken) Refuse(exchange, {Code::Busy, "too many pictures wait to be compressed; try again"});
+}
+
+void Snapshot(LensService& service, TaskThread& pictures, const ExchangePointer& exchange) {
+  ServedLens* const lens = service.FindPresent(exchange);
+  if (lens == nullptr) return;
+  if (!exchange->call().more) return exchange->Refuse(varlink::kExpectedMore, Json::object());
+  const Json* wish = Given(exchange->parameters(), "inMotion");
+  const auto shoot = [in_motion = wish != nullptr && wish->get<bool>()](rig::Rig& rig, rig::SnapshotCallback done) {
+    rig.Snapshot(std::move(done), in_motion);
+  };
+  lens->Ask<rig::LensedFrame>(shoot, [&service, &pictures, exchange](const Result<rig::LensedFrame>& frame) {
+    if (!frame) return Refuse(exchange, frame.error());
+    StreamFrame(pictures, service.loop(), exchange, *frame);
+  });
+}
+
+}  // namespace
+
+MethodTable SnapshotMethods(LensService& service) {
+  const auto pictures = std::make_shared<TaskThread>();
+  return {{"Snapshot", service.ForPresent([&service, pictures](const ExchangePointer& exchange) {
+             Snapshot(service, *pictures, exchange);
+           })}};
 }
 
 }  // namespace lensd::daemon

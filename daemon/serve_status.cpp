@@ -1,56 +1,99 @@
 // List, Status, Monitor: everything answered from what the workers have published.
-#include "lens_entry.h"
+#include "lens_json.h"
 #include "lens_service.h"
 #include "proto/interfaces.h"
+#include "serve.h"
 
 namespace lensd::daemon {
 namespace {
+
+constexpr double kSlowestHz = 0.1;
+constexpr double kFastestHz = 100.0;
 
 std::string StatusEvent(const std::string& text) {
   return "{\"event\":{\"status\":" + text + "}}";
 }
 
-bool NamesALens(const ExchangePointer& exchange) {
-  return exchange->view().Given("lens").has_value();
+/// The lenses a call is about: the one it names, or all. Nothing: it has been told that there is no such lens.
+std::optional<std::vector<const ServedLens*>> About(LensService& service, const ExchangePointer& exchange) {
+  std::vector<const ServedLens*> lenses;
+  if (!exchange->view().Given("lens")) {
+    for (const auto& lens : service.lenses()) lenses.push_back(lens.get());
+    return lenses;
+  }
+  const ServedLens* const only = service.Find(exchange);
+  if (only == nullptr) return std::nullopt;
+  return std::vector{only};
+}
+
+/// For a watcher: null where all are meant.
+const ServedLens* Only(const ExchangePointer& exchange, const std::vector<const ServedLens*>& lenses) {
+  return exchange->view().Given("lens") ? lenses.front() : nullptr;
+}
+
+void List(LensService& service, const ExchangePointer& exchange) {
+  for (const auto& lens : service.lenses()) {
+    if (lens->Stale()) return lens->Replan([&service, exchange] { List(service, exchange); });
+  }
+  std::string reply = "{\"lenses\":[";
+  for (const auto& lens : service.lenses()) reply += (lens == service.lenses().front() ? "" : ",") + lens->info();
+  exchange->Finish(reply + "]}");
+}
+
+void Status(LensService& service, const ExchangePointer& exchange) {
+  const auto lenses = About(service, exchange);
+  if (!lenses) return;
+  std::string reply = "{\"lenses\":[";
+  for (const ServedLens* lens : *lenses) reply += (lens == lenses->front() ? "" : ",") + lens->text();
+  reply += "]}";
+  if (!exchange->call().more) return exchange->Finish(reply);
+  exchange->Continue(reply);
+  const auto tell = [](const ServedLens& lens) { return "{\"lenses\":[" + lens.text() + "]}"; };
+  service.watchers().Add({exchange, Only(exchange, *lenses), tell, false});
+}
+
+void Metrics(LensService& service, const ExchangePointer& exchange) {
+  const auto lenses = About(service, exchange);
+  if (!lenses) return;
+  varlink::Json metrics = varlink::Json::array();
+  for (const ServedLens* lens : *lenses) {
+    const Watchers::Tally tally = service.watchers().TallyOf(*lens);
+    const drivers::Counters& counters = lens->status().counters;
+    metrics.push_back({{"lens", lens->name()},
+                       {"moves", tally.moves},
+                       {"movesReached", tally.reached},
+                       {"movesVerified", tally.verified},
+                       {"autofocuses", tally.autofocuses},
+                       {"autofocusesFocused", tally.focused},
+                       {"frames", counters.frames},
+                       {"counters", CountersJson(counters)}});
+  }
+  exchange->Finish(varlink::WriteJson({{"lenses", std::move(metrics)}}));
+}
+
+void Monitor(LensService& service, const ExchangePointer& exchange) {
+  const auto lenses = About(service, exchange);
+  if (!lenses) return;
+  if (!exchange->call().more) return exchange->Refuse(varlink::kExpectedMore, varlink::Json::object());
+  Duration period = Watcher::kDefaultPeriod;
+  if (const auto rate = exchange->view().Given("rateHz")) {
+    if (!(rate->number() >= kSlowestHz && rate->number() <= kFastestHz)) {
+      return Refuse(exchange, {Code::InvalidArgument, "rateHz is from 0.1 to 100"});
+    }
+    period = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(1.0 / rate->number()));
+  }
+  for (const ServedLens* lens : *lenses) exchange->Continue(StatusEvent(lens->text()));
+  const auto tell = [](const ServedLens& lens) { return StatusEvent(lens.text()); };
+  service.watchers().Add({exchange, Only(exchange, *lenses), tell, true, period});
 }
 
 }  // namespace
 
-void LensService::List(const ExchangePointer& exchange) {
-  for (const auto& lens : lenses_) {
-    if (Stale(*lens)) return Replan(*lens, [this, exchange] { List(exchange); });
-  }
-  std::string reply = "{\"lenses\":[";
-  for (const auto& lens : lenses_) reply += (lens == lenses_.front() ? "" : ",") + lens->info;
-  exchange->Finish(reply + "]}");
-}
-
-void LensService::Status(const ExchangePointer& exchange) {
-  const Lens* only = nullptr;
-  if (NamesALens(exchange) && (only = FindNamed(exchange)) == nullptr) return;
-  std::string reply = "{\"lenses\":[";
-  bool first = true;
-  for (const auto& lens : lenses_) {
-    if (only != nullptr && only != lens.get()) continue;
-    if (!std::exchange(first, false)) reply += ',';
-    reply += lens->text;
-  }
-  reply += "]}";
-  if (!exchange->call().more) return exchange->Finish(reply);
-  exchange->Continue(reply);
-  const auto tell = [raw = exchange.get()](const Lens& lens) { raw->Continue("{\"lenses\":[" + lens.text + "]}"); };
-  Watch({exchange, only, tell, false});
-}
-
-void LensService::Monitor(const ExchangePointer& exchange) {
-  const Lens* only = nullptr;
-  if (NamesALens(exchange) && (only = FindNamed(exchange)) == nullptr) return;
-  if (!exchange->call().more) return exchange->Refuse(proto::kExpectedMore, proto::Json::object());
-  for (const auto& lens : lenses_) {
-    if (only == nullptr || only == lens.get()) exchange->Continue(StatusEvent(lens->text));
-  }
-  const auto tell = [raw = exchange.get()](const Lens& lens) { raw->Continue(StatusEvent(lens.text)); };
-  Watch({exchange, only, tell, true});
+MethodTable StatusMethods(LensService& service) {
+  return {{"List", [&service](const ExchangePointer& exchange) { List(service, exchange); }},
+          {"Status", [&service](const ExchangePointer& exchange) { Status(service, exchange); }},
+          {"Metrics", [&service](const ExchangePointer& exchange) { Metrics(service, exchange); }},
+          {"Monitor", [&service](const ExchangePointer& exchange) { Monitor(service, exchange); }}};
 }
 
 }  // namespace lensd::daemon

@@ -1,16 +1,23 @@
+// Accepts clients up to a limit for all and for each user, and forgets them when they close.
 #include "server.h"
 
 #include <sys/epoll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <utility>
 
-#include "proto/message.h"
+#include "varlink/message.h"
 
 namespace lensd::daemon {
+namespace {
+
+constexpr Duration kLongIdle = std::chrono::minutes(10);
+
+}  // namespace
 
 Result<std::unique_ptr<Server>> Server::Create(EventLoop& loop, int listening, const Router& router, Limits limits,
                                                std::string refusal, Notice notice) {
@@ -31,7 +38,14 @@ Result<std::unique_ptr<Server>> Server::Create(EventLoop& loop, int listening, c
 }
 
 Server::Server(EventLoop& loop, const Router& router, Limits limits, std::string refusal, Notice notice)
-    : loop_(loop), router_(router), limits_(limits), refusal_(std::move(refusal)), notice_(std::move(notice)) {}
+    : host_{loop,
+            limits,
+            [&router](const ExchangePointer& exchange) { router.Dispatch(exchange); },
+            [&router](std::string_view message) { return router.ActsWhenRead(message); },
+            {},
+            0},
+      refusal_(std::move(refusal)),
+      notice_(std::move(notice)) {}
 
 Server::~Server() = default;
 
@@ -41,29 +55,52 @@ int Server::OnAccept(sd_event_source*, int listening, unsigned, void* self) {
   return 0;
 }
 
+std::size_t Server::CountOf(uid_t user) const {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      clients_, [&](const Client& client) { return client.user == user && !client.connection->restricted(); }));
+}
+
+/// Closes the connection of `user` that has long been of no use, if there is one; and of those for stops the oldest.
+void Server::MakeRoom(uid_t user) {
+  const Instant long_ago = MonotonicClock().Now() - kLongIdle;
+  const auto idle = std::ranges::find_if(clients_, [&](const Client& client) {
+    return client.user == user && client.connection->idle() && client.connection->last_read() < long_ago;
+  });
+  if (idle != clients_.end()) return idle->connection->Close("idle for long, and others wait for its place");
+  const auto restricted = [](const Client& client) { return client.connection->restricted(); };
+  if (static_cast<std::size_t>(std::ranges::count_if(clients_, restricted)) < host_.limits.stop_connections) return;
+  std::ranges::find_if(clients_, restricted)->connection->Close("");
+}
+
 void Server::Take(int socket) {
-  if (connections_.size() >= limits_.connections) {
-    proto::Reply refused;
-    refused.error = refusal_;
-    refused.parameters = {{"message", std::to_string(limits_.connections) + " connections are open; try again later"}};
-    const std::string message = proto::EncodeReply(refused);
-    (void)!send(socket, message.data(), message.size(), MSG_NOSIGNAL);
-    close(socket);
-    return notice_("refused a client: all connections are taken");
+  ucred peer{};
+  socklen_t size = sizeof peer;
+  (void)getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size);
+  const auto full = [&] {
+    return clients_.size() >= host_.limits.connections || CountOf(peer.uid) >= host_.limits.user_connections;
+  };
+  if (full()) MakeRoom(peer.uid);
+  Connection::Restriction restriction;
+  if (full()) {
+    const std::size_t most = std::min(host_.limits.connections, host_.limits.user_connections);
+    restriction = {refusal_, std::to_string(most) + " connections are open; try again later"};
+    notice_("refused a client: all connections are taken");
   }
-  auto made = Connection::Create(
-      loop_, socket, limits_, [this](const ExchangePointer& exchange) { router_.Dispatch(exchange); },
-      [this](Connection& connection, std::string_view reason) { Forget(connection, reason); });
+  auto made =
+      Connection::Create(host_, socket, std::move(restriction),
+                         [this](Connection& connection, std::string_view reason) { Forget(connection, reason); });
   if (!made) return notice_(made.error().message);
-  Connection* const key = made->get();
-  connections_.emplace(key, *std::move(made));
+  Connection& connection = **made;
+  clients_.push_back({*std::move(made), peer.uid});
+  connection.Start();
 }
 
 /// The connection is still on the call stack: it is destroyed when the loop comes round.
 void Server::Forget(Connection& connection, std::string_view reason) {
-  const auto found = connections_.find(&connection);
-  closed_.push_back(std::move(found->second));
-  connections_.erase(found);
+  const auto found =
+      std::ranges::find_if(clients_, [&](const Client& client) { return client.connection.get() == &connection; });
+  closed_.push_back(std::move(found->connection));
+  clients_.erase(found);
   sd_event_source_set_enabled(sweep_.get(), SD_EVENT_ONESHOT);
   if (!reason.empty()) notice_("dropped a client: " + std::string(reason));
 }

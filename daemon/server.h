@@ -1,11 +1,14 @@
 // Accepts clients and keeps them within limits.
 #pragma once
 
+#include <sys/types.h>
+
 #include <functional>
-#include <map>
+#include <list>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "connection.h"
 #include "event_loop.h"
@@ -20,7 +23,8 @@ class Server {
   using Notice = std::function<void(std::string_view)>;
 
   /// Serves the listening socket, which must not block and must outlive the server, as all the others must. Clients
-  /// beyond the limit are answered `refusal` (an error's full name, with a message) and closed. Code::Io.
+  /// beyond the limits may still make calls that act when they are read; others are answered `refusal` (an error's full
+  /// name, with a message) and closed. Code::Io.
   static Result<std::unique_ptr<Server>> Create(EventLoop& loop, int listening, const Router& router, Limits limits,
                                                 std::string refusal, Notice notice);
   ~Server();
@@ -31,15 +35,20 @@ class Server {
   Server(EventLoop& loop, const Router& router, Limits limits, std::string refusal, Notice notice);
   static int OnAccept(sd_event_source* source, int descriptor, unsigned revents, void* self);
   void Take(int socket);
+  void MakeRoom(uid_t user);
   void Forget(Connection& connection, std::string_view reason);
 
-  EventLoop& loop_;
-  const Router& router_;
-  Limits limits_;
+  struct Client {
+    std::unique_ptr<Connection> connection;
+    uid_t user = 0;
+  };
+  std::size_t CountOf(uid_t user) const;
+
+  ConnectionHost host_;
   std::string refusal_;
   Notice notice_;
   EventSource source_;
-  std::map<Connection*, std::unique_ptr<Connection>> connections_;
+  std::list<Client> clients_;  // the longest there first
   std::vector<std::unique_ptr<Connection>> closed_;
   EventSource sweep_;
 };

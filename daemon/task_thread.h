@@ -8,22 +8,35 @@
 #include <stop_token>
 #include <thread>
 
+#include "barrier.h"
+
 namespace lensd::daemon {
 
-/// Runs tasks one after the other. The destructor finishes the one in progress and drops the rest.
+/// Runs tasks one after the other; what one throws is dropped with it. The destructor finishes the one in progress and
+/// drops the rest.
 class TaskThread {
  public:
   using Task = std::move_only_function<void()>;
 
   TaskThread() : thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
-  /// From any thread.
-  void Submit(Task task) {
+  /// Waits for the task in progress and drops the rest; none is taken after it.
+  void End() {
+    thread_.request_stop();
+    if (thread_.joinable()) thread_.join();
+  }
+
+  static constexpr std::size_t kMostTasks = 64;
+
+  /// From any thread. False: too many wait already.
+  bool Submit(Task task) {
     {
       const std::lock_guard lock(mutex_);
+      if (tasks_.size() >= kMostTasks) return false;
       tasks_.push_back(std::move(task));
     }
     wake_.notify_one();
+    return true;
   }
 
  private:
@@ -34,7 +47,7 @@ class TaskThread {
       Task task = std::move(tasks_.front());
       tasks_.pop_front();
       lock.unlock();
-      task();
+      (void)Guarded("a task", task);
     }
   }
 

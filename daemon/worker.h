@@ -5,47 +5,72 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
 #include "base/clock.h"
 #include "rig/rig.h"
+#include "stop_signal.h"
 
 namespace lensd::daemon {
 
 /// Drives a rig: takes commands, steps it when it wants to be stepped, and hands on what happened. Commands are taken
-/// in the order of Submit(); the rig itself puts stops first and lets the newest command win.
+/// in the order of Submit(), all that are there at once, so that a stop ends every one before it.
 class Worker {
  public:
   using Command = std::move_only_function<void(rig::Rig&)>;
   using Task = std::move_only_function<void()>;
-  /// Called on the worker's thread after each step: the rig's state, and then what its callbacks passed to Later(), in
-  /// order, so that whoever hears of a finished move finds the state already new.
-  using Publish = std::function<void(const rig::Status&, std::vector<Task> later)>;
+  /// Both are called on the worker's thread.
+  struct Listener {
+    /// After each step: the rig's state, and then what its callbacks passed to Later(), in order, so that whoever hears
+    /// of a finished move finds the state already new.
+    std::function<void(const rig::Status&, std::vector<Task> later)> published;
+    /// Once, when the rig is no more: what its callbacks passed to Later() in the end, and why where it failed.
+    std::function<void(std::vector<Task> later, std::optional<Error> why)> ended;
+  };
 
-  /// `clock` must outlive the worker.
-  Worker(std::unique_ptr<rig::Rig> rig, const Clock& clock, Publish publish);
-  /// Ends what the rig does (its callers get Cancelled, to nobody) and joins the thread.
+  /// What may wait to be taken.
+  static constexpr std::size_t kMostCommands = 128;
+
+  /// `clock` must outlive the worker. `stops` says when a stop waits.
+  Worker(std::unique_ptr<rig::Rig> rig, const Clock& clock, std::shared_ptr<StopSignal> stops, Listener listener);
+  /// End(), and joins the thread.
   ~Worker();
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  /// From any thread: runs `command` on the worker's thread, before the rig's next step.
-  void Submit(Command command);
-  /// From a rig's callback only: hands `task` to Publish after this step.
+  /// From any thread: runs `command` on the worker's thread, before the rig's next step. False: too many wait already,
+  /// or the worker has ended; `command` is gone.
+  bool Submit(Command command);
+  /// The same for a command that stops something: it is always taken, and ends what the thread waits for.
+  void SubmitStop(Command command);
+  bool full();
+  /// From a rig's callback only: hands `task` to the listener after this step.
   void Later(Task task) { later_.push_back(std::move(task)); }
+  /// Begins to end: stops what moves, waits a moment until it stands, and answers every caller Cancelled.
+  void End();
 
  private:
   void Run(const std::stop_token& stop);
-  std::vector<Command> Wait(const std::stop_token& stop, Instant wake);
+  void Serve(const std::stop_token& stop);
+  void ComeToRest();
+  /// What waited to be taken.
+  struct Batch {
+    std::vector<Command> commands;
+    int stops = 0;  ///< how many of them are stops
+  };
+  Batch Wait(const std::stop_token& stop, Instant wake);
 
   std::unique_ptr<rig::Rig> rig_;  // the worker's thread, but for Interrupt()
   const Clock& clock_;
-  Publish publish_;
+  const std::shared_ptr<StopSignal> stops_;
+  Listener listener_;
   std::vector<Task> later_;  // the worker's thread
   std::mutex mutex_;
   std::condition_variable_any wake_;
-  std::vector<Command> commands_;  // guarded by mutex_
+  Batch waiting_;       // guarded by mutex_
+  bool ended_ = false;  // guarded by mutex_
   std::jthread thread_;
 };
 

@@ -1,3 +1,5 @@
+// A file is replaced by writing a temporary one beside it, flushing it and its folder, and renaming. A crash at any
+// point leaves the old file or the new one.
 #include "io/atomic_file.h"
 
 #include <fcntl.h>
@@ -48,13 +50,18 @@ bool WriteAll(int descriptor, std::string_view contents) {
   return true;
 }
 
+/// Read once, before there are threads: it can only be read by changing it.
+const mode_t kMask = [] {
+  const mode_t mask = umask(0);
+  umask(mask);
+  return mask;
+}();
+
 /// mkstemp() makes files that only their owner may read.
 mode_t ModeFor(const std::string& path) {
   struct stat old{};
   if (stat(path.c_str(), &old) == 0) return old.st_mode & 07777;
-  const mode_t mask = umask(0);
-  umask(mask);
-  return 0644 & ~mask;
+  return 0644 & ~kMask;
 }
 
 Result<void> FlushFolder(const std::filesystem::path& folder) {

@@ -1,3 +1,5 @@
+// libpng behind Result: its long jumps end here. Rows are read into 8 or 16 bits as the file has them; sizes are
+// checked before memory is taken.
 #include "io/png.h"
 
 #include <png.h>

@@ -1,3 +1,5 @@
+// Axes of a chart: which numbers get a tick and where a value lies in pixels. Ranges come from the data unless given; a
+// logarithmic axis takes positive values only.
 #include "svg_axis.h"
 
 #include <algorithm>

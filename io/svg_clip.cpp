@@ -1,3 +1,4 @@
+// Lines and polygons cut to the frame of a chart, since some viewers fail on coordinates far outside of it.
 #include "svg_clip.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// SVG elements as text, and a place for each label where it covers least of what is drawn. Widths of text are
+// estimated: no font is loaded.
 #include "svg_draw.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// toml++ behind Result, with its faults kept from it: letters beyond ASCII outside quotes and empty table headers are
+// refused before it sees them. Every value keeps its file and line.
 #include "io/toml.h"
 
 #include <algorithm>
@@ -5,6 +7,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <optional>
 
 #define TOML_EXCEPTIONS 0
 // toml++ 3.3 asserts, and in release builds assumes, what "[/" disproves; without that its own error branch answers.
@@ -49,6 +52,60 @@ Result<Settings> FromNode(const toml::node& node, const std::string& file) {
   return Fail(Code::BadData, where.Text() + ": dates and times are not used here");
 }
 
+constexpr int kMostKeyParts = 16;
+constexpr int kMostBrackets = 32;
+
+/// Skips the string or comment that begins at `at`, if one does: to the last of its characters.
+std::size_t SkipText(std::string_view text, std::size_t at) {
+  const char quote = text[at];
+  if (quote == '#') return std::min(text.find('\n', at), text.size()) - 1;
+  if (quote != '"' && quote != '\'') return at;
+  const std::string whole(3, quote);
+  const bool of_many_lines = text.substr(at, 3) == whole;
+  for (std::size_t end = at + (of_many_lines ? 3 : 1); end < text.size(); ++end) {
+    if (quote == '"' && text[end] == '\\') {
+      ++end;
+    } else if (of_many_lines ? text.substr(end, 3) == whole : text[end] == quote || text[end] == '\n') {
+      return end + (of_many_lines ? 2 : 0);
+    }
+  }
+  return text.size() - 1;
+}
+
+/// The line on which keys or values nest deeper than anything of ours does; toml++ and our own walk recurse once a
+/// level. Of text that is not TOML it may name any line that is too deep.
+std::optional<int> LineTooDeep(std::string_view text) {
+  int line = 1, parts = 0, brackets = 0;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const std::size_t begin = at;
+    at = SkipText(text, at);
+    line += static_cast<int>(std::count(text.begin() + static_cast<std::ptrdiff_t>(begin),
+                                        text.begin() + static_cast<std::ptrdiff_t>(at) + 1, '\n'));
+    switch (text[at]) {
+      case '.':
+        if (++parts >= kMostKeyParts) return line;
+        break;
+      case '[':
+      case '{':
+        parts = 0;
+        if (++brackets > kMostBrackets) return line;
+        break;
+      case ']':
+      case '}':
+        brackets = std::max(brackets - 1, 0);
+        break;
+      case '\n':
+      case '=':
+      case ',':
+        parts = 0;
+        break;
+      default:
+        break;
+    }
+  }
+  return std::nullopt;
+}
+
 Result<Settings> ParseOnce(std::string_view text, const std::string& name) {
   const toml::parse_result parsed = toml::parse(text, name);
   if (parsed) return FromTable(parsed.table(), name);
@@ -65,6 +122,9 @@ Result<Settings> ParseToml(std::string_view text, const std::string& name) {
   // there and as harmless inside quotes.
   const auto beyond_ascii = [](char c) { return static_cast<unsigned char>(c) >= 0x80; };
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  if (const auto line = LineTooDeep(text)) {
+    return Fail(Code::BadData, Location{name, *line}.Text() + ": nested too deep");
+  }
   if (std::any_of(text.begin(), text.end(), beyond_ascii)) {
     std::string ascii(text);
     std::replace_if(ascii.begin(), ascii.end(), beyond_ascii, '?');

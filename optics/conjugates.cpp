@@ -1,29 +1,24 @@
+// Focusing, and in which words it is refused.
 #include "optics/conjugates.h"
 
 #include <cmath>
-#include <cstdio>
 #include <string>
+
+#include "base/quantity_text.h"
 
 namespace lensd::optics {
 namespace {
 
-std::string Length(Metres length) {
-  char text[48];
-  const bool small = std::abs(length.value) < 1.0;
-  std::snprintf(text, sizeof text, small ? "%.9g mm" : "%.9g m", length.value * (small ? 1000.0 : 1.0));
-  return text;
-}
-
 std::string Place(ObjectDepth object) {
-  if (const auto distance = object.distance()) return Length(*distance);
+  if (const auto distance = object.distance()) return LengthText(*distance, 6);
   return "infinity";
 }
 
 std::string TooClose(Metres focal_length, ObjectDepth object, std::optional<Metres> longest_extension) {
-  std::string text = "cannot focus at " + Place(object) + ", at or inside the focal length of " + Length(focal_length) +
-                     ": the closest focus is ";
+  std::string text = "cannot focus at " + Place(object) + ", at or inside the focal length of " +
+                     LengthText(focal_length, 6) + ": the closest focus is ";
   const auto closest = longest_extension ? FocalPlaneDistance(focal_length, *longest_extension) : std::nullopt;
-  return text + (closest ? Length(*closest) : "just beyond " + Length(focal_length));
+  return text + (closest ? LengthText(*closest, 6) : "just beyond " + LengthText(focal_length, 6));
 }
 
 bool IsPositive(double value) {
@@ -37,44 +32,8 @@ bool IsDepth(ObjectDepth object) {
 
 }  // namespace
 
-Matrix4 ThinLensMatrix(Metres focal_length) {
-  const double f = focal_length.value;
-  return {{{f, 0, 0, 0}, {0, f, 0, 0}, {0, 0, f, 0}, {0, 0, 1, -f}}};
-}
-
-HomogeneousPoint Conjugate(Metres focal_length, const HomogeneousPoint& point) {
-  const double f = focal_length.value;
-  const auto& [x, y, z, w] = point;
-  return {f * x, f * y, f * z, std::fma(-f, w, z)};
-}
-
-std::optional<std::array<Metres, 3>> Cartesian(const HomogeneousPoint& point) {
-  const auto& [x, y, z, w] = point;
-  if (w == 0.0) return std::nullopt;
-  return std::array{Metres{x / w}, Metres{y / w}, Metres{z / w}};
-}
-
-std::optional<Metres> ImageHeight(Metres focal_length, Metres object_height, ObjectDepth object) {
-  const double gap = object.FocusGap(focal_length);
-  if (gap == 0.0) return std::nullopt;
-  return Metres{object_height.value * (focal_length.value * object.vergence().value / gap)};
-}
-
-std::optional<Metres> ObjectHeight(Metres focal_length, Metres image_height, Metres extension) {
-  if (extension.value == 0.0) return std::nullopt;
-  return Metres{image_height.value * (focal_length / extension)};
-}
-
 Metres Extension(Metres focal_length, ObjectDepth object) {
-  const double f = focal_length.value;
-  if (const auto distance = object.distance(); object.is_distance() && distance) return {f * f / (distance->value - f)};
-  return {f * f * object.vergence().value / object.FocusGap(focal_length)};
-}
-
-std::optional<Metres> ImageDepth(Metres focal_length, ObjectDepth object) {
-  const double gap = object.FocusGap(focal_length);
-  if (gap == 0.0) return std::nullopt;
-  return focal_length / gap;
+  return {thin_lens::Extension(focal_length.value, object.place())};
 }
 
 Result<Metres> FocusExtension(Metres focal_length, ObjectDepth object, std::optional<Metres> longest_extension) {
@@ -87,8 +46,7 @@ Result<Metres> FocusExtension(Metres focal_length, ObjectDepth object, std::opti
 }
 
 Dioptres FocalPlane(Metres focal_length, Metres extension) {
-  const double f = focal_length.value;
-  return {extension.value / (f * (f + extension.value))};
+  return {thin_lens::FocalPlane(focal_length.value, extension.value)};
 }
 
 std::optional<Metres> FocalPlaneDistance(Metres focal_length, Metres extension) {

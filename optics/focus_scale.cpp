@@ -1,29 +1,30 @@
+// Distances of the three scales, turned into depths from the lens centre.
 #include "optics/focus_scale.h"
 
 #include <cmath>
-#include <cstdio>
+#include <string>
+
+#include "base/quantity_text.h"
 
 namespace lensd::optics {
 namespace {
 
 std::unexpected<Error> TooShort(const char* rule, Metres shortest) {
-  char text[160];
-  std::snprintf(text, sizeof text, "the distance is too short: %s, so give more than %.9g mm", rule,
-                shortest.value * 1000.0);
-  return Fail(Code::OutOfRange, text);
+  return Fail(Code::OutOfRange,
+              std::string("the distance is too short: ") + rule + ", so give more than " + LengthText(shortest, 6));
 }
 
 /// What this scale shows beyond the depth from the lens centre.
 Metres Offset(const FocusScale& scale, Metres focal_length, Metres extension) {
   switch (scale.from) {
     case DistanceFrom::Lens:
-      return {0.0};
+      return scale.centre_shift;
     case DistanceFrom::Sensor:
-      return focal_length + extension + scale.principal_gap;
+      return focal_length + extension + scale.principal_gap + scale.centre_shift;
     case DistanceFrom::Front:
       break;
   }
-  return -scale.front_to_centre;
+  return scale.centre_shift - scale.front_to_centre;
 }
 
 /// Z_o = D'/2 (1 + sqrt(1 - 4 f/D')), with the root taken of (D' - 4 f)/D', which keeps its digits near D' = 4 f.
@@ -39,7 +40,9 @@ Result<ObjectDepth> FromSensor(Metres focal_length, Metres gap, Metres distance)
 }  // namespace
 
 Result<ObjectDepth> DepthInFocus(const FocusScale& scale, Metres focal_length, Metres distance) {
-  if (scale.from == DistanceFrom::Sensor) return FromSensor(focal_length, scale.principal_gap, distance);
+  if (scale.from == DistanceFrom::Sensor) {
+    return FromSensor(focal_length, scale.principal_gap + scale.centre_shift, distance);
+  }
   return DepthAt(scale, focal_length, Metres{0.0}, distance);
 }
 
@@ -48,10 +51,6 @@ Result<ObjectDepth> DepthAt(const FocusScale& scale, Metres focal_length, Metres
   const Metres depth = distance - offset;
   if (!(depth.value > 0.0)) return TooShort("it does not reach the lens centre", offset);
   return ObjectDepth(depth);
-}
-
-Metres ScaleDistance(const FocusScale& scale, Metres focal_length, Metres extension, Metres depth) {
-  return depth + Offset(scale, focal_length, extension);
 }
 
 }  // namespace lensd::optics

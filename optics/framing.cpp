@@ -1,8 +1,10 @@
+// The focal length a framing needs, and the widths a zoom can frame instead.
 #include "optics/framing.h"
 
 #include <cmath>
-#include <cstdio>
+#include <string>
 
+#include "base/quantity_text.h"
 #include "optics/conjugates.h"
 
 namespace lensd::optics {
@@ -20,17 +22,14 @@ std::optional<Metres> WidthFramed(const Field& field, Metres sensor_width, Metre
 }
 
 std::unexpected<Error> OutsideZoom(const Field& field, Metres sensor_width, const ZoomRange& zoom, Metres needed) {
-  char text[320];
-  int used = std::snprintf(text, sizeof text,
-                           "framing %.6g m at %.6g m needs a focal length of %.6g mm, but the zoom reaches %.6g to "
-                           "%.6g mm",
-                           field.width.value, field.distance.value, needed.value * 1e3, zoom.shortest.value * 1e3,
-                           zoom.longest.value * 1e3);
+  const auto in_mm = [](Metres length) { return Short(length.value * 1e3, 6); };
+  std::string text = "framing " + LengthText(field.width, 6) + " at " + LengthText(field.distance, 6) +
+                     " needs a focal length of " + in_mm(needed) + " mm, but the zoom reaches " + in_mm(zoom.shortest) +
+                     " to " + in_mm(zoom.longest) + " mm";
   const auto widest = WidthFramed(field, sensor_width, zoom.shortest);
   const auto narrowest = WidthFramed(field, sensor_width, zoom.longest);
   if (widest && narrowest) {
-    std::snprintf(text + used, sizeof text - static_cast<std::size_t>(used), ": it frames %.6g to %.6g m there",
-                  narrowest->value, widest->value);
+    text += ": it frames " + LengthText(*narrowest, 6) + " to " + LengthText(*widest, 6) + " there";
   }
   return Fail(Code::OutOfRange, text);
 }
@@ -45,7 +44,7 @@ Result<Metres> FramingFocalLength(const Field& field, Metres sensor_width, const
   const double m = sensor_width / field.width;
   const bool from_sensor = field.scale.from == DistanceFrom::Sensor;
   const Metres ahead = field.scale.from == DistanceFrom::Front ? field.scale.front_to_centre : Metres{0.0};
-  const Metres reach = field.distance - (from_sensor ? field.scale.principal_gap : -ahead);
+  const Metres reach = field.distance - field.scale.centre_shift - (from_sensor ? field.scale.principal_gap : -ahead);
   if (!IsPositive(reach)) return Fail(Code::OutOfRange, "the field lies between the principal planes of the lens");
   const Metres focal_length = reach * (m / (1.0 + m) / (from_sensor ? 1.0 + m : 1.0));
   if (focal_length < zoom.shortest || focal_length > zoom.longest) {

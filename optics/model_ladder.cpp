@@ -54,6 +54,7 @@ double Airy(const LadderRanges& r, FNumber f_number, Metres extension) {
 
 /// What a model without any blur leaves out of blur with diffraction.
 double LargestTotal(const LadderRanges& r) {
+  if (!r.wavelength) return LargestBlur(r);
   double largest = 0.0;
   for (const FNumber n : {r.f_number_low, r.f_number_high}) {
     const auto blur = CornerBlur(r, n);
@@ -77,6 +78,7 @@ double DiffractionPart(const LadderRanges& r) {
 /// changes blur by s (1/g - 1) + Δ W/(N g), both factors monotone in U, and the diffraction disk by
 /// k λ N ((1/p - 1) e + Δ/p)/f.
 double CalibrationPart(const LadderRanges& r) {
+  if (r.pupil_factor == 1.0 && r.calibration_error.value == 0.0) return 0.0;
   const double f = r.focal_length.value;
   const double shift = r.calibration_error.value;
   double pupil = 0.0;
@@ -92,6 +94,20 @@ double CalibrationPart(const LadderRanges& r) {
   const double longest = std::max(std::abs(r.extension_low.value), std::abs(r.extension_high.value));
   const double change = longest * std::abs(PupilTerm(r)) + shift / r.pupil_factor;
   return blur + DiffractionFactor(r.convention) * r.wavelength->value * r.f_number_high.value * change / f;
+}
+
+/// Smallest and largest f-number that may be chosen, before its tolerance.
+std::pair<double, double> FNumberRange(const PlanRequest& request) {
+  double low = request.f_numbers.low.value, high = request.f_numbers.high.value;
+  if (!request.stops.empty()) {
+    const auto by_value = [](const Number& a, const Number& b) { return a.value < b.value; };
+    const auto [least, most] = std::minmax_element(request.stops.begin(), request.stops.end(), by_value);
+    low = least->value;
+    high = most->value;
+  }
+  if (!request.apertures_are_diameters) return {low, high};
+  const double f = request.focal_length.value;
+  return {f / high, f / low};
 }
 
 }  // namespace
@@ -119,6 +135,36 @@ ChosenModel SimplestModel(const LadderRanges& ranges, Metres tolerance) {
 
 Metres DefaultModelTolerance(std::optional<Metres> tightest_limit, std::optional<Metres> pixel) {
   return std::max(tightest_limit.value_or(Metres{0.0}) / 10.0, pixel.value_or(Metres{0.0}) / 4.0);
+}
+
+ChosenModel ModelFor(const PlanRequest& request) {
+  if (request.liquid) return {.rung = Rung::Thin, .error = Metres{0.0}};
+  const auto [n_low, n_high] = FNumberRange(request);
+  const double delta = request.sensor_tolerance.value, epsilon = request.f_number_tolerance.value;
+  LadderRanges ranges{.focal_length = {request.focal_length.value},
+                      .f_number_low = {n_low * (1.0 - epsilon)},
+                      .f_number_high = {n_high * (1.0 + epsilon)},
+                      .extension_low = {request.extensions.low.value - delta},
+                      .extension_high = {request.extensions.high.value + delta},
+                      .far = {0.0},
+                      .near = {0.0},
+                      .convention = request.diffraction,
+                      .pupil_factor = request.pupil_factor.value,
+                      .calibration_error = request.calibration_error};
+  if (request.wavelength) ranges.wavelength = Metres{request.wavelength->value};
+  std::optional<Metres> tightest;
+  bool first = true;
+  for (const BlurLimit& limit : request.limits) {
+    if (!tightest || limit.limit.value < tightest->value) tightest = Metres{limit.limit.value};
+    for (const DepthInterval& interval : limit.depths) {
+      for (const PlanDepth* end : {&interval.one_end, &interval.other_end}) {
+        ranges.near = first ? end->vergence() : std::max(ranges.near, end->vergence());
+        ranges.far = first ? end->vergence() : std::min(ranges.far, end->vergence());
+        first = false;
+      }
+    }
+  }
+  return SimplestModel(ranges, request.model_tolerance.value_or(DefaultModelTolerance(tightest, request.pixel)));
 }
 
 }  // namespace lensd::optics

@@ -12,7 +12,7 @@
 #include <numbers>
 
 #include "optics/conjugates.h"
-#include "planner_check.h"
+#include "planner/request_check.h"
 #include "stack_cover.h"
 #include "stack_exact.h"
 #include "stack_reach.h"
@@ -140,25 +140,6 @@ std::optional<Found> FewestOverRange(const StackTask& task) {
   return found;
 }
 
-/// The stretch of asked-for depths around the one that forced the shot which a shot at `e` covers without a gap.
-std::pair<double, double> Covered(const Needs& needs, const StretchReach& reach, double e, double forced_by) {
-  std::pair<double, double> stretch{forced_by, forced_by};
-  double start = 0.0;
-  bool open = false;  // the need before was covered to its end
-  for (const Need<double>& need : needs) {
-    double far = std::max(need.far, reach.FarthestAt(e, need.limit));
-    const double near = std::min(need.near, reach.NearestAt(e, need.limit).value_or(need.near));
-    const bool forced_here = forced_by >= need.far && forced_by <= need.near;
-    if (forced_here) far = std::min(far, forced_by);
-    const bool any = far <= near;
-    if (!open || !any || far > need.far) start = far;
-    if (any && start <= forced_by) stretch = {start, near};
-    open = any && near == need.near;
-    if (!open && need.near >= forced_by) break;
-  }
-  return stretch;
-}
-
 StackAnswer Impossible(std::string reason) {
   return {false, {}, std::move(reason)};
 }
@@ -191,7 +172,7 @@ StackAnswer Answer(const StackTask& task, const Found& found) {
   const Metres f{task.lens.f};
   for (std::size_t i = 0; i < found.cover.extensions.size(); ++i) {
     const Metres e{found.cover.extensions[i]};
-    const auto [far, near] = Covered(task.needs, reach, e.value, found.cover.forced_by[i]);
+    const auto [far, near] = CoveredAround(task.needs, reach, e.value, found.cover.forced_by[i]);
     answer.shots.push_back({.f_number = FNumber{found.n},
                             .extension = e,
                             .near = FocalPlane(f, Metres{near}),

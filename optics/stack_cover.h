@@ -124,6 +124,27 @@ Cover<T> GreedyCover(const std::vector<Need<T>>& needs, const Reach& reach, cons
   }
 }
 
+/// The stretch of asked-for depths around the one that forced the shot which a shot at `e` covers without a gap.
+template <class Reach>
+std::pair<double, double> CoveredAround(const std::vector<Need<double>>& needs, const Reach& reach, double e,
+                                        double forced_by) {
+  std::pair<double, double> stretch{forced_by, forced_by};
+  double start = 0.0;
+  bool open = false;  // the need before was covered to its end
+  for (const Need<double>& need : needs) {
+    double far = std::max(need.far, reach.FarthestAt(e, need.limit));
+    const double near = std::min(need.near, reach.NearestAt(e, need.limit).value_or(need.near));
+    const bool forced_here = forced_by >= need.far && forced_by <= need.near;
+    if (forced_here) far = std::min(far, forced_by);
+    const bool any = far <= near;
+    if (!open || !any || far > need.far) start = far;
+    if (any && start <= forced_by) stretch = {start, near};
+    open = any && near == need.near;
+    if (!open && need.near >= forced_by) break;
+  }
+  return stretch;
+}
+
 namespace stack_detail {
 
 /// Appends a need, or lengthens the last one where it touches and asks for the same.

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "rational.h"
+#include "planner/exact_number.h"
 
 namespace lensd::optics {
 namespace {

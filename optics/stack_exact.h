@@ -1,7 +1,7 @@
 // Focus stacks in exact arithmetic, for counts that double precision cannot decide.
 #pragma once
 
-#include "optics/planner.h"
+#include "optics/plan_request.h"
 #include "stack_cover.h"
 
 namespace lensd::optics {

@@ -1,42 +1,16 @@
 // What a planner answers, written straight into text.
-#include <rapidjson/stringbuffer.h>
-#include <rapidjson/writer.h>
-
 #include <cmath>
 #include <numbers>
 
 #include "optics/light.h"
+#include "optics/thin_lens.h"
 #include "proto/plan_json.h"
+#include "varlink/json_writer.h"
 
 namespace lensd::proto {
 namespace {
 
-/// Fields of an object, one after the other.
-class Writer {
- public:
-  void Begin() { writer_.StartObject(); }
-  void End() { writer_.EndObject(); }
-  void BeginArray(std::string_view key) { Key(key), writer_.StartArray(); }
-  void EndArray() { writer_.EndArray(); }
-  void Key(std::string_view key) { writer_.Key(key.data(), static_cast<rapidjson::SizeType>(key.size())); }
-  void Element(std::string_view text) { writer_.String(text.data(), static_cast<rapidjson::SizeType>(text.size())); }
-  void Text(std::string_view key, std::string_view text) { Key(key), Element(text); }
-  void Flag(std::string_view key, bool flag) { Key(key), writer_.Bool(flag); }
-  /// Null where it is not finite: JSON has neither NaN nor infinity.
-  void Number(std::string_view key, double value) {
-    Key(key);
-    if (std::isfinite(value)) {
-      writer_.Double(value);
-    } else {
-      writer_.Null();
-    }
-  }
-  std::string Take() const { return {buffer_.GetString(), buffer_.GetSize()}; }
-
- private:
-  rapidjson::StringBuffer buffer_;
-  rapidjson::Writer<rapidjson::StringBuffer> writer_{buffer_};
-};
+using Writer = varlink::JsonWriter;
 
 void WriteLimit(Writer& writer, const optics::LimitAnswer& limit) {
   writer.Begin();
@@ -54,9 +28,12 @@ void WriteSetting(Writer& writer, const optics::PlanAnswer& answer, Metres princ
   const double vergence = answer.focal_plane.value;
   const double distance = vergence > 0.0 ? 1.0 / vergence : NAN;
   writer.Number("fNumber", answer.f_number.value);
+  writer.Number("focalLengthMm", answer.focal_length.value * 1e3);
   writer.Number("apertureDiameterMm", answer.aperture_diameter.value * 1e3);
   writer.Number("workingFNumber", answer.working_f_number.value);
   writer.Number("tStop", answer.working_f_number.value);
+  writer.Number("lightParaxial", optics::thin_lens::ParaxialLight(answer.working_f_number.value));
+  writer.Number("lightExact", optics::thin_lens::ExactLight(answer.working_f_number.value));
   writer.Number("subtendedAngleDeg", optics::SubtendedAngle(answer.working_f_number) * 180.0 / std::numbers::pi);
   writer.Number("magnification", answer.magnification);
   writer.Number("extensionMm", answer.extension.value * 1e3);
@@ -67,14 +44,14 @@ void WriteSetting(Writer& writer, const optics::PlanAnswer& answer, Metres princ
   writer.Number("worstRatio", answer.worst_ratio);
   writer.Text("model", answer.model);
   writer.Number("modelErrorUm", answer.model_error.value * 1e6);
+  if (answer.diffraction) writer.Number("diffractionUm", answer.diffraction->value * 1e6);
   writer.BeginArray("limits");
   for (const auto& limit : answer.limits) WriteLimit(writer, limit);
   writer.EndArray();
   if (!answer.depth_of_field) return;
   const double one = answer.depth_of_field->one_end.vergence().value;
   const double other = answer.depth_of_field->other_end.vergence().value;
-  writer.Key("depthOfField");
-  writer.Begin();
+  writer.BeginObject("depthOfField");
   writer.Number("nearD", std::max(one, other));
   writer.Number("farD", std::min(one, other));
   writer.End();
@@ -85,6 +62,12 @@ void WriteConflict(Writer& writer, const optics::PlanAnswer& answer) {
   for (const std::string& name : answer.conflict) writer.Element(name);
   writer.EndArray();
   writer.Number("relax", answer.relax.value_or(NAN));
+  if (!answer.relax) return;
+  writer.BeginObject("relaxed");
+  writer.Number("fNumber", answer.f_number.value);
+  writer.Number("extensionMm", answer.extension.value * 1e3);
+  writer.Number("focalPlaneD", answer.focal_plane.value);
+  writer.End();
 }
 
 }  // namespace
@@ -103,8 +86,8 @@ std::string PlanAnswerText(const optics::PlanAnswer& answer, Metres principal_ga
   return writer.Take();
 }
 
-Json PlanAnswerJson(const optics::PlanAnswer& answer, Metres principal_gap) {
-  return ParseJson(PlanAnswerText(answer, principal_gap)).value();
+varlink::Json PlanAnswerJson(const optics::PlanAnswer& answer, Metres principal_gap) {
+  return varlink::ParseJson(PlanAnswerText(answer, principal_gap)).value();
 }
 
 }  // namespace lensd::proto

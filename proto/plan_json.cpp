@@ -13,20 +13,20 @@ using optics::Number;
 using optics::PlanDepth;
 using optics::Side;
 
-Json OutJson(const Number& number, int shift) {
-  return NumberOrNull(Out(number, shift));
+varlink::Json OutJson(const Number& number, int shift) {
+  return varlink::NumberOrNull(Out(number, shift));
 }
 
-Json DepthJson(const PlanDepth& depth) {
+varlink::Json DepthJson(const PlanDepth& depth) {
   if (!depth.is_vergence && !std::isfinite(depth.number.value)) return {{"vergenceD", 0.0}};
   return {{depth.is_vergence ? "vergenceD" : "distanceM", OutJson(depth.number, kPlain)}};
 }
 
-Json LimitJson(const optics::BlurLimit& limit) {
-  Json json = {{"name", limit.name},
-               {"kind", limit.kind == optics::LimitKind::Sharp ? "sharp" : "blurred"},
-               {"limitUm", OutJson(limit.limit, kUm)},
-               {"depths", Json::array()}};
+varlink::Json LimitJson(const optics::BlurLimit& limit) {
+  varlink::Json json = {{"name", limit.name},
+                        {"kind", limit.kind == optics::LimitKind::Sharp ? "sharp" : "blurred"},
+                        {"limitUm", OutJson(limit.limit, kUm)},
+                        {"depths", varlink::Json::array()}};
   for (const auto& interval : limit.depths) {
     json["depths"].push_back({{"oneEnd", DepthJson(interval.one_end)}, {"otherEnd", DepthJson(interval.other_end)}});
   }
@@ -36,20 +36,20 @@ Json LimitJson(const optics::BlurLimit& limit) {
 
 }  // namespace
 
-Json PlanRequestJson(const optics::PlanRequest& request) {
+varlink::Json PlanRequestJson(const optics::PlanRequest& request) {
   const int aperture = request.apertures_are_diameters ? kMm : kPlain;
-  Json json = {{"focalLengthMm", OutJson(request.focal_length, kMm)},
-               {"aperturesAreDiameters", request.apertures_are_diameters},
-               {"apertureMin", OutJson(request.f_numbers.low, aperture)},
-               {"apertureMax", OutJson(request.f_numbers.high, aperture)},
-               {"extensionMinMm", OutJson(request.extensions.low, kMm)},
-               {"extensionMaxMm", OutJson(request.extensions.high, kMm)},
-               {"sensorToleranceUm", OutJson(request.sensor_tolerance, kUm)},
-               {"fNumberTolerance", OutJson(request.f_number_tolerance, kPlain)},
-               {"diffraction", request.diffraction == DiffractionConvention::Airy ? "airy" : "mtf50"},
-               {"pupilFactor", OutJson(request.pupil_factor, kPlain)},
-               {"objective", kObjectives[static_cast<std::size_t>(request.objective)]},
-               {"limits", Json::array()}};
+  varlink::Json json = {{"focalLengthMm", OutJson(request.focal_length, kMm)},
+                        {"aperturesAreDiameters", request.apertures_are_diameters},
+                        {"apertureMin", OutJson(request.f_numbers.low, aperture)},
+                        {"apertureMax", OutJson(request.f_numbers.high, aperture)},
+                        {"extensionMinMm", OutJson(request.extensions.low, kMm)},
+                        {"extensionMaxMm", OutJson(request.extensions.high, kMm)},
+                        {"sensorToleranceUm", OutJson(request.sensor_tolerance, kUm)},
+                        {"fNumberTolerance", OutJson(request.f_number_tolerance, kPlain)},
+                        {"diffraction", request.diffraction == DiffractionConvention::Airy ? "airy" : "mtf50"},
+                        {"pupilFactor", OutJson(request.pupil_factor, kPlain)},
+                        {"objective", kObjectives[static_cast<std::size_t>(request.objective)]},
+                        {"limits", varlink::Json::array()}};
   for (const Number& stop : request.stops) json["stops"].push_back(OutJson(stop, aperture));
   for (const auto& limit : request.limits) json["limits"].push_back(LimitJson(limit));
   if (request.focus) json["focus"] = DepthJson(*request.focus);

@@ -9,6 +9,8 @@
 namespace lensd::proto {
 namespace {
 
+using varlink::JsonView;
+
 using optics::DiffractionConvention;
 using optics::Number;
 using optics::Objective;
@@ -105,7 +107,18 @@ optics::DepthInterval ReadInterval(JsonView json, const Place& place) {
   return {ReadDepth(*one, reader.At("oneEnd")), ReadDepth(*other, reader.At("otherEnd"))};
 }
 
-optics::BlurLimit ReadLimit(JsonView json, const Place& place) {
+/// A blur in micrometres or in pixels; nothing where it is not given.
+std::optional<Number> ReadBlur(const Reader& reader, const Place& place, const std::optional<Metres>& pixel,
+                               std::string_view in_um, std::string_view in_px) {
+  const auto um = reader.Find(in_um), px = reader.Find(in_px);
+  if (um && px) Reject(reader.At(in_px), "give " + std::string(in_um) + " or this, not both");
+  if (um) return In(NumberAt(*um, reader.At(in_um)), kUm);
+  if (!px) return std::nullopt;
+  if (!pixel) Reject(place, "a blur in pixels needs the size of a pixel: give pixelUm");
+  return Number(NumberAt(*px, reader.At(in_px)) * pixel->value);
+}
+
+optics::BlurLimit ReadLimit(JsonView json, const Place& place, const std::optional<Metres>& pixel) {
   const Reader reader(json, place);
   optics::BlurLimit limit;
   const auto name = reader.Find("name");
@@ -115,13 +128,13 @@ optics::BlurLimit ReadLimit(JsonView json, const Place& place) {
   limit.kind = sharp ? optics::LimitKind::Sharp : optics::LimitKind::Blurred;
   constexpr std::array kSides{Side::Either, Side::Behind, Side::Front};
   limit.side = kSides[Choice(reader, "side", {"either", "behind", "front"}, 0)];
-  if (!reader.Find("limitUm")) Reject(place, "needs limitUm");
-  Read(reader, "limitUm", kUm, limit.limit);
+  const auto blur = ReadBlur(reader, place, pixel, "limitUm", "limitPx");
+  if (!blur && !pixel) Reject(place, "needs limitUm");
+  limit.limit = blur.value_or(Number(pixel.value_or(Metres{}).value));
   const auto depths = reader.Find("depths");
   if (!depths || !depths->is_array()) Reject(place, "needs depths, an array");
-  limit.depths.reserve(depths->size());
-  for (std::size_t i = 0; i < depths->size(); ++i) {
-    limit.depths.push_back(ReadInterval((*depths)[i], reader.At("depths", i)));
+  for (const JsonView interval : depths->elements()) {
+    limit.depths.push_back(ReadInterval(interval, reader.At("depths", limit.depths.size())));
   }
   return limit;
 }
@@ -131,16 +144,15 @@ void ReadLists(const Reader& reader, optics::PlanRequest& request) {
     if (!stops->is_array()) Reject(reader.At("stops"), "must be an array of numbers");
     const int shift = request.apertures_are_diameters ? kMm : kPlain;
     request.stops.clear();
-    for (std::size_t i = 0; i < stops->size(); ++i) {
-      request.stops.push_back(In(NumberAt((*stops)[i], reader.At("stops")), shift));
+    for (const JsonView stop : stops->elements()) {
+      request.stops.push_back(In(NumberAt(stop, reader.At("stops")), shift));
     }
   }
   request.limits.clear();
   if (const auto limits = reader.Find("limits")) {
     if (!limits->is_array()) Reject(reader.At("limits"), "must be an array");
-    request.limits.reserve(limits->size());
-    for (std::size_t i = 0; i < limits->size(); ++i) {
-      request.limits.push_back(ReadLimit((*limits)[i], reader.At("limits", i)));
+    for (const JsonView limit : limits->elements()) {
+      request.limits.push_back(ReadLimit(limit, reader.At("limits", request.limits.size()), request.pixel));
     }
   }
 }
@@ -160,9 +172,14 @@ void ReadRequest(const Reader& reader, optics::PlanRequest& request) {
   Read(reader, "fNumberTolerance", kPlain, request.f_number_tolerance);
   Read(reader, "wavelengthNm", kNm, request.wavelength);
   Read(reader, "pupilFactor", kPlain, request.pupil_factor);
-  Read(reader, "blurLimitUm", kUm, request.depth_limit);
   Read(reader, "pixelUm", kUm, request.pixel);
-  Read(reader, "modelToleranceUm", kUm, request.model_tolerance);
+  if (const auto blur = ReadBlur(reader, reader.At("blurLimitPx"), request.pixel, "blurLimitUm", "blurLimitPx")) {
+    request.depth_limit = *blur;
+  }
+  const Place at_model = reader.At("modelTolerancePx");
+  if (const auto blur = ReadBlur(reader, at_model, request.pixel, "modelToleranceUm", "modelTolerancePx")) {
+    request.model_tolerance = Metres{blur->value};
+  }
   if (const auto focus = reader.Find("focus")) request.focus = ReadDepth(*focus, reader.At("focus"));
   const bool airy =
       Choice(reader, "diffraction", {"airy", "mtf50"}, static_cast<std::size_t>(request.diffraction)) == 0;
@@ -173,17 +190,70 @@ void ReadRequest(const Reader& reader, optics::PlanRequest& request) {
   ReadLists(reader, request);
 }
 
-}  // namespace
+/// What only a lens can answer.
+void ReadWishes(const Reader& reader, LensRequest& asked) {
+  if (reader.Find("distanceFrom")) {
+    constexpr std::array kOrigins{optics::DistanceFrom::Lens, optics::DistanceFrom::Sensor,
+                                  optics::DistanceFrom::Front};
+    asked.from = kOrigins[Choice(reader, "distanceFrom", {"lens", "sensor", "front"}, 0)];
+  }
+  const auto left = [&](std::string_view key) { return !reader.Find(key).has_value(); };
+  asked.own = {left("extensionMinMm"), left("extensionMaxMm"), left("sensorToleranceUm"), left("fNumberTolerance")};
+  if (const auto stack = reader.Find("stack")) {
+    if (!stack->is_boolean()) Reject(reader.At("stack"), "must be true or false");
+    asked.stack = stack->boolean();
+  }
+  std::optional<Metres> fixed, shortest, longest;
+  Read(reader, "focalLengthMm", kMm, fixed);
+  Read(reader, "focalLengthMinMm", kMm, shortest);
+  Read(reader, "focalLengthMaxMm", kMm, longest);
+  if (shortest.has_value() != longest.has_value()) {
+    Reject(reader.At("focalLengthMinMm"), "give focalLengthMaxMm with it, and the other way round");
+  }
+  if (fixed && shortest) Reject(reader.At("focalLengthMm"), "give one focal length or a range of them, not both");
+  if (fixed) asked.focal_lengths = std::pair(*fixed, *fixed);
+  if (shortest) asked.focal_lengths = std::minmax(*shortest, *longest);
+  Read(reader, "sensorWidthMm", kMm, asked.sensor_width);
+  const auto field = reader.Find("field");
+  if (!field) return;
+  const Place place = reader.At("field");
+  const Reader parts(*field, place);
+  std::optional<Metres> width, distance;
+  Read(parts, "widthM", kPlain, width);
+  Read(parts, "distanceM", kPlain, distance);
+  if (!width || !distance) Reject(place, "needs widthM and distanceM");
+  asked.field = LensRequest::Field{*width, *distance};
+}
 
-Result<optics::PlanRequest> PlanRequestFromJson(JsonView json, optics::PlanRequest defaults) {
+/// Runs what reads; its complaint is the error.
+template <class Read>
+Result<void> Reading(JsonView json, Read read) {
   if (!json.is_object()) return Fail(Code::InvalidArgument, "the plan request must be an object");
   try {
     const Place top;
-    ReadRequest(Reader(json, top), defaults);
+    read(Reader(json, top));
   } catch (const FieldError& wrong) {
     return Fail(Code::InvalidArgument, wrong.message);
   }
+  return {};
+}
+
+}  // namespace
+
+Result<optics::PlanRequest> PlanRequestFromJson(JsonView json, optics::PlanRequest defaults) {
+  const auto read = Reading(json, [&](const Reader& reader) { ReadRequest(reader, defaults); });
+  if (!read) return std::unexpected(read.error());
   return defaults;
+}
+
+Result<LensRequest> LensRequestFromJson(JsonView json, const optics::PlanRequest& defaults) {
+  LensRequest asked{.plan = defaults};
+  const auto read = Reading(json, [&](const Reader& reader) {
+    ReadRequest(reader, asked.plan);
+    ReadWishes(reader, asked);
+  });
+  if (!read) return std::unexpected(read.error());
+  return asked;
 }
 
 }  // namespace lensd::proto

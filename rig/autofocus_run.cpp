@@ -15,73 +15,62 @@ Duration ThreadCpu() {
 
 }  // namespace
 
-AutofocusRun::AutofocusRun(autofocus::Regions search, Instant deadline, Hands hands, Scale scale,
-                           ProgressCallback progress)
-    : search_(std::move(search)),
-      began_at_(hands.now()),
-      deadline_(deadline),
-      hands_(std::move(hands)),
-      scale_(std::move(scale)),
-      progress_(std::move(progress)) {}
+AutofocusRun::AutofocusRun(autofocus::Regions search, Duration limit, FocusActuator& lens, Scale scale)
+    : lens_(lens), scale_(scale), search_(SearchFor(std::move(search), limit)) {}
 
-void AutofocusRun::Begin() {
-  Look();
+AutofocusRun::Search AutofocusRun::SearchFor(autofocus::Regions regions, Duration limit) const {
+  return {.regions = std::move(regions),
+          .began_at = lens_.Now(),
+          .deadline = lens_.Now() + limit,
+          .motions_before = lens_.motions(),
+          .cpu = {}};
 }
 
-void AutofocusRun::Look(bool in_motion_too) {
-  hands_.look(in_motion_too, [this](Result<Seen> seen) { OnFrame(std::move(seen)); });
+void AutofocusRun::RequestFrame(LensMotion lens) {
+  lens_.RequestFrame(lens, [this](Result<Observation> seen) { OnFrame(std::move(seen)); });
 }
 
 Activity AutofocusRun::activity() const {
-  return {Activity::Kind::Autofocus, search_.frames(), search_.frames_expected()};
+  return {Activity::Kind::Autofocus, frames(), frames_expected()};
 }
 
 void AutofocusRun::CheckDeadline() {
-  if (holding_ || hands_.now() < deadline_ || going_back_with_) return;
+  if (holding() || lens_.Now() < search_.deadline || going_back_with_) return;
   GoBack(Refusal("no answer by the deadline"));
 }
 
-void AutofocusRun::OnFrame(Result<Seen> seen) {
+void AutofocusRun::OnFrame(Result<Observation> seen) {
   if (going_back_with_) return;
   if (!seen) return GoBack(PassOn(std::move(seen)));
   const auto& focus = seen->lensed.axes[drivers::Axis::Focus];
   if (!focus) return GoBack(Fail(Code::Internal, "a frame came without the lens position it was taken at"));
-  if (passing_ && arrived_ && !focus->moving) passing_ = false;
-  stands_ = WithSlack(passing_ ? focus->mid : 0.5 * (focus->lowest + focus->highest));
-  place_ = PlaceOf(*focus);
-  if (holding_) {
+  if (sweep_ == Sweep::Arrived && !focus->moving) sweep_ = Sweep::None;
+  stands_ = WithSlack(sweep_ != Sweep::None ? focus->mid : 0.5 * (focus->lowest + focus->highest));
+  const autofocus::Place place = PlaceOf(*focus);
+  if (holding()) {
     auto changed = Watch(*seen);
     if (!changed) return End(PassOn(std::move(changed)));
-    if (!*changed) return Look();
+    if (!*changed) return RequestFrame();
   }
   if (!start_) start_ = stands_;
   const Duration before = ThreadCpu();
-  auto advice = Show(*seen);
-  cpu_ += ThreadCpu() - before;
+  auto advice = seen->score ? search_.regions.NextScore(place.position, *seen->score)
+                            : search_.regions.Next(place, seen->lensed.frame);
+  search_.cpu += ThreadCpu() - before;
   if (!advice) return GoBack(PassOn(std::move(advice)));
-  Report();
-  Follow(*advice);
+  lens_.Report({.frames = frames(),
+                .moves = lens_.motions() - search_.motions_before,
+                .frames_expected = frames_expected(),
+                .position = stands_,
+                .sharpness = search_.regions.relative_sharpness()},
+               [this, next = *std::move(advice)] { Follow(next); });
 }
 
 /// A frame on the way belongs to the middle of its exposure; the bound of that place is taken for an even distribution.
 autofocus::Place AutofocusRun::PlaceOf(const LensedFrame::AxisDuring& focus) const {
-  if (!passing_) return scale_.position(stands_);
-  const double span = scale_.position(focus.mid + focus.mid_bound) - scale_.position(focus.mid - focus.mid_bound);
-  return {scale_.position(focus.mid), std::abs(span) / std::sqrt(12.0)};
-}
-
-Result<autofocus::Advice> AutofocusRun::Show(const Seen& seen) {
-  if (seen.score) return search_.NextScore(place_.position, *seen.score);
-  return search_.Next(place_, seen.lensed.frame);
-}
-
-void AutofocusRun::Report() {
-  if (!progress_) return;
-  progress_({.frames = search_.frames(),
-             .moves = hands_.motions() - motions_before_,
-             .frames_expected = search_.frames_expected(),
-             .position = stands_,
-             .sharpness = search_.relative_sharpness()});
+  if (sweep_ == Sweep::None) return scale_.Position(stands_);
+  const double span = scale_.Position(focus.mid + focus.mid_bound) - scale_.Position(focus.mid - focus.mid_bound);
+  return {scale_.Position(focus.mid), std::abs(span) / std::sqrt(12.0)};
 }
 
 void AutofocusRun::Follow(const autofocus::Advice& advice) {
@@ -90,36 +79,25 @@ void AutofocusRun::Follow(const autofocus::Advice& advice) {
     return End(Outcome(*verdict));
   }
   const auto& go = std::get<autofocus::GoAndLook>(advice);
-  if (go.stride > 0) return Pass(go);
-  passing_ = false;
+  if (go.stride > 0) return GoOn(go);
+  sweep_ = Sweep::None;
   GoTo(go);
 }
 
 void AutofocusRun::GoTo(const autofocus::GoAndLook& advice) {
-  const Native target = scale_.native(advice.position);
+  const Native target = scale_.NativeAt(advice.position);
   const Native reading = target - Native{scale_.slack};
   // Against the approach direction, and far enough to lose all of the backlash: then where it ends is known.
   const bool back = (stands_ - reading).value * scale_.slack > 2.0 * scale_.slack * scale_.slack;
-  const bool loose = advice.loose && !loose_ && back;
-  if (!loose && !loose_ && std::abs((target - stands_).value) < 0.5 * scale_.resolution) return Look();
-  const Arrival arrival = loose ? Arrival::Anyhow : loose_ ? Arrival::Anew : Arrival::TakenUp;
-  loose_ = loose;
-  hands_.move(loose ? reading : target, arrival, [this](Result<MoveOutcome> moved) { OnMoved(std::move(moved)); });
-}
-
-/// Sets out, and looks; or looks again while on the way.
-void AutofocusRun::Pass(const autofocus::GoAndLook& go) {
-  if (!passing_) {
-    passing_ = true;
-    arrived_ = loose_ = false;
-    hands_.pass(scale_.native(go.position), go.stride / scale_.stride, [this](Result<MoveOutcome> moved) {
-      if (!passing_ || going_back_with_) return;
-      if (!moved) return GoBack(PassOn(std::move(moved)));
-      if (!moved->reached) return GoBack(Refusal("the lens did not get where it was sent: " + moved->reason));
-      arrived_ = true;
-    });
+  const bool was_open = std::exchange(backlash_open_, advice.backlash_open && !backlash_open_ && back);
+  if (!backlash_open_ && !was_open && std::abs((target - stands_).value) < 0.5 * scale_.resolution) {
+    return RequestFrame();
   }
-  Look(true);
+  const Approach approach = backlash_open_ ? Approach::AnyDirection
+                            : was_open     ? Approach::Reapproach
+                                           : Approach::BacklashTakenUp;
+  lens_.MoveTo(backlash_open_ ? reading : target, approach,
+               [this](Result<MoveOutcome> moved) { OnMoved(std::move(moved)); });
 }
 
 void AutofocusRun::OnMoved(Result<MoveOutcome> moved) {
@@ -127,16 +105,34 @@ void AutofocusRun::OnMoved(Result<MoveOutcome> moved) {
   if (!moved) return GoBack(PassOn(std::move(moved)));
   stands_ = WithSlack(moved->position);
   if (!moved->reached) return GoBack(Refusal("the lens did not get where it was sent: " + moved->reason));
-  Look();
+  RequestFrame();
+}
+
+/// Sets out on a sweep, and takes a frame; or another one while on the way.
+void AutofocusRun::GoOn(const autofocus::GoAndLook& advice) {
+  if (sweep_ == Sweep::None) {
+    sweep_ = Sweep::UnderWay;
+    backlash_open_ = false;
+    lens_.SweepTo(scale_.NativeAt(advice.position), advice.stride / scale_.stride,
+                  [this](Result<MoveOutcome> moved) { OnSwept(std::move(moved)); });
+  }
+  RequestFrame(LensMotion::Any);
+}
+
+void AutofocusRun::OnSwept(Result<MoveOutcome> moved) {
+  if (sweep_ == Sweep::None || going_back_with_) return;
+  if (!moved) return GoBack(PassOn(std::move(moved)));
+  if (!moved->reached) return GoBack(Refusal("the lens did not get where it was sent: " + moved->reason));
+  sweep_ = Sweep::Arrived;
 }
 
 /// Returns the lens to where the run found it, then gives the answer; says so where that fails.
 void AutofocusRun::GoBack(Result<AutofocusOutcome> answer) {
-  passing_ = false;
+  sweep_ = Sweep::None;
   going_back_with_ = std::move(answer);
   if (!start_) return End(*std::move(going_back_with_));
-  const Arrival arrival = std::exchange(loose_, false) ? Arrival::Anew : Arrival::TakenUp;
-  hands_.move(*start_, arrival, [this](Result<MoveOutcome> moved) {
+  const Approach approach = std::exchange(backlash_open_, false) ? Approach::Reapproach : Approach::BacklashTakenUp;
+  lens_.MoveTo(*start_, approach, [this](Result<MoveOutcome> moved) {
     auto last = *std::move(going_back_with_);
     const bool back = moved && moved->reached;
     const std::string trouble =
@@ -151,31 +147,27 @@ void AutofocusRun::GoBack(Result<AutofocusOutcome> answer) {
 
 /// The end, unless the subject is to be tracked: then only an error is.
 void AutofocusRun::End(Result<AutofocusOutcome> answer) {
-  if (!tracking_ || !answer) return hands_.end(std::move(answer));
-  tracking_->tell(*answer);
-  tracker_.SearchEnded(answer->focused, hands_.now());
-  holding_ = true;
+  if (!tracking_ || !answer) return lens_.End(std::move(answer));
+  lens_.Tell(*answer);
+  tracking_->tracker.SearchEnded(answer->focused, lens_.Now());
+  tracking_->holding = true;
   start_.reset();
-  Look();
+  RequestFrame();
 }
 
 /// Whether the scene has changed; then a new search has begun, and the frame at hand is its first.
-Result<bool> AutofocusRun::Watch(const Seen& seen) {
+Result<bool> AutofocusRun::Watch(const Observation& seen) {
   const drivers::Frame& frame = seen.lensed.frame;
-  auto window = autofocus::WindowOf(search_.regions().front(), frame.width, frame.height);
+  auto window = autofocus::WindowOf(regions().front(), frame.width, frame.height);
   if (!window) return PassOn(std::move(window));
   auto score = autofocus::ScoreFocus(frame, *window);
   if (!score) return PassOn(std::move(score));
-  if (!tracker_.Changed(*score, frame.bits, window->width * window->height, hands_.now())) return false;
+  if (!tracking_->tracker.Changed(*score, frame.bits, window->width * window->height, lens_.Now())) return false;
   auto search = tracking_->search_anew();
   if (!search) return PassOn(std::move(search));
-  search_ = *std::move(search);
-  holding_ = false;
+  search_ = SearchFor(*std::move(search), tracking_->limit);
+  tracking_->holding = false;
   start_ = stands_;
-  began_at_ = hands_.now();
-  deadline_ = began_at_ + tracking_->limit;
-  motions_before_ = hands_.motions();
-  cpu_ = {};
   return true;
 }
 
@@ -188,12 +180,12 @@ AutofocusOutcome AutofocusRun::Refusal(std::string reason) const {
 AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const {
   AutofocusOutcome outcome;
   outcome.focused = verdict.focused;
-  outcome.method = search_.method();
-  outcome.frames = search_.frames();
-  outcome.moves = hands_.motions() - motions_before_;
-  outcome.elapsed = hands_.now() - began_at_;
+  outcome.method = search_.regions.method();
+  outcome.frames = frames();
+  outcome.moves = lens_.motions() - search_.motions_before;
+  outcome.elapsed = lens_.Now() - search_.began_at;
   outcome.position = stands_;
-  outcome.cpu = cpu_;
+  outcome.cpu = search_.cpu;
   outcome.confidence = verdict.confidence;
   outcome.reason = verdict.reason;
   if (scale_.optics != nullptr) {
@@ -209,7 +201,7 @@ AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const 
   }
   for (const autofocus::Candidate& found : verdict.candidates) {
     AutofocusCandidate candidate;
-    candidate.position = scale_.native(found.position);
+    candidate.position = scale_.NativeAt(found.position);
     candidate.region = found.region;
     if (scale_.optics != nullptr) {
       candidate.vergence = scale_.optics->VergenceFromExtension(Metres{found.position});

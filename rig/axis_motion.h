@@ -9,13 +9,16 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "axis_setup.h"
 #include "axis_track.h"
 #include "base/clock.h"
 #include "base/result.h"
 #include "drivers/api/lens.h"
+#include "leg.h"
 #include "rig/motion.h"
 
 namespace lensd::rig {
@@ -38,93 +41,86 @@ enum class TakeUp {
   FromBeyond  ///< only when coming from beyond the target: enough while nothing else has moved the axis
 };
 
+struct MotionRequest {
+  std::optional<Native> target;                    ///< nothing: the reference
+  double overshoot = 0.0;                          ///< native units
+  TakeUp take_up = TakeUp::Always;                 ///< when
+  std::optional<std::vector<Impulse>> parts = {};  ///< how each leg is divided, instead of the configured way
+  bool home_first = false;                         ///< the reference is searched before it goes to its target
+  MoveCallback done;
+};
+
 class AxisMotion {
  public:
-  /// To `target`, or to the reference where there is none. `overshoot`: native units. `parts`: how each leg is divided;
-  /// empty: not at all.
-  AxisMotion(const AxisSetup& setup, const AxisTrack& track, std::optional<Native> target, double overshoot,
-             TakeUp take_up, MoveCallback done, Instant now, std::vector<Impulse> parts)
+  AxisMotion(const AxisSetup& setup, const AxisTrack& track, MotionRequest request, Instant now)
       : setup_(setup),
         track_(track),
-        target_(target),
-        overshoot_(overshoot),
-        take_up_(take_up),
-        parts_(std::move(parts)),
-        done_(std::move(done)),
+        request_(std::move(request)),
         began_at_(now),
-        last_step_at_(now) {}
+        last_step_at_(now),
+        leg_(Leg::Stay(setup, {}, now)) {}
 
   /// Commands the motor where that is due and judges the newest reading. The end, once there is one: an outcome, or
   /// an error where the device would not take the command.
   std::optional<Result<MoveOutcome>> Step(Motor& motor, const drivers::AxisState& state, Instant sampled_at,
                                           Instant now);
 
-  bool homing() const { return !target_; }
+  /// It was told to stop and cannot: it takes no further command, and ends with Cancelled once it rests.
+  void LetRunOut();
+  bool homing() const { return !request_.target || request_.home_first; }
   /// Motions the device was asked for so far; the parts of a shaped step are one.
-  int commands() const { return commands_; }
+  int commands() const { return attempts_.commands; }
   /// When the next part of a shaped step is due.
   std::optional<Instant> next_part() const;
-  MoveCallback TakeCallback() { return std::move(done_); }
+  MoveCallback TakeCallback() { return std::move(request_.done); }
 
  private:
   enum class Phase { Requested, TakingUp, Going, Settling, Homing };
   using End = std::optional<Result<MoveOutcome>>;
+  /// Where it stands, since when, and with which complaint.
+  struct Rest {
+    Instant stood_since{};
+    Native stood_at;
+    std::optional<Instant> since;  ///< on the leg's end or elsewhere
+    std::optional<Instant> faulty_since;
+  };
+  struct Attempts {
+    int commands = 0;  ///< that the motor took
+    int refusals = 0;  ///< since
+    int tries = 0;     ///< after it came to rest elsewhere
+  };
 
-  void HoldBack(Duration by, Instant now);
+  End Advance(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now);
   bool StandsThere(const drivers::AxisState& state) const;
   Native FirstLeg(const drivers::AxisState& state) const;
   End Launch(Motor& motor, const drivers::AxisState& state, Instant now);
   End LaunchHoming(Motor& motor, Native position, Instant now);
-  void Stay(Native position, Instant now);
-  End Command(Motor& motor, Native leg, Phase phase, Native position, Instant now);
+  End Begin(Motor& motor, Leg leg, Phase phase, Instant now);
+  End GoOnToTarget(Motor& motor, Native from, Instant now);
   End SendParts(Motor& motor, Instant now);
-  void LegBegins(Instant now);
   End Refused(Error error);
   End Follow(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now);
   End FollowHoming(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now);
   End Arrived(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now);
   End Elsewhere(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now);
-  bool LegDone(const drivers::AxisState& state, Instant sampled_at) const;
   bool Settled(const drivers::AxisState& state, Instant sampled_at);
-  bool LedAway(const drivers::AxisState& state);
-  std::string WhatIsWrong(const drivers::AxisState& state, Instant sampled_at, Instant now);
-  double Scatter() const;
-  double ShortOf(const drivers::AxisState& state) const;
-  Duration TravelTime(double distance) const;
+  bool Faulty(const drivers::AxisState& state, Instant sampled_at);
+  bool Measured(const drivers::AxisState& state) const;
   MoveOutcome TakenAway(const drivers::AxisState& state, Instant now) const;
   MoveOutcome Failed(const drivers::AxisState& state, std::string reason, Instant now) const;
   MoveOutcome Outcome(const drivers::AxisState& state, Instant now) const;
-  std::string Remark() const;
+  std::string Remark(const drivers::AxisState& state) const;
 
   const AxisSetup& setup_;
   const AxisTrack& track_;
-  std::optional<Native> target_;
-  double overshoot_;
-  TakeUp take_up_;
-  std::vector<Impulse> parts_;
-  MoveCallback done_;
-  Phase phase_ = Phase::Requested;
-  Native leg_;
-  Native leg_start_;
-  std::size_t parts_sent_ = 0;  ///< of a shaped step
-  double closest_ = 0.0;        ///< to the end of the leg, so far
-  double farthest_ = 0.0;
-  bool approaches_ = false;  ///< has been seen to come nearer
-  int readings_away_ = 0;
-  bool launched_moving_ = false;
-  Native progress_position_;
-  Instant progress_at_{};
+  MotionRequest request_;
   Instant began_at_;
   Instant last_step_at_;
-  Instant commanded_at_{};
-  Instant leg_expected_at_{};  ///< when a device without feedback will have got there
-  Instant deadline_{};
-  Instant stood_since_{};
-  Native stood_at_;
-  std::optional<Instant> rests_since_;  ///< elsewhere
-  int commands_ = 0;
-  int refusals_ = 0;
-  int tries_ = 0;
+  Phase phase_ = Phase::Requested;
+  Leg leg_;
+  bool runs_out_ = false;
+  Rest rest_;
+  Attempts attempts_;
 };
 
 }  // namespace lensd::rig

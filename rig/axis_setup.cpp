@@ -8,6 +8,15 @@ namespace {
 /// Of the range: what the backlash of a stepping motor is taken for while nobody has said or measured it.
 constexpr double kAssumedBacklash = 0.1;
 
+/// Of all travel: what a stepping motor may lose in ordinary use. Knocks are another matter.
+constexpr double kLostByStepping = 1e-4;
+
+double LostTravel(const drivers::AxisCapabilities& can, const AxisConfig& config) {
+  if (config.lost_travel) return *config.lost_travel;
+  if (can.lost_travel >= 0.0) return can.lost_travel;
+  return can.feedback == drivers::Feedback::Counts ? kLostByStepping : 0.0;
+}
+
 }  // namespace
 
 void SetLimits(AxisSetup& setup, Native offset) {
@@ -40,6 +49,7 @@ AxisSetup MakeSetup(drivers::Axis axis, const drivers::AxisCapabilities& can, co
   setup.tolerance = config.tolerance.value_or(axis == drivers::Axis::Filter ? 0.5 * can.resolution : can.resolution);
   setup.approach_up = axis == drivers::Axis::Focus ? config.approach_near == config.near_positive : true;
   SetBacklash(setup, config.backlash);
+  setup.lost_travel = LostTravel(can, config);
   setup.impulses = ImpulsesOf(config.shaper, config.ring_hz, config.ring_damping);
   return setup;
 }

@@ -23,6 +23,7 @@ struct AxisSetup {
   bool approach_up = true;      ///< the last motion goes toward larger positions
   double backlash = 0.0;        ///< native units; assumed where it is not known
   bool backlash_known = true;
+  double lost_travel = 0.0;       ///< part of all travel
   std::vector<Impulse> impulses;  ///< how a step is divided; empty: not at all
 
   /// An overshoot that takes up the backlash, native units: none where the backlash is not known.

@@ -5,18 +5,18 @@
 
 namespace lensd::rig {
 
-Slack::Slack(double backlash, double noise, bool upward)
+BacklashState::BacklashState(double backlash, double noise, bool upward)
     : backlash_(backlash),
       whole_(backlash > 0.0 ? backlash + 2.0 * noise : 0.0),
       reversal_(2.0 * noise),
       sign_(upward ? 1.0 : -1.0) {}
 
-void Slack::Reset(Instant since) {
+void BacklashState::Reset(Instant since) {
   since_ = since;
   begun_ = false;
 }
 
-void Slack::Note(Native position, bool moving, Instant sampled_at) {
+void BacklashState::Note(Native position, bool moving, Instant sampled_at) {
   const double place = sign_ * position.value;
   if (!begun_) anchor_ = peak_ = place;
   begun_ = true;
@@ -30,16 +30,16 @@ void Slack::Note(Native position, bool moving, Instant sampled_at) {
   peak_ = std::max(peak_, place);
 }
 
-double Slack::left() const {
+double BacklashState::left() const {
   if (!begun_) return whole_;
   return std::max(0.0, whole_ - (peak_ - anchor_));
 }
 
-double Slack::residue() const {
+double BacklashState::residue() const {
   return std::min(backlash_, left());
 }
 
-void Slack::Restore(double left, Native position) {
+void BacklashState::Restore(double left, Native position) {
   since_.reset();
   begun_ = true;
   peak_ = sign_ * position.value;
@@ -50,7 +50,7 @@ AxisTrack::AxisTrack(const AxisSetup& setup)
     : setup_(setup), slack_(setup.backlash, setup.config.repeatability, setup.approach_up) {}
 
 void AxisTrack::BacklashChanged() {
-  slack_ = Slack(setup_.backlash, setup_.config.repeatability, setup_.approach_up);
+  slack_ = BacklashState(setup_.backlash, setup_.config.repeatability, setup_.approach_up);
 }
 
 void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool ours) {
@@ -86,9 +86,37 @@ void AxisTrack::Homed(Instant now) {
 
 double AxisTrack::Bound() const {
   double bound = 0.5 * setup_.can.resolution + setup_.config.repeatability + slack_.residue() + doubt_ +
-                 setup_.config.lost_travel * travel_;
-  if (!setup_.can.feedback) bound += setup_.config.sag.value_or(setup_.tolerance);
+                 setup_.lost_travel * travel_;
+  if (!setup_.can.follows()) bound += setup_.config.sag.value_or(setup_.tolerance);
   return bound;
+}
+
+Arrival AxisTrack::NextArrival(Native position) const {
+  return {.position = position,
+          .minimum = setup_.minimum,
+          .maximum = setup_.maximum,
+          .upward = setup_.approach_up,
+          .overshoots = setup_.TakesUp(),
+          .backlash = slack_.whole(),
+          .not_taken_up = slack_.left(),
+          // Each command may turn between two readings: see Commanded().
+          .rest = Bound() - slack_.residue() + setup_.lost_travel * 2.0 * setup_.can.resolution,
+          .lost_travel = setup_.lost_travel};
+}
+
+/// As AxisMotion arrives: straight where the travel takes up the backlash, else from beyond as far as the soft limits
+/// leave room.
+Native Arrival::BoundAt(Native target) const {
+  const double sign = upward ? 1.0 : -1.0;
+  const double ahead = sign * (target - position).value;
+  double left = ahead >= 0.0 ? std::max(0.0, not_taken_up - ahead) : backlash;
+  double travel = std::abs(ahead);
+  if (left > 0.0 && overshoots) {
+    const Native from = std::clamp(target - Native{sign * backlash}, minimum, maximum);
+    if (from != position) left = std::max(0.0, backlash - std::abs((target - from).value));
+    travel += 2.0 * backlash;
+  }
+  return Native{rest + left + lost_travel * travel};
 }
 
 AxisMemory AxisTrack::Remember(Native position) const {
@@ -140,7 +168,7 @@ void AxisTrack::Recall(const AxisMemory& memory, const drivers::AxisState& state
       return keep(memory.known && !memory.in_motion);
     case Restore::Conditional:
       if (memory.in_motion) {
-        known_ = memory.known && setup_.can.feedback && swept && !at_zero;
+        known_ = memory.known && setup_.can.follows() && swept && !at_zero;
         travel_ = memory.travel;
         doubt_ = memory.doubt;
         return;
@@ -148,6 +176,16 @@ void AxisTrack::Recall(const AxisMemory& memory, const drivers::AxisState& state
       if (at_zero) return restore();
       return keep(false);
   }
+}
+
+/// A device that was without power counts from zero.
+void AxisTrack::Return(const AxisMemory& before, Native position) {
+  if (!setup_.can.can_home || !setup_.can.follows()) return;
+  const double scatter = std::max(setup_.tolerance, 2.0 * setup_.config.repeatability);
+  const bool stands = !before.in_motion && std::abs((position - before.position).value) <= scatter;
+  const bool swept = position >= before.lowest - Native{scatter} && position <= before.highest + Native{scatter};
+  const bool at_zero = std::abs((position - offset_).value) <= scatter;
+  known_ = before.known && (stands || (!at_zero && (swept || !before.in_motion)));
 }
 
 }  // namespace lensd::rig

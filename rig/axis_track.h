@@ -5,16 +5,17 @@
 #include <optional>
 
 #include "axis_setup.h"
+#include "rig/motion.h"
 #include "rig/position_memory.h"
 
 namespace lensd::rig {
 
 /// Backlash not taken up. Only travel in the approach direction takes it up; whatever may have gone the other way puts
 /// all of it back. Never too small, whatever the readings miss between them; sometimes too large.
-class Slack {
+class BacklashState {
  public:
   /// `upward`: of the approach; `noise`: readings scatter by up to this either way.
-  Slack(double backlash, double noise, bool upward);
+  BacklashState(double backlash, double noise, bool upward);
   /// All of it, and nothing is taken up before the axis is seen standing after `since`.
   void Reset(Instant since);
   void Note(Native position, bool moving, Instant sampled_at);
@@ -53,11 +54,15 @@ class AxisTrack {
   /// Stands at the reference.
   void Homed(Instant now);
 
-  const Slack& slack() const { return slack_; }
+  const BacklashState& slack() const { return slack_; }
   /// The mechanism stands within this of the readback, native units.
   double Bound() const;
+  /// The same of the end of a motion from `position`.
+  Arrival NextArrival(Native position) const;
   /// The position means something: nothing has put it in doubt since the reference.
   bool known() const { return known_; }
+  /// Native units since the reference was last passed; 0: it stands there.
+  double travel() const { return travel_; }
   bool moved_by_us() const { return moved_by_us_; }
   bool moved_by_another() const { return moved_by_another_; }
   /// To be added to the device's positions.
@@ -67,14 +72,16 @@ class AxisTrack {
   AxisMemory Remember(Native position) const;
   /// At the start: what to make of `memory` under the axis' policy, the device saying `state`. Sets offset and known.
   void Recall(const AxisMemory& memory, const drivers::AxisState& state);
-  /// Nothing is known: the memory is damaged.
+  /// It answers again, after it did not: what its position is worth. `before`: as it was last known.
+  void Return(const AxisMemory& before, Native position);
+  /// Nothing is known any more.
   void Forget() { known_ = false; }
 
  private:
   void Trust(const AxisMemory& memory, Native position);
 
   const AxisSetup& setup_;
-  Slack slack_;
+  BacklashState slack_;
   std::optional<Native> last_;  ///< reading
   std::optional<Native> rest_;  ///< where it should stand
   double travel_ = 0.0;

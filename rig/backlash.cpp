@@ -1,3 +1,5 @@
+// Backlash is how much lower sweeps from above find the focus than sweeps from below: pairs of sweeps with fits of
+// their peaks, after a coarse look at where they are.
 #include "rig/backlash.h"
 
 #include <math.h>  // Boost 1.74
@@ -39,25 +41,37 @@ struct Sweep {
 class BacklashRun : public std::enable_shared_from_this<BacklashRun> {
  public:
   using Done = std::move_only_function<void(Result<BacklashOutcome>)>;
-  BacklashRun(Rig& rig, const Clock& clock, const BacklashRequest& request,
-              std::function<void(const BacklashProgress&)> progress, Done done)
+  BacklashRun(Rig& rig, const BacklashRequest& request, std::function<void(const BacklashProgress&)> progress,
+              Done done)
       : rig_(rig),
-        clock_(clock),
         guard_(rig),
         request_(request),
         progress_(std::move(progress)),
         done_(std::move(done)),
-        began_at_(clock.Now()) {}
+        began_at_(rig.clock().Now()) {}
 
   void Begin();
 
  private:
-  enum class Stage { Upward, Coarse, Pairs };
+  enum class Stage { Upward, Coarse, PairUp, PairDown };
+  struct Range {
+    double lowest = 0.0, highest = 0.0, resolution = 1.0;
+  };
+  /// Of the focus.
+  struct Place {
+    double home = 0.0;        ///< where autofocus left the lens
+    double upward = 0.0;      ///< where sweeps from below find it
+    double backlash = 0.0;    ///< so far: sweeps from above find it so much lower
+    double half_width = 0.0;  ///< of a sweep around it
+  };
+  struct Counts {
+    int widenings = 0, sweeps = 0, frames = 0;
+  };
 
   void OnFocused(const Result<AutofocusOutcome>& focused);
   void BeginSweep(double from, double to, double step);
   void Next();
-  void Look();
+  void TakeFrame();
   void OnFrame(const Result<LensedFrame>& taken);
   void FinishSweep();
   void FinishUpward(const std::optional<autofocus::PeakFit>& peak);
@@ -69,36 +83,25 @@ class BacklashRun : public std::enable_shared_from_this<BacklashRun> {
   void Conclude();
   void Refuse(std::string reason);
   void GoBack(Result<BacklashOutcome> answer);
-  double run_up() const { return kMostBacklash * (highest_ - lowest_); }
+  double run_up() const { return kMostBacklash * (range_.highest - range_.lowest); }
 
   Rig& rig_;
-  const Clock& clock_;
   CommandGuard guard_;
   BacklashRequest request_;
   std::function<void(const BacklashProgress&)> progress_;
   Done done_;
-  Instant began_at_;
-  double lowest_ = 0.0, highest_ = 0.0, resolution_ = 1.0;
-  double half_width_ = 0.0;
-  double home_ = 0.0;    ///< where autofocus left the lens
-  double upward_ = 0.0;  ///< where sweeps from below find the focus
-  double guess_ = 0.0;   ///< of the backlash
+  const Instant began_at_;
+  Range range_;
+  Place place_;
   Stage stage_ = Stage::Upward;
   Sweep sweep_;
-  int widenings_ = 0;
-  int sweeps_ = 0;
-  int frames_ = 0;
-  bool downward_ = false;  ///< the running sweep of a pair
-  std::optional<autofocus::PeakFit> last_up_;
+  Counts counts_;
   std::vector<double> found_;
 };
 
 void BacklashRun::Begin() {
-  std::tie(lowest_, highest_) = [&] {
-    const auto [low, high] = rig_.SoftLimits(Axis::Focus);
-    return std::pair(low.value, high.value);
-  }();
-  resolution_ = rig_.lens().axes[Axis::Focus]->resolution;
+  const auto [low, high] = rig_.SoftLimits(Axis::Focus);
+  range_ = {low.value, high.value, rig_.lens().axes[Axis::Focus]->resolution};
   AutofocusRequest focus;
   if (request_.region) focus.regions = {*request_.region};
   guard_.Autofocus(focus, [self = shared_from_this()](Result<AutofocusOutcome> focused) { self->OnFocused(focused); });
@@ -106,33 +109,34 @@ void BacklashRun::Begin() {
 
 void BacklashRun::OnFocused(const Result<AutofocusOutcome>& focused) {
   if (!focused) return done_(std::unexpected(focused.error()));
-  frames_ += focused->frames;
-  home_ = upward_ = focused->position.value;
+  counts_.frames += focused->frames;
+  place_.home = place_.upward = focused->position.value;
   if (!focused->focused) return Refuse("there is nothing to focus on: " + focused->reason);
-  half_width_ = kNarrow * (highest_ - lowest_);
+  place_.half_width = kNarrow * (range_.highest - range_.lowest);
   const Status status = rig_.GetStatus();
   const double pixel_m = rig_.camera()->pixel_um * 1e-6;
   if (status.optics && status.optics->has_focus() && status.f_number && pixel_m > 0.0) {
-    const Native here{home_}, beside{home_ + resolution_};
+    const Native here{place_.home}, beside{place_.home + range_.resolution};
     const double slope = (status.optics->ExtensionFromNative(beside) - status.optics->ExtensionFromNative(here)).value;
-    half_width_ = kHalfWidth_px * pixel_m * status.f_number->value / std::abs(slope / resolution_);
+    place_.half_width = kHalfWidth_px * pixel_m * status.f_number->value / std::abs(slope / range_.resolution);
   }
-  half_width_ = std::max(half_width_, 0.5 * (kPoints - 1) * resolution_);
+  place_.half_width = std::max(place_.half_width, 0.5 * (kPoints - 1) * range_.resolution);
   stage_ = Stage::Upward;
-  BeginSweep(upward_ - half_width_, upward_ + half_width_, 2.0 * half_width_ / (kPoints - 1));
+  BeginSweep(place_.upward - place_.half_width, place_.upward + place_.half_width,
+             2.0 * place_.half_width / (kPoints - 1));
 }
 
 /// From `from` to `to`, reached from so far before it that all backlash is taken up.
 void BacklashRun::BeginSweep(double from, double to, double step) {
-  ++sweeps_;
-  if (progress_) progress_({sweeps_, std::max(sweeps_, 2 + 2 * request_.pairs), frames_});
+  ++counts_.sweeps;
+  if (progress_) progress_({counts_.sweeps, std::max(counts_.sweeps, 2 + 2 * request_.pairs), counts_.frames});
   sweep_ = {};
   const double sign = to > from ? 1.0 : -1.0;
   const int count = static_cast<int>(std::floor(std::abs(to - from) / step + 1e-6)) + 1;
-  sweep_.ahead.push_back(std::clamp(from - sign * run_up(), lowest_, highest_));
+  sweep_.ahead.push_back(std::clamp(from - sign * run_up(), range_.lowest, range_.highest));
   for (int i = 0; i < count; ++i) {
-    const double at = std::round((from + sign * step * i) / resolution_) * resolution_;
-    if (at >= lowest_ && at <= highest_ && (sweep_.ahead.size() == 1 || at != sweep_.ahead.back())) {
+    const double at = std::round((from + sign * step * i) / range_.resolution) * range_.resolution;
+    if (at >= range_.lowest && at <= range_.highest && (sweep_.ahead.size() == 1 || at != sweep_.ahead.back())) {
       sweep_.ahead.push_back(at);
     }
   }
@@ -148,11 +152,11 @@ void BacklashRun::Next() {
                 if (!moved) return self->done_(std::unexpected(moved.error()));
                 if (!moved->reached) return self->Refuse("the lens did not get where it was sent: " + moved->reason);
                 if (std::exchange(self->sweep_.running_up, false)) return self->Next();
-                self->Look();
+                self->TakeFrame();
               });
 }
 
-void BacklashRun::Look() {
+void BacklashRun::TakeFrame() {
   guard_.Snapshot([self = shared_from_this()](Result<LensedFrame> taken) { self->OnFrame(taken); });
 }
 
@@ -164,7 +168,7 @@ void BacklashRun::OnFrame(const Result<LensedFrame>& taken) {
   if (!window) return done_(std::unexpected(window.error()));
   const auto score = autofocus::ScoreFocus(taken->frame, *window);
   if (!score) return done_(std::unexpected(score.error()));
-  ++frames_;
+  ++counts_.frames;
   sweep_.positions.push_back(0.5 * (focus->lowest + focus->highest).value);
   sweep_.scores.push_back(*score);
   Next();
@@ -204,7 +208,8 @@ void BacklashRun::FinishSweep() {
       return FinishUpward(Peak());
     case Stage::Coarse:
       return FinishCoarse();
-    case Stage::Pairs:
+    case Stage::PairUp:
+    case Stage::PairDown:
       return FinishPair(Peak());
   }
 }
@@ -212,18 +217,19 @@ void BacklashRun::FinishSweep() {
 /// Wider, or about where it was sharpest, until the sweep holds a whole peak.
 void BacklashRun::FinishUpward(const std::optional<autofocus::PeakFit>& peak) {
   if (!peak) {
-    if (++widenings_ > kMostWidenings)
+    if (++counts_.widenings > kMostWidenings)
       return Refuse("the sharpness has no clear peak: more texture or light is needed");
     const auto points = Points();
-    if (!points.empty()) upward_ = std::ranges::max_element(points, {}, &autofocus::CurvePoint::value)->position;
-    half_width_ = std::min(1.5 * half_width_, 0.25 * (highest_ - lowest_));
+    if (!points.empty()) place_.upward = std::ranges::max_element(points, {}, &autofocus::CurvePoint::value)->position;
+    place_.half_width = std::min(1.5 * place_.half_width, 0.25 * (range_.highest - range_.lowest));
   } else {
-    upward_ = peak->position;
+    place_.upward = peak->position;
     stage_ = Stage::Coarse;
-    const double step = std::max(0.5 * half_width_, resolution_);
-    return BeginSweep(upward_ + half_width_, upward_ - half_width_ - run_up(), step);
+    const double step = std::max(0.5 * place_.half_width, range_.resolution);
+    return BeginSweep(place_.upward + place_.half_width, place_.upward - place_.half_width - run_up(), step);
   }
-  BeginSweep(upward_ - half_width_, upward_ + half_width_, 2.0 * half_width_ / (kPoints - 1));
+  BeginSweep(place_.upward - place_.half_width, place_.upward + place_.half_width,
+             2.0 * place_.half_width / (kPoints - 1));
 }
 
 void BacklashRun::FinishCoarse() {
@@ -234,42 +240,44 @@ void BacklashRun::FinishCoarse() {
     return Refuse("coming from above, the focus was not found within " + std::to_string(std::lround(run_up())) +
                   " steps: the backlash is larger than that, or the soft limits are too near");
   }
-  guess_ = std::max(0.0, upward_ - top->position);
-  stage_ = Stage::Pairs;
-  widenings_ = 0;
+  place_.backlash = std::max(0.0, place_.upward - top->position);
+  counts_.widenings = 0;
   StartPair();
 }
 
 void BacklashRun::StartPair() {
-  downward_ = false;
-  BeginSweep(upward_ - half_width_, upward_ + half_width_, 2.0 * half_width_ / (kPoints - 1));
+  stage_ = Stage::PairUp;
+  BeginSweep(place_.upward - place_.half_width, place_.upward + place_.half_width,
+             2.0 * place_.half_width / (kPoints - 1));
 }
 
 /// The first pair only says where to look: later pairs see the peak from the same positions relative to it, so that
 /// what the fit makes of its shape cancels.
 void BacklashRun::FinishPair(const std::optional<autofocus::PeakFit>& peak) {
   if (!peak) {
-    if (++widenings_ > kMostWidenings) return Refuse("the sharpness has no clear peak in one of the sweeps");
+    if (++counts_.widenings > kMostWidenings) return Refuse("the sharpness has no clear peak in one of the sweeps");
     const auto points = Points();
     const auto top = std::ranges::max_element(points, {}, &autofocus::CurvePoint::value);
     if (points.empty()) return Refuse("the soft limits leave no room for the sweeps");
-    downward_ ? guess_ = std::max(0.0, upward_ - top->position) : upward_ = top->position;
-    half_width_ = std::min(1.25 * half_width_, 0.25 * (highest_ - lowest_));  // the whole peak, with its feet
+    stage_ == Stage::PairDown ? place_.backlash = std::max(0.0, place_.upward - top->position)
+                              : place_.upward = top->position;
+    place_.half_width =
+        std::min(1.25 * place_.half_width, 0.25 * (range_.highest - range_.lowest));  // the whole peak, with its feet
     return StartPair();
   }
-  const double step = 2.0 * half_width_ / (kPoints - 1);
-  if (!downward_) {
-    last_up_ = peak;
-    upward_ = peak->position;
-    downward_ = true;
-    return BeginSweep(upward_ - guess_ + half_width_, upward_ - guess_ - half_width_, step);
+  const double step = 2.0 * place_.half_width / (kPoints - 1);
+  if (stage_ == Stage::PairUp) {
+    place_.upward = peak->position;
+    stage_ = Stage::PairDown;
+    return BeginSweep(place_.upward - place_.backlash + place_.half_width,
+                      place_.upward - place_.backlash - place_.half_width, step);
   }
-  const double found = last_up_->position - peak->position;
-  const bool aligned = std::abs(found - guess_) <= step;
-  guess_ = std::max(0.0, found);
+  const double found = place_.upward - peak->position;
+  const bool aligned = std::abs(found - place_.backlash) <= step;
+  place_.backlash = std::max(0.0, found);
   if (aligned) {
     found_.push_back(found);
-  } else if (++widenings_ > kMostWidenings) {
+  } else if (++counts_.widenings > kMostWidenings) {
     return Refuse("the sweeps disagree about the backlash from one to the next");
   }
   static_cast<int>(found_.size()) < request_.pairs ? StartPair() : Conclude();
@@ -278,7 +286,7 @@ void BacklashRun::FinishPair(const std::optional<autofocus::PeakFit>& peak) {
 void BacklashRun::Conclude() {
   BacklashOutcome outcome;
   outcome.measured = true;
-  outcome.backlash = BacklashFrom(found_, kLeastScatter * resolution_);
+  outcome.backlash = BacklashFrom(found_, kLeastScatter * range_.resolution);
   GoBack(outcome);
 }
 
@@ -289,11 +297,11 @@ void BacklashRun::Refuse(std::string reason) {
 }
 
 void BacklashRun::GoBack(Result<BacklashOutcome> answer) {
-  if (answer) answer->frames = frames_;
-  const Target home{.kind = Target::Kind::Native, .value = home_, .from = {}, .take_up = run_up()};
+  if (answer) answer->frames = counts_.frames;
+  const Target home{.kind = Target::Kind::Native, .value = place_.home, .from = {}, .take_up = run_up()};
   guard_.Move(Axis::Focus, home, [self = shared_from_this(), answer = std::move(answer)](const auto& moved) mutable {
     if (!moved) return self->done_(std::unexpected(moved.error()));
-    answer->elapsed = self->clock_.Now() - self->began_at_;
+    answer->elapsed = self->rig_.clock().Now() - self->began_at_;
     self->done_(std::move(answer));
   });
 }
@@ -312,8 +320,7 @@ Backlash BacklashFrom(const std::vector<double>& values, double sigma) {
   return {.steps = mean, .low = std::max(mean - half, 0.0), .high = mean + half, .measured = true};
 }
 
-void MeasureBacklash(Rig& rig, const Clock& clock, const BacklashRequest& request,
-                     std::function<void(const BacklashProgress&)> progress,
+void MeasureBacklash(Rig& rig, const BacklashRequest& request, std::function<void(const BacklashProgress&)> progress,
                      std::move_only_function<void(Result<BacklashOutcome>)> done) {
   if (rig.camera() == nullptr) {
     return done(Fail(Code::Unsupported,
@@ -321,7 +328,7 @@ void MeasureBacklash(Rig& rig, const Clock& clock, const BacklashRequest& reques
   }
   if (!rig.lens().axes[Axis::Focus]) return done(Fail(Code::Unsupported, "this lens has no motorised focus"));
   if (request.pairs < 3) return done(Fail(Code::InvalidArgument, "at least three pairs of sweeps are needed"));
-  std::make_shared<BacklashRun>(rig, clock, request, std::move(progress), std::move(done))->Begin();
+  std::make_shared<BacklashRun>(rig, request, std::move(progress), std::move(done))->Begin();
 }
 
 }  // namespace lensd::rig

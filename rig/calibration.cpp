@@ -21,6 +21,7 @@ std::optional<Quantity<Unit>> OptionalIn(SettingsReader& read, std::string_view 
   if (!number) return std::nullopt;
   return Quantity<Unit>{*number * unit};
 }
+constexpr std::string_view kFocalLength = "focal_length_mm";
 constexpr double kMm = 1e-3, kUm = 1e-6, kNm = 1e-9, kPercent = 1e-2;
 
 Result<FocusPoint> ReadFocusPoint(const Settings& table) {
@@ -75,6 +76,10 @@ Result<AxisCurve> ReadAxisCurve(const Settings& table, const std::string& name, 
     SettingsReader at(*entry, "a point of " + name);
     const Native position{at.RequiredNumber("steps")};
     curve.points.push_back({position, at.RequiredNumber(key, kPositive) * unit});
+    if (key == kFocalLength) curve.points.back().centre_shift = OptionalIn<MetresUnit>(at, "centre_shift_mm", kMm);
+    if (curve.points.back().centre_shift.has_value() != curve.points.front().centre_shift.has_value()) {
+      at.Reject("centre_shift_mm", "must be in all points of " + name + " or in none");
+    }
     if (auto done = at.Finish(); !done) return PassOn(std::move(done));
     const std::size_t n = curve.points.size();
     if (n > 1 && !(curve.points[n - 2].position < position)) {
@@ -205,7 +210,9 @@ void WriteAxis(std::string& text, std::string_view name, const AxisCurve& curve,
   text += "points = [\n";
   for (const auto& point : curve.points) {
     text += "  { steps = " + NumberText(point.position.value) + ", " + std::string(key) + " = " +
-            NumberText(point.value / unit) + " },\n";
+            NumberText(point.value / unit);
+    if (point.centre_shift) text += ", centre_shift_mm = " + NumberText(point.centre_shift->value / kMm);
+    text += " },\n";
   }
   text += "]\n";
 }
@@ -271,7 +278,7 @@ Result<Calibration> ReadCalibration(const Settings& file) {
     calibration.focus.push_back(*std::move(curve));
   }
   const auto f_numbers = [](const Settings& at) { return ReadAxisCurve(at, "[iris]", "f_number", 1.0); };
-  const auto focal_lengths = [](const Settings& at) { return ReadAxisCurve(at, "[zoom]", "focal_length_mm", kMm); };
+  const auto focal_lengths = [](const Settings& at) { return ReadAxisCurve(at, "[zoom]", kFocalLength, kMm); };
   if (auto done = ReadPart(iris, calibration.iris, f_numbers); !done) return PassOn(std::move(done));
   if (auto done = ReadPart(zoom, calibration.zoom, focal_lengths); !done) return PassOn(std::move(done));
   if (auto done = ReadPart(breathing, calibration.breathing, ReadBreathing); !done) return PassOn(std::move(done));
@@ -295,7 +302,7 @@ std::string CalibrationText(const Calibration& calibration) {
     if (calibration.backlash[axis]) WriteBacklash(text, axis, *calibration.backlash[axis]);
   }
   if (calibration.iris) WriteAxis(text, "iris", *calibration.iris, "f_number", 1.0);
-  if (calibration.zoom) WriteAxis(text, "zoom", *calibration.zoom, "focal_length_mm", kMm);
+  if (calibration.zoom) WriteAxis(text, "zoom", *calibration.zoom, kFocalLength, kMm);
   if (!calibration.breathing.empty()) {
     text += "\n[breathing]\npoints = [\n";
     for (const BreathingPoint& point : calibration.breathing) {

@@ -1,3 +1,4 @@
+// A focus curve from measured points, with the error it may have: left-out points, scatter, half a step.
 #include <algorithm>
 #include <cmath>
 #include <sstream>

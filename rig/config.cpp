@@ -63,7 +63,8 @@ Result<AxisConfig> ReadAxis(const Settings& table, Axis axis) {
   config.deadband = read.Number("deadband", 0.0, kNonNegative);
   config.retries = static_cast<int>(read.Integer("retries", config.retries, {0.0, 100.0}));
   config.repeatability = read.Number("repeatability", 0.0, kNonNegative);
-  config.lost_travel = read.Number("lost_travel", 0.0, {0.0, 1.0});
+  config.lost_travel = read.OptionalNumber("lost_travel", {0.0, 1.0});
+  config.check_reference_every = read.OptionalNumber("check_reference_every", kPositive);
   config.sag = read.OptionalNumber("sag", kNonNegative);
   config.latency = Milliseconds(read.Number("latency_ms", 0.0, {0.0, 10e3}));
   config.restore = static_cast<Restore>(read.Choice("restore", {"never", "always", "near-zero", "conditional"}, 0));
@@ -117,12 +118,17 @@ Result<void> ReadOptics(const Settings& table, RigConfig& config) {
   const auto extension_mm = liquid ? ReadPower(read, focal_length_mm.first) : ReadRange(read, "extension_mm", {});
   config.scale.principal_gap = Metres{read.Number("principal_gap_mm", 0.0, kNonNegative) * 1e-3};
   config.pupil_factor = read.Number("pupil_factor", 1.0, kPositive);
+  const double centre_shift_mm = read.Number("centre_shift_mm", 0.0, {-1e4, 1e4});
+  if (centre_shift_mm != 0.0 && !(focal_length_mm.second > focal_length_mm.first)) {
+    read.Reject("centre_shift_mm", "is for a zoom: give focal_length_mm as [shortest, longest]");
+  }
   if (!f_number) read.Reject("f_number", "must be the widest and the smallest opening, as in [1.8, 16]");
   if (!extension_mm && !liquid)
     read.Reject("extension_mm", "must be the extension at both ends of focus, as in [0.0, 1.6]");
   if (auto done = read.Finish(); !done) return done;
   config.optics = drivers::NominalOptics{.focal_length_m = focal_length_mm.first * 1e-3,
                                          .max_focal_length_m = focal_length_mm.second * 1e-3,
+                                         .centre_shift_m = centre_shift_mm * 1e-3,
                                          .min_f_number = f_number->first,
                                          .max_f_number = f_number->second,
                                          .min_extension_m = extension_mm->first * 1e-3,

@@ -29,6 +29,11 @@ std::vector<Curve::Knot> Refined(std::vector<Curve::Knot> knots) {
   return knots;
 }
 
+/// Not by the product, which may vanish; numbers that are none are on no side of 0 that a search could leave.
+bool SameSide(double a, double b) {
+  return std::isnan(a) || std::isnan(b) || (a > 0.0) == (b > 0.0);
+}
+
 double SlopeBetween(const Curve::Knot& a, const Curve::Knot& b) {
   return (b.value - a.value) / (b.at - a.at);
 }
@@ -48,6 +53,12 @@ Result<Curve> Curve::Through(const std::vector<Knot>& given) {
     if (!(given[i - 1].at < given[i].at)) return Fail(Code::InvalidArgument, "positions must rise from point to point");
     curve.rising_ &= given[i - 1].value < given[i].value;
     curve.falling_ &= given[i - 1].value > given[i].value;
+    // Neighbours so close, or so far apart, that no number says how the curve runs between them.
+    const double slope = SlopeBetween(given[i - 1], given[i]);
+    const bool flat = given[i - 1].value == given[i].value;
+    if (!std::isfinite(slope) || (!flat && !std::isnormal(slope))) {
+      return Fail(Code::InvalidArgument, "two points are too close together, or too far apart, for a curve");
+    }
   }
   const std::vector<Knot> knots = Refined(given);
   curve.first_ = knots.front();
@@ -66,7 +77,7 @@ Result<Curve> Curve::Through(const std::vector<Knot>& given) {
 
 double Curve::At(double x) const {
   if (x <= first_.at) return first_.value + first_slope_ * (x - first_.at);
-  if (x >= last_.at) return last_.value + last_slope_ * (x - last_.at);
+  if (!(x < last_.at)) return last_.value + last_slope_ * (x - last_.at);
   return (*between_)(x);
 }
 
@@ -77,7 +88,7 @@ double Curve::Inverse(double value) const {
 double SolveMonotone(const std::function<double(double)>& f, double value, double low, double high) {
   const auto off = [&](double x) { return f(x) - value; };
   double at_low = off(low), at_high = off(high);
-  for (int i = 0; i < kMostDoublings && at_low * at_high > 0.0; ++i) {
+  for (int i = 0; i < kMostDoublings && SameSide(at_low, at_high); ++i) {
     const double span = high - low;
     const bool beyond_high = std::abs(at_high) < std::abs(at_low);
     (beyond_high ? high : low) += beyond_high ? span : -span;
@@ -85,10 +96,12 @@ double SolveMonotone(const std::function<double(double)>& f, double value, doubl
   }
   if (at_low == 0.0) return low;
   if (at_high == 0.0) return high;
-  if (at_low * at_high > 0.0) return std::abs(at_high) < std::abs(at_low) ? high : low;
+  if (SameSide(at_low, at_high)) return std::abs(at_high) < std::abs(at_low) ? high : low;
   std::uintmax_t steps = 200;
   const auto tight = boost::math::tools::eps_tolerance<double>(52);
-  const auto [a, b] = boost::math::tools::toms748_solve(off, low, high, at_low, at_high, tight, steps);
+  using namespace boost::math::policies;
+  const policy<evaluation_error<ignore_error>, domain_error<ignore_error>> no_throw;
+  const auto [a, b] = boost::math::tools::toms748_solve(off, low, high, at_low, at_high, tight, steps, no_throw);
   return std::abs(off(a)) <= std::abs(off(b)) ? a : b;
 }
 

@@ -1,3 +1,4 @@
+// Exposure that follows the square of the working f-number while the iris moves, within what the camera allows.
 #include "rig/exposure.h"
 
 #include <algorithm>

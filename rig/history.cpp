@@ -1,3 +1,4 @@
+// Recent readings by axis, so that a frame can be told where the lens was while it was exposed and how surely.
 #include "history.h"
 
 #include <algorithm>
@@ -30,8 +31,7 @@ void History::Add(const drivers::LensState& state) {
   while (readings_.front().sampled_at < state.sampled_at - kKept && readings_.size() > 2) readings_.pop_front();
 }
 
-drivers::PerAxis<std::optional<LensedFrame::AxisDuring>> History::During(
-    Instant begin, Instant end, const drivers::PerAxis<double>& tolerance) const {
+drivers::PerAxis<std::optional<LensedFrame::AxisDuring>> History::During(Instant begin, Instant end) const {
   drivers::PerAxis<std::optional<LensedFrame::AxisDuring>> during;
   if (readings_.empty()) return during;
   const auto sampled = [](const drivers::LensState& reading) { return reading.sampled_at; };
@@ -48,7 +48,7 @@ drivers::PerAxis<std::optional<LensedFrame::AxisDuring>> History::During(
       if (!hull) hull = LensedFrame::AxisDuring{state->position, state->position, !covered};
       hull->lowest = std::min(hull->lowest, state->position);
       hull->highest = std::max(hull->highest, state->position);
-      hull->moving |= state->moving || (hull->highest - hull->lowest).value > tolerance[axis];
+      hull->moving |= state->moving || (hull->highest - hull->lowest).value > tolerance_[axis];
     }
     if (during[axis]) during[axis] = AtMid(*during[axis], axis, begin + (end - begin) / 2);
   }

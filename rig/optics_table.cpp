@@ -12,9 +12,6 @@ using drivers::NativeUnit;
 const drivers::NominalOptics& OpticsTable::nominal() const {
   return lens_->nominal;
 }
-double OpticsTable::focal_length_tolerance() const {
-  return lens_->tolerance;
-}
 bool OpticsTable::has_focus() const {
   return lens_->focus.has_value();
 }
@@ -56,11 +53,11 @@ Metres OpticsTable::NominalExtension(Native focus) const {
 }
 
 Metres OpticsTable::FocalLengthAt(Metres extension) const {
-  return focal_length_ * lens_->Ratio(extension.value);
+  return focal_length_ * lens_->Ratio(extension.value - (lens_->nominal.liquid ? 0.0 : offset_m_));
 }
 
 Dioptres OpticsTable::VergenceFromExtension(Metres extension) const {
-  return lens_->Vergence(focal_length_.value, extension.value);
+  return lens_->Vergence(focal_length_.value, extension.value, offset_m_);
 }
 
 Result<Metres> OpticsTable::ExtensionInFocus(optics::ObjectDepth depth) const {
@@ -70,9 +67,20 @@ Result<Metres> OpticsTable::ExtensionInFocus(optics::ObjectDepth depth) const {
   } else {
     longest = Metres{lens_->nominal.max_extension_m};
   }
-  auto extension = lens_->Extension(focal_length_.value, depth, longest);
+  auto extension = lens_->Extension(focal_length_.value, depth, longest, offset_m_);
   if (!extension) return PassOn(std::move(extension));
   return Metres{*extension};
+}
+
+Metres OpticsTable::centre_shift() const {
+  const auto& shifts = lens_->centre_shift;
+  if (shifts.empty()) return Metres{0.0};
+  const double f = focal_length_.value;
+  const auto above = std::ranges::lower_bound(shifts, f, {}, &std::pair<double, double>::first);
+  if (above == shifts.begin()) return Metres{above->second};
+  if (above == shifts.end()) return Metres{shifts.back().second};
+  const auto below = above - 1;
+  return Metres{std::lerp(below->second, above->second, (f - below->first) / (above->first - below->first))};
 }
 
 // ---- errors -------------------------------------------------------------------------------------------------------
@@ -80,9 +88,10 @@ Result<Metres> OpticsTable::ExtensionInFocus(optics::ObjectDepth depth) const {
 Metres OpticsTable::TemperatureError() const {
   if (!lens_->temperature) return Metres{0.0};
   const TemperatureModel& model = *lens_->temperature;
-  const bool corrected = lens_->compensate && conditions_.temperature.has_value();
-  return (corrected ? model.per_degree_error : Metres{std::abs(model.per_degree.value)} + model.per_degree_error) *
-         range_c_;
+  const Metres drift{std::abs(model.per_degree.value)};
+  if (!conditions_.temperature) return (drift + model.per_degree_error) * range_c_;
+  const double unsure = 0.5 * kTemperatureStep.value;
+  return model.per_degree_error * (range_c_ + unsure) + drift * (lens_->compensate ? unsure : range_c_ + unsure);
 }
 
 /// Past its ends a curve goes straight on; how far the nominal figures would have it elsewhere is an estimate of how
@@ -127,8 +136,9 @@ Dioptres OpticsTable::VergenceError(Native focus) const {
   const bool from_vergence =
       std::ranges::any_of(parts_, [&](const Part& part) { return lens_->curves[part.curve].from_vergence; });
   if (!from_vergence) {
-    error += std::max(change(focal_length * (1.0 + lens_->tolerance), extension),
-                      change(focal_length * (1.0 - lens_->tolerance), extension));
+    const double unsure = FocalLengthError();
+    error +=
+        std::max(change(focal_length * (1.0 + unsure), extension), change(focal_length * (1.0 - unsure), extension));
   }
   return Dioptres{error};
 }

@@ -7,7 +7,7 @@ namespace lensd::rig {
 
 /// With breathing the extension lies between those of the shortest and the longest focal length.
 Result<double> OpticsTable::Lens::Extension(double focal_length, optics::ObjectDepth depth,
-                                            std::optional<Metres> longest) const {
+                                            std::optional<Metres> longest, double warmth) const {
   if (nominal.liquid) {
     const double z = nominal.focal_length_m, u = depth.vergence().value;
     if (!(1.0 + z * u > 0.0)) return Fail(Code::OutOfRange, "no power of this lens focuses there");
@@ -29,7 +29,7 @@ Result<double> OpticsTable::Lens::Extension(double focal_length, optics::ObjectD
   const double a = optics::Extension(Metres{focal_length * least}, depth).value;
   const double b = optics::Extension(Metres{focal_length * most}, depth).value;
   if (a == b) return a;
-  return SolveMonotone([&](double e) { return Vergence(focal_length, e).value; }, depth.vergence().value,
+  return SolveMonotone([&](double e) { return Vergence(focal_length, e, warmth).value; }, depth.vergence().value,
                        std::min(a, b), std::max(a, b));
 }
 
@@ -57,7 +57,7 @@ Result<void> OpticsTable::Lens::AddFocus(const FocusCurve& measured, const RigCo
     double extension = point.extension.value_or(Metres{}).value;
     if (point.vergence) {
       entry.from_vergence = true;
-      const auto focused = Extension(at_zoom, *point.vergence, std::nullopt);
+      const auto focused = Extension(at_zoom, *point.vergence, std::nullopt, 0.0);
       if (!focused) return std::unexpected(focused.error());
       extension = *focused;
     }
@@ -100,6 +100,13 @@ Result<void> OpticsTable::Lens::AddCalibration(const RigConfig& config) {
     knots.clear();
     for (const auto& point : calibration->zoom->points) knots.push_back({point.position.value, point.value});
     if (auto done = curve_of(zoom_curve, "zoom"); !done) return done;
+    if (calibration->zoom->points.front().centre_shift) {
+      centre_shift.clear();
+      for (const auto& point : calibration->zoom->points) {
+        centre_shift.emplace_back(point.value, point.centre_shift->value);
+      }
+      std::ranges::sort(centre_shift);
+    }
   }
   if (!focus) return {};
   // Curves of the lens' own approach make those of the other one needless.
@@ -150,6 +157,9 @@ Result<OpticsTable> OpticsTable::Create(const drivers::NominalOptics& optics, co
                           (made->calibration && made->calibration->zoom);
   if (zoom && Span(*zoom) > 0 && zoom_known) made->zoom = zoom;
 
+  if (made->zoom && optics.centre_shift_m != 0.0 && optics.max_focal_length_m > optics.focal_length_m) {
+    made->centre_shift = {{optics.focal_length_m, 0.0}, {optics.max_focal_length_m, optics.centre_shift_m}};
+  }
   const TemperatureConfig& temperature = config.temperature;
   if (made->calibration) made->temperature = made->calibration->temperature;
   if (temperature.metres_per_degree) {

@@ -40,6 +40,8 @@ struct OpticsTable::Lens {
   std::optional<Curve> iris_curve;  ///< log(f-number) over native
   std::optional<Curve> zoom_curve;  ///< metres over native
   std::optional<Curve> breathing;   ///< ratio over metres of extension
+  std::vector<std::pair<double, double>>
+      centre_shift;  ///< metres over metres of focal length, rising; straight between
 
   /// A liquid lens' power is even across its axis.
   double LiquidExtensionAt(double part) const {
@@ -71,10 +73,12 @@ struct OpticsTable::Lens {
     if (!breathing) return 1.0;
     return breathing->At(std::clamp(extension, breathing->low(), breathing->high()));
   }
-  Dioptres Vergence(double focal_length, double extension) const {
-    return optics::FocalPlane(Metres{focal_length * Ratio(extension)}, Metres{extension});
+  /// `warmth`: what temperature adds to the extension. It moves no lens group: breathing does not follow it.
+  Dioptres Vergence(double focal_length, double extension, double warmth) const {
+    return optics::FocalPlane(Metres{focal_length * Ratio(extension - warmth)}, Metres{extension});
   }
-  Result<double> Extension(double focal_length, optics::ObjectDepth depth, std::optional<Metres> longest) const;
+  Result<double> Extension(double focal_length, optics::ObjectDepth depth, std::optional<Metres> longest,
+                           double warmth) const;
   Result<void> AddFocus(const FocusCurve& measured, const RigConfig& config);
   Result<void> AddCalibration(const RigConfig& config);
 };

@@ -27,7 +27,7 @@ class ZoomRun : public std::enable_shared_from_this<ZoomRun> {
  public:
   using Done = std::move_only_function<void(Result<ZoomOutcome>)>;
   ZoomRun(Rig& rig, const ZoomRequest& request, Done done)
-      : rig_(rig), guard_(rig), request_(request), done_(std::move(done)) {}
+      : rig_(rig), guard_(rig), began_at_(rig.clock().Now()), request_(request), done_(std::move(done)) {}
   void Begin();
 
  private:
@@ -35,6 +35,19 @@ class ZoomRun : public std::enable_shared_from_this<ZoomRun> {
     Native zoom;
     Native focus;  ///< as approached from its own side
   };
+  /// What becomes of the focus' counts where it moves against its approach.
+  struct Reversal {
+    double shift = 0.0;   ///< of the counts
+    double margin = 0.0;  ///< what is not known of it
+    bool up = true;       ///< focus is approached moving up
+    /// `by` against the approach.
+    Native Against(double by) const { return Native{up ? -by : by}; }
+  };
+  struct UnderWay {
+    int axes = 0;
+    std::optional<Error> error;
+  };
+  Dioptres KeptFrom(const OpticsTable& table) const;
   Result<Native> FocusAt(Native zoom) const;
   Result<void> Divide(Native from, Native to);
   Metres Tolerance(const Status& status) const;
@@ -45,21 +58,19 @@ class ZoomRun : public std::enable_shared_from_this<ZoomRun> {
   void Finish();
   void MoveFocus(Native to, MoveCallback done);
 
+  void Answer();
+
   Rig& rig_;
   CommandGuard guard_;
+  const Instant began_at_;
   ZoomRequest request_;
   Done done_;
   std::shared_ptr<const OpticsTable> optics_;
-  Dioptres kept_;
-  double shift_ = 0.0;    ///< of the counts while moving against the approach
-  double margin_ = 0.0;   ///< what is not known of it
-  bool up_ = true;        ///< focus is approached moving up
-  bool against_ = false;  ///< it last moved the other way
-  Native start_;
-  std::vector<Part> parts_;
-  std::size_t next_ = 0;
-  int moving_ = 0;
-  std::optional<Error> error_;
+  Reversal reversal_;
+  bool against_ = false;     ///< focus last moved against its approach
+  std::vector<Part> parts_;  ///< the first one is where both stand
+  std::size_t next_ = 1;
+  UnderWay under_way_;
   ZoomOutcome outcome_;
 };
 
@@ -74,12 +85,19 @@ Metres ZoomRun::Tolerance(const Status& status) const {
   return Metres{kOfRange * std::abs(range.value)};
 }
 
+/// The plane that is kept stands still; the lens centre may not.
+Dioptres ZoomRun::KeptFrom(const OpticsTable& table) const {
+  const Metres nearer = table.centre_shift() - optics_->centre_shift();
+  const double kept = outcome_.kept.value;
+  return Dioptres{kept / (1.0 - kept * nearer.value)};
+}
+
 /// Where focus belongs with the zoom there.
 Result<Native> ZoomRun::FocusAt(Native zoom) const {
   Conditions there = optics_->conditions();
   there.zoom = zoom;
   const OpticsTable table = optics_->In(there);
-  const auto extension = table.ExtensionInFocus(kept_);
+  const auto extension = table.ExtensionInFocus(KeptFrom(table));
   if (!extension) return std::unexpected(extension.error());
   const Native focus = table.NativeFromExtension(*extension);
   const auto [low, high] = rig_.SoftLimits(Axis::Focus);
@@ -101,23 +119,20 @@ Metres ZoomRun::Off(Native zoom, Native focus, Native focus_there) const {
 Result<void> ZoomRun::Divide(Native from, Native to) {
   const auto start = FocusAt(from);
   if (!start) return std::unexpected(start.error());
-  start_ = *start;
   const Metres tolerance = Tolerance(rig_.GetStatus());
   const double resolution = rig_.lens().axes[Axis::Zoom]->resolution;
   const double whole = std::abs((to - from).value);
   // Halved until no part asks focus for more than the tolerance: what focus does over the zoom is smooth.
   for (int count = 1;; count *= 2) {
-    parts_.clear();
+    parts_ = {{from, *start}};
     Metres worst{0.0};
-    Part before{from, *start};
     for (int i = 1; i <= count; ++i) {
       Native zoom = from + (to - from) * (static_cast<double>(i) / count);
       if (i < count) zoom = Native{from.value + std::round((zoom - from).value / resolution) * resolution};
       const auto focus = FocusAt(zoom);
       if (!focus) return std::unexpected(focus.error());
-      worst = std::max(worst, Off(zoom, before.focus, *focus));
+      worst = std::max(worst, Off(zoom, parts_.back().focus, *focus));
       parts_.push_back({zoom, *focus});
-      before = parts_.back();
     }
     outcome_.tracking_bound = worst;
     if (worst <= tolerance || whole / count <= 2.0 * resolution || count >= kFinest) return {};
@@ -134,18 +149,20 @@ void ZoomRun::Begin() {
   }
   const auto target = rig_.Resolve(Axis::Zoom, request_.target);
   if (!target) return done_(std::unexpected(target.error()));
-  kept_ = outcome_.kept = *status.vergence;
+  outcome_.kept = *status.vergence;
   if (auto divided = Divide(zoom->position, *target); !divided) return done_(std::unexpected(divided.error()));
-  outcome_.steps = static_cast<int>(parts_.size());
-  up_ = rig_.approaches_up(Axis::Focus);
+  outcome_.steps = static_cast<int>(parts_.size()) - 1;
   const Backlash backlash = rig_.backlash(Axis::Focus);
-  shift_ = backlash.steps;
-  margin_ = std::max(backlash.high - backlash.steps, backlash.steps - backlash.low);
-  if (shift_ > 0.0) margin_ = std::max(margin_, rig_.lens().axes[Axis::Focus]->resolution);
+  const double resolution = rig_.lens().axes[Axis::Focus]->resolution;
+  reversal_ = {.shift = backlash.steps,
+               .margin = std::max(backlash.high - backlash.steps, backlash.steps - backlash.low),
+               .up = rig_.approaches_up(Axis::Focus)};
+  if (reversal_.shift > 0.0) reversal_.margin = std::max(reversal_.margin, resolution);
   // What is known of where focus stands, and of what its positions mean, holds on the way as well.
-  const double unsure = margin_ + rig_.lens().axes[Axis::Focus]->resolution;
+  const double unsure = reversal_.margin + resolution;
   Metres worst{0.0};
-  for (const Part& part : parts_) {
+  for (std::size_t i = 1; i < parts_.size(); ++i) {
+    const Part& part = parts_[i];
     Conditions there = optics_->conditions();
     there.zoom = part.zoom;
     const OpticsTable table = optics_->In(there);
@@ -166,10 +183,10 @@ void ZoomRun::MoveFocus(Native to, MoveCallback done) {
 void ZoomRun::Next() {
   if (next_ == parts_.size()) return against_ ? TakeUp() : Finish();
   const Part& part = parts_[next_];
-  const double ahead = (part.focus - (next_ == 0 ? start_ : parts_[next_ - 1].focus)).value * (up_ ? 1.0 : -1.0);
-  if (ahead != 0.0) against_ = shift_ > 0.0 && ahead < 0.0;
-  const Native focus = against_ ? part.focus + Native{up_ ? -shift_ : shift_} : part.focus;
-  moving_ = 2;
+  const double ahead = (part.focus - parts_[next_ - 1].focus).value * (reversal_.up ? 1.0 : -1.0);
+  if (ahead != 0.0) against_ = reversal_.shift > 0.0 && ahead < 0.0;
+  const Native focus = against_ ? part.focus + reversal_.Against(reversal_.shift) : part.focus;
+  under_way_.axes = 2;
   const auto self = shared_from_this();
   const Target zoom{.kind = Target::Kind::Native, .value = part.zoom.value, .from = {}, .take_up = 0.0};
   guard_.Move(Axis::Zoom, zoom, [self](Result<MoveOutcome> moved) { self->OnMoved(Axis::Zoom, std::move(moved)); });
@@ -177,16 +194,16 @@ void ZoomRun::Next() {
 }
 
 void ZoomRun::OnMoved(Axis axis, Result<MoveOutcome> moved) {
-  if (!moved && !error_) error_ = moved.error();
+  if (!moved && !under_way_.error) under_way_.error = moved.error();
   if (moved && axis == Axis::Zoom) outcome_.zoom = *moved;
   if (moved && axis == Axis::Focus) outcome_.focus = *moved;
-  if (--moving_ > 0) return;
-  if (error_) return done_(std::unexpected(*error_));
+  if (--under_way_.axes > 0) return;
+  if (under_way_.error) return done_(std::unexpected(*under_way_.error));
   for (MoveOutcome* one : {&outcome_.zoom, &*outcome_.focus}) {
     if (one->reached) continue;
     outcome_.zoom.reached = false;
     if (outcome_.zoom.reason.empty()) outcome_.zoom.reason = "focus could not follow: " + one->reason;
-    return done_(outcome_);
+    return Answer();
   }
   ++next_;
   Next();
@@ -195,8 +212,8 @@ void ZoomRun::OnMoved(Axis axis, Result<MoveOutcome> moved) {
 /// From its own side, past the place by no more than what is not known of the backlash.
 void ZoomRun::TakeUp() {
   const Native place = parts_.back().focus;
-  const double past = std::ceil(shift_ + margin_);
-  MoveFocus(place + Native{up_ ? -past : past}, [self = shared_from_this()](Result<MoveOutcome> moved) {
+  const double past = std::ceil(reversal_.shift + reversal_.margin);
+  MoveFocus(place + reversal_.Against(past), [self = shared_from_this()](Result<MoveOutcome> moved) {
     if (!moved) return self->done_(std::unexpected(moved.error()));
     self->Finish();
   });
@@ -210,8 +227,15 @@ void ZoomRun::Finish() {
       self->outcome_.zoom.reached = false;
       self->outcome_.zoom.reason = "focus could not follow: " + moved->reason;
     }
-    self->done_(self->outcome_);
+    self->Answer();
   });
+}
+
+/// Both axes took all the time that the parts took together.
+void ZoomRun::Answer() {
+  outcome_.zoom.elapsed = rig_.clock().Now() - began_at_;
+  if (outcome_.focus) outcome_.focus->elapsed = outcome_.zoom.elapsed;
+  done_(outcome_);
 }
 
 }  // namespace

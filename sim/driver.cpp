@@ -1,3 +1,4 @@
+// The driver "sim": a scene file becomes a lens with nominal optics, and a camera.
 #include "sim/driver.h"
 
 #include <utility>
@@ -6,15 +7,38 @@
 
 namespace lensd::sim {
 
-Result<drivers::Device> OpenSim(const Settings& settings, const Clock& clock) {
+namespace {
+
+struct SimSettings {
+  std::string scene;
+  std::uint64_t seed = 1;
+};
+
+Result<SimSettings> ReadSettings(const Settings& settings) {
   SettingsReader read(settings, "driver \"sim\"");
   const auto path = read.OptionalPath("scene");
   if (!path) read.Reject("", "needs a scene: scene = \"FILE.toml\"");
-  WorldOptions options;
-  options.seed = static_cast<std::uint64_t>(read.Integer("seed", 1, {0.0, 9e15}));
+  const auto seed = static_cast<std::uint64_t>(read.Integer("seed", 1, {0.0, 9e15}));
   if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  return SimSettings{*path, seed};
+}
+
+}  // namespace
+
+Result<void> CheckSim(const Settings& settings) {
+  const auto read = ReadSettings(settings);
+  if (!read) return std::unexpected(read.error());
+  if (const auto scene = LoadScene(read->scene); !scene) return std::unexpected(scene.error());
+  return {};
+}
+
+Result<drivers::Device> OpenSim(const Settings& settings, const Clock& clock) {
+  const auto read = ReadSettings(settings);
+  if (!read) return std::unexpected(read.error());
+  WorldOptions options;
+  options.seed = read->seed;
   options.aside = dynamic_cast<const MonotonicClock*>(&clock) != nullptr;
-  auto scene = LoadScene(*path);
+  auto scene = LoadScene(read->scene);
   if (!scene) return PassOn(std::move(scene));
   auto world = OpenWorld(std::make_shared<const Scene>(std::move(*scene)), clock, options);
   if (!world) return PassOn(std::move(world));

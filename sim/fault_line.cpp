@@ -1,3 +1,4 @@
+// The scene's faults in order of time, and which of them are in force at an instant.
 #include "fault_line.h"
 
 #include <algorithm>

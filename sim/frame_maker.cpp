@@ -1,3 +1,4 @@
+// One exposure from lens state to samples: which pictures are gathered, how bright, how they sway, then the sensor.
 #include "frame_maker.h"
 
 #include <algorithm>
@@ -45,7 +46,8 @@ OpticalState AsIfStill(const Scene& scene, const TrueState& state) {
   if (state.sway_d == 0.0) return optics;
   const double power_d = 1.0 / optics.focal_length_m;
   const double then_d = std::get<PlaneShape>(scene.surfaces.front().shape).u0_d;
-  optics.sensor_distance_m *= (power_d - then_d - state.sway_d) / (power_d - then_d);
+  const auto seen = [&](double vergence_d) { return vergence_d / (1.0 - optics.centre_shift_m * vergence_d); };
+  optics.sensor_distance_m *= (power_d - seen(then_d + state.sway_d)) / (power_d - seen(then_d));
   return optics;
 }
 
@@ -112,12 +114,12 @@ Shot FrameMaker::ShotOf(const Exposure& exposure) const {
   return shot;
 }
 
-Result<Samples> FrameMaker::Make(const Shot& shot, const std::stop_token& stop) {
+Result<std::vector<std::uint16_t>> FrameMaker::Exposed(const Shot& shot, Channel channel, const std::stop_token& stop) {
   const Scene& scene = mechanics_->scene();
   const CameraSettings& camera = scene.camera;
   light_.assign(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height), 0.0f);
   for (const TrueState& state : shot.states) {
-    auto picture = pictures_->At(AsIfStill(scene, state), stop);
+    auto picture = pictures_->At(AsIfStill(scene, state), stop, channel);
     if (!picture) return PassOn(std::move(picture));
     const double weight = GatheredBy(scene.lens, state) / static_cast<double>(shot.states.size());
     AddPicture(light_, **picture, static_cast<float>(weight));
@@ -130,7 +132,32 @@ Result<Samples> FrameMaker::Make(const Shot& shot, const std::stop_token& stop) 
     FillNormals(Mix(key), off);
     Displace(light_, camera.width, camera.height, camera.shake_px * off[0], camera.shake_px * off[1]);
   }
-  return std::make_shared<const std::vector<std::uint16_t>>(Expose(camera, light_, static_cast<float>(gain), key));
+  const std::uint64_t noise = channel == Channel::Luminance ? key : Mix(key ^ static_cast<std::uint64_t>(channel));
+  return Expose(camera, light_, static_cast<float>(gain), noise);
+}
+
+Result<Samples> FrameMaker::Make(const Shot& shot, const std::stop_token& stop) {
+  using Values = std::vector<std::uint16_t>;
+  const CameraSettings& camera = mechanics_->scene().camera;
+  if (!camera.colour) {
+    auto luminance = Exposed(shot, Channel::Luminance, stop);
+    if (!luminance) return PassOn(std::move(luminance));
+    return Samples{std::make_shared<const Values>(*std::move(luminance)), nullptr};
+  }
+  std::array<Values, 3> channels;
+  for (const Channel channel : {Channel::Red, Channel::Green, Channel::Blue}) {
+    auto exposed = Exposed(shot, channel, stop);
+    if (!exposed) return PassOn(std::move(exposed));
+    channels[static_cast<std::size_t>(channel) - 1] = *std::move(exposed);
+  }
+  Values colour;
+  colour.reserve(3 * channels.front().size());
+  for (std::size_t i = 0; i < channels.front().size(); ++i) {
+    for (const Values& values : channels) colour.push_back(values[i]);
+  }
+  auto luminance = LuminanceOf(camera, channels);
+  return Samples{std::make_shared<const Values>(std::move(luminance)),
+                 std::make_shared<const Values>(std::move(colour))};
 }
 
 }  // namespace lensd::sim

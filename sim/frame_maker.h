@@ -19,7 +19,11 @@ struct Shot {
   std::vector<TrueState> states;  ///< of the lens during the exposure, equally long each
 };
 
-using Samples = std::shared_ptr<const std::vector<std::uint16_t>>;
+/// What the sensor gives: see drivers::Frame.
+struct Samples {
+  std::shared_ptr<const std::vector<std::uint16_t>> luminance;
+  std::shared_ptr<const std::vector<std::uint16_t>> colour;  ///< null: a camera without
+};
 
 /// Makes frames of one world, one at a time, on whichever thread asks.
 class FrameMaker {
@@ -33,6 +37,9 @@ class FrameMaker {
   Result<Samples> Make(const Shot& shot, const std::stop_token& stop);
 
  private:
+  /// What one sensor of the camera gives.
+  Result<std::vector<std::uint16_t>> Exposed(const Shot& shot, Channel channel, const std::stop_token& stop);
+
   const std::shared_ptr<Mechanics> mechanics_;
   const std::shared_ptr<Pictures> pictures_;
   const std::uint64_t seed_;

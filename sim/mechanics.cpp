@@ -1,3 +1,5 @@
+// Motors, scripted faults and the optics that follow from where the mechanism truly stands. Counts and truth are kept
+// apart throughout.
 #include "mechanics.h"
 
 #include <algorithm>
@@ -17,8 +19,10 @@ constexpr double kZoomPlaces = 1000.0;  // between the ends of the zoom range
 constexpr double kSettlingTimes = 5.0;  // time constants of creep in settle_ms: 0.7 % is left after it
 constexpr double kCalibration_c = 20.0;
 
-drivers::AxisCapabilities AxisOver(drivers::NativeUnit unit, double low, double high, double resolution) {
+drivers::AxisCapabilities AxisOver(const LensSettings& lens, drivers::NativeUnit unit, double low, double high,
+                                   double resolution) {
   drivers::AxisCapabilities axis;
+  axis.feedback = lens.feedback;
   axis.unit = unit;
   axis.minimum = Native{low};
   axis.maximum = Native{high};
@@ -78,19 +82,20 @@ drivers::Capabilities CapabilitiesOf(const LensSettings& lens) {
   drivers::Capabilities capabilities;
   capabilities.driver = "sim";
   capabilities.model = kModels[static_cast<std::size_t>(lens.model)];
-  capabilities.axes[Axis::Focus] = AxisOver(NativeUnit::Steps, 0.0, lens.steps - 1.0, 1.0);
+  capabilities.axes[Axis::Focus] = AxisOver(lens, NativeUnit::Steps, 0.0, lens.steps - 1.0, 1.0);
   capabilities.axes[Axis::Focus]->speed = lens.speed_steps_per_s;
   capabilities.axes[Axis::Focus]->settle = Duration(std::llround(lens.settle_ms * 1e6));
-  // As a data sheet would tell.
-  capabilities.axes[Axis::Focus]->backlash = lens.backlash_steps;
+  // As a data sheet would tell. An encoder sits behind it.
+  const bool open_loop = lens.feedback != drivers::Feedback::Encoder;
+  capabilities.axes[Axis::Focus]->backlash = open_loop ? lens.backlash_steps : 0.0;
   if (lens.max_f_number > lens.min_f_number) {
-    capabilities.axes[Axis::Iris] = AxisOver(NativeUnit::Steps, 0.0, lens.iris_steps - 1.0, 1.0);
-    capabilities.axes[Axis::Iris]->backlash = lens.iris_backlash_steps;
+    capabilities.axes[Axis::Iris] = AxisOver(lens, NativeUnit::Steps, 0.0, lens.iris_steps - 1.0, 1.0);
+    capabilities.axes[Axis::Iris]->backlash = open_loop ? lens.iris_backlash_steps : 0.0;
   }
   if (lens.zooms()) {
     const double span = lens.max_focal_length_mm - lens.min_focal_length_mm;
     capabilities.axes[Axis::Zoom] =
-        AxisOver(NativeUnit::Millimetres, lens.min_focal_length_mm, lens.max_focal_length_mm, span / kZoomPlaces);
+        AxisOver(lens, NativeUnit::Millimetres, lens.min_focal_length_mm, lens.max_focal_length_mm, span / kZoomPlaces);
   }
   return capabilities;
 }
@@ -122,19 +127,38 @@ void Mechanics::MoveTo(Axis axis, double target) {
   const drivers::AxisCapabilities& can = *capabilities_.axes[axis];
   const double low = can.minimum.value;
   const double place = low + std::round((target - low) / can.resolution) * can.resolution;
-  motors_[axis]->MoveTo(now, std::clamp(place, low, can.maximum.value));
+  const double goal = std::clamp(place, low, can.maximum.value);
+  told_[axis] = goal;
+  // With an encoder the loop is closed on the mechanism, whatever the motor's count.
+  const bool closed = can.feedback == drivers::Feedback::Encoder;
+  const double behind = closed ? motors_[axis]->CountAt(now) - motors_[axis]->RestPlaceAt(now) : 0.0;
+  motors_[axis]->MoveTo(now, goal + behind);
 }
 
 void Mechanics::Home(Axis axis) {
   const std::lock_guard lock(mutex_);
   const Duration now = Advance();
+  told_[axis].reset();
   motors_[axis]->Home(now);
 }
 
 void Mechanics::Halt(Axis axis) {
   const std::lock_guard lock(mutex_);
   const Duration now = Advance();
+  told_[axis].reset();
   motors_[axis]->Halt(now, Grid(axis));
+}
+
+double Mechanics::PositionAt(Axis axis, Duration at) const {
+  const Motor& motor = *motors_[axis];
+  switch (capabilities_.axes[axis]->feedback) {
+    case drivers::Feedback::Encoder:
+      return std::round(motor.PlaceAt(at) / Grid(axis)) * Grid(axis);
+    case drivers::Feedback::Counts:
+      return motor.CountAt(at);
+    default:
+      return told_[axis].value_or(motor.CountAt(at));
+  }
 }
 
 drivers::LensState Mechanics::Report(const drivers::PerAxis<std::optional<Duration>>& frozen) {
@@ -148,8 +172,8 @@ drivers::LensState Mechanics::Report(const drivers::PerAxis<std::optional<Durati
     const Motor& motor = *motors_[axis];
     const Duration at = frozen[axis].value_or(now);
     drivers::AxisState& report = state.axes[axis].emplace();
-    report.position = Native{motor.CountAt(at)};
-    report.moving = motor.MovingAt(at);
+    report.position = Native{PositionAt(axis, at)};
+    report.moving = capabilities_.axes[axis]->feedback != drivers::Feedback::None && motor.MovingAt(at);
     report.homed = motor.HomedAt(at);
     if (motor.ComplainsAt(at)) report.fault = "stalled";
   }
@@ -194,8 +218,15 @@ TrueState Mechanics::StateOf(Duration at) const {
     state.f_number = lens.min_f_number * std::pow(lens.max_f_number / lens.min_f_number, open);
   }
   const double nominal_m = 1e-3 * (motors_[Axis::Zoom] ? motors_[Axis::Zoom]->PlaceAt(at) : lens.min_focal_length_mm);
+  if (lens.zooms()) {
+    const double zoomed =
+        (1e3 * nominal_m - lens.min_focal_length_mm) / (lens.max_focal_length_mm - lens.min_focal_length_mm);
+    state.optics.centre_shift_m = 1e-3 * lens.centre_shift_mm * zoomed;
+  }
   state.optics.model = lens.model;
-  state.optics.focal_length_m = nominal_m * (1.0 + lens.breathing * along);
+  // The focal length a scene states, and the opening with it, is that at extension 0.
+  const double at_infinity = -lens.min_extension_mm / (lens.max_extension_mm - lens.min_extension_mm);
+  state.optics.focal_length_m = nominal_m * (1.0 + lens.breathing * (along - at_infinity));
   state.optics.aperture_diameter_m = nominal_m / state.f_number;
   state.optics.sensor_distance_m = state.optics.focal_length_m + state.extension_m;
   state.optics.magnification = state.optics.focal_length_m / (1e-3 * lens.min_focal_length_mm);

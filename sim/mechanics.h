@@ -44,6 +44,7 @@ class Mechanics {
   void Happen(const FaultLine::Event& event);
   TrueState StateOf(Duration at) const;
   double Grid(drivers::Axis axis) const;
+  double PositionAt(drivers::Axis axis, Duration at) const;
 
   const std::shared_ptr<const Scene> scene_;
   const Clock& clock_;
@@ -53,6 +54,7 @@ class Mechanics {
 
   std::mutex mutex_;
   drivers::PerAxis<std::optional<Motor>> motors_;
+  drivers::PerAxis<std::optional<double>> told_;  ///< the last target, where positions are no more than that
   std::size_t events_done_ = 0;
 };
 

@@ -1,3 +1,5 @@
+// One motor between the controller's count and the mechanism: lost steps, stops, backlash and ringing, each in closed
+// form, so that any instant can be asked for.
 #include "motor.h"
 
 #include <algorithm>
@@ -165,11 +167,14 @@ bool Motor::ComplainsAt(Duration at) const {
   return LegAt(at).complains;
 }
 
+double Motor::RestPlaceAt(Duration at) const {
+  const Leg& leg = LegAt(at);
+  return MotionAt(leg.place, leg.place_before, EndOf(leg.place, leg.place_before), Seconds(at - leg.start)).position;
+}
+
 double Motor::PlaceAt(Duration at) const {
   const Leg& leg = LegAt(at);
-  const double seconds = Seconds(at - leg.start);
-  const double rigid = MotionAt(leg.place, leg.place_before, EndOf(leg.place, leg.place_before), seconds).position;
-  return rigid + SwayAt(leg, seconds).offset;
+  return RestPlaceAt(at) + SwayAt(leg, Seconds(at - leg.start)).offset;
 }
 
 /// Walks the stretches up to `seconds`. On a spring, offset'' + 2 z w offset' + w^2 offset = -acceleration, and a jump

@@ -76,6 +76,8 @@ class Motor {
   bool ComplainsAt(Duration at) const;
   /// Where the mechanism is, as the count that means this place when moving outward.
   double PlaceAt(Duration at) const;
+  /// As PlaceAt(), once it has stopped swaying.
+  double RestPlaceAt(Duration at) const;
 
  private:
   /// The mechanism's distance from where a rigid one would be.

@@ -1,3 +1,4 @@
+// Trapezoids of speed as stretches of constant acceleration, and what end stops and backlash make of them.
 #include <algorithm>
 #include <cmath>
 

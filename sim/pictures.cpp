@@ -1,10 +1,14 @@
+// Rendered pictures of one scene by lens state, shared between worlds. Several threads may ask at once.
 #include "sim/pictures.h"
 
 #include <algorithm>
+#include <cmath>
 #include <list>
 #include <map>
 #include <mutex>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include "lens_grid.h"
 
@@ -25,24 +29,86 @@ Picture PictureFrom(const LightImage& image) {
   return picture;
 }
 
+bool IsColoured(const Surface& surface) {
+  const auto* paint = std::get_if<TexturePaint>(&surface.paint);
+  return paint != nullptr && !paint->texture->colour.front().empty();
+}
+
+/// The scene as that channel sees it: coloured textures show their share of it.
+Scene InLightOf(Channel channel, Scene scene) {
+  if (channel == Channel::Luminance) return scene;
+  for (Surface& surface : scene.surfaces) {
+    if (!IsColoured(surface)) continue;
+    auto& paint = std::get<TexturePaint>(surface.paint);
+    const Texture& whole = *paint.texture;
+    const auto share = static_cast<std::size_t>(channel) - static_cast<std::size_t>(Channel::Red);
+    paint.texture = std::make_shared<const Texture>(Texture{whole.width, whole.height, whole.colour[share]});
+  }
+  return scene;
+}
+
+/// The scene as it is from one place of the lens centre.
+struct View {
+  std::vector<Renderer> renderers;  ///< of the luminance, and where colours differ of each channel
+  LensGrid grid;
+
+  static Result<std::shared_ptr<const View>> Of(const Scene& scene, bool colourful) {
+    std::vector<Channel> channels{Channel::Luminance};
+    if (colourful) channels.insert(channels.end(), {Channel::Red, Channel::Green, Channel::Blue});
+    auto view = std::make_shared<View>(View{{}, LensGrid(scene)});
+    for (const Channel channel : channels) {
+      auto renderer = Renderer::Create(InLightOf(channel, scene));
+      if (!renderer) return PassOn(std::move(renderer));
+      view->renderers.push_back(*std::move(renderer));
+    }
+    return std::shared_ptr<const View>(std::move(view));
+  }
+};
+
+constexpr double kPlace_m = 1e-6;       // places of the lens centre are told apart by so much
+constexpr std::size_t kMostViews = 16;  // beside the first
+
 }  // namespace
 
 struct Pictures::Shelf {
-  Shelf(std::shared_ptr<const Scene> watched, Renderer made, std::size_t room)
-      : scene(std::move(watched)), renderer(std::move(made)), grid(*scene), most(room) {}
+  Shelf(std::shared_ptr<const Scene> watched, std::shared_ptr<const View> view, std::size_t room)
+      : scene(std::move(watched)), first(std::move(view)), most(room) {}
 
-  using Entry = std::pair<LensGrid::Key, std::shared_ptr<const Picture>>;
+  struct Key {
+    LensGrid::Key lens;
+    std::int64_t place = 0;  ///< of the lens centre
+    std::size_t which = 0;
+    auto operator<=>(const Key&) const = default;
+  };
+  using Entry = std::pair<Key, std::shared_ptr<const Picture>>;
 
   const std::shared_ptr<const Scene> scene;
-  const Renderer renderer;
-  const LensGrid grid;
-  const std::size_t most;  ///< pictures
+  const std::shared_ptr<const View> first;  ///< with the lens centre where distances start
+  const std::size_t most;                   ///< pictures
+
+  std::mutex views_mutex;
+  std::list<std::pair<std::int64_t, std::shared_ptr<const View>>> views;  ///< most recent first
+
+  Result<std::shared_ptr<const View>> ViewFrom(std::int64_t place) {
+    if (place == 0) return first;
+    const std::lock_guard lock(views_mutex);
+    const auto known = std::ranges::find(views, place, [](const auto& view) { return view.first; });
+    if (known != views.end()) {
+      views.splice(views.begin(), views, known);
+      return known->second;
+    }
+    auto view = View::Of(SeenFrom(*scene, kPlace_m * static_cast<double>(place)), first->renderers.size() > 1);
+    if (!view) return view;
+    views.emplace_front(place, *view);
+    if (views.size() > kMostViews) views.pop_back();
+    return view;
+  }
 
   std::mutex mutex;
   std::list<Entry> by_use;  ///< most recent first
-  std::map<LensGrid::Key, std::list<Entry>::iterator> by_key;
+  std::map<Key, std::list<Entry>::iterator> by_key;
 
-  std::shared_ptr<const Picture> Find(const LensGrid::Key& key) {
+  std::shared_ptr<const Picture> Find(const Key& key) {
     const std::lock_guard lock(mutex);
     const auto found = by_key.find(key);
     if (found == by_key.end()) return nullptr;
@@ -50,7 +116,7 @@ struct Pictures::Shelf {
     return found->second->second;
   }
 
-  void Keep(const LensGrid::Key& key, const std::shared_ptr<const Picture>& picture) {
+  void Keep(const Key& key, const std::shared_ptr<const Picture>& picture) {
     const std::lock_guard lock(mutex);
     if (by_key.contains(key)) return;  // another thread was quicker
     by_use.emplace_front(key, picture);
@@ -65,22 +131,33 @@ Pictures::Pictures(std::unique_ptr<Shelf> shelf) : shelf_(std::move(shelf)) {}
 Pictures::~Pictures() = default;
 
 Result<std::shared_ptr<Pictures>> Pictures::Create(std::shared_ptr<const Scene> scene, std::size_t budget_bytes) {
-  auto renderer = Renderer::Create(*scene);
-  if (!renderer) return PassOn(std::move(renderer));
+  const bool colourful = scene->camera.colour && std::ranges::any_of(scene->surfaces, IsColoured);
+  auto view = View::Of(*scene, colourful);
+  if (!view) return PassOn(std::move(view));
   const std::size_t picture_bytes =
       2 * static_cast<std::size_t>(scene->camera.width) * static_cast<std::size_t>(scene->camera.height);
   const std::size_t most = std::max<std::size_t>(1, budget_bytes / picture_bytes);
-  return std::shared_ptr<Pictures>(new Pictures(std::make_unique<Shelf>(std::move(scene), std::move(*renderer), most)));
+  return std::shared_ptr<Pictures>(new Pictures(std::make_unique<Shelf>(std::move(scene), *std::move(view), most)));
 }
 
 const Scene& Pictures::scene() const {
   return *shelf_->scene;
 }
 
-Result<std::shared_ptr<const Picture>> Pictures::At(const OpticalState& state, const std::stop_token& stop) {
-  const LensGrid::Key key = shelf_->grid.KeyOf(state);
+bool Pictures::colourful() const {
+  return shelf_->first->renderers.size() > 1;
+}
+
+Result<std::shared_ptr<const Picture>> Pictures::At(const OpticalState& state, const std::stop_token& stop,
+                                                    Channel channel) {
+  const std::size_t which = colourful() ? static_cast<std::size_t>(channel) : 0;
+  const std::int64_t place = std::llround(state.centre_shift_m / kPlace_m);
+  const auto view = shelf_->ViewFrom(place);
+  if (!view) return std::unexpected(view.error());
+  const Shelf::Key key{(*view)->grid.KeyOf(state), place, which};
   if (auto known = shelf_->Find(key)) return known;
-  auto rendered = shelf_->renderer.Render(shelf_->grid.StateOf(key), {.tolerance = kTolerance, .stop = stop});
+  auto rendered =
+      (*view)->renderers[which].Render((*view)->grid.StateOf(key.lens), {.tolerance = kTolerance, .stop = stop});
   if (!rendered) return PassOn(std::move(rendered));
   auto picture = std::make_shared<const Picture>(PictureFrom(rendered->image));
   shelf_->Keep(key, picture);

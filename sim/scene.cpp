@@ -1,3 +1,4 @@
+// A scene file into plain data, with every key checked and every unknown one refused with its line.
 #include "sim/scene.h"
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include <variant>
 
 #include "io/toml.h"
+#include "lens_grid.h"
 #include "scene_parts.h"
 
 namespace lensd::sim {
@@ -58,11 +60,33 @@ Result<Scene> SceneFromSettings(const Settings& settings) {
     read.Reject("surface", "has a wall that sways (sway_m): it must be the only thing there, before a thin lens");
   }
   if (scene.surfaces.empty() && scene.lights.empty()) read.Reject("", "needs a [[surface]] or a [[light]] to look at");
+  constexpr double kNearest = 0.95;  // of the way to the nearest thing
+  if (1e-3 * scene.lens.centre_shift_mm * SpanOf(scene).near_d > kNearest) {
+    read.Reject("lens", "has a centre_shift_mm that moves the lens into the scene");
+  }
   if (auto done = read.Finish(); !done) return PassOn(std::move(done));
   return scene;
 }
 
 }  // namespace
+
+/// A plane n.X = d comes nearer by n_z times the way: its vergence in every direction changes by the same factor.
+Scene SeenFrom(const Scene& scene, double ahead_m) {
+  Scene seen = scene;
+  for (Surface& surface : seen.surfaces) {
+    if (auto* plane = std::get_if<PlaneShape>(&surface.shape)) {
+      const double nearer = 1.0 / (1.0 - ahead_m * plane->u0_d);
+      *plane = {plane->u0_d * nearer, plane->ux_d * nearer, plane->uy_d * nearer};
+      continue;
+    }
+    auto& map = std::get<DepthMapShape>(surface.shape);
+    DepthMap depths = *map.depth;
+    for (float& depth_m : depths.depth_m) depth_m -= static_cast<float>(ahead_m);
+    map.depth = std::make_shared<const DepthMap>(std::move(depths));
+  }
+  for (LightPoint& light : seen.lights) light.distance_m -= ahead_m;
+  return seen;
+}
 
 double SwayD(const Scene& scene, double seconds) {
   const auto sways = std::ranges::find_if(scene.surfaces, [](const Surface& surface) { return surface.sway_m > 0; });

@@ -1,3 +1,4 @@
+// The scene's PNG files as linear light and as depth in metres.
 #include "scene_images.h"
 
 #include <algorithm>
@@ -17,6 +18,9 @@ Result<std::shared_ptr<const Texture>> LoadTexture(const std::string& path) {
     const double value =
         image->channels == 3 ? 0.2126 * sample[0] + 0.7152 * sample[1] + 0.0722 * sample[2] : 1.0 * sample[0];
     light = static_cast<float>(value / full_scale);
+    for (int channel = 0; image->channels == 3 && channel < 3; ++channel) {
+      texture->colour[channel].push_back(static_cast<float>(sample[channel] / full_scale));
+    }
     sample += image->channels;
   }
   return texture;

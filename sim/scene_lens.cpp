@@ -1,3 +1,4 @@
+// The camera, lens and fault sections of a scene file.
 #include <algorithm>
 #include <tuple>
 #include <utility>
@@ -41,6 +42,9 @@ void ReadMotion(SettingsReader& read, LensSettings& lens) {
   lens.settle_ms = read.Number("settle_ms", lens.settle_ms, {0.0, 1e6});
   lens.ring_hz = read.Number("ring_hz", lens.ring_hz, {0.0, 1e5});
   lens.ring_damping = read.Number("ring_damping", lens.ring_damping, {1e-4, 0.999});
+  const std::vector<std::string_view> feedbacks(drivers::kFeedbackNames.begin(), drivers::kFeedbackNames.end());
+  lens.feedback =
+      static_cast<drivers::Feedback>(read.Choice("feedback", feedbacks, static_cast<std::size_t>(lens.feedback)));
   lens.backlash_steps = read.Number("backlash_steps", lens.backlash_steps, {0.0, 1e8});
   lens.iris_steps = static_cast<int>(read.Integer("iris_steps", lens.iris_steps, {2, 1e8}));
   lens.iris_backlash_steps = read.Number("iris_backlash_steps", lens.iris_backlash_steps, {0.0, 1e8});
@@ -57,6 +61,8 @@ void ReadOptics(SettingsReader& read, LensSettings& lens) {
   if (lens.min_extension_mm <= -0.9 * lens.min_focal_length_mm) {
     read.Reject("extension_mm", "puts the sensor at the lens");
   }
+  lens.centre_shift_mm = read.Number("centre_shift_mm", lens.centre_shift_mm, {-1e4, 1e4});
+  if (lens.centre_shift_mm != 0.0 && !lens.zooms()) read.Reject("centre_shift_mm", "is for a lens that zooms");
   lens.liquid = read.Boolean("liquid", false);
   if (lens.liquid && (lens.zooms() || lens.model != LensModel::Thin || lens.breathing != 0.0)) {
     read.Reject("liquid", "is for a thin lens that neither zooms nor breathes");
@@ -87,6 +93,7 @@ Result<CameraSettings> ReadCamera(const Settings* table) {
   camera.pixel_um = read.Number("pixel_um", camera.pixel_um, {0.01, 1e5});
   camera.bits = static_cast<int>(read.Integer("bits", camera.bits, {8, 16}));
   if (camera.bits % 2 != 0 || camera.bits == 14) read.Reject("bits", "must be 8, 10, 12 or 16");
+  camera.colour = read.Boolean("colour", camera.colour);
   ReadNoise(read, camera);
   camera.black_level = read.Number("black_level", camera.black_level, {0.0, 0.5});
   camera.exposure_ms = read.Number("exposure_ms", camera.exposure_ms, {1e-3, 1e5});

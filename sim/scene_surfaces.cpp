@@ -1,3 +1,4 @@
+// The surfaces and lights of a scene file.
 #include <algorithm>
 #include <cmath>
 

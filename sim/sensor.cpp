@@ -1,3 +1,4 @@
+// Light to samples: photon and read noise from one draw a sample, full well, black level, gamma, bits.
 #include "sensor.h"
 
 #include <algorithm>
@@ -67,6 +68,25 @@ std::vector<std::uint16_t> Expose(const CameraSettings& camera, std::span<const 
       samples[begin + i] = static_cast<std::uint16_t>(static_cast<std::int32_t>(level));
     }
   }
+  return samples;
+}
+
+std::vector<std::uint16_t> LuminanceOf(const CameraSettings& camera,
+                                       const std::array<std::vector<std::uint16_t>, 3>& channels) {
+  const auto top = static_cast<float>((1 << camera.bits) - 1);
+  std::vector<float> light;  // of each sample
+  for (float sample = 0.0f; sample <= top; ++sample) light.push_back(sample / top);
+  if (camera.gamma != 1.0) ApplyGamma(light, 1.0 / camera.gamma);
+  std::vector<float> luminance;
+  luminance.reserve(channels.front().size());
+  for (std::size_t i = 0; i < channels.front().size(); ++i) {
+    luminance.push_back(0.2126f * light[channels[0][i]] + 0.7152f * light[channels[1][i]] +
+                        0.0722f * light[channels[2][i]]);
+  }
+  if (camera.gamma != 1.0) ApplyGamma(luminance, camera.gamma);
+  std::vector<std::uint16_t> samples;
+  samples.reserve(luminance.size());
+  for (const float value : luminance) samples.push_back(static_cast<std::uint16_t>(std::min(value, 1.0f) * top + 0.5f));
   return samples;
 }
 

@@ -8,6 +8,7 @@
 // floats: the same bits in every build (a gamma other than 1 adds the C library's pow).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -19,5 +20,9 @@ namespace lensd::sim {
 /// Samples of `light` (1: full well), scaled by `gain` first. `key` chooses the noise.
 std::vector<std::uint16_t> Expose(const CameraSettings& camera, std::span<const float> light, float gain,
                                   std::uint64_t key);
+
+/// Rec. 709 luminance of red, green and blue samples: weighted as light, given as samples are.
+std::vector<std::uint16_t> LuminanceOf(const CameraSettings& camera,
+                                       const std::array<std::vector<std::uint16_t>, 3>& channels);
 
 }  // namespace lensd::sim

@@ -1,3 +1,5 @@
+// The simulated camera as drivers/api sees it: frames by the grid, made at once on a stepped clock and by the darkroom
+// on the machine's.
 #include "sim_camera.h"
 
 #include <cmath>
@@ -69,8 +71,10 @@ Result<void> SimCamera::DoSetExposure(Duration exposure) {
 
 std::optional<Exposure> SimCamera::Newest() {
   auto exposure = grid_.NewestDone(mechanics_->Now());
+  const auto counted = std::exchange(next_uncounted_, exposure ? exposure->sequence + 1 : next_uncounted_);
   while (exposure && exposure->sequence >= next_sequence_) {
     if (mechanics_->faults().ActiveAt(FaultKind::LoseFrames, exposure->start) == nullptr) return exposure;
+    if (exposure->sequence >= counted) ++counts_.frames_lost;
     if (exposure->sequence == 0) return std::nullopt;
     exposure = grid_.Numbered(exposure->sequence - 1);
   }
@@ -85,7 +89,7 @@ Result<std::optional<drivers::Frame>> SimCamera::DoPoll() {
   if (!exposure) return std::optional<drivers::Frame>();
   next_sequence_ = exposure->sequence + 1;
   const bool frozen = mechanics_->faults().ActiveAt(FaultKind::FreezeFrames, exposure->start) != nullptr;
-  if (frozen && last_samples_) return FrameOf(*exposure, last_samples_);
+  if (frozen && last_samples_.luminance) return FrameOf(*exposure, last_samples_);
   Shot shot = maker_.ShotOf(*exposure);
   if (darkroom_) {
     darkroom_->Submit(std::move(shot));
@@ -111,12 +115,14 @@ Result<std::optional<drivers::Frame>> SimCamera::Developed() {
 
 drivers::Frame SimCamera::FrameOf(const Exposure& exposure, Samples samples) {
   last_samples_ = samples;
+  ++counts_.frames;
   drivers::Frame frame;
   frame.width = capabilities().width;
   frame.height = capabilities().height;
   frame.bits = capabilities().bits;
   frame.gamma = mechanics_->scene().camera.gamma;
-  frame.samples = std::move(samples);
+  frame.samples = std::move(samples.luminance);
+  frame.colour = std::move(samples.colour);
   frame.sequence = exposure.sequence;
   frame.exposure_start = mechanics_->InstantOf(exposure.start);
   frame.exposure_end = mechanics_->InstantOf(exposure.start + exposure.length);

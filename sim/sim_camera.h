@@ -25,6 +25,7 @@ class SimCamera final : public drivers::Camera {
   Result<void> DoStop() override;
   Result<std::optional<drivers::Frame>> DoPoll() override;
   Result<void> DoSetExposure(Duration exposure) override;
+  drivers::Counters DoCount() const override { return counts_; }
 
   Result<void> CheckLink() const;
   /// The newest exposure not handed out and not lost.
@@ -36,7 +37,9 @@ class SimCamera final : public drivers::Camera {
   const std::shared_ptr<Mechanics> mechanics_;
   FrameMaker maker_;
   FrameGrid grid_;
-  std::uint64_t next_sequence_ = 0;  ///< the lowest not handed out
+  std::uint64_t next_sequence_ = 0;   ///< the lowest not handed out
+  std::uint64_t next_uncounted_ = 0;  ///< of those that may be lost
+  drivers::Counters counts_;
   Samples last_samples_;
   Duration submitted_{};              ///< when the darkroom got its shot
   std::optional<Darkroom> darkroom_;  ///< last: it uses maker_

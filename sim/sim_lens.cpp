@@ -1,3 +1,5 @@
+// The simulated lens as drivers/api sees it: what the controller knows of the mechanics, and what the link does to its
+// answers.
 #include "sim_lens.h"
 
 #include <string>

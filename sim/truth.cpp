@@ -1,3 +1,4 @@
+// Where the subjects of a scene truly are, for scoring. Nothing of the product reads it.
 #include <algorithm>
 #include <cmath>
 #include <optional>

@@ -1,3 +1,5 @@
+// One lens and camera before one scene on a clock given from outside. Every call works out where things are at that
+// instant.
 #include "sim/world.h"
 
 #include <string>
@@ -24,10 +26,13 @@ class WorldTruth final : public Truth {
   const std::vector<SubjectDepth> subjects_;
 };
 
-drivers::NominalOptics NominalOf(const LensSettings& lens) {
+/// What a data sheet would tell; nothing of a hole without a lens, which cannot be focused.
+std::optional<drivers::NominalOptics> NominalOf(const LensSettings& lens) {
+  if (lens.model != LensModel::Thin) return std::nullopt;
   drivers::NominalOptics optics;
   optics.focal_length_m = lens.min_focal_length_mm * 1e-3;
   if (lens.zooms()) optics.max_focal_length_m = lens.max_focal_length_mm * 1e-3;
+  optics.centre_shift_m = 1e-3 * lens.centre_shift_mm;
   optics.min_f_number = lens.min_f_number;
   optics.max_f_number = lens.max_f_number;
   optics.min_extension_m = lens.min_extension_mm * 1e-3;
@@ -50,7 +55,7 @@ Result<World> OpenWorld(std::shared_ptr<const Scene> scene, const Clock& clock, 
     if (!own) return PassOn(std::move(own));
     pictures = std::move(*own);
   }
-  const drivers::NominalOptics optics = NominalOf(scene->lens);
+  const auto optics = NominalOf(scene->lens);
   auto mechanics = std::make_shared<Mechanics>(std::move(scene), clock, start);
   World world;
   world.device.lens = std::make_unique<SimLens>(mechanics);

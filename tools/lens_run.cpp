@@ -36,6 +36,7 @@ int ExitStatusOf(Code code) {
     case Code::Cancelled:
     case Code::Superseded:
     case Code::Busy:
+    case Code::Leased:
       return EX_TEMPFAIL;
     case Code::Protocol:
       return EX_PROTOCOL;
@@ -45,6 +46,7 @@ int ExitStatusOf(Code code) {
       return EX_SOFTWARE;
     case Code::Disconnected:
     case Code::Unsupported:
+    case Code::NotHomed:
       return EX_UNAVAILABLE;
   }
   return EX_SOFTWARE;
@@ -107,9 +109,9 @@ class Session {
   }
 
   static void ListAxis(Axis axis, const drivers::AxisCapabilities& can) {
-    std::printf("  %-6s %g..%g %s in steps of %g%s%s%s%s", std::string(drivers::AxisName(axis)).c_str(),
+    std::printf("  %-6s %g..%g %s in steps of %g, feedback: %s%s%s%s", std::string(drivers::AxisName(axis)).c_str(),
                 can.minimum.value, can.maximum.value, std::string(drivers::NativeUnitName(can.unit)).c_str(),
-                can.resolution, can.feedback ? "" : ", no position feedback",
+                can.resolution, std::string(drivers::FeedbackName(can.feedback)).c_str(),
                 can.can_stop ? "" : ", cannot stop midway", can.can_home ? ", can home" : "",
                 can.needs_home ? ", must be homed" : "");
     if (can.speed > 0.0) std::printf(", %g/s", can.speed);
@@ -236,8 +238,11 @@ class Session {
     const auto frame = Next(**camera);
     if (!frame) return std::unexpected(frame.error());
     PrintFrame(*frame);
-    io::Image image{
-        .width = frame->width, .height = frame->height, .bits = frame->bits > 8 ? 16 : 8, .samples = *frame->samples};
+    io::Image image{.width = frame->width,
+                    .height = frame->height,
+                    .channels = frame->colour ? 3 : 1,
+                    .bits = frame->bits > 8 ? 16 : 8,
+                    .samples = frame->colour ? *frame->colour : *frame->samples};
     // A viewer takes the file's full scale for white.
     if (frame->bits > 8 && frame->bits < 16) {
       for (auto& sample : image.samples) sample = static_cast<std::uint16_t>(sample << (16 - frame->bits));

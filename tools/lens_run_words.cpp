@@ -1,3 +1,5 @@
+// The words of lens-run's command line, read into a script before any device is opened, so that a mistake costs
+// nothing.
 #include "lens_run_words.h"
 
 #include <algorithm>

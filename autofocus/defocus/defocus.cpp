@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <sstream>
 #include <utility>
 
-#include "autofocus/sharpness.h"
-#include "defocus/disc.h"
+#include "autofocus/peak_fit.h"
 
 namespace lensd::autofocus {
 namespace {
@@ -15,54 +13,33 @@ namespace {
 using defocus::Posterior;
 using defocus::RingStack;
 
-constexpr int kLeastSide = 192;  // px of the window analysed
-constexpr int kMostSide = 256;
-constexpr double kHalfDepthOfFieldPx = 2.0;
-constexpr double kStandsInFocus = 1.1;  // px of blur between the estimate and the frame that proves it
-constexpr double kSamePlace = 0.3;      // px of blur
-constexpr double kPartOfBlur = 0.6;     // of the first frame: how far away the second is taken
-constexpr double kPastFocus = 1.25;     // the same where it is to lie behind the focus
+constexpr double kPastFocus = 1.25;  // the same where it is to lie behind the focus
 constexpr double kShortestStep = 8.0;
 constexpr double kLongestStep = 80.0;
 constexpr double kClearlyOneSide = 0.65;
-constexpr double kClearlyBack = 0.5;  // for a loose frame
+constexpr double kClearlyBack = 0.5;  // for a backlash_open frame
 constexpr double kMassNeeded = 0.99;
 constexpr double kMostMisfit = 0.6;
-constexpr int kLeastRings = 4;
-constexpr double kLeastCount = 8.0;
-constexpr int kLeastFrames = 3;
-constexpr int kFrameBudget = 6;
-constexpr int kFramesWithoutTexture = 4;
-constexpr double kMostSaturated = 0.003;
-constexpr double kClearMotion = 1.5;    // px sideways
-constexpr double kWorthNaming = 0.1;    // of all probability: a distance that cannot be told from the others
-constexpr double kPartReach = 40.0;     // px of blur around the focus where a part may have its own
-constexpr double kBlurredAlike = 12.0;  // px of blur between two frames that must look alike
+constexpr std::size_t kFrameBudget = 12;
+constexpr double kMostLeftOut = 0.8;  // of the region
+constexpr double kFewLeft = 0.5;      // less is no judge of several depths
+constexpr double kClearMotion = 1.5;  // px sideways
+constexpr double kWorthNaming = 0.1;  // of all probability: a distance that cannot be told from the others
 constexpr const char* kMoved = "the subject or the camera moved between the frames";
 constexpr const char* kRestless =
     "the picture changes while the lens is said to stand: it still moves, or the subject does";
-constexpr double kOddMisfit = 0.2;
-constexpr double kOddSlope =
-    0.04;  // of blur against position, off the nominal one: the lens, or it was not where it said
-constexpr double kBeyond = 12.0;  // px beyond the range where the focus is looked for, to tell that it is there
-
-Verdict Refuse(std::string reason) {
-  Verdict verdict;
-  verdict.reason = std::move(reason);
-  return verdict;
-}
+constexpr double kStandsPx = 1.0;   // px of blur between the top and the frame that counts as standing there
+constexpr double kTrustedPx = 3.0;  // px of blur: nearly all probability lies within so much of a trusted estimate
+constexpr double kTrustedMass = 0.9;
+constexpr double kNearPx = 9.0;    // px of blur between less sharp frames that hold a top between them
+constexpr double kOddSlope = 0.1;  // between frames near and far: more, and some did not stand where they say
+constexpr double kClearTop = 1.3;  // over what is seen on either side: without the help of the optics less is no top
 
 /// Where no search for the sharpest place could do better.
 Verdict RefuseForGood(std::string reason) {
   Verdict verdict = Refuse(std::move(reason));
   verdict.final = true;
   return verdict;
-}
-
-bool HasTexture(const RingStack& stack) {
-  double count = 0.0;
-  for (const defocus::Ring& ring : stack.rings) count += ring.count;
-  return stack.rings.size() >= kLeastRings && count >= kLeastCount;
 }
 
 /// A few frequencies stand far out of the noise and the others show nothing.
@@ -81,19 +58,10 @@ bool Repeats(const RingStack& stack) {
 
 Advice Defocus::Next(const Look& look) {
   if (!setup_.blur_px) return Refuse("depth from defocus needs a calibrated lens: blur per step is not known");
-  if (taken_.empty()) {
-    asked_ = look.window;
-    analysed_ = defocus::AnalysisWindow(look.window, look.frame->width, look.frame->height, kLeastSide, kMostSide);
-  }
-  taken_.push_back({look.position,
-                    look.position / *setup_.blur_px,
-                    std::exchange(asked_loose_, false),
-                    look.score,
-                    *look.frame,
-                    defocus::SpectrumOf(*look.frame, analysed_),
-                    {}});
-  if (auto reason = Unusable()) return RefuseForGood(*std::move(reason));
+  Take(look);
+  if (LeftOut() > kMostLeftOut) return Refuse(kTooBright);
   Register();
+  if (unlike_) return RefuseForGood(kMoved);
 
   const std::vector<const Taken*> frames = Nearest(focus_);
   registered_ = false;
@@ -111,119 +79,240 @@ Advice Defocus::Next(const Look& look) {
     }
   }
   focus_ = posterior.focus();
-  const bool enough = HasTexture(stack) && posterior.misfit() <= kMostMisfit;
-  if (taken_.size() >= kLeastFrames && enough) {
-    const Taken* proof = FrameInFocus(posterior);
-    if (proof != nullptr && (alike_ || unlike_ || !doubtful_)) {
-      if (unlike_) return RefuseForGood(kMoved);
-      // A picture that moves cannot tell a lens that does: then there is nothing to look for.
-      const bool odd = std::abs(posterior.relative_slope() - 1.0) > kOddSlope || posterior.misfit() > kOddMisfit;
-      if (odd && !(moved_ > 0) && taken_.size() < kFrameBudget) {
-        if (proof == &taken_.back() || look.position != proof->position) return GoAndLook{proof->position};
-        if (Changed(*proof, taken_.back())) return RefuseForGood(kRestless);
+  if (taken_.size() == 1) return GoToSecond(posterior);
+  if (Restless()) return RefuseForGood(kRestless);
+  if (taken_.size() >= 3 && !defocus::HasTexture(stack)) {
+    const auto top = TopOf(curve_.Points());
+    if (!top && taken_.size() >= kFramesWithoutTexture) return WhyNot(stack, posterior);
+  }
+  if (taken_.size() >= kFrameBudget) return WhyNot(stack, posterior);
+  const bool fits = defocus::HasTexture(stack) && posterior.misfit() <= kMostMisfit;
+  if (taken_.size() >= 3 && fits && Beyond(posterior) && BestIsAtAnEnd()) return Refuse(kAtTheEnd);
+  return Decide(look, stack, posterior);
+}
+
+/// The sharpest place seen leads; the estimate from blur says where to look first, as long as nothing contradicts it.
+Advice Defocus::Decide(const Look& look, const RingStack& stack, const Posterior& posterior) {
+  const double px = *setup_.blur_px;
+  const auto points = curve_.Points();
+  const auto best = std::ranges::max_element(points, {}, &CurvePoint::value);
+  const SideReach reach = ReachOfSides(setup_);
+  const double stands = std::max(kStandsPx * px, 0.55 * setup_.resolution);
+  const bool fits = defocus::HasTexture(stack) && posterior.misfit() <= kMostMisfit;
+  const double estimate = std::clamp(posterior.focus() * px, setup_.lowest, setup_.highest);
+  const bool sure = fits && posterior.MassNear(posterior.focus(), kTrustedPx) >= kTrustedMass;
+
+  const bool seen = std::ranges::any_of(points, [&](const CurvePoint& point) {
+    return std::abs(point.position - estimate) <= std::max(stands, reach.least);
+  });
+  if (const auto vertex = VertexAt(points, *best)) {
+    // Less sharp frames stand near on both sides: the top is between them. Where the blur agrees, both count.
+    const bool agrees = fits && std::abs(estimate - *vertex) <= std::max(kTrustedPx * px, setup_.resolution);
+    const bool more = taken_.size() + 1 < kFrameBudget;
+    if (!agrees && !seen && sure && more) return GoTo(estimate / px);
+    const double top = agrees ? 0.5 * (*vertex + estimate) : *vertex;
+    // A motor this coarse has a sharpest step, and none beside it is better.
+    const bool coarse = setup_.resolution > kStandsPx * px && std::abs(best->position - *vertex) < setup_.resolution;
+    const CurvePoint* centre = coarse ? &*best : NearestTo(points, top);
+    if (std::abs(centre->position - top) > stands && more) return GoTo(top / px);
+    if (const auto gap = agrees ? std::nullopt : GapBeside(points, *best); gap && more) return GoTo(*gap / px);
+    if (look.position != centre->position) return GoAndLook{centre->position};
+    const double slope = posterior.relative_slope();
+    const bool odd = std::abs(SlopeNear(*centre).value_or(slope) - slope) > kOddSlope;
+    if ((!agrees || odd) && more) {
+      if (const auto again = ToSeeAgain(*centre)) return GoAndLook{*again};
+    }
+    return Judge(*centre, top, agrees ? std::abs(estimate - *vertex) : -1.0, stack, posterior);
+  }
+  // Where nothing has been seen near the estimate, or what was seen there is the sharpest, it is worth following.
+  if (!seen && (sure || taken_.size() == 2)) {
+    if (!sure || posterior.sigma() > 0.5 * kTrustedPx || setup_.resolution > reach.least) return GoTo(estimate / px);
+    for (const double sign : {look.position < estimate ? -1.0 : 1.0, look.position < estimate ? 1.0 : -1.0}) {
+      const double room = sign > 0 ? setup_.highest - estimate : estimate - setup_.lowest;
+      if (room < reach.least) continue;
+      if (SeenOnSide(points, {.position = estimate}, sign * reach.least, sign * reach.most) == SideSeen::Nothing) {
+        return GoTo((estimate + sign * std::min(reach.wanted, room)) / px);
       }
-      const auto parts = Parts(frames, proof->at, posterior.slope(), kPartReach);
-      if (std::ranges::none_of(parts, &defocus::PartFocus::elsewhere)) return Accept(*proof, posterior);
-      return RefuseDepths();
+    }
+    return GoTo(estimate / px);
+  }
+  return Climb(points, static_cast<std::size_t>(best - points.begin()), stack, posterior);
+}
+
+/// Towards a top with less sharp frames near on either side: outward where none has been seen, else nearer to it. From
+/// an end of the travel, which may be no more than the edge of what shows nothing, into the widest gap.
+Advice Defocus::Climb(const std::vector<CurvePoint>& points, std::size_t best, const RingStack& stack,
+                      const Posterior& posterior) {
+  const double px = *setup_.blur_px;
+  const SideReach reach = ReachOfSides(setup_);
+  const double here = points[best].position;
+  double widest = 0.0;
+  int outward = 0;
+  std::optional<double> next;
+  for (const int sign : {1, -1}) {
+    const double room = sign > 0 ? setup_.highest - here : here - setup_.lowest;
+    if (room < reach.least) continue;
+    double less = 0.0, alike = 0.0;  // distance of the nearest frame that is less sharp, of the farthest before it
+    for (const CurvePoint& point : points) {
+      const double off = sign * (point.position - here);
+      if (off < reach.least) continue;
+      const bool below = SeenOnSide({&point, 1}, points[best], sign * off, sign * off) == SideSeen::LessSharp;
+      if (below && (less == 0.0 || off < less)) less = off;
+    }
+    for (const CurvePoint& point : points) {
+      const double off = sign * (point.position - here);
+      if (off >= reach.least && (less == 0.0 || off < less)) alike = std::max(alike, off);
+    }
+    if (less == 0.0 && room - alike >= reach.least && outward == 0) {
+      outward = sign;
+      const double step = std::clamp(widest > 0 ? widest : alike, reach.wanted, 4.0 * reach.wanted);
+      next = here + sign * std::min(alike + step, room);
+    } else if (less - alike > reach.least && less > reach.most && less > widest && outward == 0) {
+      next = here + sign * std::max(alike + std::min(0.5 * (less - alike), 2.0 * reach.wanted), reach.wanted);
+    }
+    widest = std::max(widest, less);
+  }
+  if (next) return GoTo(*next / px);
+  const auto [gap, middle] = WidestGap(points);
+  if (gap > 2.0 * std::max(reach.most, 1.6 * setup_.resolution)) return GoTo(middle / px);
+  if (AtTheEnd(setup_, points, points[best])) return Refuse(kAtTheEnd);
+  return WhyNot(stack, posterior);
+}
+
+/// Between frames, or from the outermost ones to the ends of the travel: its width and its middle.
+std::pair<double, double> Defocus::WidestGap(const std::vector<CurvePoint>& points) const {
+  std::pair<double, double> widest{0.0, 0.0};
+  double last = setup_.lowest;
+  for (std::size_t i = 0; i <= points.size(); ++i) {
+    const double next = i < points.size() ? points[i].position : setup_.highest;
+    if (next - last > widest.first) widest = {next - last, 0.5 * (last + next)};
+    last = next;
+  }
+  return widest;
+}
+
+/// The top of the curve, where frames near the sharpest one are clearly less sharp on both sides.
+std::optional<double> Defocus::VertexAt(const std::vector<CurvePoint>& points, const CurvePoint& best) const {
+  const SideReach reach = ReachOfSides(setup_);
+  for (const double sign : {1.0, -1.0}) {
+    if (SeenOnSide(points, best, sign * reach.least, sign * reach.most) != SideSeen::LessSharp) return std::nullopt;
+  }
+  const auto near_by = [&](double distance) {
+    for (const double sign : {1.0, -1.0}) {
+      if (SeenOnSide(points, best, sign * reach.least, sign * distance) != SideSeen::LessSharp) return false;
+    }
+    return true;
+  };
+  const double distance = near_by(1.5 * reach.wanted) ? 1.5 * reach.wanted : reach.most;
+  std::vector<CurvePoint> near;
+  for (const CurvePoint& point : points) {
+    if (std::abs(point.position - best.position) > distance || point.value <= 0.05 * best.value) continue;
+    // The curve is no parabola: how far from one counts for more than noise.
+    near.push_back({point.position, point.value, std::hypot(point.sigma, 0.03 * point.value), 0.0});
+  }
+  const auto fit = FitPeak(near);
+  const double limit = std::max(0.5 * reach.wanted, 0.6 * setup_.resolution);
+  if (!fit) return best.position;
+  return std::clamp(fit->position, best.position - limit, best.position + limit);
+}
+
+/// Where blur has no say, the less sharp frames that hold the top between them must be near each other: the middle of
+/// the wider gap, if they are not.
+std::optional<double> Defocus::GapBeside(const std::vector<CurvePoint>& points, const CurvePoint& best) const {
+  const SideReach reach = ReachOfSides(setup_);
+  double below = setup_.lowest, above = setup_.highest;
+  for (const CurvePoint& point : points) {
+    const double off = point.position - best.position;
+    if (SeenOnSide({&point, 1}, best, off, off) != SideSeen::LessSharp) continue;
+    if (off < 0) below = std::max(below, point.position);
+    if (off > 0) above = std::min(above, point.position);
+  }
+  if (above - below <= std::max(kNearPx * *setup_.blur_px, 3.2 * setup_.resolution)) return std::nullopt;
+  const double side = best.position - below > above - best.position ? below : above;
+  const double step = std::max(0.5 * std::abs(side - best.position), reach.least);
+  return best.position + (side > best.position ? step : -step);
+}
+
+/// Where no place near has been seen twice, what lies beside the answer may have been seen before the lens came to
+/// rest, or the subject: the earliest frame near it is to be taken again.
+std::optional<double> Defocus::ToSeeAgain(const CurvePoint& centre) const {
+  const double same = kSamePlace * *setup_.blur_px;
+  const double most = ReachOfSides(setup_).most;
+  std::optional<double> earliest;
+  for (const Taken& one : taken_) {
+    if (one.backlash_open || std::abs(one.position - centre.position) > most) continue;
+    for (const Taken& other : taken_) {
+      if (&one != &other && !other.backlash_open && std::abs(one.position - other.position) <= same)
+        return std::nullopt;
+    }
+    if (!earliest && std::abs(one.position - centre.position) > same) earliest = one.position;
+  }
+  return earliest;
+}
+
+const CurvePoint* Defocus::NearestTo(const std::vector<CurvePoint>& points, double position) const {
+  const CurvePoint* nearest = nullptr;
+  for (const CurvePoint& point : points) {
+    const bool open = std::ranges::any_of(
+        taken_, [&](const Taken& taken) { return taken.backlash_open && taken.position == point.position; });
+    if (open) continue;
+    if (nearest == nullptr || std::abs(point.position - position) < std::abs(nearest->position - position)) {
+      nearest = &point;
     }
   }
-  if (taken_.size() >= kLeastFrames && Beyond(posterior)) {
-    return Refuse("the subject lies beyond what this lens reaches");
+  return nearest != nullptr ? nearest : &points.front();
+}
+
+/// The lens stands at a top that was seen on both sides: whether it is the one, and how well it is known.
+Advice Defocus::Judge(const CurvePoint& centre, double vertex, double apart, const RingStack& stack,
+                      const Posterior& posterior) {
+  const bool agrees = apart >= 0;
+  const double px = *setup_.blur_px;
+  const auto points = curve_.Points();
+  if (!SeveralDepths(setup_, curve_.PartPeaks(), centre.position).empty()) {
+    // What little the light has left of each part is no judge of its distance.
+    return Refuse(LeftOut() > kFewLeft ? kTooBright : kSeveralDepths);
   }
-  const std::size_t most = HasTexture(stack) ? kFrameBudget : kFramesWithoutTexture;
-  if (taken_.size() >= most) return WhyNot(stack, posterior);
-  if (taken_.size() == 1) return GoToSecond(posterior);
-  return GoTo(taken_.size() == 2 ? posterior.focus() : NextPlace(posterior.focus()));
+  if (!agrees) {
+    if (!defocus::HasTexture(stack)) return WhyNot(stack, posterior);
+    const double rest = std::ranges::min_element(points, {}, &CurvePoint::value)->value;
+    if (centre.value < kClearTop * rest) return WhyNot(stack, posterior);
+  }
+  Verdict verdict;
+  verdict.focused = true;
+  verdict.position = centre.position;
+  const double disagree = agrees ? apart : kHalfDepthOfFieldPx * px;
+  const double sigma = std::hypot(posterior.sigma() * px, 0.5 * disagree, 0.2 * px);
+  verdict.sigma = std::hypot(sigma, vertex - centre.position, setup_.resolution / std::sqrt(12.0));
+  verdict.subject = {.position = vertex, .sigma = sigma};
+  verdict.confidence =
+      std::erf(std::max(kHalfDepthOfFieldPx * px, setup_.resolution) / (std::sqrt(2.0) * verdict.sigma));
+  std::ostringstream reason;
+  reason.precision(2);
+  reason << "the sharpest of " << taken_.size() << " frames, with less sharp ones on both sides";
+  if (agrees) reason << "; their blur agrees on this distance to " << disagree / px << " px of blur";
+  verdict.reason = reason.str();
+  return verdict;
+}
+
+bool Defocus::BestIsAtAnEnd() const {
+  const auto points = curve_.Points();
+  return AtTheEnd(setup_, points, *std::ranges::max_element(points, {}, &CurvePoint::value));
 }
 
 int Defocus::FramesExpected() const {
-  return std::max<int>(kLeastFrames - 1, static_cast<int>(taken_.size()));
+  return std::max<int>(4, static_cast<int>(taken_.size()));
 }
 
-/// The least error that frames at the first one's blur, at a part of it and in focus allow on the texture that shows
-/// through the blur now; as many times that as the estimate is known to scatter must stay within half a depth of field.
-Forecast Defocus::Predict(const Look& first) const {
-  constexpr double kScatter = 3.0;         // of the estimate, over the floor
-  constexpr double kChanceUnseen = 0.4;    // where nothing shows through the first blur, or nearly so
-  constexpr double kStep = 0.1;            // px, of the derivative
-  constexpr double kLeastResponse = 0.05;  // power: less is a zero of the disc, which says nothing of the texture
-  if (!setup_.blur_px || first.frame == nullptr) return {.frames = 1.0, .chance = 1e-3};
-  const Window window =
-      defocus::AnalysisWindow(first.window, first.frame->width, first.frame->height, kLeastSide, kMostSide);
-  const std::vector<Taken> taken = {{first.position,
-                                     first.position / *setup_.blur_px,
-                                     false,
-                                     first.score,
-                                     *first.frame,
-                                     defocus::SpectrumOf(*first.frame, window),
-                                     {}}};
-  const std::vector<const Taken*> frames = {&taken.front()};
-  const RingStack stack = StackOf(frames);
-  if (!HasTexture(stack)) return {.frames = kFramesWithoutTexture, .chance = kChanceUnseen};
-  const double blur = PosteriorOf(stack, frames).TypicalDistance(taken.front().at);
-  double information = 0.0;
-  for (const defocus::Ring& ring : stack.rings) {
-    double value2 = 0.0, change2 = 0.0, product = 0.0;
-    for (const double diameter : {blur, (1.0 - kPartOfBlur) * blur, 0.0}) {
-      const double value = defocus::DiscResponse(diameter * ring.frequency);
-      const double change = (defocus::DiscResponse((diameter + kStep) * ring.frequency) - value) / kStep;
-      value2 += value * value;
-      change2 += change * change;
-      product += value * change;
-    }
-    const double left = defocus::DiscResponse(blur * ring.frequency);
-    const double texture = std::max(ring.power[0] - stack.noise[0], 0.0) / std::max(left * left, kLeastResponse);
-    information += 2.0 * ring.count * texture / stack.noise[0] * std::max(change2 - product * product / value2, 0.0);
-  }
-  // The next frame is taken where less is blurred and more shows, so that little information is no reason for despair.
-  const double chance =
-      std::max(std::erf(kHalfDepthOfFieldPx * std::sqrt(0.5 * information) / kScatter), kChanceUnseen);
-  return {.frames = kLeastFrames + (1.0 - chance) * (kFrameBudget - kLeastFrames), .chance = chance};
-}
-
-std::optional<std::string> Defocus::Unusable() const {
-  if (taken_.back().spectrum.saturated > kMostSaturated) return "parts of the region are too bright for the sensor";
-  return std::nullopt;
-}
-
-/// The frames to take together: the newest, and those nearest to where the focus seems to be.
-std::vector<const Defocus::Taken*> Defocus::Nearest(double focus) const {
-  std::vector<const Taken*> sorted;
-  for (const Taken& taken : taken_) sorted.push_back(&taken);
-  std::ranges::sort(sorted, {},
-                    [&](const Taken* frame) { return frame == &taken_.back() ? 0.0 : std::abs(frame->at - focus); });
-  // A second frame of one place says nothing about blur: it comes after those of other places.
-  std::vector<const Taken*> frames;
-  std::vector<const Taken*> again;
-  for (const Taken* frame : sorted) {
-    const bool seen =
-        std::ranges::any_of(frames, [&](const Taken* other) { return std::abs(other->at - frame->at) < kSamePlace; });
-    (seen ? again : frames).push_back(frame);
-  }
-  frames.insert(frames.end(), again.begin(), again.end());
-  if (frames.size() > defocus::kMostFrames) frames.resize(defocus::kMostFrames);
-  return frames;
-}
-
-Posterior Defocus::PosteriorOf(const RingStack& stack, const std::vector<const Taken*>& frames) const {
-  std::vector<double> positions;
-  for (const Taken* frame : frames) positions.push_back(frame->at);
-  const defocus::Range range{setup_.lowest / *setup_.blur_px - kBeyond, setup_.highest / *setup_.blur_px + kBeyond};
-  const double bend = setup_.focal_length > 0 ? *setup_.blur_px / setup_.focal_length : 0.0;
-  Posterior posterior(defocus::Likelihood(stack, positions), range, bend);
-  // What is left of a sideways motion would be taken for blur at this precision.
-  if (!(moved_ > 0)) posterior.Refine(defocus::Likelihood(stack, positions), range);
-  return posterior;
-}
-
-Advice Defocus::GoTo(double at, bool loose) {
-  asked_loose_ = loose;
-  return GoAndLook{.position = std::clamp(at * *setup_.blur_px, setup_.lowest, setup_.highest), .loose = loose};
+Advice Defocus::GoTo(double at, bool backlash_open) {
+  asked_loose_ = backlash_open;
+  return GoAndLook{.position = std::clamp(at * *setup_.blur_px, setup_.lowest, setup_.highest),
+                   .backlash_open = backlash_open};
 }
 
 /// A good part of the first frame's blur away, to the side where the focus is. One frame seldom tells the side: then
-/// the way that leaves no backlash behind costs one motion less. Where the backlash is known, so does a loose frame
-/// beyond the focus: from there the way to the focus takes the backlash up.
+/// the way that leaves no backlash behind costs one motion less. Where the backlash is known, so does a backlash_open
+/// frame beyond the focus: from there the way to the focus takes the backlash up.
 Advice Defocus::GoToSecond(const Posterior& posterior) {
   const double at = taken_.front().at;
   const double distance = posterior.TypicalDistance(at);
@@ -243,144 +332,18 @@ Advice Defocus::GoToSecond(const Posterior& posterior) {
   return GoTo(down ? at - step : at + step);
 }
 
-/// The estimate; beside it where a frame has been taken there already.
-double Defocus::NextPlace(double focus) const {
-  constexpr double kBeside = 6.0;
-  const auto free = [&](double place) {
-    const double at = place * *setup_.blur_px;
-    return at >= setup_.lowest && at <= setup_.highest && std::ranges::none_of(taken_, [&](const Taken& taken) {
-             return !taken.loose && std::abs(taken.at - place) < kStandsInFocus;
-           });
-  };
-  for (const double place : {focus, focus + kBeside, focus - kBeside}) {
-    if (free(place)) return place;
-  }
-  return focus + 2 * kBeside;
-}
-
-const Defocus::Taken* Defocus::FrameInFocus(const Posterior& posterior) const {
-  const Taken* nearest = &taken_.front();
-  for (const Taken& taken : taken_) {
-    if (!taken.loose && std::abs(taken.at - posterior.focus()) < std::abs(nearest->at - posterior.focus()))
-      nearest = &taken;
-  }
-  if (std::abs(nearest->at - posterior.focus()) > kStandsInFocus) return nullptr;
-  return posterior.MassNear(nearest->at, kHalfDepthOfFieldPx) >= kMassNeeded ? nearest : nullptr;
-}
-
-/// What its quarters and the window asked for say, each on its own.
-std::vector<defocus::PartFocus> Defocus::Parts(const std::vector<const Taken*>& frames, double at, double slope,
-                                               double reach) const {
-  std::vector<defocus::PartFrame> seen;
-  for (const Taken* frame : frames)
-    seen.push_back({frame->at, &frame->frame, registered_ ? frame->shift : defocus::Shift{}});
-  std::vector<Window> windows;
-  const int width = analysed_.width / 2;
-  const int height = analysed_.height / 2;
-  for (const int x : {0, width}) {
-    for (const int y : {0, height}) windows.push_back({analysed_.x + x, analysed_.y + y, width, height});
-  }
-  if (asked_ != analysed_ && asked_.width <= analysed_.width && asked_.height <= analysed_.height) {
-    windows.push_back(asked_);
-  }
-  std::vector<defocus::PartFocus> parts;
-  for (const Window& window : windows) {
-    parts.push_back(defocus::FocusOfPart(seen, window, at, slope, at - reach, at + reach));
-  }
-  return parts;
-}
-
-/// Names what each part says of itself; depths nearer to each other than a depth of field count as one.
-Verdict Defocus::RefuseDepths() const {
-  Verdict verdict = Refuse("parts of the region are in focus at different distances: choose a smaller region");
-  // The first frames are the ones spread most widely: those taken later crowd around a place that may mean nothing.
-  std::vector<const Taken*> frames;
-  for (const Taken& taken : taken_) {
-    if (frames.size() < defocus::kMostFrames) frames.push_back(&taken);
-  }
-  const double middle = 0.5 * (setup_.lowest + setup_.highest) / *setup_.blur_px;
-  const double reach = 0.5 * (setup_.highest - setup_.lowest) / *setup_.blur_px;
-  std::vector<double> depths;
-  for (const defocus::PartFocus& part : Parts(frames, middle, 1.0, reach)) {
-    if (part.textured) depths.push_back(part.focus);
-  }
-  std::ranges::sort(depths);
-  std::vector<double> apart;
-  for (const double depth : depths) {
-    if (apart.empty() || depth - apart.back() > 2.0 * kHalfDepthOfFieldPx) apart.push_back(depth);
-  }
-  for (const double depth : apart) {
-    if (apart.size() > 1) verdict.candidates.push_back({depth * *setup_.blur_px, 0.0, 0});
-  }
-  // Whatever looks for the sharpest place would take one of them without a word.
-  verdict.final = !verdict.candidates.empty();
-  return verdict;
-}
-
-RingStack Defocus::StackOf(const std::vector<const Taken*>& frames) const {
-  std::vector<defocus::Spectrum> moved;
-  moved.reserve(frames.size());
-  std::vector<const defocus::Spectrum*> spectra;
-  for (const Taken* frame : frames) {
-    spectra.push_back(&frame->spectrum);
-    if (!registered_ || !frame->shift.clear) continue;
-    moved.push_back(frame->spectrum);
-    defocus::Move(moved.back(), frame->shift);
-    spectra.back() = &moved.back();
-  }
-  return defocus::StackRings(spectra);
-}
-
-/// Finds how far the newest frame's picture has moved sideways from the others'. The frame taken nearest to it is
-/// blurred most like it; its own shift counts as well.
-void Defocus::Register() {
-  if (taken_.size() < 2) return;
-  const Taken& newest = taken_.back();
-  const auto others = std::span(taken_).first(taken_.size() - 1);
-  const Taken& nearest =
-      *std::ranges::min_element(others, {}, [&](const Taken& other) { return std::abs(other.at - newest.at); });
-  defocus::Shift shift = defocus::ShiftBetween(nearest.spectrum, newest.spectrum);
-  if (nearest.shift.clear) {
-    shift.x += nearest.shift.x;
-    shift.y += nearest.shift.y;
-    shift.clear = true;
-  }
-  if (shift.lost) moving_ = true;
-  // Far apart in focus even one scene may look like another: a coarse pattern changes its sign.
-  const bool near = std::abs(nearest.at - newest.at) <= kBlurredAlike;
-  if (shift.unlike) (near ? unlike_ : doubtful_) = true;
-  if (near && !shift.unlike) alike_ = true;
-  if (!shift.clear || shift.lost) return;
-  taken_.back().shift = shift;
-  moved_ = std::max(moved_, std::hypot(shift.x, shift.y));
-}
-
 /// Whether two frames of one place differ in sharpness by more than noise explains.
-bool Defocus::Changed(const Taken& one, const Taken& other) const {
+bool Defocus::Restless() const {
   constexpr double kSigmas = 4.0;
-  constexpr double kClearly = 0.03;  // of the sharpness
-  const int pixels = asked_.width * asked_.height;
-  const double noise = NoiseVariance({one.score, other.score}, one.frame.bits);
-  const Sharpness a = SharpnessOf(one.score, noise, pixels);
-  const Sharpness b = SharpnessOf(other.score, noise, pixels);
-  const double allowed = kSigmas * std::hypot(a.sigma, b.sigma) + kClearly * std::max(a.value, b.value);
-  return std::abs(a.value - b.value) > allowed;
-}
-
-Verdict Defocus::Accept(const Taken& frame, const Posterior& posterior) const {
-  Verdict verdict;
-  verdict.focused = true;
-  verdict.position = frame.position;
-  const double off = frame.at - posterior.focus();
-  verdict.sigma = std::max(std::hypot(posterior.sigma(), off) * *setup_.blur_px, setup_.resolution / std::sqrt(12.0));
-  verdict.subject = {.position = posterior.focus() * *setup_.blur_px, .sigma = posterior.sigma() * *setup_.blur_px};
-  verdict.confidence = posterior.MassNear(frame.at, kHalfDepthOfFieldPx);
-  std::ostringstream reason;
-  reason.precision(2);
-  reason << "the blur of " << taken_.size() << " frames agrees on one distance to " << posterior.sigma()
-         << " px of blur, and one of them stands there";
-  verdict.reason = reason.str();
-  return verdict;
+  constexpr double kClearly = 0.1;  // of the sharpness: lamps flicker
+  const auto points = curve_.Taken();
+  for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+    const CurvePoint &one = points[i], &other = points.back();
+    if (std::abs(one.position - other.position) > kSamePlace * *setup_.blur_px || taken_[i].backlash_open) continue;
+    const double allowed = kSigmas * std::hypot(one.sigma, other.sigma) + kClearly * std::max(one.value, other.value);
+    if (std::abs(one.value - other.value) > allowed) return true;
+  }
+  return false;
 }
 
 /// Nearly all probability lies where the lens cannot go.
@@ -391,18 +354,15 @@ bool Defocus::Beyond(const Posterior& posterior) const {
 }
 
 Verdict Defocus::WhyNot(const RingStack& stack, const Posterior& posterior) const {
-  if (!HasTexture(stack)) {
+  if (!defocus::HasTexture(stack)) {
     if (!Repeats(stack)) return Refuse("too little texture to tell blur from shading");
     return RefuseOpen("the texture repeats: several distances leave the same contrast", posterior);
   }
-  if (unlike_) return RefuseForGood(kMoved);
   if (posterior.misfit() <= kMostMisfit) {
     return RefuseOpen("the frames leave the distance open: repeating or too little texture, or too little light",
                       posterior);
   }
   if (moving_ || moved_ > kClearMotion) return Refuse(kMoved);
-  Verdict several = RefuseDepths();
-  if (!several.candidates.empty()) return several;
   return Refuse("blur alone does not explain the frames: several depths, motion, or light that changed");
 }
 

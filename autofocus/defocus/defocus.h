@@ -13,10 +13,9 @@
 #include <vector>
 
 #include "autofocus/method.h"
-#include "defocus/parts.h"
 #include "defocus/posterior.h"
 #include "defocus/shift.h"
-#include "defocus/spectrum.h"
+#include "sharpness_curve.h"
 
 namespace lensd::autofocus {
 
@@ -31,40 +30,52 @@ class Defocus final : public Method {
   struct Taken {
     double position = 0.0;  ///< as it was told
     double at = 0.0;        ///< the same in pixels of blur
-    bool loose = false;
+    bool backlash_open = false;
     FocusScore score;
     drivers::Frame frame;
-    defocus::Spectrum spectrum;
+    defocus::Tiles spectra;
     defocus::Shift shift{};  ///< that would lay its picture on the first frame's
   };
+  static constexpr double kHalfDepthOfFieldPx = 2.0;
+  static constexpr double kSamePlace = 0.3;   ///< px of blur
+  static constexpr double kPartOfBlur = 0.6;  ///< of the first frame: how far away the second is taken
+  static constexpr std::size_t kFramesWithoutTexture = 4;
+  void Take(const Look& look);
+  double LeftOut() const;  ///< share of the window
+  defocus::Tiles SpectraOf(const drivers::Frame& frame) const;
   std::vector<const Taken*> Nearest(double focus) const;
   defocus::RingStack StackOf(const std::vector<const Taken*>& frames) const;
   defocus::Posterior PosteriorOf(const defocus::RingStack& stack, const std::vector<const Taken*>& frames) const;
-  std::optional<std::string> Unusable() const;
-  Advice GoTo(double at, bool loose = false);
+  Advice GoTo(double at, bool backlash_open = false);
   Advice GoToSecond(const defocus::Posterior& posterior);
-  double NextPlace(double focus) const;
-  const Taken* FrameInFocus(const defocus::Posterior& posterior) const;
-  std::vector<defocus::PartFocus> Parts(const std::vector<const Taken*>& frames, double at, double slope,
-                                        double reach) const;
-  Verdict RefuseDepths() const;
+  Advice Decide(const Look& look, const defocus::RingStack& stack, const defocus::Posterior& posterior);
+  Advice Climb(const std::vector<CurvePoint>& points, std::size_t best, const defocus::RingStack& stack,
+               const defocus::Posterior& posterior);
+  std::pair<double, double> WidestGap(const std::vector<CurvePoint>& points) const;
+  std::optional<double> VertexAt(const std::vector<CurvePoint>& points, const CurvePoint& best) const;
+  std::optional<double> GapBeside(const std::vector<CurvePoint>& points, const CurvePoint& best) const;
+  std::optional<double> SlopeNear(const CurvePoint& centre) const;
+  std::optional<double> ToSeeAgain(const CurvePoint& centre) const;
+  const CurvePoint* NearestTo(const std::vector<CurvePoint>& points, double position) const;
+  Advice Judge(const CurvePoint& centre, double vertex, double apart, const defocus::RingStack& stack,
+               const defocus::Posterior& posterior);
   void Register();
-  bool Changed(const Taken& one, const Taken& other) const;
-  Verdict Accept(const Taken& frame, const defocus::Posterior& posterior) const;
+  bool Restless() const;
+  bool BestIsAtAnEnd() const;
   bool Beyond(const defocus::Posterior& posterior) const;
   Verdict WhyNot(const defocus::RingStack& stack, const defocus::Posterior& posterior) const;
   Verdict RefuseOpen(std::string reason, const defocus::Posterior& posterior) const;
 
   Setup setup_;
-  Window asked_;     ///< where the subject is
-  Window analysed_;  ///< what is transformed: at least as large
+  Window window_;  ///< where the subject is
+  std::vector<Window> tiles_;
+  defocus::Mask mask_;  ///< of the window: too bright in some frame
   std::vector<Taken> taken_;
+  SharpnessCurve curve_;
   bool asked_loose_ = false;
   double focus_ = 0.0;       ///< the newest estimate, pixels of blur
   bool moving_ = false;      ///< between some frames the picture moved farther than can be undone
-  bool unlike_ = false;      ///< two frames blurred nearly alike show nothing in common,
-  bool doubtful_ = false;    ///< or two that are not,
-  bool alike_ = false;       ///< while two that are do
+  bool unlike_ = false;      ///< two frames blurred nearly alike show nothing in common
   double moved_ = 0.0;       ///< px: the largest movement that can be
   bool registered_ = false;  ///< and it is
 };

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <numbers>
 
-#include "defocus/disc.h"
+#include "defocus/disk_response.h"
 #include "defocus/small_matrix.h"
 
 namespace lensd::autofocus::defocus {
 namespace {
 
 constexpr double kModelError = 0.1;    // of the response, independent between frames
-constexpr double kModelFloor = 0.02;   // of the response's envelope: real discs have no perfect zeros
+constexpr double kModelFloor = 0.02;   // of the response's envelope: real disks have no perfect zeros
 constexpr double kDisplacement = 0.2;  // px: of one frame against another
 constexpr double kSmear = 0.8;         // bins
 constexpr double kSmearWeights[] = {0.32, 0.36, 0.32};
@@ -93,7 +93,7 @@ Matrix Likelihood::Gains(const Ring& ring, std::size_t index, const std::array<d
     const double relative = ring.frequency / f;
     const double weight = kSmearWeights[q] * relative * relative;
     double response[n];
-    for (int i = 0; i < n; ++i) response[i] = DiscResponse(blur[static_cast<std::size_t>(i)] * f);
+    for (int i = 0; i < n; ++i) response[i] = DiskResponse(blur[static_cast<std::size_t>(i)] * f);
     for (int i = 0; i < n; ++i) {
       for (int j = 0; j <= i; ++j) gains[Slot(i, j)] += weight * response[i] * response[j];
     }

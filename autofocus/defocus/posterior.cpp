@@ -7,15 +7,24 @@
 namespace lensd::autofocus::defocus {
 namespace {
 
-constexpr double kSlopes[] = {0.80, 0.85, 0.90, 0.95, 1.0, 1.05, 1.10, 1.15, 1.20};
+constexpr double kSlopes[] = {0.55, 0.65, 0.75, 0.85, 0.92, 0.96, 1.0, 1.04, 1.08, 1.17, 1.3, 1.5, 1.8};
 constexpr double kKnownWell = 0.025;  // standard deviation of the slope of half of all lenses
-constexpr double kKnownBadly = 0.12;  // and of the others
+constexpr double kKnownBadly = 0.30;  // and of the others: of its logarithm
 constexpr double kFineReach = 3.0;    // px
 constexpr double kFineStep = 0.25;    // px
 
 double LogSlopePrior(double slope) {
-  const auto bell = [&](double sigma) { return std::exp(-0.5 * std::pow((slope - 1.0) / sigma, 2)) / sigma; };
+  const double off = std::log(slope);
+  const auto bell = [&](double sigma) { return std::exp(-0.5 * std::pow(off / sigma, 2)) / sigma; };
   return std::log(bell(kKnownWell) + bell(kKnownBadly));
+}
+
+/// How much of the slope's axis a grid point stands for.
+double SlopeWidth(double slope) {
+  const auto at = std::ranges::find(kSlopes, slope);
+  const double low = at == std::begin(kSlopes) ? *at : *(at - 1);
+  const double high = at + 1 == std::end(kSlopes) ? *at : *(at + 1);
+  return 0.5 * std::log(high / low);
 }
 
 /// Grid over the range: steps grow with the distance from the nearest frame.
@@ -54,7 +63,8 @@ Posterior::Posterior(const Likelihood& likelihood, Range range, double bend) : b
 void Posterior::Evaluate(const Likelihood& likelihood, const std::vector<double>& places) {
   for (const double place : places) {
     for (const double slope : kSlopes)
-      samples_.push_back({place, slope, LogSlopePrior(slope), likelihood.At(place, slope / (1.0 + bend_ * place))});
+      samples_.push_back({place, slope, LogSlopePrior(slope) + std::log(SlopeWidth(slope)),
+                          likelihood.At(place, slope / (1.0 + bend_ * place))});
   }
 }
 

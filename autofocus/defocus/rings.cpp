@@ -28,19 +28,21 @@ struct Sums {
 };
 
 /// Photon noise relative to the mean goes with 1/mean; the frame that shows least texture tells the noise of all.
-std::array<double, kMostFrames> NoiseOf(std::span<const Spectrum* const> spectra) {
-  double least = spectra[0]->noise * spectra[0]->mean;
-  for (const Spectrum* spectrum : spectra) least = std::min(least, spectrum->noise * spectrum->mean);
+std::array<double, kMostFrames> NoiseOf(std::span<const Tiles* const> frames, std::size_t tile) {
+  const auto of = [&](const Tiles* frame) { return (*frame)[tile].noise * (*frame)[tile].mean; };
+  double least = of(frames[0]);
+  for (const Tiles* frame : frames) least = std::min(least, of(frame));
   std::array<double, kMostFrames> noise{};
-  for (std::size_t i = 0; i < spectra.size(); ++i) noise[i] = least / spectra[i]->mean;
+  for (std::size_t i = 0; i < frames.size(); ++i) noise[i] = least / (*frames[i])[tile].mean;
   return noise;
 }
 
-std::vector<Sums> SumRings(std::span<const Spectrum* const> spectra, const std::array<double, kMostFrames>& noise) {
-  const Spectrum& first = *spectra[0];
-  const int n = static_cast<int>(spectra.size());
+/// Adds one tile's modes. `scale` brings its noise to that of the tile that the stack's noise is of.
+void AddRings(std::span<const Tiles* const> frames, std::size_t tile, const std::array<double, kMostFrames>& noise,
+              double scale, std::vector<Sums>& rings) {
+  const Spectrum& first = (*frames[0])[tile];
+  const int n = static_cast<int>(frames.size());
   const double side = std::min(first.width, first.height);
-  std::vector<Sums> rings(static_cast<std::size_t>(RingOf(std::max(kHighest * side, kFirstBin)) + 1));
   for (int j = 0; j < first.height; ++j) {
     const double fy = (j <= first.height / 2 ? j : j - first.height) / static_cast<double>(first.height);
     for (int i = 0; i < first.columns(); ++i) {
@@ -53,11 +55,12 @@ std::vector<Sums> SumRings(std::span<const Spectrum* const> spectra, const std::
       const auto mode = static_cast<std::size_t>(j * first.columns() + i);
       double light = 0.0;
       for (int a = 0; a < n; ++a) {
-        const std::complex<float> ya = spectra[static_cast<std::size_t>(a)]->modes[mode];
+        const std::complex<float> ya = (*frames[static_cast<std::size_t>(a)])[tile].modes[mode];
         light += std::norm(ya) / noise[static_cast<std::size_t>(a)];
         for (int b = a; b < n; ++b) {
-          const std::complex<float> yb = spectra[static_cast<std::size_t>(b)]->modes[mode];
-          ring.power[static_cast<std::size_t>(a * kMostFrames + b)] += ya.real() * yb.real() + ya.imag() * yb.imag();
+          const std::complex<float> yb = (*frames[static_cast<std::size_t>(b)])[tile].modes[mode];
+          ring.power[static_cast<std::size_t>(a * kMostFrames + b)] +=
+              scale * (ya.real() * yb.real() + ya.imag() * yb.imag());
         }
       }
       ring.modes += 1.0;
@@ -66,17 +69,23 @@ std::vector<Sums> SumRings(std::span<const Spectrum* const> spectra, const std::
       ring.square += light * light;
     }
   }
-  return rings;
 }
 
 }  // namespace
 
-RingStack StackRings(std::span<const Spectrum* const> spectra) {
+RingStack StackRings(std::span<const Tiles* const> frames) {
   RingStack stack;
-  stack.frames = static_cast<int>(spectra.size());
-  stack.noise = NoiseOf(spectra);
-  const double bin = 1.0 / std::min(spectra[0]->width, spectra[0]->height);
-  for (const Sums& sums : SumRings(spectra, stack.noise)) {
+  stack.frames = static_cast<int>(frames.size());
+  stack.noise = NoiseOf(frames, 0);
+  const Spectrum& first = frames[0]->front();
+  const double side = std::min(first.width, first.height);
+  const double bin = 1.0 / side;
+  std::vector<Sums> rings(static_cast<std::size_t>(RingOf(std::max(kHighest * side, kFirstBin)) + 1));
+  for (std::size_t tile = 0; tile < frames[0]->size(); ++tile) {
+    const auto noise = NoiseOf(frames, tile);
+    AddRings(frames, tile, noise, stack.noise[0] / noise[0], rings);
+  }
+  for (const Sums& sums : rings) {
     if (sums.modes < 1) continue;
     Ring ring;
     ring.frequency = sums.frequency / sums.modes;
@@ -85,8 +94,8 @@ RingStack StackRings(std::span<const Spectrum* const> spectra) {
     ring.count = std::min(sums.modes, 2.0 * sums.light * sums.light / sums.square) / kHannCorrelation;
     ring.count /= 1.0 + std::pow(ring.frequency / kFolding, 4);
     double clearest = 0.0;
-    for (std::size_t a = 0; a < spectra.size(); ++a) {
-      for (std::size_t b = a; b < spectra.size(); ++b) {
+    for (std::size_t a = 0; a < frames.size(); ++a) {
+      for (std::size_t b = a; b < frames.size(); ++b) {
         const double mean = sums.power[a * kMostFrames + b] / sums.modes;
         ring.power[a * kMostFrames + b] = ring.power[b * kMostFrames + a] = mean;
       }
@@ -95,6 +104,14 @@ RingStack StackRings(std::span<const Spectrum* const> spectra) {
     if (clearest * std::sqrt(ring.count) >= kVisible) stack.rings.push_back(ring);
   }
   return stack;
+}
+
+bool HasTexture(const RingStack& stack) {
+  constexpr int kLeastRings = 4;
+  constexpr double kLeastCount = 8.0;
+  double count = 0.0;
+  for (const Ring& ring : stack.rings) count += ring.count;
+  return stack.rings.size() >= kLeastRings && count >= kLeastCount;
 }
 
 }  // namespace lensd::autofocus::defocus

@@ -27,7 +27,14 @@ struct RingStack {
   std::vector<Ring> rings;                  ///< those where some frame shows more than noise
 };
 
-/// The spectra are of equal size, 1 to kMostFrames of them, of one window of a scene that stood still.
-RingStack StackRings(std::span<const Spectrum* const> spectra);
+/// The spectra of one frame, tile by tile.
+using Tiles = std::vector<Spectrum>;
+
+/// 1 to kMostFrames frames, each of the same tiles of equal size, of a scene that stood still. What the tiles say is
+/// added up.
+RingStack StackRings(std::span<const Tiles* const> frames);
+
+/// Enough shows to tell blur from shading.
+bool HasTexture(const RingStack& stack);
 
 }  // namespace lensd::autofocus::defocus

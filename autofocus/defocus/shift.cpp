@@ -23,7 +23,17 @@ class Correlation {
  public:
   static constexpr int kSide = 2 * kSearched + 1;
 
-  Correlation(const Spectrum& first, const Spectrum& second) {
+  Correlation(const Tiles& first, const Tiles& second) {
+    for (std::size_t tile = 0; tile < first.size(); ++tile) Add(first[tile], second[tile]);
+  }
+  /// Correlation coefficient of what is not noise.
+  double Alike(int dx, int dy) const {
+    return At(dx, dy) / std::sqrt(std::max(first_power_, 1e-15) * std::max(second_power_, 1e-15));
+  }
+  double At(int dx, int dy) const { return values_[dy + kSearched][dx + kSearched]; }
+
+ private:
+  void Add(const Spectrum& first, const Spectrum& second) {
     const int columns = std::min(first.columns(), static_cast<int>(kHighest * first.width) + 1);
     const double lowest = kLowestBins / std::min(first.width, first.height);
     for (int j = 0; j < first.height; ++j) {
@@ -53,13 +63,7 @@ class Correlation {
       }
     }
   }
-  /// Correlation coefficient of what is not noise.
-  double Alike(int dx, int dy) const {
-    return At(dx, dy) / std::sqrt(std::max(first_power_, 1e-15) * std::max(second_power_, 1e-15));
-  }
-  double At(int dx, int dy) const { return values_[dy + kSearched][dx + kSearched]; }
 
- private:
   double values_[kSide][kSide] = {};
   double first_power_ = 0.0;
   double second_power_ = 0.0;
@@ -73,7 +77,7 @@ double Vertex(double before, double here, double after) {
 
 }  // namespace
 
-Shift ShiftBetween(const Spectrum& first, const Spectrum& second) {
+Shift ShiftBetween(const Tiles& first, const Tiles& second) {
   const Correlation correlation(first, second);
   int x = 0, y = 0;
   for (int dy = -kSearched; dy <= kSearched; ++dy) {
@@ -93,7 +97,7 @@ Shift ShiftBetween(const Spectrum& first, const Spectrum& second) {
   return shift;
 }
 
-void Move(Spectrum& spectrum, const Shift& shift) {
+static void MoveOne(Spectrum& spectrum, const Shift& shift) {
   for (int j = 0; j < spectrum.height; ++j) {
     const double fy = Along(j, spectrum.height);
     for (int i = 0; i < spectrum.columns(); ++i) {
@@ -102,6 +106,10 @@ void Move(Spectrum& spectrum, const Shift& shift) {
           std::complex<float>(std::polar(1.0, 2.0 * std::numbers::pi * turns));
     }
   }
+}
+
+void Move(Tiles& tiles, const Shift& shift) {
+  for (Spectrum& spectrum : tiles) MoveOne(spectrum, shift);
 }
 
 }  // namespace lensd::autofocus::defocus

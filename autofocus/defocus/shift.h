@@ -1,7 +1,7 @@
 // How far the picture moved sideways between two frames.
 #pragma once
 
-#include "defocus/spectrum.h"
+#include "defocus/rings.h"
 
 namespace lensd::autofocus::defocus {
 
@@ -14,10 +14,10 @@ struct Shift {
 };
 
 /// The plain cross-correlation's peak within kSearched px. Blur that differs between the frames leaves it where it is,
-/// which is not so once the spectra are whitened: a disc's response changes sign. The spectra are of one window.
-Shift ShiftBetween(const Spectrum& first, const Spectrum& second);
+/// which is not so once the spectra are whitened: a disk's response changes sign. The tiles are the same.
+Shift ShiftBetween(const Tiles& first, const Tiles& second);
 
-/// `spectrum` as if the picture had been moved by `shift`.
-void Move(Spectrum& spectrum, const Shift& shift);
+/// `tiles` as if the picture had been moved by `shift`.
+void Move(Tiles& tiles, const Shift& shift);
 
 }  // namespace lensd::autofocus::defocus

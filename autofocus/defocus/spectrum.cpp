@@ -61,16 +61,37 @@ std::vector<float> LightOf(const drivers::Frame& frame, const Window& window) {
   return light;
 }
 
-/// A lone px at full scale is noise on a bright picture; one among others is a light too bright for the sensor.
-double SaturatedFraction(const std::vector<float>& light, int width, int height) {
-  const auto full = [&](int x, int y) { return light[static_cast<std::size_t>(y * width + x)] >= 1.0f ? 1 : 0; };
-  int count = 0;
-  for (int y = 1; y + 1 < height; ++y) {
-    for (int x = 1; x + 1 < width; ++x) {
-      if (full(x, y) && full(x - 1, y) + full(x + 1, y) + full(x, y - 1) + full(x, y + 1) >= 3) ++count;
+/// Fills what is left out with the mean of what is not, in squares around it; under a window that fades it hardly
+/// matters with what, as long as no edge is drawn.
+void Fill(std::vector<float>& light, const Window& tile, const Window& window, const Mask& mask) {
+  constexpr int kReach = 12;  // px
+  const auto left_out = [&](int x, int y) {
+    return mask[static_cast<std::size_t>((tile.y + y - window.y) * window.width + tile.x + x - window.x)] != 0;
+  };
+  const std::vector<float> seen = light;
+  const auto at = [&](int x, int y) { return static_cast<std::size_t>(y * tile.width + x); };
+  double all = 0.0, counted = 0.0;
+  for (int y = 0; y < tile.height; ++y) {
+    for (int x = 0; x < tile.width; ++x) {
+      if (left_out(x, y)) continue;
+      all += seen[at(x, y)];
+      counted += 1.0;
     }
   }
-  return count / (static_cast<double>(width) * height);
+  for (int y = 0; y < tile.height; ++y) {
+    for (int x = 0; x < tile.width; ++x) {
+      if (!left_out(x, y)) continue;
+      double sum = counted > 0 ? all / counted : 0.0, weight = 1.0;
+      for (int v = std::max(y - kReach, 0); v <= std::min(y + kReach, tile.height - 1); v += 2) {
+        for (int u = std::max(x - kReach, 0); u <= std::min(x + kReach, tile.width - 1); u += 2) {
+          if (left_out(u, v)) continue;
+          sum += seen[at(u, v)];
+          weight += 1.0;
+        }
+      }
+      light[at(x, y)] = static_cast<float>(sum / weight);
+    }
+  }
 }
 
 /// Median power of the corner of frequency space, where lenses leave the least texture. For noise alone the median of
@@ -91,7 +112,8 @@ double NoisePower(const Spectrum& spectrum) {
 
 /// The largest side the transform is fast at, at most `limit`.
 int FastSide(int limit) {
-  constexpr int kSides[] = {256, 240, 216, 192, 180, 160, 144, 128, 120, 108, 96, 90, 80, 72, 64, 60, 54, 48, 40, 36};
+  constexpr int kSides[] = {256, 240, 216, 192, 180, 160, 144, 128, 120, 108, 96, 90, 80,
+                            72,  64,  60,  54,  48,  40,  36,  32,  30,  24,  20, 18, 16};
   for (const int side : kSides) {
     if (side <= limit) return side;
   }
@@ -100,46 +122,73 @@ int FastSide(int limit) {
 
 }  // namespace
 
-Window AnalysisWindow(const Window& asked, int frame_width, int frame_height, int least, int most) {
-  const auto place = [&](int from, int size, int frame) {
-    const int side = FastSide(std::min(std::clamp(size, least, most), frame));
-    return std::pair(std::clamp(from + (size - side) / 2, 0, frame - side), side);
+void MaskClipped(const drivers::Frame& frame, const Window& window, Mask& mask) {
+  constexpr int kAround = 4;  // px
+  mask.resize(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height), 0);
+  const auto full_scale = static_cast<std::uint16_t>(std::exp2(frame.bits) - 1.0);
+  const auto full = [&](int x, int y) {
+    const auto at = static_cast<std::size_t>(window.y + y) * static_cast<std::size_t>(frame.width) +
+                    static_cast<std::size_t>(window.x + x);
+    return (*frame.samples)[at] >= full_scale ? 1 : 0;
   };
-  Window window;
-  std::tie(window.x, window.width) = place(asked.x, asked.width, frame_width);
-  std::tie(window.y, window.height) = place(asked.y, asked.height, frame_height);
-  return window;
+  for (int y = 1; y + 1 < window.height; ++y) {
+    for (int x = 1; x + 1 < window.width; ++x) {
+      if (!full(x, y) || full(x - 1, y) + full(x + 1, y) + full(x, y - 1) + full(x, y + 1) < 3) continue;
+      for (int v = std::max(y - kAround, 0); v <= std::min(y + kAround, window.height - 1); ++v) {
+        const auto row = mask.begin() + static_cast<std::ptrdiff_t>(v) * window.width;
+        std::fill(row + std::max(x - kAround, 0), row + std::min(x + kAround + 1, window.width), std::uint8_t{1});
+      }
+    }
+  }
 }
 
-Spectrum SpectrumOf(const drivers::Frame& frame, const Window& window) {
+std::vector<Window> TilesOf(const Window& window, int most) {
+  const auto along = [&](int from, int size) {
+    const int count = (size + most - 1) / most;
+    const int side = FastSide(std::min(size / count + (count > 1 ? 8 : 0), most));
+    std::vector<std::pair<int, int>> places;
+    for (int i = 0; i < count; ++i) {
+      const int room = size - side;
+      places.emplace_back(from + (count > 1 ? room * i / (count - 1) : room / 2), side);
+    }
+    return places;
+  };
+  std::vector<Window> tiles;
+  for (const auto& [y, height] : along(window.y, window.height)) {
+    for (const auto& [x, width] : along(window.x, window.width)) tiles.push_back({x, y, width, height});
+  }
+  return tiles;
+}
+
+Spectrum SpectrumOf(const drivers::Frame& frame, const Window& tile, const Window& window, const Mask& mask) {
   Spectrum spectrum;
-  spectrum.width = window.width;
-  spectrum.height = window.height;
-  std::vector<float> light = LightOf(frame, window);
-  spectrum.saturated = SaturatedFraction(light, window.width, window.height);
-  const std::vector<float> across = Hann(window.width);
-  const std::vector<float> down = Hann(window.height);
+  spectrum.width = tile.width;
+  spectrum.height = tile.height;
+  std::vector<float> light = LightOf(frame, tile);
+  if (!mask.empty()) Fill(light, tile, window, mask);
+  const std::vector<float> across = Hann(tile.width);
+  const std::vector<float> down = Hann(tile.height);
   double weights = 0.0;
   double squares = 0.0;
   double sum = 0.0;
-  for (int y = 0; y < window.height; ++y) {
-    for (int x = 0; x < window.width; ++x) {
+  for (int y = 0; y < tile.height; ++y) {
+    for (int x = 0; x < tile.width; ++x) {
       const double weight = double{across[static_cast<std::size_t>(x)]} * down[static_cast<std::size_t>(y)];
       weights += weight;
       squares += weight * weight;
-      sum += weight * light[static_cast<std::size_t>(y * window.width + x)];
+      sum += weight * light[static_cast<std::size_t>(y * tile.width + x)];
     }
   }
   spectrum.mean = std::max(sum / weights, 1e-6);
   const double scale = 1.0 / std::sqrt(squares);
-  for (int y = 0; y < window.height; ++y) {
-    for (int x = 0; x < window.width; ++x) {
-      float& value = light[static_cast<std::size_t>(y * window.width + x)];
+  for (int y = 0; y < tile.height; ++y) {
+    for (int x = 0; x < tile.width; ++x) {
+      float& value = light[static_cast<std::size_t>(y * tile.width + x)];
       const double weight = double{across[static_cast<std::size_t>(x)]} * down[static_cast<std::size_t>(y)] * scale;
       value = static_cast<float>((value / spectrum.mean - 1.0) * weight);
     }
   }
-  spectrum.modes = Transform(light, window.width, window.height);
+  spectrum.modes = Transform(light, tile.width, tile.height);
   spectrum.noise = std::max(NoisePower(spectrum), 1e-12);
   return spectrum;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <complex>
+#include <cstdint>
 #include <vector>
 
 #include "autofocus/measures.h"
@@ -15,18 +16,24 @@ struct Spectrum {
   int width = 0;   ///< px, even
   int height = 0;  ///< px
   std::vector<std::complex<float>> modes;
-  double mean = 0.0;       ///< of light, full scale is 1
-  double noise = 0.0;      ///< power of the noise in every mode: an upper bound where fine texture is sharp
-  double saturated = 0.0;  ///< fraction of px at full scale together with most of their neighbours
-
+  double mean = 0.0;   ///< of light, full scale is 1
+  double noise = 0.0;  ///< power of the noise in every mode: an upper bound where fine texture is sharp
   int columns() const { return width / 2 + 1; }
 };
 
-/// The window to analyse around the one asked for: widened to `least` px a side where the frame allows, cut to `most`,
-/// with sides the transform is fast at.
-Window AnalysisWindow(const Window& asked, int frame_width, int frame_height, int least, int most);
+/// Pixels of a window that say nothing about focus, row by row; nonzero: left out. Empty: none.
+using Mask = std::vector<std::uint8_t>;
 
-/// `window` as AnalysisWindow() gives it: inside the frame, even sides.
-Spectrum SpectrumOf(const drivers::Frame& frame, const Window& window);
+/// Adds to `mask` what is too bright for the sensor in this frame, with its surroundings. A lone pixel at full scale is
+/// noise on a bright picture.
+void MaskClipped(const drivers::Frame& frame, const Window& window, Mask& mask);
+
+/// The window cut into tiles of equal size, at most `most` px a side, that lie inside it and cover all of it but for
+/// what rounding to sides the transform is fast at leaves over.
+std::vector<Window> TilesOf(const Window& window, int most);
+
+/// `tile` as TilesOf() gives it, a part of `window`, to which `mask` belongs: what it leaves out is filled with the
+/// mean of its surroundings.
+Spectrum SpectrumOf(const drivers::Frame& frame, const Window& tile, const Window& window = {}, const Mask& mask = {});
 
 }  // namespace lensd::autofocus::defocus

@@ -1,17 +1,22 @@
+// The command `autofocus`: runs of every method asked for over every scene, a table, CSV, JSON and charts.
 #include "bench/autofocus/autofocus.h"
 
 #include <sysexits.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "autofocus/session.h"
 #include "bench/autofocus/chart.h"
+#include "bench/autofocus/replay.h"
 #include "bench/autofocus/runs.h"
 #include "bench/autofocus/summary.h"
 #include "bench/command.h"
@@ -30,6 +35,10 @@ struct Options {
   std::uint64_t seed = 1;
   double f_number_error = 1.0;
   bool as_json = false;
+  std::string replay, only, without;
+  int starts = 6;
+  double gamma = 2.2;
+  bool crop = false;
 };
 
 int Complain(const Error& error, int status) {
@@ -167,6 +176,94 @@ int Bench(const Options& options) {
   return EX_OK;
 }
 
+struct ReplayTally {
+  int runs = 0, within = 0, off = 0, wrong = 0, refused = 0;
+  int in_two_sigma = 0, answers = 0;  ///< of one depth
+  std::vector<double> frames;
+};
+
+std::map<std::string, ReplayTally> TallyOf(const std::vector<ReplayRun>& runs) {
+  std::map<std::string, ReplayTally> tallies;
+  for (const ReplayRun& run : runs) {
+    for (const std::string& row : {run.region.kind, run.stack + ", " + run.region.kind}) {
+      ReplayTally& tally = tallies[row];
+      ++tally.runs;
+      tally.within += run.how == ReplayEnd::Within;
+      tally.off += run.how == ReplayEnd::Off;
+      tally.wrong += run.how == ReplayEnd::False;
+      tally.refused += run.how == ReplayEnd::Refused;
+      tally.frames.push_back(run.frames);
+      if (run.how == ReplayEnd::Refused || run.region.kind != "one depth") continue;
+      ++tally.answers;
+      tally.in_two_sigma += std::abs(run.end - run.region.best) <= 1.96 * run.sigma;
+    }
+  }
+  return tallies;
+}
+
+Result<void> WriteReplayCsv(const std::string& path, const std::vector<ReplayRun>& runs) {
+  constexpr const char* kEnds[] = {"within", "off", "false", "refused"};
+  std::ofstream file(path);
+  file << "stack,kind,x,y,width,height,best,start,end,sigma,offPx,frames,outcome,method,reason\n";
+  for (const ReplayRun& run : runs) {
+    const drivers::Region& roi = run.region.region;
+    file << run.stack << ',' << run.region.kind << ',' << roi.x << ',' << roi.y << ',' << roi.width << ',' << roi.height
+         << ',' << run.region.best << ',' << run.start << ',' << run.end << ',' << run.sigma << ',' << run.off_px << ','
+         << run.frames << ',' << kEnds[static_cast<int>(run.how)] << ',' << run.method << ",\"" << run.reason << "\"\n";
+  }
+  file.flush();
+  if (!file) return Fail(Code::Io, "cannot write " + path);
+  return {};
+}
+
+/// Recorded stacks instead of scenes.
+int BenchReplay(const Options& options) {
+  auto stacks = LoadStacks(options.replay, options.gamma);
+  if (!stacks) return Complain(stacks.error(), StatusOf(stacks.error().code));
+  std::erase_if(*stacks, [&](const Stack& stack) {
+    return stack.name == options.without || (!options.only.empty() && stack.name != options.only);
+  });
+  ordered_json rows = ordered_json::array();
+  std::vector<ReplayRun> all;
+  for (const std::string& method : MethodsFrom(options.method)) {
+    if (method == "moving") continue;  // a stack cannot show a lens in motion
+    auto runs = Replay(*stacks, {.method = method,
+                                 .starts = options.starts,
+                                 .crop = options.crop,
+                                 .slope_error = 1.0 / options.f_number_error});
+    if (!runs) return Complain(runs.error(), StatusOf(runs.error().code));
+    if (!options.as_json) {
+      std::printf("%-16s %-28s %5s %8s %5s %6s %8s %12s %12s\n", "method", "regions", "runs", "within", "off", "false",
+                  "refused", "frames", "in 95 %");
+    }
+    for (const auto& [row, tally] : TallyOf(*runs)) {
+      const double p50 = Percentile(tally.frames, 0.5), p95 = Percentile(tally.frames, 0.95);
+      rows.push_back({{"method", method},
+                      {"regions", row},
+                      {"runs", tally.runs},
+                      {"within", tally.within},
+                      {"off", tally.off},
+                      {"false", tally.wrong},
+                      {"refused", tally.refused},
+                      {"framesP50", p50},
+                      {"framesP95", p95},
+                      {"answers", tally.answers},
+                      {"inside95", tally.in_two_sigma}});
+      if (options.as_json) continue;
+      std::printf("%-16s %-28s %5d %8d %5d %6d %8d %5.0f /%5.0f", method.c_str(), row.c_str(), tally.runs, tally.within,
+                  tally.off, tally.wrong, tally.refused, p50, p95);
+      if (tally.answers > 0) std::printf(" %11.1f%%", 100.0 * tally.in_two_sigma / tally.answers);
+      std::printf("\n");
+    }
+    all.insert(all.end(), runs->begin(), runs->end());
+  }
+  if (!options.csv.empty()) {
+    if (auto written = WriteReplayCsv(options.csv, all); !written) return Complain(written.error(), EX_IOERR);
+  }
+  if (options.as_json) std::cout << rows.dump() << "\n";
+  return EX_OK;
+}
+
 }  // namespace
 
 int RunAutofocusCommand(int argc, char** argv) {
@@ -174,7 +271,17 @@ int RunAutofocusCommand(int argc, char** argv) {
       "Runs autofocus methods on a scene on stepped clocks, each run from another start with other noise.\n"
       "Errors are in whole depths of field: `within` means at most 0.5, `false` means focused and beyond 1.");
   Options options;
-  app.add_option("--scene", options.scenes, "scene file; several make one chart of all")->required();
+  app.add_option("--scene", options.scenes, "scene file; several make one chart of all");
+  app.add_option("--replay", options.replay, "folder of recorded focal stacks (stacks.json) instead of scenes");
+  app.add_option("--starts", options.starts, "with --replay: starts of each region")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_option("--stack", options.only, "with --replay: this stack alone");
+  app.add_option("--without", options.without, "with --replay: all stacks but this one");
+  app.add_option("--gamma", options.gamma, "with --replay: of the recorded pictures")
+      ->check(CLI::Range(0.2, 5.0))
+      ->capture_default_str();
+  app.add_flag("--crop", options.crop, "with --replay: show the region alone instead of the whole frame");
   app.add_option("--method", options.method, "a method's name, auto, or all")->capture_default_str();
   app.add_option("--runs", options.runs, "runs of each method")->check(CLI::Range(1, 1000000))->capture_default_str();
   app.add_option("--seed", options.seed, "of starts and noise")->capture_default_str();
@@ -184,7 +291,13 @@ int RunAutofocusCommand(int argc, char** argv) {
   app.add_option("--csv", options.csv, "file for one line a run");
   app.add_option("--svg", options.svg, "file for the charts");
   app.add_flag("--json", options.as_json, "one line of JSON instead of the table");
-  return ParseThen(app, argc, argv, [&] { return Bench(options); });
+  return ParseThen(app, argc, argv, [&] {
+    if (options.replay.empty() == options.scenes.empty()) {
+      std::cerr << "lens-bench autofocus: give either --scene or --replay\n";
+      return EX_USAGE;
+    }
+    return options.replay.empty() ? Bench(options) : BenchReplay(options);
+  });
 }
 
 }  // namespace lensd::bench

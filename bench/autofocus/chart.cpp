@@ -1,3 +1,4 @@
+// The charts of autofocus runs: frames and time against error, success against start, refused against false.
 #include "bench/autofocus/chart.h"
 
 #include <algorithm>

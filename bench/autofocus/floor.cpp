@@ -1,3 +1,4 @@
+// The Cramer-Rao bound for focus from given frames on a known texture: what the light allows, whatever the method.
 #include "bench/autofocus/floor.h"
 
 #include <kissfft/kiss_fftnd.h>
@@ -39,6 +40,27 @@ double NoiseOf(const sim::CameraSettings& camera, double mean) {
   return variance / (kWhite * mean * kWhite * mean);
 }
 
+/// A square in the middle of the region of truth, and a Hann window over it.
+std::pair<std::vector<double>, std::vector<double>> Windowed(const sim::Scene& scene,
+                                                             const std::vector<std::uint16_t>& picture, int side) {
+  const auto from = [side](double middle, int size) {
+    return std::clamp(static_cast<int>(middle * size) - side / 2, 0, size - side);
+  };
+  const auto hann = [side](int i) { return 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (i + 0.5) / side); };
+  const int left = from(scene.truth_region.x + scene.truth_region.w / 2, scene.camera.width);
+  const int upper = from(scene.truth_region.y + scene.truth_region.h / 2, scene.camera.height);
+  std::vector<double> light, weights;
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      const auto at = static_cast<std::size_t>(upper + y) * static_cast<std::size_t>(scene.camera.width) +
+                      static_cast<std::size_t>(left + x);
+      light.push_back(picture[at] / 65535.0);
+      weights.push_back(hann(x) * hann(y));
+    }
+  }
+  return {std::move(light), std::move(weights)};
+}
+
 }  // namespace
 
 Result<FocusFloor> FocusFloor::Create(sim::Pictures& pictures) {
@@ -60,21 +82,7 @@ Result<FocusFloor> FocusFloor::Create(sim::Pictures& pictures) {
   floor.quantisation_px_ = step_m * state.optics.aperture_diameter_m / f / pixel_m / std::sqrt(12.0);
 
   const int side = std::min({kSide, scene.camera.width / 2 * 2, scene.camera.height / 2 * 2});
-  const auto from = [side](double middle, int size) {
-    return std::clamp(static_cast<int>(middle * size) - side / 2, 0, size - side);
-  };
-  const int left = from(scene.truth_region.x + scene.truth_region.w / 2, scene.camera.width);
-  const int upper = from(scene.truth_region.y + scene.truth_region.h / 2, scene.camera.height);
-  std::vector<double> light, weights;
-  for (int y = 0; y < side; ++y) {
-    for (int x = 0; x < side; ++x) {
-      const auto at = static_cast<std::size_t>(upper + y) * static_cast<std::size_t>(scene.camera.width) +
-                      static_cast<std::size_t>(left + x);
-      const auto hann = [side](int i) { return 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (i + 0.5) / side); };
-      light.push_back((*picture)->light[at] / 65535.0);
-      weights.push_back(hann(x) * hann(y));
-    }
-  }
+  const auto [light, weights] = Windowed(scene, (*picture)->light, side);
   const double weight = std::accumulate(weights.begin(), weights.end(), 0.0);
   const double mean = std::inner_product(light.begin(), light.end(), weights.begin(), 0.0) / weight;
   if (!(mean > 0)) return Fail(Code::InvalidArgument, "there is no light in the region");

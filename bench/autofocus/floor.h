@@ -10,7 +10,7 @@
 
 namespace lensd::bench {
 
-/// Cramér-Rao bound of a focus position from frames of known blur slope and a disc PSF, where every mode of the texture
+/// Cramér-Rao bound of a focus position from frames of known blur slope and a disk PSF, where every mode of the texture
 /// is unknown: from the sharp picture's own spectrum and the sensor's noise in the region of truth.
 class FocusFloor {
  public:

@@ -1,3 +1,4 @@
+// Autofocus runs through the rig on stepped clocks, in parallel; the truth is read after each, for scoring alone.
 #include "bench/autofocus/runs.h"
 
 #include <algorithm>
@@ -59,10 +60,12 @@ Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& picture
   if (!world) return PassOn(std::move(world));
   rig::RigConfig believed;
   believed.optics = world->device.optics;
-  believed.optics->min_f_number *= wanted.f_number_error;
-  believed.optics->max_f_number *= wanted.f_number_error;
-  believed.optics->focal_length_m *= wanted.focal_length_error;
-  believed.optics->max_focal_length_m *= wanted.focal_length_error;
+  if (believed.optics) {
+    believed.optics->min_f_number *= wanted.f_number_error;
+    believed.optics->max_f_number *= wanted.f_number_error;
+    believed.optics->focal_length_m *= wanted.focal_length_error;
+    believed.optics->max_focal_length_m *= wanted.focal_length_error;
+  }
   if (wanted.late > Duration::zero()) {
     world->device.lens = std::make_unique<LateLens>(std::move(world->device.lens), wanted.late);
     believed.axes[drivers::Axis::Focus].latency = wanted.late;

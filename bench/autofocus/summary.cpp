@@ -1,3 +1,4 @@
+// Shares with their Wilson intervals and percentiles of many runs.
 #include "bench/autofocus/summary.h"
 
 #include <algorithm>

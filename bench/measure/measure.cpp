@@ -1,3 +1,4 @@
+// The command `measure`: focus measures against one read of memory and against OpenCV, in turns on the same picture.
 #include "bench/measure/measure.h"
 
 #include <CLI/CLI.hpp>

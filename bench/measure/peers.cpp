@@ -1,3 +1,4 @@
+// Focus measures as recipes have them, and as quick as OpenCV can be made.
 #include "bench/measure/peers.h"
 
 #ifdef LENSD_HAVE_OPENCV

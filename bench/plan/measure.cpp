@@ -1,10 +1,10 @@
+// Times planning methods in turns on the same problems and judges each answer against the reference.
 #include "bench/plan/measure.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace lensd::bench {
 namespace {
@@ -50,30 +50,18 @@ void Calibrate(Runner& runner) {
   runner.repeats = std::clamp(static_cast<int>(kRoundUs / std::max(once, 1e-3)), 1, 100000);
 }
 
-/// Reads every double of the problem once: nothing that looks at all of it can be faster.
-Solver ReadOnce(const Problem& problem) {
-  return [&problem]() -> Answer {
-    double sums[8] = {};
-    for (const auto* data : {&problem.sample_vergence, &problem.sample_limit}) {
-      const std::size_t whole = data->size() / 8 * 8;
-      for (std::size_t i = 0; i < whole; i += 8) {
-        for (std::size_t k = 0; k < 8; ++k) sums[k] += (*data)[i + k];
-      }
-    }
-    return {std::accumulate(std::begin(sums), std::end(sums), 0.0), 0};
-  };
+std::size_t MostLimits(const ProblemSet& set) {
+  std::size_t most = 0;
+  for (const Problem& problem : set.problems) most = std::max(most, problem.limits.size());
+  return most;
 }
 
-std::vector<Runner> Prepare(const ProblemSet& set, std::vector<Method> methods) {
-  std::size_t largest = 0;
-  for (const Problem& problem : set.problems) largest = std::max(largest, Size(problem));
-  const std::size_t plans = methods.size();
-  if (!set.problems.front().sample_vergence.empty()) methods.push_back({"reading the data once", ReadOnce, largest});
+std::vector<Runner> Prepare(const ProblemSet& set, const std::vector<Method>& methods) {
+  const std::size_t largest = MostLimits(set);
   std::vector<Runner> runners;
-  for (std::size_t i = 0; i < methods.size(); ++i) {
-    const Method& method = methods[i];
+  for (const Method& method : methods) {
     if (!method.missing.empty() || largest > method.most_limits) continue;
-    Runner runner{.name = method.name, .solvers = {}, .ours = method.ours, .plans = i < plans};
+    Runner runner{.name = method.name, .solvers = {}, .ours = method.ours, .plans = method.plans};
     for (const Problem& problem : set.problems) runner.solvers.push_back(method.prepare(problem));
     Calibrate(runner);
     runners.push_back(std::move(runner));
@@ -111,14 +99,10 @@ std::vector<Measured> Measure(const ProblemSet& set, const std::vector<Method>& 
     fastest_of_ours.push_back(fastest);
   }
   std::vector<double> truth;
-  std::size_t largest = 0;
-  for (const Problem& problem : set.problems) {
-    truth.push_back(TrueFNumber(problem));
-    largest = std::max(largest, Size(problem));
-  }
+  for (const Problem& problem : set.problems) truth.push_back(TrueFNumber(problem));
   std::vector<Measured> rows;
   for (const Runner& runner : runners) {
-    Measured row{.set = set.name, .method = runner.name, .limits = largest, .problems = set.problems.size()};
+    Measured row{.set = set.name, .method = runner.name, .limits = MostLimits(set), .problems = set.problems.size()};
     row.time_us = Median(runner.time_us);
     std::vector<double> ratios;
     for (std::size_t i = 0; i < runner.time_us.size(); ++i) ratios.push_back(runner.time_us[i] / fastest_of_ours[i]);

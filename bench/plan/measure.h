@@ -16,7 +16,7 @@ struct Measured {
   std::size_t limits = 0;  ///< of the largest problem
   std::size_t problems = 0;
   double time_us = 0;  ///< median over the rounds of the time for one plan
-  /// Median over the rounds of time/(time of our fastest method in that round); nothing where none of ours ran.
+  /// Median over the rounds of time/(lensd's time in that round); nothing where none of ours ran.
   std::optional<double> time_to_ours = std::nullopt;
   bool plans = true;     ///< else it only reads the data
   double error_max = 0;  ///< of the f-number, relative; over the problems that were answered
@@ -26,10 +26,11 @@ struct Measured {
 };
 
 /// Times every method on the set in `rounds` rounds, one method after the other within a round, so that what slows the
-/// machine slows all of them. Sets of samples also get the time to read their data once.
+/// machine slows all of them.
 std::vector<Measured> Measure(const ProblemSet& set, const std::vector<Method>& methods, int rounds);
 
-/// Reducing one class of a depth map of `pixels` to its nearest and farthest depth, beside reading map and mask once.
+/// A plan that keeps one class of a depth map of `pixels` sharp, as lensctl makes it of map and mask, beside reading
+/// both once.
 std::vector<Measured> MeasureDepthMap(std::size_t pixels, std::uint64_t seed, int rounds);
 
 }  // namespace lensd::bench

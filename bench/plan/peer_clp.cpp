@@ -1,3 +1,4 @@
+// Coin-OR's Clp as a peer: the plan as a linear programme, solved by the dual simplex method.
 #include "bench/plan/peers.h"
 
 #ifdef LENSD_HAVE_CLP

@@ -1,3 +1,4 @@
+// NLopt's SLSQP as a peer: the plan as a smooth problem with inequality constraints.
 #include "bench/plan/peers.h"
 
 #ifdef LENSD_HAVE_NLOPT

@@ -18,10 +18,13 @@ struct Method {
   std::size_t most_limits = 0;  ///< larger problems are left out: the method would take minutes
   std::string missing = {};     ///< the package this build lacks; empty: it is there
   bool ours = false;
+  bool plans = true;  ///< else it only reads the numbers: nothing that looks at all of them can be faster
 };
 
-/// lensd's planner.
-std::vector<Method> OurMethods();
+/// lensd's planner as lensctl and lensd call it: names, worst blur of every limit, model.
+Method Lensd();
+/// Reads the numbers of lensd's request once, where they stand.
+Method ReadRequestOnce();
 
 /// Textbook depth of field, N = Δv/2c, and the sensor halfway between the two images.
 Method TextbookFormula();
@@ -40,8 +43,5 @@ Method ExactReference();
 
 /// The truth: exact where ExactReference() is able to, else bisection in long double over every line.
 double TrueFNumber(const Problem& problem);
-
-/// Number of limits or samples.
-std::size_t Size(const Problem& problem);
 
 }  // namespace lensd::bench

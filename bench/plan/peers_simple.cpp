@@ -28,10 +28,6 @@ Images ImagesOf(const Problem& problem) {
   for (const Limit& limit : problem.limits) {
     if (limit.kind == Kind::Sharp) add(limit.far, limit.near, limit.limit);
   }
-  const bool own = problem.sample_limit.size() > 1;
-  for (std::size_t i = 0; i < problem.sample_vergence.size(); ++i) {
-    add(problem.sample_vergence[i], problem.sample_vergence[i], problem.sample_limit[own ? i : 0]);
-  }
   images.far *= problem.f * problem.f;
   images.near *= problem.f * problem.f;
   return images;
@@ -152,10 +148,6 @@ Method GridSearch(int side) {
 Method Bisection() {
   return {"bisection", [](const Problem& problem) -> Solver { return [&problem] { return Bisect(problem); }; },
           10'000'000};
-}
-
-std::size_t Size(const Problem& problem) {
-  return problem.limits.size() + problem.sample_vergence.size();
 }
 
 }  // namespace lensd::bench

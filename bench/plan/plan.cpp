@@ -1,3 +1,4 @@
+// The command `plan`: sets of problems, methods, and where the figures go.
 #include "bench/plan/plan.h"
 
 #include <sysexits.h>
@@ -24,15 +25,12 @@ std::vector<ProblemSet> Sets(const Options& options) {
   std::vector<ProblemSet> sets;
   sets.push_back(MixedLimits("up to 8 limits", options.seed, options.quick ? 50 : 200, 1, 8));
   sets.push_back(MixedLimits("100 limits", options.seed + 1, options.quick ? 2 : 5, 100, 100));
-  const std::size_t samples = options.quick ? 10'000 : 1'000'000;
-  const std::string count = options.quick ? "10,000" : "1,000,000";
-  sets.push_back(DepthSamples(count + " depth samples, one limit", options.seed + 2, samples, false));
-  sets.push_back(DepthSamples(count + " distinct limits", options.seed + 3, samples, true));
+  sets.push_back(ManyDepths("65,536 named depths", options.seed + 2, 65536));
   return sets;
 }
 
 std::vector<Method> AllMethods() {
-  std::vector<Method> methods = OurMethods();
+  std::vector<Method> methods = {Lensd(), ReadRequestOnce()};
   methods.push_back(TextbookFormula());
   methods.push_back(ImageMidpoint());
   methods.push_back(GridSearch(100));
@@ -57,8 +55,7 @@ int Bench(const Options& options) {
     const std::vector<Measured> more = Measure(set, methods, options.rounds);
     rows.insert(rows.end(), more.begin(), more.end());
   }
-  const std::vector<Measured> depth_map =
-      MeasureDepthMap(options.quick ? 1'000'000 : 8'000'000, options.seed, options.rounds);
+  const std::vector<Measured> depth_map = MeasureDepthMap(1'000'000, options.seed, options.rounds);
   rows.insert(rows.end(), depth_map.begin(), depth_map.end());
   for (const auto& [path, write] : {std::pair{options.csv, &WritePlanCsv}, {options.svg, &WritePlanSvg}}) {
     if (path.empty()) continue;

@@ -1,3 +1,4 @@
+// Planning problems drawn at random around a setting that meets them, in plain numbers that every method reads.
 #include "bench/plan/problem.h"
 
 #include <algorithm>
@@ -59,15 +60,8 @@ Limit DrawLimit(Draw& draw, const Problem& problem, const Answer& truth) {
 
 Problem DrawLens(Draw& draw) {
   const double f = draw.Log(0.02, 0.1);
-  return {.f = f,
-          .n_low = 1.4,
-          .n_high = 22,
-          .e_low = 0,
-          .e_high = 0.15 * f,
-          .delta = draw.Uniform(0, 2e-6),
-          .limits = {},
-          .sample_vergence = {},
-          .sample_limit = {}};
+  return {
+      .f = f, .n_low = 1.4, .n_high = 22, .e_low = 0, .e_high = 0.15 * f, .delta = draw.Uniform(0, 2e-6), .limits = {}};
 }
 
 }  // namespace
@@ -89,12 +83,6 @@ Lines LinesOf(const Problem& problem) {
     if (limit.kind != Kind::Behind) upper(limit.far, limit.kind == Kind::Sharp ? limit.limit : -limit.limit);
     if (limit.kind != Kind::Front) lower(limit.near, limit.kind == Kind::Sharp ? -limit.limit : limit.limit);
   }
-  const bool own = problem.sample_limit.size() > 1;
-  for (std::size_t i = 0; i < problem.sample_vergence.size(); ++i) {
-    const double c = problem.sample_limit[own ? i : 0];
-    upper(problem.sample_vergence[i], c);
-    lower(problem.sample_vergence[i], -c);
-  }
   return lines;
 }
 
@@ -114,11 +102,6 @@ double Violation(const Problem& problem, const Answer& answer) {
       }
     }
   }
-  const bool own = problem.sample_limit.size() > 1;
-  for (std::size_t i = 0; i < problem.sample_vergence.size(); ++i) {
-    const double u = problem.sample_vergence[i];
-    worst = std::max(worst, LargestBlur(problem, answer, u, u) / problem.sample_limit[own ? i : 0] - 1);
-  }
   return worst;
 }
 
@@ -135,20 +118,17 @@ ProblemSet MixedLimits(std::string name, std::uint64_t seed, int count, int fewe
   return set;
 }
 
-ProblemSet DepthSamples(std::string name, std::uint64_t seed, std::size_t samples, bool own_limits) {
+ProblemSet ManyDepths(std::string name, std::uint64_t seed, std::size_t depths) {
   Draw draw(seed);
   Problem problem = DrawLens(draw);
   problem.f = 0.05;
   problem.e_high = 0.008;
   const Answer truth{11, problem.f * problem.f * 0.45};
-  for (std::size_t i = 0; i < samples; ++i) {
+  for (std::size_t i = 0; i < depths; ++i) {
     const double u = draw.Uniform(0.38, 0.5);
-    problem.sample_vergence.push_back(u);
-    if (!own_limits) continue;
     const double met = LargestBlur(problem, truth, u, u) * (1 + draw.Log(1e-6, 1.0));
-    problem.sample_limit.push_back(std::max(kFinestLimit, met));
+    problem.limits.push_back({.far = u, .near = u, .limit = std::max(kFinestLimit, met)});
   }
-  if (!own_limits) problem.sample_limit = {20e-6};
   return {std::move(name), {std::move(problem)}};
 }
 

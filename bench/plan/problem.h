@@ -17,8 +17,7 @@ struct Limit {
   Kind kind = Kind::Sharp;
 };
 
-/// The smallest f-number, please. Either a list of limits, or samples: one sharp depth each, with one limit for all of
-/// them or one limit each. Lengths in metres, vergences in dioptres.
+/// The smallest f-number, please. Lengths in metres, vergences in dioptres.
 struct Problem {
   double f = 0;
   double n_low = 0;
@@ -27,8 +26,6 @@ struct Problem {
   double e_high = 0;
   double delta = 0;  ///< sensor tolerance
   std::vector<Limit> limits;
-  std::vector<double> sample_vergence;
-  std::vector<double> sample_limit;  ///< as many as vergences, or one
 };
 
 /// What a method says. Infeasible: NaN.
@@ -56,7 +53,7 @@ struct ProblemSet {
 /// Problems that a randomly drawn setting solves, so that all are feasible: `count` with `fewest` to `most` limits,
 /// sides of blurred limits given.
 ProblemSet MixedLimits(std::string name, std::uint64_t seed, int count, int fewest, int most);
-/// One scene of many depth samples: under one sharp limit, or each under its own.
-ProblemSet DepthSamples(std::string name, std::uint64_t seed, std::size_t samples, bool own_limits);
+/// One scene of many depths, each to be sharp within its own limit.
+ProblemSet ManyDepths(std::string name, std::uint64_t seed, std::size_t depths);
 
 }  // namespace lensd::bench

@@ -13,6 +13,8 @@ using Rational =
     boost::multiprecision::number<boost::multiprecision::rational_adaptor<boost::multiprecision::cpp_int_backend<>>,
                                   boost::multiprecision::et_off>;
 
+constexpr std::size_t kMostExact = 200;  // limits
+
 struct Line {
   Rational p;
   Rational q;
@@ -79,24 +81,23 @@ Answer SolveExactly(const Problem& problem) {
   return {n->convert_to<double>(), Rational((*low + *high) / 2).convert_to<double>()};
 }
 
-/// How far the lines leave the extension open at N, in long double; and whether more N opens it.
+/// How far sharp limits leave the extension open at N, in long double.
 long double OpenAt(const Problem& problem, long double n) {
   const long double f = problem.f;
   long double low = problem.e_low;
   long double high = problem.e_high;
-  const bool own = problem.sample_limit.size() > 1;
-  for (std::size_t i = 0; i < problem.sample_vergence.size(); ++i) {
-    const long double u = problem.sample_vergence[i];
-    const long double w = 1 - f * u;
-    const long double middle = f * f * u / w;
-    const long double reach = problem.sample_limit[own ? i : 0] * n / w - problem.delta;
-    low = std::max(low, middle - reach);
-    high = std::min(high, middle + reach);
+  for (const Limit& limit : problem.limits) {
+    const auto bound = [&](double u, int side) {
+      const long double w = 1 - f * u;
+      return f * f * u / w + side * (limit.limit * n / w - problem.delta);
+    };
+    high = std::min(high, bound(limit.far, 1));
+    low = std::max(low, bound(limit.near, -1));
   }
   return high - low;
 }
 
-/// Sharp samples only: more N always opens more.
+/// Sharp limits only: more N always opens more.
 double BisectLong(const Problem& problem) {
   long double low = problem.n_low;
   long double high = problem.n_high;
@@ -112,12 +113,11 @@ double BisectLong(const Problem& problem) {
 
 Method ExactReference() {
   return {"exact rational reference",
-          [](const Problem& problem) -> Solver { return [&problem] { return SolveExactly(problem); }; }, 200};
+          [](const Problem& problem) -> Solver { return [&problem] { return SolveExactly(problem); }; }, kMostExact};
 }
 
 double TrueFNumber(const Problem& problem) {
-  if (!problem.sample_vergence.empty()) return BisectLong(problem);
-  return SolveExactly(problem).n;
+  return problem.limits.size() > kMostExact ? BisectLong(problem) : SolveExactly(problem).n;
 }
 
 }  // namespace lensd::bench

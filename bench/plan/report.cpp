@@ -1,3 +1,4 @@
+// The figures of `plan` as a chart, a table, CSV and JSON.
 #include "bench/plan/report.h"
 
 #include <algorithm>

@@ -6,9 +6,9 @@
 #include "bench/cpu_time.h"
 #include "bench/render/cases.h"
 #include "bench/render/peers.h"
-#include "disk_filter.h"
-#include "disk_fourier.h"
-#include "varying_blur.h"
+#include "render/disk_filter.h"
+#include "render/disk_fourier.h"
+#include "render/varying_blur.h"
 
 namespace lensd::bench {
 namespace {

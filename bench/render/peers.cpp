@@ -1,3 +1,4 @@
+// Disk blurs by OpenCV, FFTW and KissFFT, each where it was installed when lens-bench was built.
 #include "bench/render/peers.h"
 
 #include <algorithm>

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "disk_kernel.h"
-#include "raster.h"
+#include "render/disk_kernel.h"
+#include "render/raster.h"
 
 namespace lensd::bench {
 

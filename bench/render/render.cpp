@@ -1,3 +1,4 @@
+// The command `render`: cost and error of the renderers and their peers over diameters and scenes.
 #include "bench/render/render.h"
 
 #include <sysexits.h>

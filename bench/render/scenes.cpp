@@ -68,8 +68,8 @@ std::vector<Case> Cases() {
   *depth = {kWidth, kHeight, {}};
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
-      const bool disc = std::hypot(x - 60, y - 64) < 30.0;
-      depth->depth_m.push_back(disc ? 0.9f : 1.3f + 0.002f * static_cast<float>(x) + (x / 12 % 3 == 0 ? 0.2f : 0.0f));
+      const bool disk = std::hypot(x - 60, y - 64) < 30.0;
+      depth->depth_m.push_back(disk ? 0.9f : 1.3f + 0.002f * static_cast<float>(x) + (x / 12 % 3 == 0 ? 0.2f : 0.0f));
     }
   }
   sim::TexturePaint paint = Texture(6);

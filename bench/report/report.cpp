@@ -1,3 +1,4 @@
+// The command `report`: every family run as a process of its own, its figures put on one page.
 #include "bench/report/report.h"
 
 #include <fcntl.h>
@@ -21,7 +22,7 @@
 #include "base/result.h"
 #include "bench/command.h"
 #include "io/png.h"
-#include "proto/base64.h"
+#include "varlink/base64.h"
 
 namespace lensd::bench {
 namespace {
@@ -170,7 +171,7 @@ std::string PageOf(const std::vector<Section>& sections, const fs::path& directo
     const std::string chart = Contents(directory / (section.name + ".svg"));
     if (section.status == 0 && !chart.empty()) {
       page << "<img alt=\"" << section.name << "\" src=\"data:image/svg+xml;base64,"
-           << proto::EncodeBase64({reinterpret_cast<const std::uint8_t*>(chart.data()), chart.size()}) << "\">\n";
+           << varlink::EncodeBase64({reinterpret_cast<const std::uint8_t*>(chart.data()), chart.size()}) << "\">\n";
     }
   }
   page << "</body></html>\n";

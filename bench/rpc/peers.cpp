@@ -1,3 +1,4 @@
+// Round trips without the daemon: a bare socket as the floor, sd-bus as a peer with the same text.
 #include "bench/rpc/peers.h"
 
 #include <sys/socket.h>

@@ -29,7 +29,7 @@
 #include "bench/rpc/peers.h"
 #include "io/svg.h"
 #include "optics/planner.h"
-#include "proto/client.h"
+#include "varlink/client.h"
 
 namespace lensd::bench {
 namespace {
@@ -94,7 +94,7 @@ class PrivateDaemon {
     posix_spawn_file_actions_destroy(&actions);
     if (failed != 0) return Fail(Code::Disconnected, "cannot start " + program + ", which belongs beside lens-bench");
     const auto deadline = Clock::now() + std::chrono::seconds(20);
-    while (!proto::Client::Connect(socket)) {
+    while (!varlink::Client::Connect(socket)) {
       if (Clock::now() > deadline || ::waitpid(daemon->process_, nullptr, WNOHANG) != 0) {
         return Fail(Code::Disconnected, program + " did not open its socket");
       }
@@ -184,9 +184,9 @@ Result<std::vector<Way>> WaysTo(const PrivateDaemon& daemon) {
   if (!answer || answer->find("\"feasible\":true") == std::string::npos) {
     return Fail(Code::Protocol, "lensd did not answer the plan: " + answer.value_or("no reply"));
   }
-  const auto whole_client = proto::Client::Connect(daemon.socket());
+  const auto whole_client = varlink::Client::Connect(daemon.socket());
   if (!whole_client) return std::unexpected(whole_client.error());
-  const auto shared = std::make_shared<proto::Client>(*proto::Client::Connect(daemon.socket()));
+  const auto shared = std::make_shared<varlink::Client>(*varlink::Client::Connect(daemon.socket()));
   std::vector<Way> ways;
   ways.push_back({"socket echo, the plan's bytes", false, SocketEcho(plan, *answer)});
   ways.push_back({"sd-bus, the plan's text", true, SdBusCall(plan, *answer)});
@@ -194,7 +194,7 @@ Result<std::vector<Way>> WaysTo(const PrivateDaemon& daemon) {
   ways.push_back({"lensd Status", false, Asking(client, Call("io.lensd.Lens.Status", "{}"))});
   ways.push_back({"lensd Plan, two limits", false, Asking(client, plan)});
   ways.push_back({"lensd Plan, with the client's JSON", false, [shared] {
-                    const auto reply = shared->Invoke("io.lensd.Lens.Plan", proto::Json::parse(kPlanParameters));
+                    const auto reply = shared->Invoke("io.lensd.Lens.Plan", varlink::Json::parse(kPlanParameters));
                     return reply.has_value() && reply->error.empty();
                   }});
   ways.push_back({"the plan in this process", false, [request = SamePlan()] {

@@ -24,7 +24,7 @@ using nlohmann::json;
 struct Options {
   std::string reference_a, reference_b, picture, depth_map, predicted, svg;
   std::vector<double> sharp, blurred;  // NEAR FAR PX triples
-  double slice_m = 0.1, largest_px = 14.0;
+  double slice_m = 0.1, largest_px = 14.0, reference_opening = 0.0;
   bool as_json = false;
 };
 
@@ -39,14 +39,18 @@ struct Verdict {
   Limit limit;
   long pixels = 0;
   SliceBlur worst;
-  bool holds = false;
+  enum class Answer { Holds, Broken, CannotTell } answer = Answer::CannotTell;
+  bool holds() const { return answer == Answer::Holds; }
 };
 
 Result<Plane> ReadPlane(const std::string& path) {
   const auto image = io::ReadPng(path);
   if (!image) return std::unexpected(image.error());
   Plane plane{image->width, image->height, {}};
-  for (std::size_t i = 0; i < image->samples.size(); i += image->channels) plane.values.push_back(image->samples[i]);
+  // Of colours the green alone: its noise depends on its own level only.
+  const std::size_t green = image->channels == 3 ? 1 : 0;
+  for (std::size_t i = green; i < image->samples.size(); i += image->channels)
+    plane.values.push_back(image->samples[i]);
   return plane;
 }
 
@@ -86,26 +90,53 @@ std::vector<double> Edges(const std::vector<float>& depth, const std::vector<Lim
   return edges;
 }
 
+/// A limit holds where no slice's error bar reaches more than a tenth of it beyond it; it is broken where a whole bar
+/// lies beyond.
 Verdict Judge(const Limit& limit, const std::vector<SliceBlur>& slices) {
+  constexpr double kReach = 0.1;
   Verdict verdict;
   verdict.limit = limit;
   double worst = -1e9;
+  bool broken = false, all_told = true;
   for (const SliceBlur& slice : slices) {
     const double middle = 0.5 * (slice.near_m + slice.far_m);
     if (slice.pixels < kFewestPixels || middle < limit.near_m || middle > limit.far_m) continue;
     verdict.pixels += slice.pixels;
+    broken |= limit.sharp ? slice.low_px > limit.limit_px : slice.high_px < limit.limit_px;
+    all_told &=
+        limit.sharp ? slice.high_px <= (1 + kReach) * limit.limit_px : slice.low_px >= (1 - kReach) * limit.limit_px;
     const double excess = (limit.sharp ? 1 : -1) * (slice.diameter_px - limit.limit_px);
     if (excess <= worst) continue;
     worst = excess;
     verdict.worst = slice;
   }
-  verdict.holds = verdict.pixels > 0 && worst <= 2 * verdict.worst.sigma_px;
+  if (broken) verdict.answer = Verdict::Answer::Broken;
+  if (!broken && all_told && verdict.pixels > 0) verdict.answer = Verdict::Answer::Holds;
   return verdict;
 }
 
+std::string_view NameOf(Verdict::Answer answer) {
+  switch (answer) {
+    case Verdict::Answer::Holds:
+      return "holds";
+    case Verdict::Answer::Broken:
+      return "broken";
+    case Verdict::Answer::CannotTell:
+      break;
+  }
+  return "cannot tell";
+}
+
 json ToJson(const SliceBlur& slice) {
-  return {{"nearM", slice.near_m},           {"farM", slice.far_m},       {"pixels", slice.pixels},
-          {"diameterPx", slice.diameter_px}, {"sigmaPx", slice.sigma_px}, {"gain", slice.gain}};
+  return {{"nearM", slice.near_m},
+          {"farM", slice.far_m},
+          {"meanM", slice.mean_m},
+          {"pixels", slice.pixels},
+          {"diameterPx", slice.diameter_px},
+          {"lowPx", slice.low_px},
+          {"highPx", slice.open ? json(nullptr) : json(slice.high_px)},
+          {"atMost", slice.at_most()},
+          {"gain", slice.gain}};
 }
 
 json ToJson(const std::vector<Verdict>& verdicts, const std::vector<SliceBlur>& slices) {
@@ -115,12 +146,10 @@ json ToJson(const std::vector<Verdict>& verdicts, const std::vector<SliceBlur>& 
                              {"nearM", verdict.limit.near_m},
                              {"farM", verdict.limit.far_m},
                              {"limitPx", verdict.limit.limit_px},
-                             {"worstPx", verdict.worst.diameter_px},
-                             {"worstSigmaPx", verdict.worst.sigma_px},
-                             {"worstAtM", 0.5 * (verdict.worst.near_m + verdict.worst.far_m)},
+                             {"worst", ToJson(verdict.worst)},
                              {"pixels", verdict.pixels},
-                             {"holds", verdict.holds}});
-    if (!verdict.holds) out["holds"] = false;
+                             {"answer", NameOf(verdict.answer)}});
+    if (!verdict.holds()) out["holds"] = false;
   }
   for (const SliceBlur& slice : slices) {
     if (slice.pixels >= kFewestPixels) out["slices"].push_back(ToJson(slice));
@@ -128,11 +157,23 @@ json ToJson(const std::vector<Verdict>& verdicts, const std::vector<SliceBlur>& 
   return out;
 }
 
+std::string BlurText(const SliceBlur& slice) {
+  char text[80];
+  if (slice.open) {
+    std::snprintf(text, sizeof text, "not known");
+  } else if (slice.at_most()) {
+    std::snprintf(text, sizeof text, "at most %.2f px", slice.high_px);
+  } else {
+    std::snprintf(text, sizeof text, "%.2f px (%.2f to %.2f)", slice.diameter_px, slice.low_px, slice.high_px);
+  }
+  return text;
+}
+
 io::Chart ChartOf(const std::vector<Verdict>& verdicts, const std::vector<SliceBlur>& slices, const json& predicted) {
   io::Chart chart;
   chart.title = "Blur against distance: planned, and measured from the frames";
   chart.subtitle =
-      "measured by blurring a small-aperture frame until it looks like the picture; bars are two standard errors";
+      "measured by blurring a small-aperture frame until it looks like the picture; bars: 95 % where one depth fills a slice";
   chart.x = {.label = "distance from the lens centre", .unit = "m"};
   chart.y = {.label = "blur diameter", .unit = "px", .low = 0.0};
   io::ChartLine line{.name = "planned (thin lens)"};
@@ -141,18 +182,18 @@ io::Chart ChartOf(const std::vector<Verdict>& verdicts, const std::vector<SliceB
   }
   if (!line.points.empty()) chart.lines.push_back(line);
   io::ChartPoints points{.name = "measured", .colour = io::PaletteColour(1)};
+  io::ChartPoints limits{.name = "measured: at most", .colour = io::PaletteColour(1), .marker = io::Marker::Ring};
   double farthest = 0;
   for (const SliceBlur& slice : slices) {
-    if (slice.pixels < kFewestPixels) continue;
-    const double middle = 0.5 * (slice.near_m + slice.far_m);
+    if (slice.pixels < kFewestPixels || slice.open) continue;
     farthest = std::max(farthest, slice.far_m);
-    points.points.push_back({{middle, slice.diameter_px}, ""});
-    chart.intervals.push_back({{middle, slice.diameter_px},
-                               std::max(0.0, slice.diameter_px - 2 * slice.sigma_px),
-                               slice.diameter_px + 2 * slice.sigma_px,
-                               io::PaletteColour(1)});
+    const double shown = slice.at_most() ? slice.high_px : slice.diameter_px;
+    (slice.at_most() ? limits : points).points.push_back({{slice.mean_m, shown}, ""});
+    chart.intervals.push_back({{slice.mean_m, shown}, slice.low_px, slice.high_px, io::PaletteColour(1)});
   }
-  chart.points.push_back(points);
+  for (const auto& shown : {points, limits}) {
+    if (!shown.points.empty()) chart.points.push_back(shown);
+  }
   for (const Verdict& verdict : verdicts) {
     const Limit& limit = verdict.limit;
     char label[64];
@@ -167,10 +208,9 @@ io::Chart ChartOf(const std::vector<Verdict>& verdicts, const std::vector<SliceB
 
 void PrintTable(const std::vector<Verdict>& verdicts) {
   for (const Verdict& verdict : verdicts) {
-    std::printf("%-8s %5.2f..%-5.2f m  limit %4.1f px  worst %5.2f +- %.2f px at %.2f m  (%ld px)  %s\n",
-                verdict.limit.name.c_str(), verdict.limit.near_m, verdict.limit.far_m, verdict.limit.limit_px,
-                verdict.worst.diameter_px, verdict.worst.sigma_px, 0.5 * (verdict.worst.near_m + verdict.worst.far_m),
-                verdict.pixels, verdict.holds ? "holds" : "DOES NOT HOLD");
+    std::printf("%-8s %5.2f..%-5.2f m  limit %4.1f px  worst %s at %.2f m  (%ld px)  %s\n", verdict.limit.name.c_str(),
+                verdict.limit.near_m, verdict.limit.far_m, verdict.limit.limit_px, BlurText(verdict.worst).c_str(),
+                verdict.worst.mean_m, verdict.pixels, NameOf(verdict.answer).data());
   }
 }
 
@@ -188,6 +228,7 @@ int Verify(const Options& options) {
     if (!read) return Complain(EX_DATAERR, read.error().message);
     *plane = std::move(*read);
   }
+  frames.reference_opening = options.reference_opening;
   const auto depth_image = io::ReadPng(options.depth_map);
   if (!depth_image) return Complain(EX_DATAERR, depth_image.error().message);
   std::vector<float> depth;
@@ -224,7 +265,8 @@ int RunVerify(int argc, char** argv) {
   Options options;
   CLI::App app(
       "Measures the blur of a picture against two frames taken through a small aperture, and says whether the "
-      "limits hold. Exit status 1: they do not.");
+      "limits hold. Frames are linear light; of colours the green is judged. Exit status 1: a limit is broken, or the "
+      "frames cannot tell.");
   app.add_option("--reference-a", options.reference_a, "small-aperture frame (PNG)")->required();
   app.add_option("--reference-b", options.reference_b, "another one like it: their difference tells the noise")
       ->required();
@@ -232,6 +274,9 @@ int RunVerify(int argc, char** argv) {
   app.add_option("--depth-map", options.depth_map, "16-bit PNG, millimetres, 0 unknown, same size")->required();
   app.add_option("--sharp", options.sharp, "NEAR FAR PX: metres, metres, largest blur diameter in px")->type_size(3);
   app.add_option("--blurred", options.blurred, "NEAR FAR PX: metres, metres, least blur diameter in px")->type_size(3);
+  app.add_option("--reference-opening", options.reference_opening,
+                 "diameter of the references' aperture over the picture's: their f-numbers, picture's over references'")
+      ->check(CLI::Range(0.0, 0.99));
   app.add_option("--slice", options.slice_m, "depth of a slice, metres")->check(CLI::PositiveNumber);
   app.add_option("--largest", options.largest_px, "largest blur looked for, px")->check(CLI::Range(1.0, 40.0));
   app.add_option("--predicted", options.predicted, "JSON array of {distanceM, blurPx} to draw beside the measurement");

@@ -5,10 +5,10 @@
 #include <memory>
 
 #include "cli/commands.h"
-#include "cli/exact_lens.h"
 #include "cli/lens_options.h"
+#include "cli/offline/point.h"
 #include "cli/text.h"
-#include "proto/json.h"
+#include "varlink/json.h"
 
 namespace lensd::cli {
 namespace {
@@ -18,68 +18,29 @@ struct ConjugateText {
   std::string point;
 };
 
-using ExactPoint = std::array<Decimal, 4>;
-
-std::vector<std::string> SplitAtCommas(const std::string& text) {
-  std::vector<std::string> parts(1);
-  for (const char character : text) {
-    if (character == ',') {
-      parts.emplace_back();
-    } else {
-      parts.back() += character;
-    }
-  }
-  return parts;
-}
-
-/// `X,Y,Z` as lengths, Z may be inf; or `X,Y,Z,W` as plain numbers in metres.
-Result<ExactPoint> ParsePoint(const std::string& text) {
-  const auto parts = SplitAtCommas(text);
-  if (parts.size() != 3 && parts.size() != 4) {
-    return Fail(Code::InvalidArgument,
-                "--point '" + text + "': write three lengths X,Y,Z such as 0mm,10mm,2m, or four plain numbers X,Y,Z,W");
-  }
-  ExactPoint point{Decimal(), Decimal(), Decimal(), Decimal(1, 0)};
-  const bool at_infinity = parts.size() == 3 && parts[2] == "inf";
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (at_infinity && i == 2) continue;
-    auto number = parts.size() == 4 ? ParseNumber(parts[i], "--point") : ParseExactLength(parts[i], "--point");
-    if (!number) return PassOn(std::move(number));
-    point[i] = *std::move(number);
-  }
-  // From infinity a finite X and Y make no difference: the direction is along the axis.
-  if (at_infinity) return ExactPoint{Decimal(), Decimal(), Decimal(1, 0), Decimal()};
-  if (point[0].IsZero() && point[1].IsZero() && point[2].IsZero() && point[3].IsZero()) {
-    return Fail(Code::InvalidArgument, "--point '" + text + "': 0,0,0,0 is no point");
-  }
-  return point;
-}
-
 Outcome RunConjugate(const ConjugateText& text, Session& session) {
   const auto f = ParseFocalLength(text.focal_length);
   if (!f) return Refuse(f);
-  const auto object = ParsePoint(text.point);
+  const auto object = ParsePoint(text.point, "--point");
   if (!object) return Refuse(object);
   if (session.globals().from.value_or(From::Lens) != From::Lens) {
     return Refuse(Exit::Usage, "conjugate works with points from the lens centre; leave --from out");
   }
-  // M p, each entry exact before it is rounded.
-  const auto& [x, y, z, w] = *object;
-  const ExactPoint image{*f * x, *f * y, *f * z, z - *f * w};
+  const auto image = optics::thin_lens::Conjugate(f->ToRational(), *object);
+  const bool finite = !image[3].is_zero();
   std::array<double, 4> point{};
   std::array<double, 3> image_mm{};
-  const bool finite = !image[3].IsZero();
   for (std::size_t i = 0; i < 4; ++i) {
-    const auto value = Ratio{image[i]}.Value();
+    const auto value = Rounded(image[i]);
     if (!value) return Refuse(value);
     point[i] = *value;
     if (i == 3 || !finite) continue;
-    const auto millimetres = Ratio{image[i] * Decimal(1, 3), image[3]}.Value();
+    const auto millimetres = Rounded(image[i] * 1000 / image[3]);
     if (!millimetres) return Refuse(millimetres);
     image_mm[i] = *millimetres;
   }
   if (session.json()) {
-    session.PrintJson({{"point", point}, {"imageMm", finite ? proto::Json(image_mm) : proto::Json(nullptr)}});
+    session.PrintJson({{"point", point}, {"imageMm", finite ? varlink::Json(image_mm) : varlink::Json(nullptr)}});
     return Exit::Done;
   }
   if (!finite) {

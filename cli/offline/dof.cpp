@@ -4,10 +4,9 @@
 #include <memory>
 
 #include "cli/commands.h"
-#include "cli/exact_lens.h"
 #include "cli/lens_options.h"
 #include "cli/text.h"
-#include "proto/json.h"
+#include "varlink/json.h"
 
 namespace lensd::cli {
 namespace {
@@ -49,25 +48,28 @@ Result<DofInput> Parse(const DofText& text, std::optional<From> from) {
 Outcome RunDof(const DofText& text, Session& session) {
   const auto input = Parse(text, session.globals().from);
   if (!input) return Refuse(input);
-  const SharpVergences sharp = DepthOfField(input->focal_length, input->f_number, input->blur_limit, input->focus);
-  const auto hyperfocal = Hyperfocal(input->focal_length, input->f_number, input->blur_limit).Value();
-  const bool to_infinity = !sharp.far.IsPositive();
-  const auto near_d = sharp.near.Value(), near_m = Ratio{sharp.near.denominator, sharp.near.numerator}.Value();
-  const auto far_d = to_infinity ? Result<double>(0.0) : sharp.far.Value();
-  const auto far_m = to_infinity ? Result<double>(0.0) : Ratio{sharp.far.denominator, sharp.far.numerator}.Value();
+  const Rational f = input->focal_length.ToRational(), n = input->f_number.ToRational();
+  const Rational limit = input->blur_limit.ToRational();
+  const auto sharp = optics::thin_lens::DepthOfField(f, n, limit, PlaceOf(input->focus));
+  const auto hyperfocal = Rounded(optics::thin_lens::Hyperfocal(f, n, limit));
+  const bool to_infinity = !(sharp.far > 0);
+  const auto near_d = Rounded(sharp.near), near_m = Rounded(1 / sharp.near);
+  const auto far_d = to_infinity ? Result<double>(0.0) : Rounded(sharp.far);
+  const auto far_m = to_infinity ? Result<double>(0.0) : Rounded(1 / sharp.far);
   for (const auto* value : {&hyperfocal, &near_d, &near_m, &far_d, &far_m}) {
     if (!*value) return Refuse(*value);
   }
   if (session.json()) {
     session.PrintJson({{"nearM", *near_m},
-                       {"farM", to_infinity ? proto::Json(nullptr) : proto::Json(*far_m)},
+                       {"farM", to_infinity ? varlink::Json(nullptr) : varlink::Json(*far_m)},
                        {"nearD", *near_d},
                        {"farD", *far_d},
                        {"hyperfocalM", *hyperfocal}});
     return Exit::Done;
   }
-  session.PrintText(TableText(
-      {{"sharp from", DepthText({*near_d})}, {"to", DepthText({*far_d})}, {"hyperfocal", LengthText({*hyperfocal})}}));
+  session.PrintText(TableText({{"sharp from", DepthText({*near_d})},
+                               {"to", DepthText({*far_d})},
+                               {"hyperfocal", DistanceText({*hyperfocal})}}));
   return Exit::Done;
 }
 

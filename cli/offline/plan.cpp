@@ -19,22 +19,23 @@
 namespace lensd::cli {
 namespace {
 
-/// What the zoom was set to and what it frames, beside the plan.
-void AddFraming(const PlanQuestion& question, const optics::PlanAnswer& answer, proto::Json& json) {
-  const Metres f{question.request.focal_length.value};
-  json["focalLengthMm"] = f.value * 1e3;
-  if (!answer.feasible) return;
+/// How wide a field the zoom frames with the sensor at `extension`.
+Metres FramedWidth(const PlanQuestion& question, Metres extension) {
   const auto& [sensor_width, distance] = *question.framing;
-  json["fieldWidthM"] = optics::FieldWidth(f, answer.extension, sensor_width, distance).value;
+  return optics::FieldWidth(Metres{question.request.focal_length.value}, extension, sensor_width, distance);
 }
 
-std::string FramingText(const PlanQuestion& question, const optics::PlanAnswer& answer) {
-  const Metres f{question.request.focal_length.value};
-  std::string text = "focal length " + LengthText(f);
-  if (answer.feasible) {
-    const auto& [sensor_width, distance] = *question.framing;
-    text += ", framing a field " + LengthText(optics::FieldWidth(f, answer.extension, sensor_width, distance)) +
-            " wide at " + LengthText(distance);
+/// What the zoom was set to and what it frames, beside the plan or each shot; `extension`: none, there is no plan.
+void AddFraming(const PlanQuestion& question, std::optional<Metres> extension, varlink::Json& json) {
+  json["focalLengthMm"] = question.request.focal_length.value * 1e3;
+  if (extension) json["fieldWidthM"] = FramedWidth(question, *extension).value;
+}
+
+std::string FramingText(const PlanQuestion& question, std::optional<Metres> extension) {
+  std::string text = "focal length " + LengthText(Metres{question.request.focal_length.value});
+  if (extension) {
+    text += ", framing a field " + LengthText(FramedWidth(question, *extension)) + " wide at " +
+            LengthText(question.framing->distance);
   }
   return text + "\n";
 }
@@ -42,33 +43,40 @@ std::string FramingText(const PlanQuestion& question, const optics::PlanAnswer& 
 Outcome RunStack(const PlanQuestion& question, Session& session) {
   const auto answer = optics::PlanStack(question.request);
   if (!answer) return Refuse(answer);
-  if (session.json()) {
-    session.PrintJson(StackJson(*answer));
-  } else {
-    session.PrintText(StackText(*answer));
+  varlink::Json json = StackJson(*answer);
+  std::optional<Metres> first;
+  if (!answer->shots.empty()) first = answer->shots.front().extension;
+  if (question.framing) {
+    AddFraming(question, first, json);
+    for (std::size_t i = 0; i < answer->shots.size(); ++i) {
+      AddFraming(question, answer->shots[i].extension, json["shots"][i]);
+    }
   }
+  const std::string framing = question.framing ? FramingText(question, first) : "";
+  session.json() ? session.PrintJson(json) : session.PrintText(framing + StackText(json));
   return answer->feasible ? Exit::Done : Exit::No;
 }
 
 Outcome RunPlan(const PlanText& text, Session& session) {
   if (text.stack && !text.plot.empty())
     return Refuse(Exit::Usage, "--plot draws one plan; leave --stack or --plot out");
-  const auto question = ReadPlan(text, PlanDefaults{}, session.globals().from);
-  if (!question) return Refuse(question);
+  const auto question = ReadPlan(text, session.globals().from);
+  if (!question) return RefuseInput(question);
   if (text.stack) return RunStack(*question, session);
   const auto answer = optics::Plan(question->request);
   if (!answer) return Refuse(answer);
   if (!text.plot.empty()) {
     const auto written = io::WriteSvg(text.plot, PlanPlot(question->request, *answer));
-    if (!written) return Refuse(written);
+    if (!written) return RefuseOutput(written);
   }
+  const auto extension = answer->feasible ? std::optional(answer->extension) : std::nullopt;
   if (session.json()) {
-    proto::Json json = proto::PlanAnswerJson(*answer, question->principal_gap);
-    if (question->framing) AddFraming(*question, *answer, json);
+    varlink::Json json = proto::PlanAnswerJson(*answer);
+    if (question->framing) AddFraming(*question, extension, json);
     session.PrintJson(json);
   } else {
-    const std::string framing = question->framing ? FramingText(*question, *answer) : "";
-    session.PrintText(framing + PlanAnswerText(*answer, question->principal_gap));
+    const std::string framing = question->framing ? FramingText(*question, extension) : "";
+    session.PrintText(framing + PlanAnswerText(*answer));
   }
   return answer->feasible ? Exit::Done : Exit::No;
 }
@@ -90,9 +98,6 @@ void AddPlan(CLI::App& root, Run& run) {
   command->callback([options, &run] {
     run = [options](Session& session) {
       const bool online = options->apply || !options->lens.empty() || options->text.focal_length.empty();
-      if (online && options->text.stack) {
-        return Outcome(Refuse(Exit::Usage, "--stack plans for a lens described by --focal-length and its ranges"));
-      }
       return online ? RunPlanOnline(options->text, options->lens, options->apply, session)
                     : RunPlan(options->text, session);
     };

@@ -1,3 +1,4 @@
+// Names and values of the commands for one lens: a word that reads as a quantity or an axis is not a name.
 #include "cli/online/arguments.h"
 
 #include <algorithm>
@@ -15,8 +16,8 @@ bool IsAxis(std::string_view word) {
   return std::ranges::find(kAxes, word) != kAxes.end();
 }
 
-proto::Json LensOf(const std::string& name) {
-  return name.empty() ? proto::Json(nullptr) : proto::Json(name);
+varlink::Json LensOf(const std::string& name) {
+  return name.empty() ? varlink::Json(nullptr) : varlink::Json(name);
 }
 
 }  // namespace lensd::cli

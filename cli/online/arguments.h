@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "cli/session.h"
-#include "proto/json.h"
+#include "varlink/json.h"
 
 namespace lensd::cli {
 
 /// `[NAME] VALUE` as it was written: CLI11 cannot tell which of two optional words is missing.
 struct NameAndValue {
-  proto::Json lens;   ///< null: left out
-  std::string value;  ///< empty: left out
+  varlink::Json lens;  ///< null: left out
+  std::string value;   ///< empty: left out
 };
 /// One word is the value, two are name and value. More are refused by the parser.
 NameAndValue SplitNameAndValue(const std::vector<std::string>& words);
@@ -22,6 +22,6 @@ NameAndValue SplitNameAndValue(const std::vector<std::string>& words);
 bool IsAxis(std::string_view word);
 
 /// A name, or null where it was left out.
-proto::Json LensOf(const std::string& name);
+varlink::Json LensOf(const std::string& name);
 
 }  // namespace lensd::cli

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 
@@ -15,7 +16,7 @@
 namespace lensd::cli {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 /// `X,Y,W,H` as fractions of the frame.
 Result<Json> ParseRegion(std::string_view text) {
@@ -52,7 +53,7 @@ std::expected<Json, Failure> ParametersOf(const AutofocusOptions& options) {
 Outcome Autofocus(Session& session, const AutofocusOptions& options) {
   auto parameters = ParametersOf(options);
   if (!parameters) return std::unexpected(parameters.error());
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   if (options.track && !options.frames_from.empty()) {
     return Refuse(Exit::Usage, "--track works with the lens' own camera, not with --frames-from");
@@ -85,7 +86,7 @@ ProgressLine::~ProgressLine() {
   Clear();
 }
 
-std::expected<Json, Failure> FocusByOwnCamera(Link& link, Json parameters) {
+std::expected<Json, Failure> FocusByOwnCamera(DaemonClient& link, Json parameters) {
   ProgressLine line;
   // Control-C needs no stop of its own: closing the connection ends an autofocus.
   auto reply = link.Follow(MethodOfLens("Autofocus"), std::move(parameters), [&](const Json& step) {
@@ -96,7 +97,7 @@ std::expected<Json, Failure> FocusByOwnCamera(Link& link, Json parameters) {
   return (*reply)["autofocus"];
 }
 
-Outcome TrackSubject(Session& session, Link& link, Json parameters) {
+Outcome TrackSubject(Session& session, DaemonClient& link, Json parameters) {
   parameters["track"] = true;
   ProgressLine line;
   int focused = 0, refused = 0;
@@ -112,15 +113,18 @@ Outcome TrackSubject(Session& session, Link& link, Json parameters) {
     return true;
   });
   line.Clear();
-  if (!ended && ended.error().status != Exit::TryAgain) return std::unexpected(ended.error());
-  // Control-C, --timeout or another command: the ways in which this is meant to end.
+  // The ways in which this is meant to end.
+  constexpr Exit kEnds[] = {Exit::Interrupted, Exit::Timeout, Exit::Superseded, Exit::Stopped};
+  if (!ended && std::ranges::find(kEnds, ended.error().status) == std::end(kEnds)) {
+    return std::unexpected(ended.error());
+  }
   std::string last = "tracking ended";
   if (!ended) last += " (" + ended.error().message + ")";
   last += ": focused " + std::to_string(focused) + (focused == 1 ? " time" : " times") + ", refused " +
           std::to_string(refused);
   if (!stands.empty()) last += "; the lens stays, last answer at position " + stands;
   session.Remark(last);
-  return Exit::Done;
+  return !ended && ended.error().status == Exit::Interrupted ? Exit::Interrupted : Exit::Done;
 }
 
 void AddAutofocus(CLI::App& root, Run& run) {

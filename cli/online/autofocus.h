@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/online/link.h"
+#include "cli/online/daemon_client.h"
 
 namespace lensd::cli {
 
@@ -34,9 +34,10 @@ class ProgressLine {
 };
 
 /// Prints every answer as it comes, until Control-C.
-Outcome TrackSubject(Session& session, Link& link, proto::Json parameters);
+Outcome TrackSubject(Session& session, DaemonClient& link, varlink::Json parameters);
 /// Both return AutofocusResult; `parameters` are those that Autofocus and AutofocusBegin share.
-std::expected<proto::Json, Failure> FocusByOwnCamera(Link& link, proto::Json parameters);
-std::expected<proto::Json, Failure> FocusByCommand(Link& link, proto::Json parameters, const AutofocusOptions& options);
+std::expected<varlink::Json, Failure> FocusByOwnCamera(DaemonClient& link, varlink::Json parameters);
+std::expected<varlink::Json, Failure> FocusByCommand(DaemonClient& link, varlink::Json parameters,
+                                                     const AutofocusOptions& options);
 
 }  // namespace lensd::cli

@@ -10,14 +10,14 @@
 
 #include "cli/online/arguments.h"
 #include "cli/online/commands.h"
-#include "cli/online/link.h"
+#include "cli/online/daemon_client.h"
 #include "cli/online/texts.h"
 #include "cli/quantity.h"
 
 namespace lensd::cli {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 struct CalibrateText {
   std::string name;
@@ -44,13 +44,15 @@ std::string CalibrationText(const Json& info) {
   return line;
 }
 
-Outcome Show(Session& session, const Json& reply, bool whole) {
+enum class Shows { OneLine, WholeFile };
+
+Outcome Show(Session& session, const Json& reply, Shows shows) {
   const Json& info = reply["calibration"];
   if (session.json()) {
     session.PrintJson(info);
     return Exit::Done;
   }
-  if (!whole) {
+  if (shows == Shows::OneLine) {
     session.PrintText(CalibrationText(info));
     return Exit::Done;
   }
@@ -88,12 +90,12 @@ std::expected<void, Failure> AskFor(Session& session, const std::string& target)
   session.Remark("Put a target with texture at " + target + ", filling the focus region, and press Enter.");
   std::string line;
   if (!std::getline(std::cin, line)) {
-    return Refuse(Exit::TryAgain, "no more input: nothing has been changed");
+    return Refuse(Exit::NoInput, "no more input: nothing has been changed");
   }
   return {};
 }
 
-std::expected<Json, Failure> FocusOnce(Session& session, Link& link, const Json& lens) {
+std::expected<Json, Failure> FocusOnce(Session& session, DaemonClient& link, const Json& lens) {
   auto reply = link.Follow(
       MethodOfLens("Autofocus"), {{"lens", lens}}, [](const Json&) { return true; },
       [&] { StopNow(session, lens, nullptr); });
@@ -102,7 +104,7 @@ std::expected<Json, Failure> FocusOnce(Session& session, Link& link, const Json&
 }
 
 /// Known targets, autofocus at each, several times from another place.
-std::expected<Json, Failure> Guided(Session& session, Link& link, const CalibrateText& text, const Json& lens) {
+std::expected<Json, Failure> Guided(Session& session, DaemonClient& link, const CalibrateText& text, const Json& lens) {
   std::vector<Json> depths;
   for (const std::string& target : text.targets) {
     auto depth = DepthOf(target, "--at");
@@ -151,7 +153,7 @@ Outcome Calibrate(Session& session, const CalibrateText& text) {
   if (!text.file.empty()) {
     std::ifstream in(text.file, std::ios::binary);
     std::ostringstream whole;
-    if (!in || !(whole << in.rdbuf())) return Refuse(Exit::Io, text.file + ": cannot be read");
+    if (!in || !(whole << in.rdbuf())) return Refuse(Exit::NoInput, text.file + ": cannot be read");
     parameters = {{"lens", lens}, {"toml", whole.str()}};
   }
   Json points = Json::array();
@@ -160,12 +162,12 @@ Outcome Calibrate(Session& session, const CalibrateText& text) {
     if (!point) return std::unexpected(point.error());
     points.push_back(*std::move(point));
   }
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   if (text.show) {
     auto reply = link->Ask(MethodOfLens("Calibration"), {{"lens", lens}});
     if (!reply) return std::unexpected(reply.error());
-    return Show(session, *reply, true);
+    return Show(session, *reply, Shows::WholeFile);
   }
   if (!text.targets.empty()) {
     auto found = Guided(session, *link, text, lens);
@@ -187,7 +189,7 @@ Outcome Calibrate(Session& session, const CalibrateText& text) {
     }
     return std::unexpected(reply.error());
   }
-  return Show(session, *reply, false);
+  return Show(session, *reply, Shows::OneLine);
 }
 
 struct BacklashText {
@@ -219,7 +221,7 @@ Outcome Backlash(Session& session, const BacklashText& text) {
     parameters["steps"] = *steps->Nearest();
   }
   if (text.pairs > 0) parameters["pairs"] = text.pairs;
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   const Json lens = parameters.contains("lens") ? parameters["lens"] : Json(nullptr);
   auto reply = link->Follow(

@@ -10,6 +10,7 @@ void AddDoctor(CLI::App& root, Run& run);
 void AddList(CLI::App& root, Run& run);
 void AddStatus(CLI::App& root, Run& run);
 void AddMonitor(CLI::App& root, Run& run);
+void AddMetrics(CLI::App& root, Run& run);
 void AddFocus(CLI::App& root, Run& run);
 void AddAperture(CLI::App& root, Run& run);
 void AddZoom(CLI::App& root, Run& run);

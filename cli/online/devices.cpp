@@ -1,20 +1,32 @@
-// devices.
+// devices: what the daemon finds plugged in, or without one what lensd's program finds, and a configuration for it.
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <set>
 
 #include "cli/online/commands.h"
-#include "cli/online/link.h"
+#include "cli/online/daemon_client.h"
+#include "cli/online/daemon_program.h"
+#include "varlink/json.h"
 
 namespace lensd::cli {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 std::string DeviceText(const Json& device) {
   const auto text = [&](const char* key) { return device.value(key, ""); };
   std::string line = text("driver") + ": " + text("model");
   if (!text("serial").empty()) line += ", serial " + text("serial");
   if (!text("node").empty()) line += ", " + text("node");
-  line += device.value("lens", false) ? device.value("camera", false) ? ", lens and camera" : ", lens" : ", camera";
+  const bool lens = device.value("lens", false);
+  const bool camera = device.value("camera", false);
+  if (lens || camera) line += lens && camera ? ", lens and camera" : lens ? ", lens" : ", camera";
   if (device["usedBy"].is_string()) line += ", used by " + device["usedBy"].get<std::string>();
   if (device["problem"].is_string()) line += "\n  cannot be opened: " + device["problem"].get<std::string>();
   line += "\n";
@@ -27,15 +39,74 @@ std::string DeviceText(const Json& device) {
   return line;
 }
 
-Outcome Devices(Session& session) {
-  auto link = Link::Open(session);
-  if (!link) return std::unexpected(link.error());
-  auto reply = link->Ask(MethodOfLens("Devices"), Json::object());
+/// The daemon's answer; where none runs, that of lensd's program.
+std::expected<Json, Failure> FindDevices(Session& session) {
+  auto link = DaemonClient::Open(session);
+  if (link) return link->Ask(MethodOfLens("Devices"), Json::object());
+  if (link.error().status != Exit::Unavailable) return std::unexpected(link.error());
+  const ProgramEnd end = RunDaemonProgram({"--devices"}, STDOUT_FILENO);
+  if (end.status == 127) {
+    return Refuse(Exit::Unavailable, link.error().message + "; and lensd is not installed here to look without it");
+  }
+  auto reply = varlink::ParseJson(end.said);
+  if (end.status != 0 || !reply) {
+    return Refuse(Exit::Internal, "lensd --devices failed with status " + std::to_string(end.status));
+  }
+  session.Remark("no daemon answers: lensd --devices has looked instead");
+  return *std::move(reply);
+}
+
+/// The lenses found, ready for lensd; what needs a decision stands in comments.
+std::string Configuration(const Json& devices) {
+  std::string file = "version = 1\n";
+  std::set<std::string> serials;
+  for (const Json& device : devices) {
+    const std::string serial = device.value("serial", "");
+    const bool again = !serial.empty() && !serials.insert(serial).second;
+    const bool lens = device.value("lens", false);
+    std::string model = device.value("model", "");  // as the device writes it
+    std::ranges::replace_if(model, [](unsigned char letter) { return letter < ' '; }, ' ');
+    file += "\n# " + model;
+    if (again) {
+      file += ": found by the driver above already; use one of them";
+    } else if (device.value("camera", false) && !lens) {
+      file += ": a camera without a lens; belongs after the [[lens]] it looks through";
+    }
+    file += "\n";
+    const std::string keys = device.value("config", "");
+    for (std::size_t at = 0; at < keys.size();) {
+      const std::size_t end = std::min(keys.find('\n', at), keys.size());
+      file += (lens && !again ? "" : "# ") + keys.substr(at, end - at) + "\n";
+      at = end + 1;
+    }
+  }
+  return file;
+}
+
+/// A file that is there already is somebody's work and stays.
+std::expected<void, Failure> WriteNew(const std::string& path, const std::string& text) {
+  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  if (file < 0 && errno == EEXIST) {
+    return Refuse(Exit::CannotWrite, path + " is there already: remove it or name another file");
+  }
+  if (file < 0) return Refuse(Exit::CannotWrite, path + ": " + std::strerror(errno));
+  const bool written = write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  if (close(file) == 0 && written) return {};
+  unlink(path.c_str());
+  return Refuse(Exit::CannotWrite, path + ": " + std::strerror(errno));
+}
+
+Outcome Devices(Session& session, const std::string& file) {
+  auto reply = FindDevices(session);
   if (!reply) return std::unexpected(reply.error());
   for (const Json& failed : (*reply)["failed"]) {
     session.Remark("driver " + failed.value("driver", "") + " could not search: " + failed.value("message", ""));
   }
   const Json& devices = (*reply)["devices"];
+  if (!file.empty()) {
+    if (auto written = WriteNew(file, Configuration(devices)); !written) return std::unexpected(written.error());
+    session.Remark("wrote " + file + "; lensd --check-config --config " + file + " tries it");
+  }
   if (session.json()) {
     session.PrintJson(devices);
     return Exit::Done;
@@ -51,7 +122,10 @@ void AddDevices(CLI::App& root, Run& run) {
   auto* command =
       root.add_subcommand("devices", "what is plugged in, which driver would take it, and its configuration");
   command->group(kOnline);
-  command->callback([&run] { run = Devices; });
+  auto file = std::make_shared<std::string>();
+  command->add_option("--write-config", *file, "writes a configuration with every lens found to this new file")
+      ->type_name("FILE");
+  command->callback([&run, file] { run = [file](Session& session) { return Devices(session, *file); }; });
 }
 
 }  // namespace lensd::cli

@@ -1,25 +1,23 @@
 // doctor: everything that commonly keeps a lens from working, looked at one by one, each finding with what to do.
 #include <grp.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <array>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <memory>
 #include <vector>
 
 #include "cli/online/commands.h"
-#include "cli/online/link.h"
+#include "cli/online/daemon_client.h"
+#include "cli/online/daemon_program.h"
 #include "proto/interfaces.h"
 
 namespace lensd::cli {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 constexpr const char* kConfiguration = "/etc/lensd/lensd.toml";
 
@@ -86,8 +84,8 @@ bool CheckSocket(const std::string& path, Findings& findings) {
   return true;
 }
 
-std::optional<Link> CheckDaemon(Session& session, Findings& findings) {
-  auto link = Link::Open(session);
+std::optional<DaemonClient> CheckDaemon(Session& session, Findings& findings) {
+  auto link = DaemonClient::Open(session);
   if (!link) {
     findings.Problem("daemon", link.error().message, "systemctl restart lensd; journalctl -u lensd tells why it ended");
     return std::nullopt;
@@ -107,32 +105,6 @@ std::optional<Link> CheckDaemon(Session& session, Findings& findings) {
   return *std::move(link);
 }
 
-/// The daemon's own word on the file, its exit status and what it says.
-std::pair<int, std::string> RunCheck(const std::string& daemon, const std::string& file) {
-  int ends[2];
-  if (pipe(ends) != 0) return {-1, std::strerror(errno)};
-  const pid_t child = fork();
-  if (child == 0) {
-    dup2(ends[1], STDERR_FILENO);
-    dup2(ends[1], STDOUT_FILENO);
-    close(ends[0]);
-    close(ends[1]);
-    execlp(daemon.c_str(), daemon.c_str(), "--check-config", "--config", file.c_str(), nullptr);
-    _exit(127);
-  }
-  close(ends[1]);
-  std::string said;
-  std::array<char, 4096> buffer{};
-  for (ssize_t count = 0; (count = read(ends[0], buffer.data(), buffer.size())) > 0;) {
-    said.append(buffer.data(), static_cast<std::size_t>(count));
-  }
-  close(ends[0]);
-  int status = 0;
-  if (child < 0 || waitpid(child, &status, 0) < 0 || !WIFEXITED(status)) return {-1, said};
-  while (!said.empty() && said.back() == '\n') said.pop_back();
-  return {WEXITSTATUS(status), said};
-}
-
 /// A running daemon has read its file, and opening the devices beside it would disturb them: then there is nothing to
 /// do.
 void CheckConfiguration(const std::string& file, bool daemon_answers, std::size_t lenses, Findings& findings) {
@@ -145,9 +117,7 @@ void CheckConfiguration(const std::string& file, bool daemon_answers, std::size_
     return findings.Warn("configuration", file + ": " + std::strerror(errno),
                          "name the daemon's file with --config, or run this as a user who may read it");
   }
-  std::error_code ignored;
-  const auto beside = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / "lensd";
-  const auto [status, said] = RunCheck(std::filesystem::exists(beside, ignored) ? beside.string() : "lensd", file);
+  const auto [status, said] = RunDaemonProgram({"--check-config", "--config", file}, STDERR_FILENO);
   if (status == 0 && said.empty()) return findings.Ok("configuration", file + " is valid");
   if (status == 0) return findings.Warn("configuration", said, "plug the lens in; lensd finds it then");
   if (status == 127) return findings.Warn("configuration", "lensd is not installed here", "install lensd");
@@ -160,11 +130,12 @@ void CheckRules(Findings& findings) {
     const std::string path = std::string(folder) + "/60-lensd.rules";
     if (access(path.c_str(), F_OK) == 0) return findings.Ok("udev", path + " is installed");
   }
-  findings.Warn("udev", "60-lensd.rules is not installed: USB lenses are for root only",
-                "copy udev/60-lensd.rules to /etc/udev/rules.d, run udevadm control --reload, plug the lens in again");
+  findings.Warn(
+      "udev", "60-lensd.rules is not installed: USB lenses are for root only",
+      "copy systemd/udev/60-lensd.rules to /etc/udev/rules.d, run udevadm control --reload, plug the lens in again");
 }
 
-void CheckDevices(Link& link, Findings& findings) {
+void CheckDevices(DaemonClient& link, Findings& findings) {
   auto reply = link.Ask(MethodOfLens("Devices"), Json::object());
   if (!reply) return findings.Problem("devices", reply.error().message, "restart lensd");
   for (const Json& failed : (*reply)["failed"]) {
@@ -186,6 +157,29 @@ void CheckDevices(Link& link, Findings& findings) {
               std::to_string(fine) + (fine == 1 ? " device is" : " devices are") + " plugged in that lensd may open");
 }
 
+/// Every device answers wrongly or loses a frame now and then: that is no warning, only told.
+bool CheckCounters(const Json& lens, Findings& findings) {
+  constexpr std::int64_t kMany = 10;
+  const auto counters = lens.find("counters");
+  if (counters == lens.end() || !counters->is_object()) return true;
+  const auto count = [&](const char* key) { return counters->value(key, std::int64_t{0}); };
+  const std::string check = "lens " + lens.value("name", "");
+  const std::int64_t frames = count("framesLost") + count("framesLate");
+  if (frames >= kMany) {
+    findings.Warn(
+        check,
+        std::to_string(count("framesLost")) + " frames lost, " + std::to_string(count("framesLate")) + " late, " +
+            std::to_string(count("packetsLost")) + " packets lost",
+        "give the camera a port of its own; on a network larger packets (packet_size and the interface's MTU) "
+        "or packet_delay_us, on USB a lower frame_rate_hz");
+  }
+  if (count("busErrors") >= kMany) {
+    findings.Warn(check, std::to_string(count("busErrors")) + " questions to its devices were not answered properly",
+                  "look at cable, plug, termination and power; on a serial line at baud and parity");
+  }
+  return frames < kMany && count("busErrors") < kMany;
+}
+
 void CheckLens(const Json& lens, Findings& findings) {
   const std::string check = "lens " + lens.value("name", "");
   if (!lens.value("connected", false)) {
@@ -193,7 +187,7 @@ void CheckLens(const Json& lens, Findings& findings) {
     return findings.Problem(check, says ? lens["error"].get<std::string>() : "it does not answer",
                             "plug it in and power it; lensd finds it by itself. `lensctl devices` tells what is there");
   }
-  bool fine = true;
+  bool fine = CheckCounters(lens, findings);
   for (const Json& axis : lens["axes"]) {
     const std::string name = axis.value("axis", "");
     if (const std::string fault = axis.value("fault", ""); !fault.empty()) {
@@ -208,7 +202,7 @@ void CheckLens(const Json& lens, Findings& findings) {
   if (fine) findings.Ok(check, "it answers");
 }
 
-Json LensesOf(Link& link, Findings& findings) {
+Json LensesOf(DaemonClient& link, Findings& findings) {
   auto reply = link.Ask(MethodOfLens("Status"), Json::object());
   if (reply) return (*reply)["lenses"];
   findings.Problem("lenses", reply.error().message, "restart lensd");
@@ -218,7 +212,7 @@ Json LensesOf(Link& link, Findings& findings) {
 Outcome Doctor(Session& session, const std::string& file) {
   Findings findings;
   const std::string socket = session.globals().socket.value_or(std::string(proto::kDefaultSocket));
-  std::optional<Link> link;
+  std::optional<DaemonClient> link;
   if (CheckSocket(socket, findings)) link = CheckDaemon(session, findings);
   const Json lenses = link ? LensesOf(*link, findings) : Json::array();
   CheckConfiguration(file, link.has_value(), lenses.size(), findings);

@@ -12,12 +12,12 @@
 #include "cli/online/texts.h"
 #include "cli/quantity.h"
 #include "io/png.h"
-#include "proto/base64.h"
+#include "varlink/base64.h"
 
 namespace lensd::cli {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 constexpr std::size_t kPieceBytes = std::size_t{512} << 10;
 constexpr Duration kPatience = std::chrono::minutes(11);  // longer than any session lasts
@@ -77,7 +77,7 @@ std::expected<std::pair<Json, std::vector<std::uint8_t>>, Failure> Take(const st
   }
   auto image = io::ReadPng(spot.path());
   if (!image)
-    return Refuse(image.error().code == Code::Io ? Exit::Io : Exit::BadData,
+    return Refuse(image.error().code == Code::Io ? Exit::NoInput : Exit::BadData,
                   "--frames-from: the command left no usable PNG in $LENSD_FRAME: " + image.error().message);
   const io::Image grey = Grey(*std::move(image));
   // The exposure was somewhere in between.
@@ -89,11 +89,12 @@ std::expected<std::pair<Json, std::vector<std::uint8_t>>, Failure> Take(const st
   return std::pair(std::move(frame), BytesOf(grey));
 }
 
-std::expected<Json, Failure> Send(Link& link, const Json& session, Json frame, const std::vector<std::uint8_t>& bytes) {
+std::expected<Json, Failure> Send(DaemonClient& link, const Json& session, Json frame,
+                                  const std::vector<std::uint8_t>& bytes) {
   for (std::size_t offset = 0; offset < bytes.size(); offset += kPieceBytes) {
     const auto piece = std::span(bytes).subspan(offset, std::min(kPieceBytes, bytes.size() - offset));
     auto sent = link.Ask(MethodOfLens("AutofocusPixels"),
-                         {{"session", session}, {"offset", offset}, {"data", proto::EncodeBase64(piece)}}, kPatience);
+                         {{"session", session}, {"offset", offset}, {"data", varlink::EncodeBase64(piece)}}, kPatience);
     if (!sent) return sent;
   }
   frame["session"] = session;
@@ -102,7 +103,7 @@ std::expected<Json, Failure> Send(Link& link, const Json& session, Json frame, c
 
 }  // namespace
 
-std::expected<Json, Failure> FocusByCommand(Link& link, Json parameters, const AutofocusOptions& options) {
+std::expected<Json, Failure> FocusByCommand(DaemonClient& link, Json parameters, const AutofocusOptions& options) {
   if (!options.pixel.empty()) {
     auto pitch = ParseLength(options.pixel, "--pixel");
     if (!pitch) return Refuse(pitch);
@@ -112,7 +113,7 @@ std::expected<Json, Failure> FocusByCommand(Link& link, Json parameters, const A
     parameters["regions"] = Json::array({{{"x", 0.4}, {"y", 0.4}, {"w", 0.2}, {"h", 0.2}}});
   }
   const Spot spot;
-  if (!spot.usable()) return Refuse(Exit::Io, "--frames-from: no room for a picture in the temporary folder");
+  if (!spot.usable()) return Refuse(Exit::CannotWrite, "--frames-from: no room for a picture in the temporary folder");
   ProgressLine line;
   auto reply = link.Ask(MethodOfLens("AutofocusBegin"), std::move(parameters), kPatience);
   if (!reply) return reply;

@@ -5,13 +5,13 @@
 
 #include "cli/online/arguments.h"
 #include "cli/online/commands.h"
-#include "cli/online/link.h"
+#include "cli/online/daemon_client.h"
 #include "cli/quantity.h"
 
 namespace lensd::cli {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 /// Without a time the lease lives as long as this command.
 Outcome Take(Session& session, const std::string& name, const std::string& time) {
@@ -21,7 +21,7 @@ Outcome Take(Session& session, const std::string& name, const std::string& time)
     if (!wanted) return Refuse(wanted);
     parameters["forMs"] = std::chrono::duration<double, std::milli>(*wanted).count();
   }
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   const auto taken = link->Ask(MethodOfLens("TakeLease"), parameters);
   if (!taken) return std::unexpected(taken.error());
@@ -34,13 +34,13 @@ Outcome Take(Session& session, const std::string& name, const std::string& time)
   if (!time.empty()) return Exit::Done;
   session.Remark("Control-C ends the lease");
   auto ended = link->Follow(MethodOfLens("Monitor"), {{"lens", (*taken)["lens"]}}, [](const Json&) { return true; });
-  if (!ended && ended.error().status == Exit::TryAgain) return Exit::Done;  // Control-C or --timeout
+  if (!ended && ended.error().status == Exit::Timeout) return Exit::Done;  // --timeout says how long to hold it
   if (!ended) return std::unexpected(ended.error());
   return Exit::Done;
 }
 
 Outcome Drop(Session& session, const std::string& name) {
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   const auto dropped = link->Ask(MethodOfLens("DropLease"), {{"lens", LensOf(name)}});
   if (!dropped) return std::unexpected(dropped.error());

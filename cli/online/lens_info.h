@@ -1,24 +1,17 @@
-// What the daemon knows of a lens, for planning.
+// Which lens of the daemon is meant.
 #pragma once
 
 #include <optional>
 #include <string>
 
-#include "cli/online/link.h"
-#include "cli/plan/options.h"
+#include "cli/online/daemon_client.h"
 
 namespace lensd::cli {
 
 /// LensInfo of the lens of that name, or of the only one where the name is empty.
-std::expected<proto::Json, Failure> FindInfo(Link& link, const std::string& lens);
+std::expected<varlink::Json, Failure> FindInfo(DaemonClient& link, const std::string& lens);
 
-/// What the lens answers for options that are not given.
-PlanDefaults DefaultsOf(const proto::Json& info);
-
-/// --from, else where the lens' configuration says that distances start.
-std::optional<From> OriginOf(const Session& session, const proto::Json& info);
-
-/// The tolerances its motors keep, where the lens states them.
-void AddTolerances(const proto::Json& info, optics::PlanRequest& request);
+/// Why nothing can be planned for it: a hole without a lens, or a lens whose optics nobody stated.
+std::optional<Failure> NothingToPlan(const varlink::Json& info);
 
 }  // namespace lensd::cli

@@ -4,7 +4,7 @@
 
 #include "cli/online/arguments.h"
 #include "cli/online/commands.h"
-#include "cli/online/link.h"
+#include "cli/online/daemon_client.h"
 #include "cli/online/target.h"
 #include "cli/online/texts.h"
 #include "cli/quantity.h"
@@ -12,11 +12,11 @@
 namespace lensd::cli {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 /// Moves one axis and prints the result. Control-C stops the axis.
 Outcome Move(Session& session, Json lens, const char* axis, Json target, const Json& extra = Json::object()) {
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   Json parameters{{"lens", lens}, {"axis", axis}, {"target", std::move(target)}};
   parameters.update(extra);
@@ -41,10 +41,13 @@ Outcome Focus(Session& session, const std::vector<std::string>& words) {
 
 Outcome Aperture(Session& session, const std::vector<std::string>& words, bool keep_brightness) {
   const NameAndValue given = SplitNameAndValue(words);
-  auto f_number = ParseFNumber(given.value, "N");
-  if (!f_number) return Refuse(f_number);
   Json extra = Json::object();
   if (keep_brightness) extra["keepBrightness"] = true;
+  auto steps = ParseStepTarget(given.value, "N");
+  if (!steps) return Refuse(steps);
+  if (*steps) return Move(session, given.lens, "iris", **std::move(steps), extra);
+  auto f_number = ParseFNumber(given.value, "N");
+  if (!f_number) return Refuse(f_number);
   return Move(session, given.lens, "iris", {{"fNumber", *f_number->Nearest()}}, extra);
 }
 
@@ -56,6 +59,9 @@ struct ZoomText {
 
 Outcome Zoom(Session& session, const ZoomText& text) {
   const NameAndValue given = SplitNameAndValue(text.words);
+  auto steps = ParseStepTarget(given.value, "F");
+  if (!steps) return Refuse(steps);
+  if (*steps) return Move(session, given.lens, "zoom", **std::move(steps));  // the motor alone: optics may be unknown
   auto focal_length = ParsePositiveLength(given.value, "F");
   if (!focal_length) return Refuse(focal_length);
   Json extra{{"keepFocus", !text.free}};
@@ -81,7 +87,7 @@ Outcome Home(Session& session, const std::vector<std::string>& words) {
   if (!given.value.empty() && !IsAxis(given.value)) {
     return Refuse(Exit::Usage, "AXIS '" + given.value + "': say focus, iris, zoom or filter");
   }
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   const Json axis = LensOf(given.value);
   auto reply = link->Follow(
@@ -99,7 +105,7 @@ Outcome Home(Session& session, const std::vector<std::string>& words) {
 }
 
 Outcome Stop(Session& session, const std::string& name) {
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   auto reply = link->Ask(MethodOfLens("Stop"), {{"lens", LensOf(name)}});
   if (!reply) return std::unexpected(reply.error());
@@ -132,7 +138,7 @@ void AddAperture(CLI::App& root, Run& run) {
   };
   auto options = std::make_shared<Options>();
   auto* command = root.add_subcommand("aperture", "move the iris and report where it stands")->group(kOnline);
-  command->add_option("words", options->words, "[NAME] N: an f-number, 2.8 or f/2.8")
+  command->add_option("words", options->words, "[NAME] N: an f-number (2.8 or f/2.8), +N or -N steps, @N a position")
       ->expected(1, 2)
       ->required()
       ->type_name("");
@@ -146,7 +152,9 @@ void AddZoom(CLI::App& root, Run& run) {
   auto text = std::make_shared<ZoomText>();
   auto* command = root.add_subcommand("zoom", "change the focal length; focus follows, so that what is sharp stays so");
   command->group(kOnline);
-  command->add_option("words", text->words, "[NAME] F: a focal length, such as 35mm")
+  command
+      ->add_option("words", text->words,
+                   "[NAME] F: a focal length, such as 35mm; +N or -N steps or @N a position, focus stays then")
       ->expected(1, 2)
       ->required()
       ->type_name("");

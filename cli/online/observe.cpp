@@ -1,19 +1,19 @@
-// list, status, monitor.
+// list, status, monitor, metrics.
 #include <CLI/CLI.hpp>
 #include <memory>
 
 #include "cli/online/arguments.h"
 #include "cli/online/commands.h"
-#include "cli/online/link.h"
+#include "cli/online/daemon_client.h"
 #include "cli/online/texts.h"
 
 namespace lensd::cli {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 Outcome List(Session& session) {
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   auto reply = link->Ask(MethodOfLens("List"), Json::object());
   if (!reply) return std::unexpected(reply.error());
@@ -27,7 +27,7 @@ Outcome List(Session& session) {
   return Exit::Done;
 }
 
-Outcome StatusOnce(Session& session, Link& link, const std::string& name) {
+Outcome StatusOnce(Session& session, DaemonClient& link, const std::string& name) {
   auto reply = link.Ask(MethodOfLens("Status"), {{"lens", LensOf(name)}});
   if (!reply) return std::unexpected(reply.error());
   const Json& lenses = (*reply)["lenses"];
@@ -40,16 +40,16 @@ Outcome StatusOnce(Session& session, Link& link, const std::string& name) {
   return Exit::Done;
 }
 
-/// A stream that a person or a closing daemon ends.
-Outcome Follow(Link& link, const char* method, const std::string& name, const Link::Progress& show) {
+/// A stream that --timeout, a person or a closing daemon ends.
+Outcome Follow(DaemonClient& link, const char* method, const std::string& name, const DaemonClient::Progress& show) {
   auto ended = link.Follow(MethodOfLens(method), {{"lens", LensOf(name)}}, show);
-  if (!ended && ended.error().status == Exit::TryAgain) return Exit::Done;  // Control-C or --timeout
+  if (!ended && ended.error().status == Exit::Timeout) return Exit::Done;  // --timeout says how long to look on
   if (!ended) return std::unexpected(ended.error());
   return Exit::Done;
 }
 
 Outcome Status(Session& session, const std::string& name, bool watch) {
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   if (!watch) return StatusOnce(session, *link, name);
   return Follow(*link, "Status", name, [&](const Json& reply) {
@@ -64,17 +64,32 @@ std::string EventText(const Json& event) {
   if (event.contains("status")) return StatusText(event["status"]);
   if (event.contains("move")) return MoveText(event["move"]);
   if (event.contains("autofocus")) return AutofocusText(event["autofocus"]);
-  return proto::WriteJson(event);
+  return varlink::WriteJson(event);
 }
 
 Outcome Monitor(Session& session, const std::string& name) {
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   return Follow(*link, "Monitor", name, [&](const Json& reply) {
     const Json& event = reply["event"];
     session.json() ? session.PrintJson(event) : session.PrintText(EventText(event));
     return true;
   });
+}
+
+Outcome Metrics(Session& session, const std::string& name) {
+  auto link = DaemonClient::Open(session);
+  if (!link) return std::unexpected(link.error());
+  auto reply = link->Ask(MethodOfLens("Metrics"), {{"lens", LensOf(name)}});
+  if (!reply) return std::unexpected(reply.error());
+  const Json& lenses = (*reply)["lenses"];
+  if (session.json()) {
+    session.PrintJson(lenses.size() == 1 ? lenses[0] : lenses);
+    return Exit::Done;
+  }
+  for (const Json& lens : lenses) session.PrintText(MetricsText(lens));
+  if (lenses.empty()) session.PrintText("no lens is configured");
+  return Exit::Done;
 }
 
 }  // namespace
@@ -97,6 +112,14 @@ void AddStatus(CLI::App& root, Run& run) {
   command->callback([&run, options] {
     run = [options](Session& session) { return Status(session, options->name, options->watch); };
   });
+}
+
+void AddMetrics(CLI::App& root, Run& run) {
+  auto name = std::make_shared<std::string>();
+  auto* command = root.add_subcommand("metrics", "what lenses have done and what went wrong since lensd began");
+  command->group(kOnline);
+  command->add_option("NAME", *name, "lens; all of them when left out");
+  command->callback([&run, name] { run = [name](Session& session) { return Metrics(session, *name); }; });
 }
 
 void AddMonitor(CLI::App& root, Run& run) {

@@ -4,19 +4,19 @@
 
 #include "cli/online/arguments.h"
 #include "cli/online/commands.h"
-#include "cli/online/link.h"
+#include "cli/online/daemon_client.h"
 #include "cli/online/pictures.h"
 #include "cli/online/texts.h"
 #include "io/png.h"
-#include "proto/base64.h"
+#include "varlink/base64.h"
 
 namespace lensd::cli {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 Outcome Snapshot(Session& session, const std::string& name, const std::string& path) {
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   const auto frame = SaveSnapshot(*link, LensOf(name), path);
   if (!frame) return std::unexpected(frame.error());
@@ -31,13 +31,13 @@ Outcome Snapshot(Session& session, const std::string& name, const std::string& p
 
 }  // namespace
 
-std::expected<Json, Failure> SaveSnapshot(Link& link, const Json& lens, const std::string& path) {
+std::expected<Json, Failure> SaveSnapshot(DaemonClient& link, const Json& lens, const std::string& path) {
   std::vector<std::uint8_t> png;
   Json frame = Json::object();
   std::optional<Error> wrong;
   const auto take = [&](const Json& piece) {
     if (piece.contains("frame") && piece["frame"].is_object()) frame = piece["frame"];
-    auto bytes = proto::DecodeBase64(piece.value("png", ""));
+    auto bytes = varlink::DecodeBase64(piece.value("png", ""));
     if (bytes && piece.value("offset", std::size_t{0}) != png.size())
       bytes = Fail(Code::Protocol, "a piece is missing");
     if (!bytes) wrong = bytes.error();
@@ -48,7 +48,7 @@ std::expected<Json, Failure> SaveSnapshot(Link& link, const Json& lens, const st
   if (!last) return std::unexpected(last.error());
   if (!wrong) take(*last);
   if (wrong) return std::unexpected(Failure(*wrong));
-  if (auto written = io::WriteFileAtomically(path, png.data(), png.size()); !written) return Refuse(written);
+  if (auto written = io::WriteFileAtomically(path, png.data(), png.size()); !written) return RefuseOutput(written);
   frame["file"] = path;
   return frame;
 }

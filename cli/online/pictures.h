@@ -3,11 +3,12 @@
 
 #include <string>
 
-#include "cli/online/link.h"
+#include "cli/online/daemon_client.h"
 
 namespace lensd::cli {
 
 /// Saves one new frame as PNG and returns the interface's FrameInfo with `file`.
-std::expected<proto::Json, Failure> SaveSnapshot(Link& link, const proto::Json& lens, const std::string& path);
+std::expected<varlink::Json, Failure> SaveSnapshot(DaemonClient& link, const varlink::Json& lens,
+                                                   const std::string& path);
 
 }  // namespace lensd::cli

@@ -4,18 +4,22 @@
 #include <limits>
 #include <utility>
 
+#include "cli/online/daemon_client.h"
 #include "cli/online/lens_info.h"
-#include "cli/online/link.h"
+#include "cli/online/plan_request.h"
 #include "cli/online/texts.h"
 #include "cli/plan/answer_text.h"
 #include "cli/plan/plot.h"
+#include "cli/plan/stack_answer.h"
+#include "cli/text.h"
 #include "io/svg.h"
 #include "proto/plan_json.h"
+#include "varlink/json_view.h"
 
 namespace lensd::cli {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 double Value(const Json& object, const char* key, double scale = 1.0) {
   const auto found = object.find(key);
@@ -41,6 +45,11 @@ optics::PlanAnswer AnswerOf(const Json& json) {
   if (!answer.feasible) {
     answer.conflict = json.value("conflict", std::vector<std::string>{});
     if (const double relax = Value(json, "relax"); std::isfinite(relax)) answer.relax = relax;
+    if (const auto relaxed = json.find("relaxed"); relaxed != json.end() && relaxed->is_object()) {
+      answer.f_number = {Value(*relaxed, "fNumber")};
+      answer.extension = {Value(*relaxed, "extensionMm", 1e-3)};
+      answer.focal_plane = {Value(*relaxed, "focalPlaneD")};
+    }
     return answer;
   }
   answer.f_number = {Value(json, "fNumber")};
@@ -53,6 +62,7 @@ optics::PlanAnswer AnswerOf(const Json& json) {
   answer.worst_ratio = Value(json, "worstRatio");
   answer.model = json.value("model", "");
   answer.model_error = {Value(json, "modelErrorUm", 1e-6)};
+  if (json.contains("diffractionUm")) answer.diffraction = Metres{Value(json, "diffractionUm", 1e-6)};
   for (const Json& limit : json.value("limits", Json::array())) answer.limits.push_back(LimitOf(limit));
   if (const auto depth = json.find("depthOfField"); depth != json.end() && depth->is_object()) {
     answer.depth_of_field = optics::DepthInterval{optics::PlanDepth::Vergence(Value(*depth, "nearD")),
@@ -61,7 +71,24 @@ optics::PlanAnswer AnswerOf(const Json& json) {
   return answer;
 }
 
-void Print(Session& session, const Json& reply, Metres principal_gap) {
+/// The distance between the principal planes, which the daemon counts in what it says of distances from the sensor.
+Metres PrincipalGap(const Json& plan) {
+  const double gap =
+      Value(plan, "focusFromSensorM") - Value(plan, "focalPlaneM") - Value(plan, "sensorDistanceMm", 1e-3);
+  constexpr double kRounding = 1e-12;
+  return Metres{gap > kRounding ? gap : 0.0};
+}
+
+std::string Words(const Json& plan) {
+  if (plan.contains("shots")) return StackText(plan);
+  std::string text = PlanAnswerText(AnswerOf(plan), PrincipalGap(plan));
+  if (plan.contains("zoomPosition")) {
+    text = "focal length " + LengthText(Metres{Value(plan, "focalLengthMm", 1e-3)}) + "\n" + text;
+  }
+  return text;
+}
+
+void Print(Session& session, const Json& reply) {
   const Json& plan = reply["plan"];
   const Json applied = reply.value("applied", Json());
   if (session.json()) {
@@ -71,9 +98,22 @@ void Print(Session& session, const Json& reply, Metres principal_gap) {
     }
     return session.PrintJson(merged);
   }
-  session.PrintText(PlanAnswerText(AnswerOf(plan), principal_gap));
-  if (reply.contains("nearest")) session.PrintText(PlanAnswerText(AnswerOf(reply["nearest"]), principal_gap));
+  session.PrintText(Words(plan));
+  if (reply.contains("nearest")) session.PrintText(Words(reply["nearest"]));
   for (const Json& move : applied) session.PrintText(MoveText(move));
+}
+
+/// The chart of a plan shows the lens as it is at the position chosen, where its f-number is f(e)/A.
+Outcome Draw(const std::string& path, const Json& reply) {
+  const auto text = varlink::Document::Parse(varlink::WriteJson(reply["request"]));
+  if (!text) return Refuse(text);
+  const auto request = proto::PlanRequestFromJson(text->root(), {});
+  if (!request) return Refuse(request);
+  optics::PlanAnswer answer = AnswerOf(reply["plan"]);
+  if (answer.feasible) answer.f_number = FNumber{request->focal_length.value / answer.aperture_diameter.value};
+  const auto drawn = io::WriteSvg(path, PlanPlot(*request, answer));
+  if (!drawn) return RefuseOutput(drawn);
+  return Exit::Done;
 }
 
 /// Done when there is a plan and, where it was applied, every axis reached it.
@@ -87,28 +127,28 @@ Exit StatusOf(const Json& reply) {
 }  // namespace
 
 Outcome RunPlanOnline(const PlanText& text, const std::string& lens, bool apply, Session& session) {
-  auto link = Link::Open(session);
+  if (text.stack && (!text.plot.empty() || apply)) {
+    return Refuse(Exit::Usage, "--plot and --apply are for one plan; leave --stack out, or take it with lensctl stack");
+  }
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   const auto info = FindInfo(*link, lens);
   if (!info) return std::unexpected(info.error());
-  const auto question = ReadPlan(text, DefaultsOf(*info), OriginOf(session, *info));
-  if (!question) return Refuse(question);
-  Json request = proto::PlanRequestJson(question->request);
-  // What the user does not say about the motors the daemon knows.
-  if (text.sensor_tolerance.empty()) request.erase("sensorToleranceUm");
-  if (text.f_number_tolerance.empty()) request.erase("fNumberTolerance");
+  if (auto lensless = NothingToPlan(*info)) return std::unexpected(*std::move(lensless));
+  auto request = TypedRequest(text, session.globals().from);
+  if (!request) return RefuseInput(request);
   const Json name = (*info)["name"];
-  Json parameters{{"lens", name}, {"request", std::move(request)}, {"apply", apply}};
+  Json parameters{
+      {"lens", name}, {"request", *std::move(request)}, {"apply", apply}, {"showRequest", !text.plot.empty()}};
   const auto reply = apply ? link->Follow(
                                  MethodOfLens("Plan"), std::move(parameters), [](const Json&) { return true; },
                                  [&] { StopNow(session, name, nullptr); })
                            : link->Ask(MethodOfLens("Plan"), std::move(parameters));
   if (!reply) return std::unexpected(reply.error());
   if (!text.plot.empty()) {
-    const auto drawn = io::WriteSvg(text.plot, PlanPlot(question->request, AnswerOf((*reply)["plan"])));
-    if (!drawn) return Refuse(drawn);
+    if (const auto drawn = Draw(text.plot, *reply); !drawn) return drawn;
   }
-  Print(session, *reply, question->principal_gap);
+  Print(session, *reply);
   return StatusOf(*reply);
 }
 

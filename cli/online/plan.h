@@ -8,12 +8,12 @@
 
 namespace lensd::cli {
 
-/// Asks the daemon what it knows of the lens (empty: the only one), reads the options with that, lets the daemon plan,
-/// and prints its answer. Control-C stops what --apply moves.
+/// Lets the daemon plan for its lens (empty: the only one), which alone knows it, and prints the answer. Control-C
+/// stops what --apply moves.
 Outcome RunPlanOnline(const PlanText& text, const std::string& lens, bool apply, Session& session);
 
 /// Plans the fewest shots that keep every sharp limit of `text`, moves the lens to each and saves what its camera sees
 /// as FOLDER/shot-1.png and so on, from far to near.
-Outcome RunStackOnline(const PlanText& text, const std::string& lens, const std::string& folder, Session& session);
+Outcome RunStackOnline(PlanText text, const std::string& lens, const std::string& folder, Session& session);
 
 }  // namespace lensd::cli

@@ -4,13 +4,13 @@
 
 #include "cli/online/arguments.h"
 #include "cli/online/commands.h"
-#include "cli/online/link.h"
+#include "cli/online/daemon_client.h"
 #include "cli/online/texts.h"
 
 namespace lensd::cli {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 std::string PresetText(const Json& preset) {
   std::string line = preset.value("label", "") + ":";
@@ -46,7 +46,7 @@ std::string CsvText(const Json& presets) {
       if (value.is_string())
         line += value.get<std::string>();
       else if (!value.is_null())
-        line += proto::WriteJson(value);
+        line += varlink::WriteJson(value);
     }
     text += line + "\n";
   }
@@ -55,7 +55,7 @@ std::string CsvText(const Json& presets) {
 
 Outcome Save(Session& session, const std::vector<std::string>& words) {
   const NameAndValue given = SplitNameAndValue(words);
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   auto reply = link->Ask(MethodOfLens("PresetSave"), {{"lens", given.lens}, {"label", given.value}});
   if (!reply) return std::unexpected(reply.error());
@@ -66,7 +66,7 @@ Outcome Save(Session& session, const std::vector<std::string>& words) {
 
 Outcome Recall(Session& session, const std::vector<std::string>& words) {
   const NameAndValue given = SplitNameAndValue(words);
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   auto reply = link->Follow(
       MethodOfLens("PresetRecall"), {{"lens", given.lens}, {"label", given.value}}, [](const Json&) { return true; },
@@ -89,7 +89,7 @@ Outcome Recall(Session& session, const std::vector<std::string>& words) {
 }
 
 Outcome List(Session& session, const std::string& name, bool csv) {
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   auto reply = link->Ask(MethodOfLens("PresetList"), {{"lens", LensOf(name)}});
   if (!reply) return std::unexpected(reply.error());
@@ -107,7 +107,7 @@ Outcome List(Session& session, const std::string& name, bool csv) {
 
 Outcome Remove(Session& session, const std::vector<std::string>& words) {
   const NameAndValue given = SplitNameAndValue(words);
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   auto reply = link->Ask(MethodOfLens("PresetRemove"), {{"lens", given.lens}, {"label", given.value}});
   if (!reply) return std::unexpected(reply.error());

@@ -3,13 +3,13 @@
 #include <memory>
 
 #include "cli/online/commands.h"
-#include "cli/online/link.h"
+#include "cli/online/daemon_client.h"
 #include "proto/interfaces.h"
 
 namespace lensd::cli {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 struct CallOptions {
   std::string method;
@@ -23,11 +23,11 @@ std::string FullName(const std::string& method) {
 }
 
 Outcome Call(Session& session, const CallOptions& options) {
-  Result<Json> parameters = options.parameters.empty() ? Json::object() : proto::ParseJson(options.parameters);
+  Result<Json> parameters = options.parameters.empty() ? Json::object() : varlink::ParseJson(options.parameters);
   if (!parameters || !parameters->is_object()) {
     return Refuse(Exit::Usage, "JSON: the parameters must be one JSON object, such as '{\"lens\": \"a\"}'");
   }
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   const std::string method = FullName(options.method);
   const auto print = [&](const Json& reply) {
@@ -42,7 +42,7 @@ Outcome Call(Session& session, const CallOptions& options) {
 }
 
 Outcome Introspect(Session& session, const std::string& interface) {
-  auto link = Link::Open(session);
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   if (interface.empty()) {
     auto info = link->Ask("org.varlink.service.GetInfo", Json::object());

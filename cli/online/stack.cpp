@@ -4,20 +4,21 @@
 #include <memory>
 
 #include "cli/online/commands.h"
+#include "cli/online/daemon_client.h"
 #include "cli/online/lens_info.h"
-#include "cli/online/link.h"
 #include "cli/online/pictures.h"
 #include "cli/online/plan.h"
+#include "cli/online/plan_request.h"
 #include "cli/plan/stack_answer.h"
-#include "optics/stack.h"
 
 namespace lensd::cli {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 /// Moves one axis; not arriving is a failure here, since the pictures would not be what was planned.
-std::expected<void, Failure> MoveTo(Session& session, Link& link, const Json& lens, const char* axis, Json target) {
+std::expected<void, Failure> MoveTo(Session& session, DaemonClient& link, const Json& lens, const char* axis,
+                                    Json target) {
   const auto reply = link.Follow(
       MethodOfLens("Move"), {{"lens", lens}, {"axis", axis}, {"target", std::move(target)}},
       [](const Json&) { return true; }, [&] { StopNow(session, lens, axis); });
@@ -27,45 +28,48 @@ std::expected<void, Failure> MoveTo(Session& session, Link& link, const Json& le
   return Refuse(Exit::Unavailable, std::string(axis) + " did not arrive: " + move.value("reason", ""));
 }
 
-std::expected<Json, Failure> Shoot(Session& session, Link& link, const Json& lens, const optics::StackShot& shot,
+/// To where the daemon planned the shot, in the lens' own units.
+std::expected<Json, Failure> Shoot(Session& session, DaemonClient& link, const Json& lens, const Json& shot,
                                    const std::string& path) {
-  auto moved = MoveTo(session, link, lens, "iris", {{"fNumber", shot.f_number.value}});
-  if (moved) moved = MoveTo(session, link, lens, "focus", {{"extensionMm", shot.extension.value * 1e3}});
-  if (!moved) return std::unexpected(moved.error());
+  for (const auto& [axis, place] : {std::pair("iris", "irisPosition"), std::pair("focus", "focusPosition")}) {
+    const auto native = shot.find(place);
+    if (native == shot.end() || native->is_null()) continue;
+    const auto moved = MoveTo(session, link, lens, axis, {{"native", *native}});
+    if (!moved) return std::unexpected(moved.error());
+  }
   return SaveSnapshot(link, lens, path);
 }
 
 }  // namespace
 
-Outcome RunStackOnline(const PlanText& text, const std::string& lens, const std::string& folder, Session& session) {
-  auto link = Link::Open(session);
+Outcome RunStackOnline(PlanText text, const std::string& lens, const std::string& folder, Session& session) {
+  text.stack = true;
+  auto link = DaemonClient::Open(session);
   if (!link) return std::unexpected(link.error());
   const auto info = FindInfo(*link, lens);
   if (!info) return std::unexpected(info.error());
-  auto question = ReadPlan(text, DefaultsOf(*info), OriginOf(session, *info));
-  if (!question) return Refuse(question);
-  optics::PlanRequest motors;
-  AddTolerances(*info, motors);
-  if (text.sensor_tolerance.empty()) question->request.sensor_tolerance = motors.sensor_tolerance;
-  if (text.f_number_tolerance.empty()) question->request.f_number_tolerance = motors.f_number_tolerance;
-  const auto answer = optics::PlanStack(question->request);
-  if (!answer) return Refuse(answer);
-  Json json = StackJson(*answer);
-  if (!answer->feasible) {
-    session.json() ? session.PrintJson(json) : session.PrintText(StackText(*answer));
+  if (auto lensless = NothingToPlan(*info)) return std::unexpected(*std::move(lensless));
+  auto request = TypedRequest(text, session.globals().from);
+  if (!request) return RefuseInput(request);
+  const Json name = (*info)["name"];
+  const auto reply = link->Ask(MethodOfLens("Plan"), {{"lens", name}, {"request", *std::move(request)}});
+  if (!reply) return std::unexpected(reply.error());
+  Json plan = (*reply)["plan"];
+  if (!plan.value("feasible", false)) {
+    session.json() ? session.PrintJson(plan) : session.PrintText(StackText(plan));
     return Exit::No;
   }
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
-  if (failed) return Refuse(Exit::Io, folder + ": " + failed.message());
-  for (std::size_t i = 0; i < answer->shots.size(); ++i) {
+  if (failed) return Refuse(Exit::CannotWrite, folder + ": " + failed.message());
+  for (std::size_t i = 0; i < plan["shots"].size(); ++i) {
     const std::string path = folder + "/shot-" + std::to_string(i + 1) + ".png";
-    const auto frame = Shoot(session, *link, (*info)["name"], answer->shots[i], path);
+    const auto frame = Shoot(session, *link, name, plan["shots"][i], path);
     if (!frame) return std::unexpected(frame.error());
-    json["shots"][i]["frame"] = *frame;
+    plan["shots"][i]["frame"] = *frame;
     session.Remark(path);
   }
-  session.json() ? session.PrintJson(json) : session.PrintText(StackText(*answer));
+  session.json() ? session.PrintJson(plan) : session.PrintText(StackText(plan));
   return Exit::Done;
 }
 

@@ -1,3 +1,4 @@
+// Targets as people write them, into the fields of a Move. What they mean is for the daemon to say.
 #include "cli/online/target.h"
 
 #include <string>
@@ -7,17 +8,12 @@
 namespace lensd::cli {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
-Result<double> Native(std::string_view text) {
-  auto number = ParseNumber(text, "TARGET");
+Result<double> Native(std::string_view text, std::string_view option = "TARGET") {
+  auto number = ParseNumber(text, option);
   if (!number) return PassOn(std::move(number));
   return *number->Nearest();
-}
-
-/// A sign and a number without a unit is a count of steps; with a unit it is a vergence.
-bool IsStepCount(std::string_view text) {
-  return (text.starts_with('+') || text.starts_with('-')) && ParseNumber(text, "TARGET").has_value();
 }
 
 Result<Json> Field(const char* name, Result<double> value, double scale = 1.0) {
@@ -27,16 +23,27 @@ Result<Json> Field(const char* name, Result<double> value, double scale = 1.0) {
 
 }  // namespace
 
+Result<std::optional<Json>> ParseStepTarget(std::string_view text, std::string_view option) {
+  const bool absolute = text.starts_with('@');
+  // A sign and a number without a unit is a count of steps; with a unit it is a vergence.
+  const bool relative = (text.starts_with('+') || text.starts_with('-')) && ParseNumber(text, option);
+  if (!absolute && !relative) return std::nullopt;
+  auto number = Native(absolute ? text.substr(1) : text, option);
+  if (!number) return PassOn(std::move(number));
+  return Json{{absolute ? "native" : "relative", *number}};
+}
+
 Result<Json> ParseFocusTarget(std::string_view text) {
   if (text.starts_with("near:")) return Field("nearer", Native(text.substr(5)));
   if (text.starts_with("far:")) return Field("nearer", Native(text.substr(4)), -1.0);
-  if (text.starts_with('@')) return Field("native", Native(text.substr(1)));
+  auto steps = ParseStepTarget(text, "TARGET");
+  if (!steps) return PassOn(std::move(steps));
+  if (*steps) return **std::move(steps);
   if (text.starts_with("ext:")) {
     auto extension = ParseLength(text.substr(4), "TARGET");
     if (!extension) return PassOn(std::move(extension));
     return Json{{"extensionMm", extension->value * 1e3}};
   }
-  if (IsStepCount(text)) return Field("relative", Native(text));
   auto depth = ParseDepth(text, "TARGET");
   if (!depth) return PassOn(std::move(depth));
   return Json{{depth->IsDistance() ? "distanceM" : "vergenceD", depth->value}};

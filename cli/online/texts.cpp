@@ -1,11 +1,14 @@
+// The daemon's answers in words and figures for people. Scripts use --json.
 #include "cli/online/texts.h"
 
-#include <cstdio>
+#include <cmath>
+
+#include "cli/text.h"
 
 namespace lensd::cli {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 bool Has(const Json& object, const char* key) {
   return object.contains(key) && !object[key].is_null();
@@ -25,19 +28,17 @@ std::string FocusText(const Json& object) {
   if (!Has(object, "vergenceD")) return "";
   const double vergence = object["vergenceD"].get<double>();
   if (vergence == 0.0) return ", focused at infinity";
-  if (vergence < 0.0) return ", focused past infinity (" + NumberText(object, "vergenceD", 6, " D") + ")";
-  char text[64];
-  std::snprintf(text, sizeof text, ", focused at %.5g m (%.5g D)", 1.0 / vergence, vergence);
-  return text;
+  return ", focused " + std::string(vergence < 0.0 ? "" : "at ") + DepthText({vergence});
 }
 
 }  // namespace
 
 std::string NumberText(const Json& object, const char* key, int digits, const char* unit) {
   if (!Has(object, key)) return "?";
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*g%s", digits, object[key].get<double>(), unit);
-  return text;
+  const double value = object[key].get<double>();
+  // Counts are shown whole.
+  if (value == std::floor(value) && std::abs(value) < 1e15) return std::to_string(std::llround(value)) + unit;
+  return Short(value, digits) + unit;
 }
 
 std::string InfoText(const Json& info) {
@@ -77,7 +78,8 @@ std::string StatusText(const Json& status) {
   }
   if (Has(status, "fNumber")) line += ", f/" + NumberText(status, "fNumber", 4, "");
   for (const Json& axis : status["axes"]) {
-    line += ", " + Text(axis, "axis") + " " + NumberText(axis, "position", 8, "");
+    line += ", " + Text(axis, "axis") + (Has(axis, "lastKnown") && True(axis, "lastKnown") ? " last known at " : " ") +
+            NumberText(axis, "position", 8, "");
     if (True(axis, "moving")) line += " -> " + NumberText(axis, "target", 8, "");
     if (!True(axis, "homed")) line += " (not homed)";
     if (Has(axis, "movedBy") && Text(axis, "movedBy") == "external") line += " (moved by another program)";
@@ -85,7 +87,21 @@ std::string StatusText(const Json& status) {
   }
   if (Has(status, "temperatureC")) line += ", " + NumberText(status, "temperatureC", 4, " C");
   if (Has(status, "error")) line += "; " + Text(status, "error");
+  if (Has(status, "warnings")) {
+    for (const Json& warning : status["warnings"]) line += "\n  " + warning.get<std::string>();
+  }
   return line;
+}
+
+std::string MetricsText(const Json& metrics) {
+  const auto count = [](const Json& of, const char* key) { return std::to_string(of.value(key, std::int64_t{0})); };
+  const Json& counters = metrics["counters"];
+  return Text(metrics, "lens") + ": " + count(metrics, "moves") + " moves, " + count(metrics, "movesReached") +
+         " reached, " + count(metrics, "movesVerified") + " verified; " + count(metrics, "autofocuses") +
+         " searches for focus, " + count(metrics, "autofocusesFocused") + " focused; " + count(metrics, "frames") +
+         " frames, " + count(counters, "framesLost") + " lost, " + count(counters, "framesLate") + " late; packets " +
+         count(counters, "packetsLost") + " lost, " + count(counters, "packetsResent") + " resent; " +
+         count(counters, "busErrors") + " bus errors";
 }
 
 std::string MoveText(const Json& move) {

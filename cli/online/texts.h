@@ -3,22 +3,23 @@
 
 #include <string>
 
-#include "proto/json.h"
+#include "varlink/json.h"
 
 namespace lensd::cli {
 
 /// A number with at most `digits` significant digits and its unit; "?" where it is null or absent.
-std::string NumberText(const proto::Json& object, const char* key, int digits, const char* unit);
+std::string NumberText(const varlink::Json& object, const char* key, int digits, const char* unit);
 /// One line of LensInfo.
-std::string InfoText(const proto::Json& info);
+std::string InfoText(const varlink::Json& info);
 /// One line of LensStatus.
-std::string StatusText(const proto::Json& status);
+std::string StatusText(const varlink::Json& status);
+std::string MetricsText(const varlink::Json& metrics);
 /// One line of MoveResult.
-std::string MoveText(const proto::Json& move);
+std::string MoveText(const varlink::Json& move);
 /// One line of AutofocusProgress, and of AutofocusStep, while it goes on.
-std::string AutofocusProgressText(const proto::Json& progress);
-std::string AutofocusStepText(const proto::Json& step);
+std::string AutofocusProgressText(const varlink::Json& progress);
+std::string AutofocusStepText(const varlink::Json& step);
 /// One line of AutofocusResult, and one for each candidate.
-std::string AutofocusText(const proto::Json& result);
+std::string AutofocusText(const varlink::Json& result);
 
 }  // namespace lensd::cli

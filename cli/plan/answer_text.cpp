@@ -1,3 +1,4 @@
+// A plan's answer as a table and sentences, the same offline and for a lens of the daemon.
 #include "cli/plan/answer_text.h"
 
 #include "cli/text.h"
@@ -47,7 +48,11 @@ std::string PlanAnswerText(const optics::PlanAnswer& answer, Metres principal_ga
                  " from the sensor"
            : ""},
       {"magnification", Short(answer.magnification), "working f-number " + Short(answer.working_f_number.value)},
-      {"model", answer.model, "leaves out at most " + LengthText(answer.model_error)}};
+      {"model", answer.model,
+       "leaves out at most " + LengthText(answer.model_error) + (answer.diffraction ? " of geometric blur" : "")}};
+  if (answer.diffraction) {
+    rows.push_back({"diffraction", LengthText(*answer.diffraction), "at 550 nm, in no limit: --wavelength counts it"});
+  }
   if (answer.depth_of_field) {
     rows.push_back({"sharp", DepthText(answer.depth_of_field->one_end.vergence()),
                     "to " + DepthText(answer.depth_of_field->other_end.vergence())});

@@ -9,6 +9,6 @@
 namespace lensd::cli {
 
 /// The answer as a compact table, or why there is no plan.
-std::string PlanAnswerText(const optics::PlanAnswer& answer, Metres principal_gap);
+std::string PlanAnswerText(const optics::PlanAnswer& answer, Metres principal_gap = Metres{0.0});
 
 }  // namespace lensd::cli

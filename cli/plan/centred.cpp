@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "cli/exact_lens.h"
 #include "cli/lens_options.h"
 #include "cli/plan/reading.h"
 
@@ -32,13 +31,13 @@ double WidestSlope(const PlanRequest& request) {
 /// Runs of depths between which the focal plane cannot stand: where even the widest opening blurs both neighbours by
 /// less than the limit together, one of them breaks it, and the run counts as one interval. Exact, and keeps the
 /// planner from thousands of gaps that cannot matter. A pupil factor above 1 may blur more, so it gets every gap.
-std::vector<std::pair<int, int>> Runs(const OccupiedDepths& depths, const NamedLimit& limit,
+std::vector<std::pair<int, int>> Runs(const OccupiedDepths& depths, const NamedLimit& limit, double blur,
                                       const PlanRequest& request) {
   if (!MayLieOnBothSides(limit)) {
     return {{depths.front(), depths.back()}};
   }
   const double slope = request.pupil_factor.value > 1.0 ? HUGE_VAL : WidestSlope(request);
-  const double needed = 2.0 * limit.written.limit->Nearest().value() * (1.0 - 1e-9) / slope;
+  const double needed = 2.0 * blur * (1.0 - 1e-9) / slope;
   std::vector<std::pair<int, int>> runs{{depths.front(), depths.front()}};
   for (const int depth : depths) {
     const int last = runs.back().second;
@@ -66,8 +65,9 @@ Depth Millimetres(int depth) {
 }
 
 /// The occupied depths of one limit with the sensor at `extension`.
-Result<std::vector<optics::DepthInterval>> DepthsOf(const NamedLimit& limit, const Reading& reading,
+Result<std::vector<optics::DepthInterval>> DepthsOf(std::size_t index, const Reading& reading,
                                                     const optics::FocusScale& scale, Metres extension) {
+  const NamedLimit& limit = reading.limits[index];
   if (const auto* plane = std::get_if<TiltedPlane>(&limit.written.where)) {
     auto interval = optics::DepthsOfPlane(NumberOf(plane->u0), NumberOf(plane->ux), NumberOf(plane->uy));
     if (!interval) return Fail(interval.error().code, limit.written.name + ": " + interval.error().message);
@@ -75,7 +75,8 @@ Result<std::vector<optics::DepthInterval>> DepthsOf(const NamedLimit& limit, con
   }
   std::vector<DepthRange> ranges;
   if (const auto* mask_class = std::get_if<MaskClass>(&limit.written.where)) {
-    for (const auto& [near, far] : Runs(reading.classes.at(mask_class->number), limit, reading.request)) {
+    for (const auto& [near, far] :
+         Runs(reading.classes.at(mask_class->number), limit, reading.blurs[index].Nearest().value(), reading.request)) {
       ranges.push_back({Millimetres(near), Millimetres(far)});
     }
   } else {
@@ -99,13 +100,14 @@ Result<PlanRequest> Centred(const Reading& reading, const optics::FocusScale& sc
     if (!focus) return std::unexpected(focus.error());
     request.focus = PlanDepthOf(*focus);
   }
-  for (const NamedLimit& limit : reading.limits) {
-    auto depths = DepthsOf(limit, reading, scale, extension);
+  for (std::size_t i = 0; i < reading.limits.size(); ++i) {
+    const NamedLimit& limit = reading.limits[i];
+    auto depths = DepthsOf(i, reading, scale, extension);
     if (!depths) return PassOn(std::move(depths));
     request.limits.push_back({.name = limit.written.name,
                               .kind = limit.kind,
                               .depths = *std::move(depths),
-                              .limit = NumberOf(*limit.written.limit),
+                              .limit = NumberOf(reading.blurs[i]),
                               .side = limit.written.side});
   }
   return request;
@@ -154,7 +156,7 @@ Result<PlanRequest> RequestFromCentre(const Reading& reading, const optics::Focu
     const auto focus =
         FocusFromCentre(reading.focal_length, *reading.focus, scale, Metres{reading.request.extensions.high.value});
     if (!focus) return std::unexpected(focus.error());
-    const auto stands = ExtensionFocusedAt(reading.focal_length, *focus)->Value();
+    const auto stands = Rounded(optics::thin_lens::Extension(reading.focal_length.ToRational(), PlaceOf(*focus)));
     if (!stands) return std::unexpected(stands.error());
     return Centred(reading, scale, Metres{*stands});
   }

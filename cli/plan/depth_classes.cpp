@@ -1,9 +1,10 @@
+// Depth maps and masks into the depths that each class occupies, once each.
 #include "cli/plan/depth_classes.h"
 
 #include <optional>
 
 #include "io/png.h"
-#include "optics/planner_columns.h"
+#include "optics/depth_extremes.h"
 
 namespace lensd::cli {
 namespace {

@@ -1,3 +1,4 @@
+// The options of `plan` and `stack` into a question for the planner. Numbers stay decimal until the last moment.
 #include "cli/plan/options.h"
 
 #include <CLI/CLI.hpp>
@@ -33,17 +34,6 @@ Result<void> Optional(const std::string& text, std::string_view option, Parse pa
   return {};
 }
 
-/// `W@D`: a field W wide at distance D.
-Result<optics::Field> ParseField(const std::string& text, const optics::FocusScale& scale) {
-  const auto at = text.find('@');
-  if (at == std::string::npos) return Usage("--field '" + text + "': write WIDTH@DISTANCE, such as 1.2m@3m");
-  const auto width = ParsePositiveLength(text.substr(0, at), "--field");
-  if (!width) return std::unexpected(width.error());
-  const auto distance = ParsePositiveLength(text.substr(at + 1), "--field");
-  if (!distance) return std::unexpected(distance.error());
-  return optics::Field{Metres{width->Nearest().value()}, Metres{distance->Nearest().value()}, scale};
-}
-
 /// Settles the focal length of a zoom by what it shall frame.
 Result<void> FrameField(const PlanText& text, const Span<Decimal>& zoom, const optics::FocusScale& scale,
                         Reading& reading) {
@@ -52,47 +42,40 @@ Result<void> FrameField(const PlanText& text, const Span<Decimal>& zoom, const o
                  "' leaves the focal length open: give one, or say what to frame with --field WIDTH@DISTANCE and "
                  "--sensor-width W");
   }
-  const auto field = ParseField(text.field, scale);
-  if (!field) return std::unexpected(field.error());
+  const auto typed = ParseField(text.field, "--field");
+  if (!typed) return std::unexpected(typed.error());
+  const optics::Field field{Metres{typed->width.Nearest().value()}, Metres{typed->distance.Nearest().value()}, scale};
   const auto width = ParsePositiveLength(text.sensor_width, "--sensor-width");
   if (!width) return std::unexpected(width.error());
   const Metres sensor_width{width->Nearest().value()};
   const auto f =
-      optics::FramingFocalLength(*field, sensor_width, {{zoom.low.Nearest().value()}, {zoom.high.Nearest().value()}});
+      optics::FramingFocalLength(field, sensor_width, {{zoom.low.Nearest().value()}, {zoom.high.Nearest().value()}});
   if (!f) return std::unexpected(f.error());
-  const auto place = optics::DepthInFocus(scale, *f, field->distance);
+  const auto place = optics::DepthInFocus(scale, *f, field.distance);
   if (!place) return std::unexpected(place.error());
   reading.focal_length = Decimal::Shortest(f->value);
-  reading.framing = Framing{sensor_width, place->distance().value_or(field->distance)};
+  reading.framing = Framing{sensor_width, place->distance().value_or(field.distance)};
   return {};
 }
 
-Result<void> ReadFocalLength(const PlanText& text, const PlanDefaults& defaults, const optics::FocusScale& scale,
-                             Reading& reading) {
-  if (text.focal_length.empty()) {
-    if (!defaults.focal_length) return Usage("--focal-length is required, such as 50mm");
-    reading.focal_length = *defaults.focal_length;
-  } else {
-    const auto range = ParseLengthRange(text.focal_length, "--focal-length");
-    if (!range) return std::unexpected(range.error());
-    if (!range->low.IsPositive()) return Usage("--focal-length '" + text.focal_length + "': must be greater than zero");
-    if (range->low < range->high) return FrameField(text, *range, scale, reading);
-    reading.focal_length = range->low;
-  }
+Result<void> ReadFocalLength(const PlanText& text, const optics::FocusScale& scale, Reading& reading) {
+  if (text.focal_length.empty()) return Usage("--focal-length is required, such as 50mm");
+  const auto range = ParseLengthRange(text.focal_length, "--focal-length");
+  if (!range) return std::unexpected(range.error());
+  if (!range->low.IsPositive()) return Usage("--focal-length '" + text.focal_length + "': must be greater than zero");
+  if (range->low < range->high) return FrameField(text, *range, scale, reading);
+  reading.focal_length = range->low;
   if (text.field.empty() && text.sensor_width.empty()) return {};
   return Usage("--field and --sensor-width choose the focal length of a zoom: write --focal-length A..B");
 }
 
-Result<void> ReadOpenings(const PlanText& text, const PlanDefaults& defaults, PlanRequest& request) {
+Result<void> ReadOpenings(const PlanText& text, PlanRequest& request) {
   if (!text.f_number.empty() && !text.aperture_diameter.empty()) {
     return Usage("give the opening once: --f-number or --aperture-diameter");
   }
   request.apertures_are_diameters = !text.aperture_diameter.empty();
   if (text.f_number.empty() && text.aperture_diameter.empty()) {
-    if (!defaults.f_numbers)
-      return Usage("--f-number is required, such as 1.4..22 or 1.4,2,2.8 (or --aperture-diameter)");
-    request.f_numbers = RangeOf(*defaults.f_numbers);
-    return {};
+    return Usage("--f-number is required, such as 1.4..22 or 1.4,2,2.8 (or --aperture-diameter)");
   }
   const auto openings = request.apertures_are_diameters ? ParseDiameters(text.aperture_diameter, "--aperture-diameter")
                                                         : ParseFNumbers(text.f_number, "--f-number");
@@ -102,15 +85,12 @@ Result<void> ReadOpenings(const PlanText& text, const PlanDefaults& defaults, Pl
   return {};
 }
 
-Result<void> ReadExtensions(const PlanText& text, const PlanDefaults& defaults, const Decimal& focal_length,
-                            PlanRequest& request) {
+Result<void> ReadExtensions(const PlanText& text, const Decimal& focal_length, PlanRequest& request) {
   if (!text.extension.empty() && !text.sensor_distance.empty()) {
     return Usage("say once where the sensor may stand: --extension or --sensor-distance");
   }
   if (text.extension.empty() && text.sensor_distance.empty()) {
-    if (!defaults.extensions) return Usage("--extension is required, such as 0mm..8mm (or --sensor-distance)");
-    request.extensions = RangeOf(*defaults.extensions);
-    return {};
+    return Usage("--extension is required, such as 0mm..8mm (or --sensor-distance)");
   }
   const bool direct = !text.extension.empty();
   auto range = direct ? ParseLengthRange(text.extension, "--extension")
@@ -156,38 +136,89 @@ Result<void> ReadObjective(const PlanText& text, const std::optional<Decimal>& p
                   [&](const Decimal& length) { request.model_tolerance = Metres{length.Nearest().value()}; });
 }
 
-Result<void> ReadTolerances(const PlanText& text, const PlanDefaults& defaults, PlanRequest& request) {
+Result<void> ReadTolerances(const PlanText& text, PlanRequest& request) {
   auto done = Optional(text.sensor_tolerance, "--sensor-tolerance", ParseExactLength,
                        [&](const Decimal& length) { request.sensor_tolerance = NumberOf(length); });
   if (!done) return done;
   done = Optional(text.f_number_tolerance, "--f-number-tolerance", ParsePercent,
                   [&](const Decimal& ratio) { request.f_number_tolerance = NumberOf(ratio); });
   if (!done) return done;
-  if (defaults.pupil_factor) request.pupil_factor = NumberOf(*defaults.pupil_factor);
   return Optional(text.pupil_factor, "--pupil-factor", ParseNumber,
                   [&](const Decimal& factor) { request.pupil_factor = NumberOf(factor); });
 }
 
-/// Reads the limits and settles their names: as given, or by their place among the options of their kind.
-Result<void> ReadLimits(const std::vector<std::string>& texts, LimitKind kind, Reading& reading) {
-  const std::string prefix = kind == LimitKind::Sharp ? "sharp" : "blurred";
-  for (std::size_t i = 0; i < texts.size(); ++i) {
-    auto written = ParseLimit(texts[i], kind, reading.pixel);
-    if (!written) return PassOn(std::move(written));
-    if (written->name.empty()) written->name = prefix + "[" + std::to_string(i) + "]";
-    if (!written->limit && !reading.pixel) {
-      return Usage("--" + prefix + " '" + texts[i] + "': add a blur limit such as :8um, or give --pixel for 1px");
+/// The blur of each limit; one pixel where none is given.
+Result<void> ReadBlurs(Reading& reading) {
+  for (const NamedLimit& limit : reading.limits) {
+    const std::string option = limit.kind == LimitKind::Sharp ? "--sharp" : "--blurred";
+    if (!limit.written.limit && !reading.pixel) {
+      return Usage(option + " '" + limit.text + "': add a blur limit such as :8um, or give --pixel for 1px");
     }
-    if (!written->limit) written->limit = reading.pixel;
-    reading.limits.push_back({*std::move(written), kind});
+    const BlurSize blur = limit.written.limit.value_or(BlurSize{Decimal(1, 0), true});
+    auto metres = BlurInMetres(blur, limit.text, reading.pixel, option);
+    if (!metres) return PassOn(std::move(metres));
+    reading.blurs.push_back(*std::move(metres));
   }
   return {};
 }
 
-/// Reads the depth map where limits speak of its classes.
-Result<void> ReadClasses(const PlanText& text, Reading& reading) {
+Result<Reading> ReadOptions(const PlanText& text, const optics::FocusScale& scale) {
+  Reading reading;
+  PlanRequest& request = reading.request;
+  reading.in_focus = text.stack;
+  auto done =
+      Optional(text.pixel, "--pixel", ParsePositiveLength, [&](const Decimal& length) { reading.pixel = length; });
+  if (done) done = ReadFocalLength(text, scale, reading);
+  if (done) done = ReadOpenings(text, request);
+  if (done) done = ReadExtensions(text, reading.focal_length, request);
+  if (done) done = Optional(text.focus, "--focus", ParseDepth, [&](const Depth& depth) { reading.focus = depth; });
+  if (done) done = ReadDiffraction(text, request);
+  if (done) done = ReadObjective(text, reading.pixel, request);
+  if (done) done = ReadTolerances(text, request);
+  if (!done) return PassOn(std::move(done));
+  auto limits = NamedLimits(text);
+  if (!limits) return PassOn(std::move(limits));
+  reading.limits = *std::move(limits);
+  done = ReadBlurs(reading);
+  if (!done) return PassOn(std::move(done));
+  auto classes = ReadClasses(text, reading.limits);
+  if (!classes) return PassOn(std::move(classes));
+  reading.classes = *std::move(classes);
+  request.focal_length = NumberOf(reading.focal_length);
+  if (reading.pixel) request.pixel = Metres{reading.pixel->Nearest().value()};
+  return reading;
+}
+
+}  // namespace
+
+Result<FieldText> ParseField(std::string_view text, std::string_view option) {
+  const auto at = text.find('@');
+  if (at == std::string_view::npos) return Wrong(option, text, "write WIDTH@DISTANCE, such as 1.2m@3m");
+  auto width = ParsePositiveLength(text.substr(0, at), option);
+  if (!width) return PassOn(std::move(width));
+  auto distance = ParsePositiveLength(text.substr(at + 1), option);
+  if (!distance) return PassOn(std::move(distance));
+  return FieldText{*std::move(width), *std::move(distance)};
+}
+
+Result<std::vector<NamedLimit>> NamedLimits(const PlanText& text) {
+  std::vector<NamedLimit> limits;
+  for (const LimitKind kind : {LimitKind::Sharp, LimitKind::Blurred}) {
+    const auto& texts = kind == LimitKind::Sharp ? text.sharp : text.blurred;
+    const std::string prefix = kind == LimitKind::Sharp ? "sharp" : "blurred";
+    for (std::size_t i = 0; i < texts.size(); ++i) {
+      auto written = ParseLimit(texts[i], kind);
+      if (!written) return PassOn(std::move(written));
+      if (written->name.empty()) written->name = prefix + "[" + std::to_string(i) + "]";
+      limits.push_back({*std::move(written), texts[i], kind});
+    }
+  }
+  return limits;
+}
+
+Result<std::map<int, OccupiedDepths>> ReadClasses(const PlanText& text, const std::vector<NamedLimit>& limits) {
   std::vector<WantedClass> wanted;
-  for (const NamedLimit& limit : reading.limits) {
+  for (const NamedLimit& limit : limits) {
     const auto* mask_class = std::get_if<MaskClass>(&limit.written.where);
     if (mask_class == nullptr) continue;
     auto known = std::ranges::find(wanted, mask_class->number, &WantedClass::number);
@@ -197,47 +228,20 @@ Result<void> ReadClasses(const PlanText& text, Reading& reading) {
   if (text.depth_map.empty()) {
     if (!wanted.empty())
       return Usage("classes such as @" + std::to_string(wanted[0].number) + " need --depth-map F.png");
-    return text.mask.empty() ? Result<void>() : Usage("--mask needs --depth-map F.png");
+    if (!text.mask.empty()) return Usage("--mask needs --depth-map F.png");
+    return std::map<int, OccupiedDepths>();
   }
   if (wanted.empty()) return Usage("--depth-map: no limit uses it; write --sharp @1 for class 1 of the mask");
-  auto classes = ReadDepthClasses(text.depth_map, text.mask, wanted);
-  if (!classes) return PassOn(std::move(classes));
-  reading.classes = *std::move(classes);
-  return {};
+  return ReadDepthClasses(text.depth_map, text.mask, wanted);
 }
 
-Result<Reading> ReadOptions(const PlanText& text, const PlanDefaults& defaults, const optics::FocusScale& scale) {
-  Reading reading;
-  PlanRequest& request = reading.request;
-  reading.pixel = defaults.pixel;
-  reading.in_focus = text.stack;
-  auto done =
-      Optional(text.pixel, "--pixel", ParsePositiveLength, [&](const Decimal& length) { reading.pixel = length; });
-  if (done) done = ReadFocalLength(text, defaults, scale, reading);
-  if (done) done = ReadOpenings(text, defaults, request);
-  if (done) done = ReadExtensions(text, defaults, reading.focal_length, request);
-  if (done) done = Optional(text.focus, "--focus", ParseDepth, [&](const Depth& depth) { reading.focus = depth; });
-  if (done) done = ReadDiffraction(text, request);
-  if (done) done = ReadObjective(text, reading.pixel, request);
-  if (done) done = ReadTolerances(text, defaults, request);
-  if (done) done = ReadLimits(text.sharp, LimitKind::Sharp, reading);
-  if (done) done = ReadLimits(text.blurred, LimitKind::Blurred, reading);
-  if (done) done = ReadClasses(text, reading);
-  if (!done) return PassOn(std::move(done));
-  request.focal_length = NumberOf(reading.focal_length);
-  if (reading.pixel) request.pixel = Metres{reading.pixel->Nearest().value()};
-  return reading;
-}
-
-}  // namespace
-
-Result<PlanQuestion> ReadPlan(const PlanText& text, const PlanDefaults& defaults, std::optional<From> from) {
-  const optics::FocusScale scale = ScaleOf(from, defaults.principal_gap);
-  const auto reading = ReadOptions(text, defaults, scale);
+Result<PlanQuestion> ReadPlan(const PlanText& text, std::optional<From> from) {
+  const optics::FocusScale scale = ScaleOf(from);
+  const auto reading = ReadOptions(text, scale);
   if (!reading) return std::unexpected(reading.error());
   auto request = RequestFromCentre(*reading, scale);
   if (!request) return PassOn(std::move(request));
-  return PlanQuestion{*std::move(request), defaults.principal_gap, reading->framing};
+  return PlanQuestion{*std::move(request), reading->framing};
 }
 
 void AddPlanOptions(CLI::App& command, PlanText& text) {

@@ -1,5 +1,4 @@
-// From the options of `plan` to a question for the planner: read once, for the offline command and for the daemon's
-// lenses alike.
+// The options of `plan`, and from them a question for the planner about a lens that they describe.
 #pragma once
 
 #include <optional>
@@ -26,16 +25,6 @@ struct PlanText {
 /// Adds the options above to a command.
 void AddPlanOptions(CLI::App& command, PlanText& text);
 
-/// What a lens of the daemon answers for options that are not given. Offline all of it is empty.
-struct PlanDefaults {
-  std::optional<Decimal> focal_length;      ///< metres
-  std::optional<Span<Decimal>> f_numbers;   ///< range
-  std::optional<Span<Decimal>> extensions;  ///< metres
-  std::optional<Decimal> pixel;             ///< metres
-  std::optional<Decimal> pupil_factor;      ///< exit over entrance pupil
-  Metres principal_gap{0.0};                ///< for distances from the sensor
-};
-
 /// A field to frame with a zoom, reported with the answer.
 struct Framing {
   Metres sensor_width;
@@ -45,7 +34,6 @@ struct Framing {
 /// A question to the planner, all depths from the lens centre.
 struct PlanQuestion {
   optics::PlanRequest request;
-  Metres principal_gap{0.0};
   std::optional<Framing> framing;
 };
 
@@ -53,6 +41,6 @@ struct PlanQuestion {
 /// that is known, without it the question is solved again until the sensor stands where the distances assume it. For a
 /// stack each distance is that of a subject in focus.
 /// Errors: InvalidArgument, OutOfRange (one line naming the option), BadData and Io of depth maps.
-Result<PlanQuestion> ReadPlan(const PlanText& text, const PlanDefaults& defaults, std::optional<From> from);
+Result<PlanQuestion> ReadPlan(const PlanText& text, std::optional<From> from);
 
 }  // namespace lensd::cli

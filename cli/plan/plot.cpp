@@ -1,3 +1,5 @@
+// Both charts ask the planner's own bounds and blur (optics/limit_bounds.h), so that nothing is shaded as possible that
+// it calls impossible.
 #include "cli/plan/plot.h"
 
 #include <algorithm>
@@ -6,16 +8,15 @@
 
 #include "cli/text.h"
 #include "io/svg.h"
-#include "optics/blur.h"
 #include "optics/conjugates.h"
-#include "optics/diffraction.h"
+#include "optics/limit_bounds.h"
 
 namespace lensd::cli {
 namespace {
 
+using optics::BlurLimit;
 using optics::LimitKind;
 using optics::PlanRequest;
-using optics::Side;
 
 constexpr int kSamples = 240;
 constexpr double kSharpWidth = 1.8;
@@ -29,41 +30,38 @@ Vergences Ends(const optics::DepthInterval& interval) {
   return {std::max(a, b), std::min(a, b)};
 }
 
-struct FNumberRange {
-  double low, high;
+/// The f-numbers that a chart shows: the stops, or samples of the range.
+struct FNumbers {
+  double low = 0.0, high = 0.0;
+  std::vector<double> stops = {};
+
+  double Sample(int index) const { return low * std::pow(high / low, static_cast<double>(index) / kSamples); }
 };
-FNumberRange FNumbersOf(const PlanRequest& request) {
-  double low = request.f_numbers.low.value, high = request.f_numbers.high.value;
-  if (!request.apertures_are_diameters) return {low, high};
-  return {request.focal_length.value / high, request.focal_length.value / low};
+FNumbers FNumbersOf(const PlanRequest& request) {
+  const auto n = [&](const optics::Number& given) {
+    return request.apertures_are_diameters ? request.focal_length.value / given.value : given.value;
+  };
+  FNumbers numbers;
+  for (const auto& stop : request.stops) numbers.stops.push_back(n(stop));
+  std::ranges::sort(numbers.stops);
+  const double a = n(request.f_numbers.low), b = n(request.f_numbers.high);
+  numbers.low = numbers.stops.empty() ? std::min(a, b) : numbers.stops.front();
+  numbers.high = numbers.stops.empty() ? std::max(a, b) : numbers.stops.back();
+  return numbers;
 }
 
-/// The extension at which a point of vergence `u` is blurred by exactly the limit, focused nearer than it (`sign` +1)
-/// or farther (-1): e = (f² U + sign c N)/W. Diffraction leaves less of a sharp limit for geometry.
-double Bound(const PlanRequest& request, const optics::BlurLimit& limit, double u, double n, double sign) {
-  const double f = request.focal_length.value;
-  const double tolerance = request.f_number_tolerance.value;
-  double blur = limit.limit.value * optics::PupilDivisor(Metres{f}, Dioptres{u}, request.pupil_factor.value);
-  blur *= limit.kind == LimitKind::Sharp ? 1.0 - tolerance : 1.0 + tolerance;
-  const double gap = 1.0 - f * u;
-  if (request.wavelength && limit.kind == LimitKind::Sharp) {
-    const double working = n / gap;  // close enough to draw: Z_s/A for a subject in focus
-    const double disk =
-        optics::DiffractionBlur(request.diffraction, Metres{request.wavelength->value}, FNumber{working}).value;
-    if (disk >= blur) return NAN;
-    blur = std::sqrt(blur * blur - disk * disk);
-  }
-  return (f * f * u + sign * blur * n) / gap;
-}
-
-/// One edge of what a limit allows: extensions at least (or at most) this, at each f-number.
-struct Edge {
-  std::string label;
-  std::size_t limit;  // its index
-  bool at_least;
-  double vergence;
-  double sign;
+/// The plan, or, where there is none, the one that relaxed limits would allow.
+struct Setting {
+  FNumber f_number;
+  Metres extension;  ///< as the planner counts it
+  Dioptres focal_plane;
 };
+std::optional<Setting> SettingOf(const PlanRequest& request, const optics::PlanAnswer& answer) {
+  if (!answer.feasible && !(answer.relax && answer.f_number.value > 0.0)) return std::nullopt;
+  const Metres f{request.focal_length.value};
+  return Setting{answer.f_number, request.liquid ? optics::LiquidExtension(f, answer.extension) : answer.extension,
+                 answer.focal_plane};
+}
 
 std::string LimitText(const PlanRequest& request, const optics::BlurLimit& limit) {
   const bool sharp = limit.kind == LimitKind::Sharp;
@@ -72,101 +70,63 @@ std::string LimitText(const PlanRequest& request, const optics::BlurLimit& limit
   return limit.name + (sharp ? " ≤ " : " ≥ ") + size;
 }
 
-/// On which side of the plane in focus a blurred interval lies: as given, else as the plan (or the middle of what must
-/// be sharp) has it.
-bool IsBehind(const optics::BlurLimit& limit, const Vergences& ends, double focal_plane) {
-  if (limit.side != Side::Either) return limit.side == Side::Behind;
-  return 0.5 * (ends.near + ends.far) < focal_plane;
-}
-
-void AddEdges(const PlanRequest& request, std::size_t index, double focal_plane, std::vector<Edge>& edges) {
-  const auto& limit = request.limits[index];
-  const std::string label = LimitText(request, limit);
-  std::optional<double> behind, front;  // the decisive ends of all its intervals
-  std::optional<double> nearest, farthest;
-  for (const auto& interval : limit.depths) {
-    const Vergences ends = Ends(interval);
-    nearest = std::max(nearest.value_or(ends.near), ends.near);
-    farthest = std::min(farthest.value_or(ends.far), ends.far);
-    if (limit.kind == LimitKind::Sharp) continue;
-    if (IsBehind(limit, ends, focal_plane)) {
-      behind = std::max(behind.value_or(ends.near), ends.near);
-    } else {
-      front = std::min(front.value_or(ends.far), ends.far);
-    }
-  }
-  if (limit.kind == LimitKind::Sharp && nearest) {
-    edges.push_back({label + " (near end)", index, true, *nearest, -1.0});
-    edges.push_back({label + " (far end)", index, false, *farthest, 1.0});
-  }
-  if (behind) edges.push_back({label + " (behind)", index, true, *behind, 1.0});
-  if (front) edges.push_back({label + " (in front)", index, false, *front, -1.0});
-}
-
 /// Where the plane in focus is, or would be best: for sides that are open.
-double FocalPlaneOf(const PlanRequest& request, const optics::PlanAnswer& answer) {
-  if (answer.feasible) return answer.focal_plane.value;
-  if (request.focus) return request.focus->vergence().value;
-  double sum = 0.0;
-  int count = 0;
-  for (const auto& limit : request.limits) {
-    for (const auto& interval : limit.depths) {
-      if (limit.kind != LimitKind::Sharp) continue;
-      const Vergences ends = Ends(interval);
-      sum += 0.5 * (ends.near + ends.far);
-      ++count;
-    }
+Dioptres FocalPlaneOf(const PlanRequest& request, const optics::PlanAnswer& answer) {
+  if (const auto setting = SettingOf(request, answer)) return setting->focal_plane;
+  return request.focus ? request.focus->vergence() : Dioptres{};
+}
+
+double SensorMm(const PlanRequest& request, Metres extension) {
+  return (request.focal_length.value + extension.value) * 1e3;
+}
+
+std::optional<Metres> FixedExtension(const PlanRequest& request) {
+  if (!request.focus) return std::nullopt;
+  const auto e = optics::FocusExtension(Metres{request.focal_length.value}, request.focus->vergence());
+  return e ? std::optional(*e) : std::nullopt;
+}
+
+/// What all these limits and the ranges leave at one f-number.
+optics::HoldingExtensions LeftAt(const PlanRequest& request, const std::vector<const BlurLimit*>& limits, double n,
+                                 Dioptres focal_plane) {
+  optics::HoldingExtensions left{{request.extensions.low.value}, {request.extensions.high.value}};
+  const auto keep = [&](const optics::HoldingExtensions& holding) {
+    left = {std::max(left.low, holding.low), std::min(left.high, holding.high)};
+  };
+  if (const auto e = FixedExtension(request)) keep({*e, *e});
+  for (const BlurLimit* limit : limits) keep(optics::WhereHolds(request, *limit, {n}, focal_plane));
+  return left;
+}
+
+/// All of it as areas: one for each stretch of f-numbers that leaves something, a line for each stop.
+std::vector<io::ChartArea> Areas(const PlanRequest& request, const std::vector<const BlurLimit*>& limits,
+                                 Dioptres focal_plane, const io::ChartArea& style) {
+  const FNumbers numbers = FNumbersOf(request);
+  std::vector<io::ChartArea> areas;
+  std::vector<io::ChartPoint> upper, lower;
+  const auto close = [&] {
+    if (upper.empty()) return;
+    areas.push_back(style);
+    if (areas.size() > 1) areas.back().name.clear();
+    areas.back().corners = std::exchange(upper, {});
+    areas.back().corners.insert(areas.back().corners.end(), lower.rbegin(), lower.rend());
+    lower.clear();
+  };
+  const auto sample = [&](double n) {
+    const auto left = LeftAt(request, limits, n, focal_plane);
+    if (left.low > left.high) return close();
+    upper.push_back({n, SensorMm(request, left.high)});
+    lower.push_back({n, SensorMm(request, left.low)});
+  };
+  if (numbers.stops.empty()) {
+    for (int i = 0; i <= kSamples; ++i) sample(numbers.Sample(i));
   }
-  return count > 0 ? sum / count : 0.0;
+  for (const double stop : numbers.stops) sample(stop), close();
+  close();
+  return areas;
 }
 
-/// The extension of an edge at f-number n, the sensor's tolerance taken off.
-double EdgeAt(const PlanRequest& request, const Edge& edge, double n) {
-  const double slack = request.sensor_tolerance.value;
-  return Bound(request, request.limits[edge.limit], edge.vergence, n, edge.sign) + (edge.at_least ? slack : -slack);
-}
-
-struct Strip {
-  double low, high;
-};
-Strip StripAt(const PlanRequest& request, const std::vector<Edge>& edges, double n) {
-  Strip strip{request.extensions.low.value, request.extensions.high.value};
-  for (const Edge& edge : edges) {
-    const double e = EdgeAt(request, edge, n);
-    if (!std::isfinite(e)) return {1.0, 0.0};
-    if (edge.at_least) {
-      strip.low = std::max(strip.low, e);
-    } else {
-      strip.high = std::min(strip.high, e);
-    }
-  }
-  return strip;
-}
-
-double SampleNumber(const FNumberRange& range, int index) {
-  return range.low * std::pow(range.high / range.low, static_cast<double>(index) / kSamples);
-}
-
-double SensorMm(const PlanRequest& request, double extension) {
-  return (request.focal_length.value + extension) * 1e3;
-}
-
-/// Corners of what all these edges and the extension range leave; empty where that is nothing.
-std::vector<io::ChartPoint> Feasible(const PlanRequest& request, const std::vector<Edge>& edges,
-                                     const FNumberRange& range) {
-  std::vector<io::ChartPoint> corners, back;
-  for (int i = 0; i <= kSamples; ++i) {
-    const double n = SampleNumber(range, i);
-    const Strip strip = StripAt(request, edges, n);
-    if (strip.low > strip.high) continue;
-    corners.push_back({n, SensorMm(request, strip.high)});
-    back.push_back({n, SensorMm(request, strip.low)});
-  }
-  corners.insert(corners.end(), back.rbegin(), back.rend());
-  return corners;
-}
-
-std::vector<std::pair<double, std::string>> StopTicks(const FNumberRange& range) {
+std::vector<std::pair<double, std::string>> StopTicks(const FNumbers& range) {
   std::vector<std::pair<double, std::string>> ticks;
   for (const double stop : {0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0, 45.0, 64.0}) {
     if (stop >= range.low * 0.97 && stop <= range.high * 1.03) ticks.emplace_back(stop, Short(stop));
@@ -174,10 +134,8 @@ std::vector<std::pair<double, std::string>> StopTicks(const FNumberRange& range)
   return ticks.size() >= 2 ? ticks : std::vector<std::pair<double, std::string>>();
 }
 
-/// The window of the sensor axis: what is feasible and the lines around it, not the whole travel of the lens.
-void FrameSensorAxis(const PlanRequest& request, const optics::PlanAnswer& answer, const std::vector<Edge>& edges,
-                     io::Chart& chart) {
-  const FNumberRange range = FNumbersOf(request);
+/// The window of the sensor axis: what is possible and the lines around it, not the whole travel of the lens.
+void FrameSensorAxis(const PlanRequest& request, const optics::PlanAnswer& answer, io::Chart& chart) {
   std::vector<double> shown;
   for (const auto& area : chart.areas) {
     for (const auto& corner : area.corners) {
@@ -185,115 +143,126 @@ void FrameSensorAxis(const PlanRequest& request, const optics::PlanAnswer& answe
     }
   }
   if (shown.empty()) {
-    for (const Edge& edge : edges) {
-      for (const double n : {range.low, std::sqrt(range.low * range.high)})
-        shown.push_back(SensorMm(request, EdgeAt(request, edge, n)));
+    for (const auto& line : chart.lines) {
+      if (line.points.empty()) continue;
+      shown.push_back(line.points.front().y);
+      shown.push_back(line.points[line.points.size() / 2].y);
     }
   }
-  if (request.focus) {
-    const auto e = optics::FocusExtension(Metres{request.focal_length.value}, request.focus->vergence());
-    if (e) shown.push_back(SensorMm(request, e->value));
-  }
-  if (answer.feasible) shown.push_back(answer.sensor_distance.value * 1e3);
-  std::erase_if(shown, [](double value) { return !std::isfinite(value); });
-  if (shown.empty())
-    shown = {SensorMm(request, request.extensions.low.value), SensorMm(request, request.extensions.high.value)};
+  if (const auto e = FixedExtension(request)) shown.push_back(SensorMm(request, *e));
+  if (const auto setting = SettingOf(request, answer)) shown.push_back(SensorMm(request, setting->extension));
+  const Metres low{request.extensions.low.value}, high{request.extensions.high.value};
+  if (shown.empty()) shown = {SensorMm(request, low), SensorMm(request, high)};
   const auto [least, most] = std::ranges::minmax_element(shown);
-  const double room = std::max(0.25 * (*most - *least),
-                               1e-3 * (request.extensions.high.value - request.extensions.low.value) * 1e3 + 1e-4);
+  const double room = std::max(0.25 * (*most - *least), (high - low).value + 1e-4);
   chart.y.low = *least - room;
   chart.y.high = *most + room;
 }
 
 void AddBox(const PlanRequest& request, io::Chart& chart) {
-  const double low = SensorMm(request, request.extensions.low.value),
-               high = SensorMm(request, request.extensions.high.value);
-  chart.rules.push_back({.y = low, .label = "extension range, low end"});
-  chart.rules.push_back({.y = high, .label = "extension range, high end"});
-  for (const auto& stop : request.stops) {
-    const double n = request.apertures_are_diameters ? request.focal_length.value / stop.value : stop.value;
-    chart.rules.push_back({.x = n, .colour = "#bbbbbb"});
+  chart.rules.push_back({.y = SensorMm(request, {request.extensions.low.value}), .label = "extension range, low end"});
+  chart.rules.push_back(
+      {.y = SensorMm(request, {request.extensions.high.value}), .label = "extension range, high end"});
+  for (const double stop : FNumbersOf(request).stops) chart.rules.push_back({.x = stop, .colour = "#bbbbbb"});
+  if (const auto e = FixedExtension(request)) {
+    chart.rules.push_back({.y = SensorMm(request, *e), .label = "focus", .colour = "#333333", .dashed = false});
   }
-  if (!request.focus) return;
-  const auto e = optics::FocusExtension(Metres{request.focal_length.value}, request.focus->vergence());
-  if (e)
-    chart.rules.push_back({.y = SensorMm(request, e->value), .label = "focus", .colour = "#333333", .dashed = false});
 }
 
 std::string Colour(std::size_t limit) {
   return io::PaletteColour(limit + 1);
 }
 
-/// What each limit allows by itself, for a picture of why they do not meet.
-void AddWedges(const PlanRequest& request, const std::vector<Edge>& edges, io::Chart& chart) {
-  const FNumberRange range = FNumbersOf(request);
+/// The least and the greatest extension that each limit leaves, as lines over the f-number.
+void AddEdges(const PlanRequest& request, Dioptres focal_plane, io::Chart& chart) {
+  const FNumbers numbers = FNumbersOf(request);
   for (std::size_t i = 0; i < request.limits.size(); ++i) {
-    std::vector<Edge> own;
-    std::ranges::copy_if(edges, std::back_inserter(own), [i](const Edge& edge) { return edge.limit == i; });
-    io::ChartArea wedge{.corners = Feasible(request, own, range), .colour = Colour(i), .opacity = 0.12};
-    if (!wedge.corners.empty()) chart.areas.push_back(std::move(wedge));
+    const BlurLimit& limit = request.limits[i];
+    const bool sharp = limit.kind == LimitKind::Sharp;
+    const io::ChartLine style{.colour = Colour(i), .width = kSharpWidth, .dashed = !sharp};
+    io::ChartLine low = style, high = style;
+    low.label = LimitText(request, limit) + (sharp ? " (near end)" : " (behind)");
+    high.label = LimitText(request, limit) + (sharp ? " (far end)" : " (in front)");
+    for (int k = 0; k <= kSamples; ++k) {
+      const double n = numbers.Sample(k);
+      const auto holds = optics::WhereHolds(request, limit, {n}, focal_plane);
+      if (std::isfinite(holds.low.value)) low.points.push_back({n, SensorMm(request, holds.low)});
+      if (std::isfinite(holds.high.value)) high.points.push_back({n, SensorMm(request, holds.high)});
+    }
+    for (io::ChartLine* line : {&low, &high}) {
+      if (!line->points.empty()) chart.lines.push_back(std::move(*line));
+    }
+  }
+}
+
+/// What can be set: all that meets every limit, or what each limit allows by itself, to show why they do not meet.
+void AddAreas(const PlanRequest& request, const optics::PlanAnswer& answer, io::Chart& chart) {
+  const Dioptres focal_plane = FocalPlaneOf(request, answer);
+  std::vector<const BlurLimit*> all;
+  for (const BlurLimit& limit : request.limits) all.push_back(&limit);
+  if (answer.feasible) {
+    chart.areas = Areas(request, all, focal_plane,
+                        {.name = "feasible", .colour = io::PaletteColour(0), .opacity = 0.28, .outlined = true});
+    return;
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (auto& area : Areas(request, {all[i]}, focal_plane, {.colour = Colour(i), .opacity = 0.12})) {
+      chart.areas.push_back(std::move(area));
+    }
   }
 }
 
 io::Chart SettingsChart(const PlanRequest& request, const optics::PlanAnswer& answer) {
-  const FNumberRange range = FNumbersOf(request);
-  std::vector<Edge> edges;
-  for (std::size_t i = 0; i < request.limits.size(); ++i) AddEdges(request, i, FocalPlaneOf(request, answer), edges);
+  const FNumbers numbers = FNumbersOf(request);
   io::Chart chart;
   chart.title = "Settings that meet every limit";
   chart.x = {.label = "f-number",
              .scale = io::Scale::Log,
-             .low = range.low / 1.03,
-             .high = range.high * 1.03,
-             .ticks = StopTicks(range)};
+             .low = numbers.low / 1.03,
+             .high = numbers.high * 1.03,
+             .ticks = StopTicks(numbers)};
   chart.y = {.label = "sensor distance from the lens centre", .unit = "mm"};
   chart.legend = io::LegendPlace::Below;
-  io::ChartArea feasible{.name = "feasible",
-                         .corners = Feasible(request, edges, range),
-                         .colour = io::PaletteColour(0),
-                         .opacity = 0.28,
-                         .outlined = true};
-  if (!feasible.corners.empty()) chart.areas.push_back(feasible);
-  if (!answer.feasible) AddWedges(request, edges, chart);
-  for (const Edge& edge : edges) {
-    io::ChartLine line{.colour = Colour(edge.limit), .width = kSharpWidth, .label = edge.label};
-    line.dashed = request.limits[edge.limit].kind == LimitKind::Blurred;
-    for (int i = 0; i <= kSamples; ++i) {
-      const double n = SampleNumber(range, i);
-      line.points.push_back({n, SensorMm(request, EdgeAt(request, edge, n))});
-    }
-    chart.lines.push_back(std::move(line));
-  }
-  FrameSensorAxis(request, answer, edges, chart);
+  AddAreas(request, answer, chart);
+  AddEdges(request, FocalPlaneOf(request, answer), chart);
+  FrameSensorAxis(request, answer, chart);
   AddBox(request, chart);
+  std::string label = "plan";
   if (answer.feasible) {
     chart.subtitle = "each line bounds one limit, solid for sharp, dashed for blurred; shaded settings keep them all";
-    const std::string label =
-        "plan: f/" + Short(answer.f_number.value) + ", " + Short(answer.sensor_distance.value * 1e3, 6) + " mm";
-    chart.points.push_back({.points = {{{answer.f_number.value, answer.sensor_distance.value * 1e3}, label}},
-                            .colour = "#000000",
-                            .marker = io::Marker::Diamond});
   } else {
     chart.title = "No setting meets every limit";
     for (const std::string& name : answer.conflict)
       chart.subtitle += (chart.subtitle.empty() ? "in conflict: " : ", ") + name;
+    if (answer.relax) label = "with limits relaxed " + Short(*answer.relax, 4) + " times";
+  }
+  if (const auto setting = SettingOf(request, answer)) {
+    const double mm = SensorMm(request, setting->extension);
+    label += ": f/" + Short(setting->f_number.value) + ", " + Short(mm, 6) + " mm";
+    chart.points.push_back({.points = {{{setting->f_number.value, mm}, label}},
+                            .colour = "#000000",
+                            .marker = answer.feasible ? io::Marker::Diamond : io::Marker::Cross});
   }
   return chart;
 }
 
 /// The vergences that the blur chart shows: all subjects and the focal plane, with some room.
 Vergences Window(const PlanRequest& request, const optics::PlanAnswer& answer) {
-  const double focal_plane = std::max(FocalPlaneOf(request, answer), 0.0);
-  Vergences window{focal_plane, focal_plane};
-  if (answer.depth_of_field) window = Ends(*answer.depth_of_field);
-  for (const auto& limit : request.limits) {
-    for (const auto& interval : limit.depths) {
-      const Vergences ends = Ends(interval);
-      window = {std::max(window.near, ends.near), std::min(window.far, ends.far)};
-    }
+  std::optional<Vergences> window;
+  const auto show = [&](const Vergences& ends) {
+    window = {std::max(window.value_or(ends).near, ends.near), std::min(window.value_or(ends).far, ends.far)};
+  };
+  if (const auto setting = SettingOf(request, answer)) {
+    const double plane = std::max(setting->focal_plane.value, 0.0);
+    show({plane, plane});
   }
-  const double room = std::max(0.15 * (window.near - window.far), 0.02 * window.near + 1e-6);
-  return {window.near + room, std::max(0.0, window.far - room)};
+  if (answer.depth_of_field) show(Ends(*answer.depth_of_field));
+  for (const auto& limit : request.limits) {
+    for (const auto& interval : limit.depths) show(Ends(interval));
+  }
+  const auto [near, far] = window.value_or(Vergences{0.0, 0.0});
+  const double room = std::max(0.15 * (near - far), 0.02 * near + 1e-6);
+  return {near + room, std::max(0.0, far - room)};
 }
 
 /// Whole steps of vergence with their distances below, for readers who think in either.
@@ -310,35 +279,13 @@ std::vector<std::pair<double, std::string>> VergenceTicks(const Vergences& windo
   return ticks;
 }
 
-double BlurAt(const PlanRequest& request, const optics::PlanAnswer& answer, double u) {
-  const Metres f{request.focal_length.value};
-  const double geometric = optics::Blur({f, answer.f_number, answer.extension}, Dioptres{u}).value /
-                           optics::PupilDivisor(f, Dioptres{u}, request.pupil_factor.value);
-  if (!request.wavelength) return geometric;
-  const FNumber working = answer.f_number * (1.0 + answer.extension / f);
-  const Metres disk = optics::DiffractionBlur(request.diffraction, Metres{request.wavelength->value}, working);
-  return optics::TotalBlur(Metres{geometric}, disk).value;
-}
-
-io::Chart BlurChart(const PlanRequest& request, const optics::PlanAnswer& answer) {
-  const Vergences window = Window(request, answer);
-  const double unit = request.pixel ? request.pixel->value : 1e-6;
-  io::Chart chart;
-  chart.title = answer.feasible ? "Blur at the plan, against the limits" : "The limits";
-  chart.subtitle =
-      "hatched: what the blur must not enter; in vergence (1/distance) geometric blur is two straight lines";
-  chart.x = {.label = "vergence of the subject [D], its distance below",
-             .low = window.far,
-             .high = window.near,
-             .ticks = VergenceTicks(window)};
-  chart.y = {.label = "blur diameter", .unit = request.pixel ? "px" : "um", .low = 0.0};
-  chart.legend = io::LegendPlace::Below;
-  double tallest = 0.0;
+/// What must not be entered: each limit over its depths, and the depth of field.
+void AddLimits(const PlanRequest& request, const optics::PlanAnswer& answer, double unit, io::Chart& chart) {
   for (std::size_t i = 0; i < request.limits.size(); ++i) {
     const auto& limit = request.limits[i];
     const bool sharp = limit.kind == LimitKind::Sharp;
     const double height = limit.limit.value / unit;
-    tallest = std::max(tallest, height * 1.6);
+    chart.y.high = std::max(chart.y.high.value_or(0.0), height * 1.6);
     for (std::size_t k = 0; k < limit.depths.size(); ++k) {
       const Vergences ends = Ends(limit.depths[k]);
       io::ChartBar bar{.x_low = ends.far, .x_high = ends.near, .colour = Colour(i), .hatched = true};
@@ -347,37 +294,63 @@ io::Chart BlurChart(const PlanRequest& request, const optics::PlanAnswer& answer
       chart.bars.push_back(std::move(bar));
     }
   }
-  if (answer.depth_of_field && request.depth_limit) {
-    const Vergences ends = Ends(*answer.depth_of_field);
-    const double height = request.depth_limit->value / unit;
-    chart.bars.push_back(
-        {.x_low = ends.far, .x_high = ends.near, .y_low = height, .label = "depth of field", .hatched = true});
-    tallest = std::max(tallest, 1.6 * height);
+  if (!answer.depth_of_field || !request.depth_limit) return;
+  const Vergences ends = Ends(*answer.depth_of_field);
+  const double height = request.depth_limit->value / unit;
+  chart.bars.push_back(
+      {.x_low = ends.far, .x_high = ends.near, .y_low = height, .label = "depth of field", .hatched = true});
+  chart.y.high = std::max(chart.y.high.value_or(0.0), 1.6 * height);
+}
+
+/// Blur over vergence at the plan, and the worst point of each limit.
+void AddBlur(const PlanRequest& request, const Setting& setting, const Vergences& window, double unit,
+             io::Chart& chart) {
+  io::ChartLine line{
+      .name = "blur at f/" + Short(setting.f_number.value) + ", focused at " + DepthText(setting.focal_plane),
+      .colour = "#000000",
+      .width = 2.0};
+  const double middle = std::clamp(setting.focal_plane.value, window.far, window.near);
+  for (int i = 0; i <= kSamples; ++i) {
+    const double part = static_cast<double>(i) / kSamples;
+    // Both arms meet at the focal plane exactly.
+    const double u = part < 0.5 ? window.far + 2.0 * part * (middle - window.far)
+                                : middle + (2.0 * part - 1.0) * (window.near - middle);
+    const auto depth = optics::PlanDepth::Vergence(u);
+    line.points.push_back({u, optics::TotalBlurAt(request, depth, setting.f_number, setting.extension).value / unit});
   }
-  if (answer.feasible) {
-    io::ChartLine line{
-        .name = "blur at f/" + Short(answer.f_number.value) + ", focused at " + DepthText(answer.focal_plane),
-        .colour = "#000000",
-        .width = 2.0};
-    const double middle = std::clamp(answer.focal_plane.value, window.far, window.near);
-    for (int i = 0; i <= kSamples; ++i) {
-      const double part = static_cast<double>(i) / kSamples;
-      // Both arms meet at the focal plane exactly.
-      const double u = part < 0.5 ? window.far + 2.0 * part * (middle - window.far)
-                                  : middle + (2.0 * part - 1.0) * (window.near - middle);
-      line.points.push_back({u, BlurAt(request, answer, u) / unit});
-    }
-    chart.lines.push_back(std::move(line));
-    for (const auto& limit : answer.limits) {
-      chart.points.push_back({.name = "worst point of a limit, tolerances included",
-                              .points = {{{limit.at.value, limit.worst.value / unit}}},
-                              .colour = "#000000",
-                              .marker = io::Marker::Ring});
-      tallest = std::max(tallest, 1.25 * limit.worst.value / unit);
-    }
-    chart.rules.push_back({.x = answer.focal_plane.value, .label = "in focus"});
+  chart.lines.push_back(std::move(line));
+  for (const auto& limit : request.limits) {
+    const auto worst = optics::WorstBlurOf(request, limit, setting.f_number, setting.extension);
+    const double blur = worst.blur.value / unit;
+    const bool holds = limit.kind == LimitKind::Sharp ? worst.blur.value <= limit.limit.value * (1.0 + 1e-9)
+                                                      : worst.blur.value >= limit.limit.value * (1.0 - 1e-9);
+    chart.points.push_back({.name = holds ? "worst point of a limit, tolerances included" : "a limit that it breaks",
+                            .points = {{{worst.at->vergence().value, blur}}},
+                            .colour = "#000000",
+                            .marker = holds ? io::Marker::Ring : io::Marker::Cross});
+    chart.y.high = std::max(chart.y.high.value_or(0.0), 1.25 * blur);
   }
-  if (tallest > 0.0) chart.y.high = tallest;
+  chart.rules.push_back({.x = setting.focal_plane.value, .label = "in focus"});
+}
+
+io::Chart BlurChart(const PlanRequest& request, const optics::PlanAnswer& answer) {
+  const Vergences window = Window(request, answer);
+  const double unit = request.pixel ? request.pixel->value : 1e-6;
+  const auto setting = SettingOf(request, answer);
+  io::Chart chart;
+  chart.title = answer.feasible ? "Blur at the plan, against the limits"
+                : setting       ? "Blur at the nearest plan, against the limits it breaks"
+                                : "The limits";
+  chart.subtitle =
+      "hatched: what the blur must not enter; in vergence (1/distance) geometric blur is two straight lines";
+  chart.x = {.label = "vergence of the subject [D], its distance below",
+             .low = window.far,
+             .high = window.near,
+             .ticks = VergenceTicks(window)};
+  chart.y = {.label = "blur diameter", .unit = request.pixel ? "px" : "um", .low = 0.0};
+  chart.legend = io::LegendPlace::Below;
+  AddLimits(request, answer, unit, chart);
+  if (setting) AddBlur(request, *setting, window, unit, chart);
   return chart;
 }
 

@@ -17,6 +17,7 @@ namespace lensd::cli {
 /// A limit with its kind and its name settled.
 struct NamedLimit {
   WrittenLimit written;
+  std::string text = {};  ///< as typed
   optics::LimitKind kind = optics::LimitKind::Sharp;
 };
 
@@ -32,10 +33,24 @@ struct Reading {
   std::optional<Decimal> pixel;
   std::optional<Depth> focus;
   std::vector<NamedLimit> limits;
+  std::vector<Decimal> blurs;  ///< of the limits, metres
   std::map<int, OccupiedDepths> classes;
   std::optional<Framing> framing;
   bool in_focus = false;  // distances of limits are those of subjects in focus
 };
+
+/// The limits of --sharp and --blurred, names settled: as given, or by their place among the options of their kind.
+Result<std::vector<NamedLimit>> NamedLimits(const PlanText& text);
+
+/// The depths of the classes that limits speak of; empty where none does.
+Result<std::map<int, OccupiedDepths>> ReadClasses(const PlanText& text, const std::vector<NamedLimit>& limits);
+
+/// `W@D`: a field W wide at distance D, metres.
+struct FieldText {
+  Decimal width;
+  Decimal distance;
+};
+Result<FieldText> ParseField(std::string_view text, std::string_view option);
 
 /// The planner's number for an exact decimal.
 optics::Number NumberOf(const Decimal& exact);

@@ -6,9 +6,9 @@
 
 namespace lensd::cli {
 
-proto::Json StackJson(const optics::StackAnswer& answer) {
-  if (!answer.feasible) return {{"feasible", false}, {"shots", proto::Json::array()}, {"reason", answer.reason}};
-  proto::Json shots = proto::Json::array();
+varlink::Json StackJson(const optics::StackAnswer& answer) {
+  if (!answer.feasible) return {{"feasible", false}, {"shots", varlink::Json::array()}, {"reason", answer.reason}};
+  varlink::Json shots = varlink::Json::array();
   for (const optics::StackShot& shot : answer.shots) {
     shots.push_back({{"fNumber", shot.f_number.value},
                      {"extensionMm", shot.extension.value * 1e3},
@@ -19,13 +19,17 @@ proto::Json StackJson(const optics::StackAnswer& answer) {
   return {{"feasible", true}, {"shots", std::move(shots)}};
 }
 
-std::string StackText(const optics::StackAnswer& answer) {
-  if (!answer.feasible) return "No stack keeps every sharp limit: " + answer.reason + "\n";
+std::string StackText(const varlink::Json& stack) {
+  if (!stack.value("feasible", false)) {
+    return "No stack keeps every sharp limit: " + stack.value("reason", "") + "\n";
+  }
   std::vector<std::vector<std::string>> rows{
       {"shot", "f-number", "extension [mm]", "sharp from", "to", "magnification"}};
-  for (const optics::StackShot& shot : answer.shots) {
-    rows.push_back({std::to_string(rows.size()), Short(shot.f_number.value), Short(shot.extension.value * 1e3, 6),
-                    DepthText(shot.near), DepthText(shot.far), Short(shot.magnification)});
+  for (const varlink::Json& shot : stack["shots"]) {
+    const auto number = [&](const char* key) { return shot[key].get<double>(); };
+    rows.push_back({std::to_string(rows.size()), Short(number("fNumber")), Short(number("extensionMm"), 6),
+                    DepthText(Dioptres{number("nearD")}), DepthText(Dioptres{number("farD")}),
+                    Short(number("magnification"))});
   }
   return TableText(rows);
 }

@@ -4,12 +4,13 @@
 #include <string>
 
 #include "optics/stack.h"
-#include "proto/json.h"
+#include "varlink/json.h"
 
 namespace lensd::cli {
 
 /// `{feasible, shots: [{fNumber, extensionMm, nearD, farD, magnification}]}`, or `{feasible: false, reason}`.
-proto::Json StackJson(const optics::StackAnswer& answer);
-std::string StackText(const optics::StackAnswer& answer);
+varlink::Json StackJson(const optics::StackAnswer& answer);
+/// In words: of this JSON, or of that of a daemon.
+std::string StackText(const varlink::Json& stack);
 
 }  // namespace lensd::cli

@@ -89,7 +89,7 @@ Result<void> ParseWhere(std::string_view where, std::string_view option, std::st
 
 }  // namespace
 
-Result<WrittenLimit> ParseLimit(std::string_view text, LimitKind kind, const std::optional<Decimal>& pixel) {
+Result<WrittenLimit> ParseLimit(std::string_view text, LimitKind kind) {
   const std::string_view option = kind == LimitKind::Sharp ? "--sharp" : "--blurred";
   WrittenLimit written;
   auto rest = text;
@@ -108,7 +108,7 @@ Result<WrittenLimit> ParseLimit(std::string_view text, LimitKind kind, const std
   }
   if (parts.size() > 2) return Wrong(option, text, "write [NAME=]WHERE[:LIMIT][:behind|:front]");
   if (parts.size() == 2) {
-    auto limit = ParseBlurLimit(parts[1], pixel, option);
+    auto limit = ParseBlur(parts[1], option);
     if (!limit) return PassOn(std::move(limit));
     written.limit = *std::move(limit);
   }

@@ -26,11 +26,11 @@ struct MaskClass {
 struct WrittenLimit {
   std::string name;  ///< empty: not given
   std::variant<DepthRange, TiltedPlane, MaskClass> where;
-  std::optional<Decimal> limit;  ///< metres; empty: not given
+  std::optional<BlurSize> limit;  ///< empty: not given
   optics::Side side = optics::Side::Either;
 };
 
-/// Parses the value of `--sharp` or `--blurred`. A side is for blurred limits only; a limit in px needs the pixel.
-Result<WrittenLimit> ParseLimit(std::string_view text, optics::LimitKind kind, const std::optional<Decimal>& pixel);
+/// Parses the value of `--sharp` or `--blurred`. A side is for blurred limits only.
+Result<WrittenLimit> ParseLimit(std::string_view text, optics::LimitKind kind);
 
 }  // namespace lensd::cli

@@ -1,3 +1,5 @@
+// The checking half of a lens: axis there, target finite and in range, before a driver's own code is called. Drivers
+// may rely on it.
 #include "drivers/api/lens.h"
 
 #include <cmath>
@@ -10,7 +12,9 @@ constexpr std::array<std::string_view, kAxes.size()> kAxisNames = {"focus", "iri
 
 }  // namespace
 
-std::string_view AxisName(Axis axis) { return kAxisNames[static_cast<std::size_t>(axis)]; }
+std::string_view AxisName(Axis axis) {
+  return kAxisNames[static_cast<std::size_t>(axis)];
+}
 
 std::optional<Axis> AxisFromName(std::string_view name) {
   for (const Axis axis : kAxes) {
@@ -34,7 +38,7 @@ Result<void> Lens::StartHome(Axis axis) {
   const auto found = Find(axis);
   if (!found) return std::unexpected(found.error());
   if (!(*found)->can_home) return Fail(Code::Unsupported, std::string(AxisName(axis)) + " has no reference to home to");
-  return DoStartHome(axis);
+  return Noted(DoStartHome(axis));
 }
 
 Result<void> Lens::StartMove(Axis axis, Native target) {
@@ -48,16 +52,18 @@ Result<void> Lens::StartMove(Axis axis, Native target) {
             << can.maximum.value << " " << NativeUnitName(can.unit);
     return Fail(Code::OutOfRange, message.str());
   }
-  return DoStartMove(axis, target);
+  return Noted(DoStartMove(axis, target));
 }
 
-Result<LensState> Lens::Read() { return DoRead(); }
+Result<LensState> Lens::Read() {
+  return Noted(DoRead());
+}
 
 Result<void> Lens::Stop(Axis axis) {
   const auto found = Find(axis);
   if (!found) return std::unexpected(found.error());
   if (!(*found)->can_stop) return Fail(Code::Unsupported, std::string(AxisName(axis)) + " cannot stop midway");
-  return DoStop(axis);
+  return Noted(DoStop(axis));
 }
 
 Result<void> Lens::DoResetFault(Axis axis) {
@@ -67,7 +73,7 @@ Result<void> Lens::DoResetFault(Axis axis) {
 Result<void> Lens::ResetFault(Axis axis) {
   const auto found = Find(axis);
   if (!found) return std::unexpected(found.error());
-  return DoResetFault(axis);
+  return Noted(DoResetFault(axis));
 }
 
 }  // namespace lensd::drivers

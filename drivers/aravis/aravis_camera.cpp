@@ -1,3 +1,5 @@
+// Acquisition, exposure and clock of one GenICam camera. All of it runs on the control channel's thread; frames come
+// from the stream's.
 #include "aravis_camera.h"
 
 #include <arv.h>
@@ -82,9 +84,14 @@ std::optional<ClockReading> ReadClock(ArvCamera* camera) {
 
 }  // namespace
 
-AravisCamera::AravisCamera(std::shared_ptr<Link> link, const DriverConfig& config, const CameraFacts& facts,
+AravisCamera::AravisCamera(std::shared_ptr<AravisLink> link, const DriverConfig& config, const CameraFacts& facts,
                            const Clock& clock)
-    : Camera(CapabilitiesOf(facts)), link_(std::move(link)), config_(config), format_(*facts.format), clock_(clock) {
+    : Camera(CapabilitiesOf(facts)),
+      link_(std::move(link)),
+      config_(config),
+      format_(*facts.format),
+      clock_(clock),
+      mailbox_(std::make_shared<Mailbox>(config.camera.trigger.empty() ? capabilities().frame_rate_hz : 0.0)) {
   shared_->clock = DeviceClock(config.camera.stamp);
   shared_->exposure = shared_->exposure_before = facts.exposure;
   SetHooks();
@@ -103,7 +110,7 @@ AravisCamera::~AravisCamera() {
 
 /// The hooks share what they touch: this camera may go before its link does.
 void AravisCamera::SetHooks() {
-  Link::Hooks hooks;
+  AravisLink::Hooks hooks;
   hooks.lost = [shared = shared_] {
     (void)End(nullptr, *shared);
     const std::lock_guard lock(shared->mutex);
@@ -153,6 +160,12 @@ Result<void> AravisCamera::End(ArvCamera* camera, Shared& shared) {
   }
   if (!stream || camera == nullptr) return {};
   return stream->Stop(camera);
+}
+
+Counters AravisCamera::DoCount() const {
+  Counters counts = mailbox_->counts();
+  counts.bus_errors = failed_calls();
+  return counts;
 }
 
 Result<void> AravisCamera::DoStart() {

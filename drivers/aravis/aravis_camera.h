@@ -33,11 +33,9 @@ Result<CameraFacts> SetUpCamera(ArvCamera* camera, const CameraConfig& config);
 /// did before.
 class AravisCamera final : public Camera {
  public:
-  AravisCamera(std::shared_ptr<Link> link, const DriverConfig& config, const CameraFacts& facts, const Clock& clock);
+  AravisCamera(std::shared_ptr<AravisLink> link, const DriverConfig& config, const CameraFacts& facts,
+               const Clock& clock);
   ~AravisCamera() override;
-
-  /// Frames and packets since the device was opened.
-  StreamCounts counts() const { return mailbox_->counts(); }
 
  private:
   /// What both the link's thread and the caller's touch.
@@ -57,6 +55,7 @@ class AravisCamera final : public Camera {
   Result<std::optional<Frame>> DoPoll() override;
   Result<void> DoSetExposure(Duration exposure) override;
   void DoInterrupt() override { link_->Interrupt(); }
+  Counters DoCount() const override;
 
   static Result<void> Begin(ArvCamera* camera, const CameraConfig& config, Shared& shared,
                             const std::shared_ptr<Mailbox>& mailbox);
@@ -65,11 +64,11 @@ class AravisCamera final : public Camera {
   void Trigger();
   Result<Frame> Develop(const RawFrame& raw);
 
-  const std::shared_ptr<Link> link_;
+  const std::shared_ptr<AravisLink> link_;
   const DriverConfig config_;
   const PixelFormat& format_;
   const Clock& clock_;
-  const std::shared_ptr<Mailbox> mailbox_ = std::make_shared<Mailbox>();
+  const std::shared_ptr<Mailbox> mailbox_;
   const std::shared_ptr<Shared> shared_ = std::make_shared<Shared>();
   std::optional<std::uint64_t> last_stamp_;
   std::optional<Instant> triggered_at_;

@@ -1,7 +1,10 @@
+// Focus, iris and zoom of one GenICam camera through its own features. What the camera calls its position and its
+// status decides what can be claimed (docs/drivers/aravis.md).
 #include "aravis_lens.h"
 
 #include <arv.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -10,6 +13,7 @@ namespace {
 
 constexpr Duration kTemperatureEvery = std::chrono::seconds(2);
 constexpr Duration kShowsBusy = std::chrono::milliseconds(250);  ///< by then a lens that is to move says Busy, if ever
+constexpr Duration kStill = std::chrono::milliseconds(600);      ///< a position that does not change for so long rests
 
 Capabilities CapabilitiesOf(const LensFacts& facts, const std::string& serial) {
   Capabilities can;
@@ -53,7 +57,7 @@ Result<void> Execute(ArvCamera* camera, const std::string& command) {
 
 }  // namespace
 
-AravisLens::AravisLens(std::shared_ptr<Link> link, LensFacts facts, const std::string& serial, const Clock& clock)
+AravisLens::AravisLens(std::shared_ptr<AravisLink> link, LensFacts facts, const std::string& serial, const Clock& clock)
     : Lens(CapabilitiesOf(facts, serial)), link_(std::move(link)), facts_(std::move(facts)), clock_(clock) {}
 
 AravisLens::~AravisLens() {
@@ -80,28 +84,55 @@ Result<AxisState> AravisLens::ReadAxis(ArvCamera* camera, Axis axis, std::option
   if (!own) return PassOn(std::move(own));
   auto position = ReadPosition(camera, feature);
   if (!position) return PassOn(std::move(position));
+  const Way& way = ways_[axis];
   AxisState state;
   state.position = *position;
-  if (!feature.can.feedback && targets_[axis]) state.position = *targets_[axis];
-  const auto says = [&](Condition condition) { return *own == condition || controller == condition; };
+  if (feature.can.feedback == Feedback::None && way.target) state.position = *way.target;
   // The axis' own word counts where it has one; the controller's is about all of them.
-  state.moving = (*own ? **own : controller.value_or(Condition::Ready)) == Condition::Busy;
-  state.moving = state.moving || Waits(axis, state, clock_.Now());
-  state.homed = !says(Condition::NotInitialized);
-  for (const Condition bad : {Condition::NotConnected, Condition::NotSupported, Condition::Error}) {
-    if (says(bad)) state.fault = FaultOf(bad);
-  }
+  const Condition word = *own ? **own : controller.value_or(Condition::Ready);
+  state.moving = Moves(axis, state.position, word == Condition::Busy, clock_.Now());
+  state.assumed = way.assumed;
+  state.homed = word != Condition::NotInitialized && controller != Condition::NotInitialized;
+  state.fault = FaultOf(controller == Condition::NotConnected ? Condition::NotConnected : word);
   return state;
 }
 
-/// Busy comes a little after the command, or never: a lens that has not arrived is taken to be about to start.
-bool AravisLens::Waits(Axis axis, const AxisState& state, Instant now) {
-  auto& pending = pending_[axis];
-  if (!pending) return false;
+void AravisLens::Told(Axis axis, std::optional<Native> target) {
+  Way& way = ways_[axis];
+  const Instant now = clock_.Now();
+  // Of a target given in mid-motion, an echo that lags could show the one before as a place on the way.
+  const bool rested = !way.commanded && now - way.changed > kShowsBusy;
+  way.from = rested ? way.seen : std::nullopt;
+  way.target = target;
+  way.commanded = way.changed = now;
+  way.busy_seen = way.assumed = false;
+}
+
+/// Busy comes a little after the command, or never, and a position may repeat the target at once: arrival is believed
+/// where Busy has been seen, or the position on its way; else it is taken for granted once nothing shows for a while.
+bool AravisLens::Moves(Axis axis, Native position, bool busy, Instant now) {
+  Way& way = ways_[axis];
   const double resolution = facts_.axes[axis]->can.resolution;
-  const bool arrived = pending->target && std::abs((state.position - *pending->target).value) <= resolution;
-  if (!state.moving && !arrived && now < pending->since + kShowsBusy) return true;
-  pending.reset();
+  const auto near = [&](Native a, Native b) { return std::abs((a - b).value) <= resolution; };
+  if (!way.seen || !near(*way.seen, position)) way.changed = now;
+  way.seen = position;
+  if (way.target && way.from) {
+    const auto [low, high] = std::minmax(*way.from, *way.target);
+    way.live = way.live || (low < position && position < high && !near(position, low) && !near(position, high));
+  }
+  if (busy) {
+    way.busy_seen = true;
+    way.commanded.reset();
+    return true;
+  }
+  if (way.busy_seen || !(way.target || way.commanded)) return false;
+  const bool arrived = way.target && near(position, *way.target);
+  if (!(arrived && way.live)) {
+    const bool quiet = !way.commanded || now >= *way.commanded + kShowsBusy;
+    if (!quiet || (!arrived && now < way.changed + kStill)) return true;
+    way.assumed = !way.live;
+  }
+  way.commanded.reset();
   return false;
 }
 
@@ -133,9 +164,8 @@ Result<LensState> AravisLens::DoRead() {
 
 Result<void> AravisLens::DoStartHome(Axis axis) {
   return link_->Call<void>([this, axis](ArvCamera* camera) {
-    targets_[axis].reset();
     auto begun = Execute(camera, facts_.axes[axis]->initialize);
-    if (begun) pending_[axis] = Pending{clock_.Now(), std::nullopt};
+    Told(axis, std::nullopt);
     return begun;
   });
 }
@@ -147,13 +177,12 @@ Result<void> AravisLens::DoStartMove(Axis axis, Native target) {
       const auto condition = ReadCondition(camera, *status);
       if (!condition) return std::unexpected(condition.error());
       if (*condition == Condition::NotInitialized) {
-        return Fail(Code::Unsupported, std::string(AxisName(axis)) + " is not initialized: home it first");
+        return Fail(Code::NotHomed, std::string(AxisName(axis)) + " is not initialized: home it first");
       }
     }
     auto written = Write(camera, feature, target);
     if (!written) return written;
-    targets_[axis] = target;
-    pending_[axis] = Pending{clock_.Now(), target};
+    Told(axis, target);
     return {};
   });
 }
@@ -163,13 +192,13 @@ Result<void> AravisLens::DoStop(Axis axis) {
   return link_->Call<void>([this, axis](ArvCamera* camera) -> Result<void> {
     const auto before = ReadAll(camera);
     if (auto aborted = Execute(camera, facts_.abort); !aborted) return aborted;
-    targets_[axis].reset();
-    pending_[axis].reset();
+    ways_[axis].target.reset();
+    ways_[axis].commanded.reset();
     for (const Axis other : kAxes) {
-      if (other == axis || !facts_.axes[other] || !targets_[other]) continue;
+      if (other == axis || !facts_.axes[other] || !ways_[other].target) continue;
       const bool may_move = !before || (before->axes[other] && before->axes[other]->moving);
       if (!may_move) continue;
-      if (auto sent = Write(camera, *facts_.axes[other], *targets_[other]); !sent) return sent;
+      if (auto sent = Write(camera, *facts_.axes[other], *ways_[other].target); !sent) return sent;
     }
     return {};
   });

@@ -44,7 +44,7 @@ Result<void> SelectController(ArvCamera* camera, const LensFacts& facts);
 /// Feature by feature over the control channel.
 class AravisLens final : public Lens {
  public:
-  AravisLens(std::shared_ptr<Link> link, LensFacts facts, const std::string& serial, const Clock& clock);
+  AravisLens(std::shared_ptr<AravisLink> link, LensFacts facts, const std::string& serial, const Clock& clock);
   ~AravisLens() override;
 
  private:
@@ -58,18 +58,24 @@ class AravisLens final : public Lens {
   Result<AxisState> ReadAxis(ArvCamera* camera, Axis axis, std::optional<Condition> controller);
   Result<std::optional<Condition>> ReadCondition(ArvCamera* camera, const std::string& feature) const;
 
-  const std::shared_ptr<Link> link_;
+  const std::shared_ptr<AravisLink> link_;
   const LensFacts facts_;
   const Clock& clock_;
-  /// A command given, of which no effect has been seen yet.
-  struct Pending {
-    Instant since{};
-    std::optional<Native> target;  ///< none: the search of the reference
+  /// What is known of an axis' way.
+  struct Way {
+    std::optional<Instant> commanded;  ///< of a command of which no effect has been seen yet
+    std::optional<Native> target;      ///< last told; none: the search of the reference, or a stop
+    std::optional<Native> from;        ///< where it rested before that
+    std::optional<Native> seen;        ///< last read
+    Instant changed{};                 ///< when that last did
+    bool live = false;                 ///< it has been read between a target and where it came from: no echo
+    bool busy_seen = false;            ///< since the command
+    bool assumed = false;              ///< nothing has been seen of the last motion
   };
-  bool Waits(Axis axis, const AxisState& state, Instant now);
+  bool Moves(Axis axis, Native position, bool busy, Instant now);
+  void Told(Axis axis, std::optional<Native> target);
 
-  PerAxis<std::optional<Native>> targets_;  ///< the link's thread
-  PerAxis<std::optional<Pending>> pending_;
+  PerAxis<Way> ways_;                   ///< the link's thread
   std::optional<Celsius> temperature_;  ///< the link's thread, as below
   Instant temperature_read_{};
 };

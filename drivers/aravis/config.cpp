@@ -1,3 +1,4 @@
+// The driver's keys of a [[lens]] section as a typed struct; unknown keys are errors with their line.
 #include "config.h"
 
 #include <cmath>
@@ -51,7 +52,9 @@ LensNames ReadLens(SettingsReader& read) {
   names.initialize = read.Text("initialize_feature", "");
   names.abort = read.Text("abort_feature", "");
   names.controller = read.Text("optic_controller", "");
-  if (read.Has("feedback")) names.feedback = read.Boolean("feedback", true);
+  if (read.Has("feedback")) {
+    names.feedback = static_cast<Feedback>(read.Choice("feedback", {kFeedbackNames.begin(), kFeedbackNames.end()}, 0));
+  }
   return names;
 }
 

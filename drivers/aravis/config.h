@@ -35,8 +35,8 @@ struct LensNames {
   std::string status;            ///< overrides of the controller's; "none", or empty
   std::string initialize;
   std::string abort;
-  std::string controller;        ///< entry of the selector; empty: as it is
-  std::optional<bool> feedback;  ///< whether positions are read back; none: what the table of names says
+  std::string controller;            ///< entry of the selector; empty: as it is
+  std::optional<Feedback> feedback;  ///< none: what the table of names says
 };
 
 struct DriverConfig {

@@ -1,3 +1,5 @@
+// One thread owns the camera's control channel; others hand it tasks with a deadline. It notices loss of control and
+// opens the camera again with growing pauses.
 #include "control_link.h"
 
 #include <arv.h>
@@ -34,41 +36,41 @@ std::string NameOfSerial(const std::string& serial) {
 
 }  // namespace
 
-Result<std::shared_ptr<Link>> Link::Open(const DriverConfig& config, Setup setup) {
+Result<std::shared_ptr<AravisLink>> AravisLink::Open(const DriverConfig& config, Setup setup) {
   TameGlib();
-  std::shared_ptr<Link> link(new Link(config, std::move(setup)));
+  std::shared_ptr<AravisLink> link(new AravisLink(config, std::move(setup)));
   std::unique_lock lock(link->mutex_);
-  if (!link->answered_.wait_for(lock, kOpenDeadline, [&] { return link->opened_.has_value(); })) {
+  if (!link->answered_.wait_for(lock, kOpenDeadline, [&] { return link->state_.opened.has_value(); })) {
     return Fail(Code::Timeout, "the camera with " + config.Named() + " could not be opened in time");
   }
-  if (!*link->opened_) return std::unexpected(link->opened_->error());
+  if (!*link->state_.opened) return std::unexpected(link->state_.opened->error());
   lock.unlock();
   return link;
 }
 
-Link::Link(const DriverConfig& config, Setup setup) : config_(config), setup_(std::move(setup)) {
+AravisLink::AravisLink(const DriverConfig& config, Setup setup) : config_(config), setup_(std::move(setup)) {
   thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
 }
 
-Link::~Link() {
+AravisLink::~AravisLink() {
   thread_.request_stop();
   wake_.notify_all();
   thread_.join();
 }
 
-void Link::Post(std::function<void(ArvCamera*)> work) {
+void AravisLink::Post(std::function<void(ArvCamera*)> work) {
   Task task;
   task.wanted = [] { return true; };
   task.run = std::move(work);
   Enqueue(std::move(task));
 }
 
-std::uint64_t Link::Enqueue(Task task) {
+std::uint64_t AravisLink::Enqueue(Task task) {
   std::uint64_t generation = 0;
   {
     const std::lock_guard lock(mutex_);
     generation = interrupts_;
-    if (connected_ && !lost_) {
+    if (state_.connected && !state_.lost) {
       tasks_.push_back(std::move(task));
       task.run = nullptr;
     }
@@ -81,7 +83,7 @@ std::uint64_t Link::Enqueue(Task task) {
   return generation;
 }
 
-Result<void> Link::WaitFor(const std::function<bool()>& done, std::uint64_t generation, Duration deadline) {
+Result<void> AravisLink::WaitFor(const std::function<bool()>& done, std::uint64_t generation, Duration deadline) {
   std::unique_lock lock(mutex_);
   const auto over = [&] { return done() || interrupts_ != generation; };
   const bool in_time = answered_.wait_for(lock, deadline, over);
@@ -90,38 +92,38 @@ Result<void> Link::WaitFor(const std::function<bool()>& done, std::uint64_t gene
   return Fail(Code::Timeout, "the camera with " + config_.Named() + " did not answer in time");
 }
 
-void Link::Interrupt() {
+void AravisLink::Interrupt() {
   const std::lock_guard lock(mutex_);
   ++interrupts_;
   answered_.notify_all();
 }
 
-bool Link::connected() const {
+bool AravisLink::connected() const {
   const std::lock_guard lock(mutex_);
-  return connected_ && !lost_;
+  return state_.connected && !state_.lost;
 }
 
-void Link::SetHooks(Hooks hooks) {
+void AravisLink::SetHooks(Hooks hooks) {
   const std::lock_guard lock(hooks_mutex_);
   hooks_ = std::move(hooks);
 }
 
 /// A camera that does not answer one access, after five tries, answers none.
-void Link::Note(const Error& error) {
+void AravisLink::Note(const Error& error) {
   if (error.code != Code::Timeout && error.code != Code::Disconnected) return;
   const std::lock_guard lock(mutex_);
-  lost_ = true;
+  state_.lost = true;
 }
 
 // ---- the link's thread --------------------------------------------------------------------------------------------
 
-void Link::Run(const std::stop_token& stop) {
+void AravisLink::Run(const std::stop_token& stop) {
   auto opened = OpenCamera();
   const bool good = opened.has_value();
   {
     const std::lock_guard lock(mutex_);
-    connected_ = good;
-    opened_ = std::move(opened);
+    state_.connected = good;
+    state_.opened = std::move(opened);
   }
   answered_.notify_all();
   if (good) Serve(stop);
@@ -129,14 +131,14 @@ void Link::Run(const std::stop_token& stop) {
   Close();
 }
 
-void Link::Serve(const std::stop_token& stop) {
+void AravisLink::Serve(const std::stop_token& stop) {
   Instant next_check = Now() + kCheckEvery;
   while (!stop.stop_requested()) {
     Task task;
     {
       std::unique_lock lock(mutex_);
-      wake_.wait_until(lock, stop, next_check, [this] { return !tasks_.empty() || lost_; });
-      if (!lost_ && !tasks_.empty()) {
+      wake_.wait_until(lock, stop, next_check, [this] { return !tasks_.empty() || state_.lost; });
+      if (!state_.lost && !tasks_.empty()) {
         task = std::move(tasks_.front());
         tasks_.pop_front();
         if (!task.wanted()) task.run = nullptr;
@@ -147,7 +149,7 @@ void Link::Serve(const std::stop_token& stop) {
       Reopen(stop);
       continue;
     }
-    if (task.run) task.run(camera_.get());
+    if (task.run) task.run(camera_.handle.get());
     if (Now() < next_check) continue;
     CheckUp();
     next_check = Now() + kCheckEvery;
@@ -156,9 +158,9 @@ void Link::Serve(const std::stop_token& stop) {
 
 /// Aravis' own heartbeat takes 5 s to give a camera up, and says nothing about one that was restarted meanwhile until
 /// then. One register tells: who controls the camera.
-void Link::CheckUp() {
+void AravisLink::CheckUp() {
   constexpr guint64 kControlPrivilege = 0x0a00;
-  ArvDevice* device = arv_camera_get_device(camera_.get());
+  ArvDevice* device = arv_camera_get_device(camera_.handle.get());
   if (ARV_IS_GV_DEVICE(device)) {
     guint32 privilege = 0;
     CallError error;
@@ -167,29 +169,29 @@ void Link::CheckUp() {
     if (privilege == 0) return Note({Code::Disconnected, "the camera was restarted"});
   }
   const std::lock_guard lock(hooks_mutex_);
-  if (hooks_.every_second) hooks_.every_second(camera_.get());
+  if (hooks_.every_second) hooks_.every_second(camera_.handle.get());
 }
 
-bool Link::StillControls() {
-  ArvDevice* device = arv_camera_get_device(camera_.get());
+bool AravisLink::StillControls() {
+  ArvDevice* device = arv_camera_get_device(camera_.handle.get());
   const bool controls = !ARV_IS_GV_DEVICE(device) || arv_gv_device_is_controller(ARV_GV_DEVICE(device)) != 0;
   const std::lock_guard lock(mutex_);
-  if (!controls) lost_ = true;
-  return !lost_;
+  if (!controls) state_.lost = true;
+  return !state_.lost;
 }
 
 /// Answers everybody who waits for a camera that is not there.
-void Link::FailQueue() {
+void AravisLink::FailQueue() {
   std::deque<Task> tasks;
   {
     const std::lock_guard lock(mutex_);
-    connected_ = false;
+    state_.connected = false;
     tasks = std::exchange(tasks_, {});
   }
   for (const Task& task : tasks) task.run(nullptr);
 }
 
-void Link::Reopen(const std::stop_token& stop) {
+void AravisLink::Reopen(const std::stop_token& stop) {
   FailQueue();
   {
     const std::lock_guard lock(hooks_mutex_);
@@ -205,15 +207,15 @@ void Link::Reopen(const std::stop_token& stop) {
     if (OpenCamera()) break;
     Close();
   }
-  if (!camera_) return;
+  if (!camera_.handle) return;
   const std::lock_guard hooks(hooks_mutex_);
-  if (hooks_.reopened) hooks_.reopened(camera_.get());
+  if (hooks_.reopened) hooks_.reopened(camera_.handle.get());
   const std::lock_guard lock(mutex_);
-  lost_ = false;
-  connected_ = true;
+  state_.lost = false;
+  state_.connected = true;
 }
 
-Result<Handle<ArvCamera>> Link::Find() {
+Result<Handle<ArvCamera>> AravisLink::Find() {
   std::string name = !config_.address.empty() ? config_.address : config_.id;
   if (!config_.serial.empty()) name = NameOfSerial(config_.serial);
   const std::string missing = "there is no camera with " + config_.Named();
@@ -226,11 +228,11 @@ Result<Handle<ArvCamera>> Link::Find() {
   return camera;
 }
 
-Result<void> Link::OpenCamera() {
+Result<void> AravisLink::OpenCamera() {
   auto found = Find();
   if (!found) return PassOn(std::move(found));
-  camera_ = std::move(*found);
-  ArvDevice* device = arv_camera_get_device(camera_.get());
+  camera_.handle = std::move(*found);
+  ArvDevice* device = arv_camera_get_device(camera_.handle.get());
   arv_device_set_range_check_policy(device, ARV_RANGE_CHECK_POLICY_ENABLE);
   arv_device_set_access_check_policy(device, ARV_ACCESS_CHECK_POLICY_ENABLE);
   arv_device_set_register_cache_policy(device, ARV_REGISTER_CACHE_POLICY_DISABLE);
@@ -240,19 +242,20 @@ Result<void> Link::OpenCamera() {
   }
   // The signal comes from a thread of Aravis', up to 5 s after the camera went.
   const auto lost = +[](ArvDevice*, gpointer link) {
-    const std::lock_guard lock(static_cast<Link*>(link)->mutex_);
-    static_cast<Link*>(link)->lost_ = true;
-    static_cast<Link*>(link)->wake_.notify_one();
+    const std::lock_guard lock(static_cast<AravisLink*>(link)->mutex_);
+    static_cast<AravisLink*>(link)->state_.lost = true;
+    static_cast<AravisLink*>(link)->wake_.notify_one();
   };
-  lost_handler_ = g_signal_connect(device, "control-lost", G_CALLBACK(lost), this);
-  return setup_(camera_.get());
+  camera_.lost_handler = g_signal_connect(device, "control-lost", G_CALLBACK(lost), this);
+  return setup_(camera_.handle.get());
 }
 
-void Link::Close() {
-  if (!camera_) return;
-  if (lost_handler_ != 0) g_signal_handler_disconnect(arv_camera_get_device(camera_.get()), lost_handler_);
-  lost_handler_ = 0;
-  camera_.reset();
+void AravisLink::Close() {
+  if (!camera_.handle) return;
+  if (camera_.lost_handler != 0)
+    g_signal_handler_disconnect(arv_camera_get_device(camera_.handle.get()), camera_.lost_handler);
+  camera_.lost_handler = 0;
+  camera_.handle.reset();
 }
 
 }  // namespace lensd::drivers::aravis

@@ -25,7 +25,7 @@ using ArvCamera = struct _ArvCamera;
 
 namespace lensd::drivers::aravis {
 
-class Link {
+class AravisLink {
  public:
   /// Brings a camera just opened into the state wanted; on the link's thread, each time it is opened.
   using Setup = std::function<Result<void>(ArvCamera*)>;
@@ -33,11 +33,11 @@ class Link {
   using Work = std::function<Result<T>(ArvCamera*)>;
 
   /// Opens and sets up, within 12 s. Errors as OpenAravis().
-  static Result<std::shared_ptr<Link>> Open(const DriverConfig& config, Setup setup);
+  static Result<std::shared_ptr<AravisLink>> Open(const DriverConfig& config, Setup setup);
   /// Closes; waits for what the thread is in the middle of.
-  ~Link();
-  Link(const Link&) = delete;
-  Link& operator=(const Link&) = delete;
+  ~AravisLink();
+  AravisLink(const AravisLink&) = delete;
+  AravisLink& operator=(const AravisLink&) = delete;
 
   /// Does `work` on the link's thread and waits for it. Timeout: not done by the deadline (it may still have an effect
   /// if it had begun). Cancelled: Interrupt(). Disconnected: there is no camera now.
@@ -65,8 +65,17 @@ class Link {
     std::function<void(ArvCamera*)> run;  ///< nullptr: there is no camera
     std::function<bool()> wanted;         ///< somebody still waits for it
   };
+  struct Camera {
+    Handle<ArvCamera> handle;
+    unsigned long lost_handler = 0;
+  };
+  struct State {
+    std::optional<Result<void>> opened;  ///< for the first time
+    bool connected = false;
+    bool lost = false;
+  };
 
-  Link(const DriverConfig& config, Setup setup);
+  AravisLink(const DriverConfig& config, Setup setup);
   void Run(const std::stop_token& stop);
   void Serve(const std::stop_token& stop);
   Result<void> OpenCamera();
@@ -82,16 +91,13 @@ class Link {
 
   const DriverConfig config_;
   const Setup setup_;
-  Handle<ArvCamera> camera_;  // the link's thread
-  unsigned long lost_handler_ = 0;
+  Camera camera_;  // the link's thread
 
   mutable std::mutex mutex_;
   std::condition_variable_any wake_;  // the link's thread waits
   std::condition_variable answered_;  // callers wait
   std::deque<Task> tasks_;            // guarded by mutex_, as all below
-  std::optional<Result<void>> opened_;
-  bool connected_ = false;
-  bool lost_ = false;
+  State state_;
   std::uint64_t interrupts_ = 0;
   std::mutex hooks_mutex_;  // held while a hook runs
   Hooks hooks_;
@@ -99,7 +105,7 @@ class Link {
 };
 
 template <class T>
-Result<T> Link::Call(Work<T> work) {
+Result<T> AravisLink::Call(Work<T> work) {
   struct Slot {
     std::optional<Result<T>> answer;
     bool given_up = false;

@@ -1,3 +1,5 @@
+// Camera time to CLOCK_MONOTONIC from one latched pair. The error is half of what latching took, and is part of the
+// frame's interval.
 #include "device_clock.h"
 
 #include <algorithm>

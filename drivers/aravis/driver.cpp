@@ -1,3 +1,5 @@
+// Opens one GenICam device as a lens, a camera or both on a shared control channel. What was found at first opening
+// must be there again when the camera comes back.
 #include "drivers/aravis/driver.h"
 
 #include <memory>
@@ -39,12 +41,18 @@ Result<void> SetUp(ArvCamera* camera, const DriverConfig& config, Found& found) 
 
 }  // namespace
 
+Result<void> CheckAravis(const Settings& settings) {
+  const auto config = ReadDriverConfig(settings);
+  if (!config) return std::unexpected(config.error());
+  return {};
+}
+
 Result<Device> OpenAravis(const Settings& settings, const Clock& clock) {
   auto config = ReadDriverConfig(settings);
   if (!config) return PassOn(std::move(config));
   const auto found = std::make_shared<Found>();
   auto link =
-      Link::Open(*config, [found, config = *config](ArvCamera* camera) { return SetUp(camera, config, *found); });
+      AravisLink::Open(*config, [found, config = *config](ArvCamera* camera) { return SetUp(camera, config, *found); });
   if (!link) return PassOn(std::move(link));
   Device device;
   device.camera = std::make_unique<AravisCamera>(*link, *config, *found->camera, clock);

@@ -1,3 +1,5 @@
+// GObject ownership as RAII and GError as Error. GLib's fatal log levels are switched off, since they abort the
+// process.
 #include "gobject_handles.h"
 
 #include <arv.h>

@@ -1,3 +1,4 @@
+// Tables of feature names: SFNC's own and those vendors use. The first name that a camera has is taken.
 #include "lens_names.h"
 
 namespace lensd::drivers::aravis {
@@ -5,20 +6,20 @@ namespace {
 
 // clang-format off
 constexpr AxisCandidate kAxisCandidates[] = {
-    // axis         feature               unit                  feedback  status                initialize               minimum            maximum
-    {Axis::Focus,  "FocusStepper",        NativeUnit::Steps,       true,  "FocusStatus",        "FocusInitialize",       "",                ""},
-    {Axis::Focus,  "FocalPower",          NativeUnit::Dioptres,    true,  "FocusStatus",        "FocusInitialize",       "",                ""},
-    {Axis::Focus,  "EFLensFocusCurrent",  NativeUnit::Steps,       true,  "",                   "EFLensInitialize",      "EFLensFocusMin",  "EFLensFocusMax"},
-    {Axis::Focus,  "Focus",               NativeUnit::Steps,       false, "",                   "",                      "",                ""},
-    {Axis::Iris,   "Aperture",            NativeUnit::FNumber,     true,  "ApertureStatus",     "ApertureInitialize",    "",                ""},
-    {Axis::Iris,   "ApertureStepper",     NativeUnit::Steps,       true,  "ApertureStatus",     "ApertureInitialize",    "",                ""},
-    {Axis::Iris,   "EFLensFStopCurrent",  NativeUnit::FNumber,     true,  "",                   "EFLensInitialize",      "EFLensFStopMin",  "EFLensFStopMax"},
-    {Axis::Iris,   "Iris",                NativeUnit::Steps,       false, "",                   "",                      "",                ""},
-    {Axis::Zoom,   "FocalLength",         NativeUnit::Millimetres, true,  "FocalLengthStatus",  "FocalLengthInitialize", "",                ""},
-    {Axis::Zoom,   "FocalLengthStepper",  NativeUnit::Steps,       true,  "FocalLengthStatus",  "FocalLengthInitialize", "",                ""},
-    {Axis::Zoom,   "EFLensZoomCurrent",   NativeUnit::Steps,       true,  "",                   "",                      "EFLensZoomMin",   "EFLensZoomMax"},
-    {Axis::Zoom,   "Zoom",                NativeUnit::Steps,       false, "",                   "",                      "",                ""},
-    {Axis::Filter, "Filter",              NativeUnit::Position,    true,  "FilterStatus",       "FilterInitialize",      "",                ""},
+    // axis         feature               unit                     feedback          status                initialize               minimum            maximum
+    {Axis::Focus,  "FocusStepper",        NativeUnit::Steps,       Feedback::Counts, "FocusStatus",        "FocusInitialize",       "",                ""},
+    {Axis::Focus,  "FocalPower",          NativeUnit::Dioptres,    Feedback::Echo,   "FocusStatus",        "FocusInitialize",       "",                ""},
+    {Axis::Focus,  "EFLensFocusCurrent",  NativeUnit::Steps,       Feedback::Counts, "",                   "EFLensInitialize",      "EFLensFocusMin",  "EFLensFocusMax"},
+    {Axis::Focus,  "Focus",               NativeUnit::Steps,       Feedback::None,   "",                   "",                      "",                ""},
+    {Axis::Iris,   "Aperture",            NativeUnit::FNumber,     Feedback::Echo,   "ApertureStatus",     "ApertureInitialize",    "",                ""},
+    {Axis::Iris,   "ApertureStepper",     NativeUnit::Steps,       Feedback::Counts, "ApertureStatus",     "ApertureInitialize",    "",                ""},
+    {Axis::Iris,   "EFLensFStopCurrent",  NativeUnit::FNumber,     Feedback::Echo,   "",                   "EFLensInitialize",      "EFLensFStopMin",  "EFLensFStopMax"},
+    {Axis::Iris,   "Iris",                NativeUnit::Steps,       Feedback::None,   "",                   "",                      "",                ""},
+    {Axis::Zoom,   "FocalLength",         NativeUnit::Millimetres, Feedback::Echo,   "FocalLengthStatus",  "FocalLengthInitialize", "",                ""},
+    {Axis::Zoom,   "FocalLengthStepper",  NativeUnit::Steps,       Feedback::Counts, "FocalLengthStatus",  "FocalLengthInitialize", "",                ""},
+    {Axis::Zoom,   "EFLensZoomCurrent",   NativeUnit::Steps,       Feedback::Counts, "",                   "",                      "EFLensZoomMin",   "EFLensZoomMax"},
+    {Axis::Zoom,   "Zoom",                NativeUnit::Steps,       Feedback::None,   "",                   "",                      "",                ""},
+    {Axis::Filter, "Filter",              NativeUnit::Position,    Feedback::Echo,   "FilterStatus",       "FilterInitialize",      "",                ""},
 };
 
 constexpr ControllerCandidate kControllerCandidates[] = {

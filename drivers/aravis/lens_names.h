@@ -15,7 +15,7 @@ struct AxisCandidate {
   Axis axis = Axis::Focus;
   std::string_view feature;  ///< position, read and written
   NativeUnit unit = NativeUnit::Steps;
-  bool feedback = true;         ///< reading it tells where the lens is, not merely what was asked
+  Feedback feedback = Feedback::Counts;
   std::string_view status;      ///< enumeration that tells the axis' state
   std::string_view initialize;  ///< command that finds the reference
   std::string_view minimum;     ///< features that hold the ends, where the position itself has no limits

@@ -1,3 +1,5 @@
+// Pixel formats by the numbers of the Pixel Format Naming Convention, unpacked to luminance. A picture shorter than its
+// format says is refused before this.
 #include "pixel_format.h"
 
 #include <algorithm>

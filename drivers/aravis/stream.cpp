@@ -1,3 +1,4 @@
+// Buffers from Aravis' stream thread into a mailbox of one frame, newest wins; what was lost or incomplete is counted.
 #include "stream.h"
 
 #include <arv.h>
@@ -26,11 +27,6 @@ std::optional<RawFrame> Mailbox::Take() {
   return std::exchange(newest_, std::nullopt);
 }
 
-StreamCounts Mailbox::counts() const {
-  const std::lock_guard lock(mutex_);
-  return counts_;
-}
-
 Instant Mailbox::newest() const {
   const std::lock_guard lock(mutex_);
   return newest_at_;
@@ -51,13 +47,12 @@ void Mailbox::Advance(std::uint64_t frame_id) {
   }
   last_id_ = frame_id;
   sequence_ += step;
-  counts_.lost_frames += step - 1;
 }
 
 Handle<ArvBuffer> Mailbox::Put(RawFrame frame, std::uint64_t frame_id) {
   const std::lock_guard lock(mutex_);
   Advance(frame_id);
-  ++counts_.frames;
+  counter_.Came(sequence_, frame.arrival);
   newest_at_ = frame.arrival;
   frame.sequence = sequence_;
   auto replaced = std::exchange(newest_, std::move(frame));
@@ -67,13 +62,13 @@ Handle<ArvBuffer> Mailbox::Put(RawFrame frame, std::uint64_t frame_id) {
 void Mailbox::NoteIncomplete(std::uint64_t frame_id) {
   const std::lock_guard lock(mutex_);
   Advance(frame_id);
-  ++counts_.lost_frames;
 }
 
 void Mailbox::Begin() {
   const std::lock_guard lock(mutex_);
   newest_.reset();
   last_id_.reset();
+  counter_.Restart();
   newest_at_ = std::chrono::steady_clock::now();
 }
 
@@ -127,9 +122,7 @@ void Stream::Count() {
   if (!ARV_IS_GV_STREAM(stream_.get())) return;
   guint64 resent = 0, missing = 0;
   arv_gv_stream_get_statistics(ARV_GV_STREAM(stream_.get()), &resent, &missing);
-  const std::lock_guard lock(mailbox_->mutex_);
-  mailbox_->counts_.lost_packets += missing - std::exchange(missing_, missing);
-  mailbox_->counts_.resent_packets += resent - std::exchange(resent_, resent);
+  mailbox_->counter_.CountPackets(missing - std::exchange(missing_, missing), resent - std::exchange(resent_, resent));
 }
 
 void Stream::Return(Handle<ArvBuffer> buffer) {

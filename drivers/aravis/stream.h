@@ -10,6 +10,7 @@
 #include "base/clock.h"
 #include "base/result.h"
 #include "config.h"
+#include "drivers/api/counters.h"
 #include "gobject_handles.h"
 
 using ArvBuffer = struct _ArvBuffer;
@@ -17,14 +18,6 @@ using ArvCamera = struct _ArvCamera;
 using ArvStream = struct _ArvStream;
 
 namespace lensd::drivers::aravis {
-
-/// What came and what did not, since the camera was opened.
-struct StreamCounts {
-  std::uint64_t frames = 0;          ///< complete
-  std::uint64_t lost_frames = 0;     ///< incomplete, or never seen
-  std::uint64_t lost_packets = 0;    ///< GigE Vision
-  std::uint64_t resent_packets = 0;  ///< GigE Vision
-};
 
 /// A frame as it came.
 struct RawFrame {
@@ -37,9 +30,11 @@ struct RawFrame {
 /// Where the newest frame waits. Any thread.
 class Mailbox {
  public:
+  /// 0: frames come when they are asked for.
+  explicit Mailbox(double rate_hz) : counter_(rate_hz) {}
   /// Takes the newest frame not yet taken.
   std::optional<RawFrame> Take();
-  StreamCounts counts() const;
+  Counters counts() const { return counter_.counts(); }
   /// When the newest complete frame came, or the stream began.
   Instant newest() const;
 
@@ -52,9 +47,9 @@ class Mailbox {
   void Clear();
   void Advance(std::uint64_t frame_id);
 
+  FrameCounter counter_;
   mutable std::mutex mutex_;
-  std::optional<RawFrame> newest_;  // guarded by mutex_, as all below
-  StreamCounts counts_;
+  std::optional<RawFrame> newest_;        // guarded by mutex_, as all below
   std::uint64_t sequence_ = 0;            ///< of the newest frame heard of
   std::optional<std::uint64_t> last_id_;  ///< as the camera counts
   Instant newest_at_{};

@@ -1,3 +1,4 @@
+// A udev socket that becomes readable when a device comes or goes; nothing more is read from it than that.
 #include "drivers/hotplug/monitor.h"
 
 #include <systemd/sd-device.h>

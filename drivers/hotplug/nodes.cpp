@@ -1,3 +1,4 @@
+// Device nodes by serial number or place on the bus, from sysfs through libudev. No device is opened to find it.
 #include "drivers/hotplug/nodes.h"
 
 #include <grp.h>
@@ -157,7 +158,7 @@ std::string AccessProblem(const std::string& path) {
   const group* owner = stat(path.c_str(), &about) == 0 ? getgrgid(about.st_gid) : nullptr;
   const bool group_may = (about.st_mode & (S_IRGRP | S_IWGRP)) == (S_IRGRP | S_IWGRP) && about.st_gid != 0;
   const std::string remedy = owner != nullptr && group_may ? "join its group " + std::string(owner->gr_name)
-                                                           : "install udev/60-lensd.rules and plug it in again";
+                                                           : "install systemd/udev/60-lensd.rules and plug it in again";
   return "no permission to read and write " + path + "; " + remedy;
 }
 

@@ -1,3 +1,5 @@
+// SMBus transfers through the CP2112's HID reports, each with an end and a finite number of attempts. The caller holds
+// the handle; one thread.
 #include "cp2112.h"
 
 #include <algorithm>

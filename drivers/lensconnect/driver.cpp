@@ -1,9 +1,11 @@
+// Finds a LensConnect lens among HID devices, reads its description and opens it. The node stays open as long as the
+// device lives.
 #include "drivers/lensconnect/driver.h"
 
 #include <utility>
 
 #include "drivers/hotplug/nodes.h"
-#include "lens.h"
+#include "lensconnect_lens.h"
 
 namespace lensd::drivers::lensconnect {
 namespace {
@@ -38,11 +40,22 @@ Result<std::vector<hotplug::Node>> Lenses() {
   return nodes;
 }
 
+hotplug::Wanted WantedOf(SettingsReader& read) {
+  return {read.Text("serial", ""), read.Text("id_path", "")};
+}
+
 }  // namespace
+
+Result<void> CheckLensConnect(const Settings& settings) {
+  SettingsReader read(settings, "[[lens]]");
+  (void)WantedOf(read);
+  (void)ReadConfig(read);
+  return read.Finish();
+}
 
 Result<Device> OpenLensConnect(const Settings& settings, const Clock& clock) {
   SettingsReader read(settings, "[[lens]]");
-  const hotplug::Wanted wanted{read.Text("serial", ""), read.Text("id_path", "")};
+  const hotplug::Wanted wanted = WantedOf(read);
   const Config config = ReadConfig(read);
   if (auto done = read.Finish(); !done) return PassOn(std::move(done));
   const auto nodes = Lenses();

@@ -2,7 +2,7 @@
 // that nobody asked for (erratum E111), and a limit misread here would stay wrong for the life of the device.
 #include <utility>
 
-#include "lens.h"
+#include "lensconnect_lens.h"
 
 namespace lensd::drivers::lensconnect {
 namespace {

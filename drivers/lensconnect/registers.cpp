@@ -1,3 +1,5 @@
+// Register access over SMBus with a budget for a whole call, so that retries cannot outlast the I/O deadline. Only
+// registers that may be written are.
 #include "registers.h"
 
 #include <algorithm>
@@ -34,6 +36,7 @@ Result<void> Registers::Attempt(Once once, const std::function<bool()>& obeyed) 
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     if (std::exchange(unsure_, false)) {
       if (done = bridge_.Recover(); !done) {
+        if (IsBusError(done.error().code)) ++errors_;
         unsure_ = true;
         return done;
       }
@@ -41,6 +44,7 @@ Result<void> Registers::Attempt(Once once, const std::function<bool()>& obeyed) 
     }
     if (done = once(); done) return done;
     unsure_ = true;
+    if (IsBusError(done.error().code)) ++errors_;
     if (!IsTransient(done.error().code)) break;
   }
   return done;

@@ -64,6 +64,9 @@ class Registers {
   /// firmware loader is one). Where an attempt ends without a word, `obeyed` is asked whether the lens acts already.
   Result<void> Write(std::uint16_t where, std::uint16_t value, const std::function<bool()>& obeyed = {});
 
+  /// Attempts that failed, whether or not the next one worked.
+  std::uint64_t errors() const { return errors_; }
+
   void Interrupt() { bridge_.transport().Interrupt(); }
 
  private:
@@ -72,6 +75,7 @@ class Registers {
   Result<void> ReadOnce(std::uint16_t where, std::span<std::uint8_t> data);
 
   Cp2112 bridge_;
+  std::uint64_t errors_ = 0;
   bool unsure_ = false;  ///< the last transfer did not end properly
 };
 

@@ -1,3 +1,5 @@
+// The thread of one bus: stops first, then the drives in turn, one exchange at a time. After anything odd the line is
+// drained before the next question.
 #include "bus.h"
 
 #include <algorithm>
@@ -22,36 +24,36 @@ Error Named(const Drive& drive, Error error) {
   return {error.code, drive.label() + " " + error.message};
 }
 
-bool AnyStop(const std::vector<Seat*>& seats) {
-  return std::ranges::any_of(seats, [](const Seat* seat) { return seat->stop; });
+bool AnyStop(const std::vector<BusSlot*>& seats) {
+  return std::ranges::any_of(seats, [](const BusSlot* seat) { return seat->stop; });
 }
 
 }  // namespace
 
 /// A drive's own end of the bus.
-class Bus::Conversation final : public Talk {
+class Bus::Conversation final : public RegisterAccess {
  public:
-  Conversation(Bus& bus, Seat& seat, bool urgent) : bus_(bus), seat_(seat), urgent_(urgent) {}
+  Conversation(Bus& bus, BusSlot& seat, bool urgent) : bus_(bus), seat_(seat), urgent_(urgent) {}
 
   Result<void> Read(std::uint16_t address, std::span<std::uint16_t> registers) override {
     const DriveConfig& config = seat_.drive->config();
-    return bus_.Ask(seat_, urgent_, [&](Link& link) {
+    return bus_.Ask(seat_, urgent_, [&](ModbusLink& link) {
       return link.Read(config.unit, config.profile.read_function, address, registers);
     });
   }
   Result<void> Write(int function, std::uint16_t address, std::span<const std::uint16_t> registers) override {
     const int unit = seat_.drive->config().unit;
-    return bus_.Ask(seat_, urgent_, [&](Link& link) { return link.Write(unit, function, address, registers); });
+    return bus_.Ask(seat_, urgent_, [&](ModbusLink& link) { return link.Write(unit, function, address, registers); });
   }
   bool suspect() const override { return seat_.suspect; }
 
  private:
   Bus& bus_;
-  Seat& seat_;
+  BusSlot& seat_;
   const bool urgent_;
 };
 
-Bus::Bus(BusConfig config, char parity) : config_(std::move(config)), parity_(parity), link_(config_, parity) {
+Bus::Bus(BusConfig config, char parity) : config_(std::move(config)), parity_(parity), line_{.link{config_, parity}} {
   thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
 }
 
@@ -64,7 +66,7 @@ Bus::~Bus() {
   thread_.join();
 }
 
-void Bus::Add(Seat& seat) {
+void Bus::Add(BusSlot& seat) {
   const std::lock_guard lock(mutex_);
   seats_.push_back(&seat);
   profile_gap_ = std::max(profile_gap_, seat.drive->config().profile.gap);
@@ -72,12 +74,13 @@ void Bus::Add(Seat& seat) {
 
 std::optional<std::string> Bus::WhoIs(int unit) {
   const std::lock_guard lock(mutex_);
-  const auto found = std::ranges::find_if(seats_, [&](const Seat* seat) { return seat->drive->config().unit == unit; });
+  const auto found =
+      std::ranges::find_if(seats_, [&](const BusSlot* seat) { return seat->drive->config().unit == unit; });
   if (found == seats_.end()) return std::nullopt;
   return (*found)->drive->label();
 }
 
-void Bus::Remove(Seat& seat) {
+void Bus::Remove(BusSlot& seat) {
   std::unique_lock lock(mutex_);
   std::erase(seats_, &seat);
   seat.withdrawn = true;
@@ -97,7 +100,7 @@ void Bus::Interrupt(Interrupts& interrupts) {
   answers_.notify_all();
 }
 
-Result<void> Bus::Give(Seat& seat, const Order& order, const Interrupts& interrupts) {
+Result<void> Bus::Give(BusSlot& seat, const Order& order, const Interrupts& interrupts) {
   std::unique_lock lock(mutex_);
   const auto before = interrupts.count;
   const auto number = ++seat.orders_asked;
@@ -113,7 +116,7 @@ Result<void> Bus::Give(Seat& seat, const Order& order, const Interrupts& interru
   return Fail(Code::Timeout, seat.drive->label() + " could not be told in time: the bus is busy");
 }
 
-Result<void> Bus::Stop(Seat& seat, const Interrupts& interrupts) {
+Result<void> Bus::Stop(BusSlot& seat, const Interrupts& interrupts) {
   std::unique_lock lock(mutex_);
   const auto before = interrupts.count;
   const auto number = ++seat.stops_asked;
@@ -128,7 +131,7 @@ Result<void> Bus::Stop(Seat& seat, const Interrupts& interrupts) {
   return Fail(Code::Timeout, seat.drive->label() + " could not be stopped in time: the bus is busy");
 }
 
-Result<std::vector<Sample>> Bus::Look(std::span<const std::unique_ptr<Seat>> seats, const Interrupts& interrupts) {
+Result<std::vector<Sample>> Bus::Look(std::span<const std::unique_ptr<BusSlot>> seats, const Interrupts& interrupts) {
   std::unique_lock lock(mutex_);
   const auto before = interrupts.count;
   const Instant now = clock_.Now();
@@ -168,7 +171,7 @@ void Bus::Run(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (!stop.stop_requested()) {
     if (ServeStops(lock)) continue;
-    Seat* const seat = NextInTurn();
+    BusSlot* const seat = NextInTurn();
     if (seat == nullptr) {
       wake_.wait(lock, stop, [&] { return NextInTurn() != nullptr || AnyStop(seats_); });
     } else {
@@ -179,9 +182,9 @@ void Bus::Run(const std::stop_token& stop) {
 }
 
 /// Whoever has something to be done, the next after the last served first.
-Seat* Bus::NextInTurn() {
+BusSlot* Bus::NextInTurn() {
   for (std::size_t i = 0; i < seats_.size(); ++i) {
-    Seat* const seat = seats_[(turn_ + i) % seats_.size()];
+    BusSlot* const seat = seats_[(turn_ + i) % seats_.size()];
     if (seat->order || seat->looks_answered < seat->looks_asked) return seat;
   }
   return nullptr;
@@ -190,9 +193,9 @@ Seat* Bus::NextInTurn() {
 /// Sends every stop that is wanted. Whether there was one.
 bool Bus::ServeStops(std::unique_lock<std::mutex>& lock) {
   bool any = false;
-  for (auto wanted = std::ranges::find_if(seats_, &Seat::stop); wanted != seats_.end();
-       wanted = std::ranges::find_if(seats_, &Seat::stop)) {
-    Seat& seat = **wanted;
+  for (auto wanted = std::ranges::find_if(seats_, &BusSlot::stop); wanted != seats_.end();
+       wanted = std::ranges::find_if(seats_, &BusSlot::stop)) {
+    BusSlot& seat = **wanted;
     ++seat.in_use;
     const auto number = seat.stops_asked;
     seat.stop = false;
@@ -215,7 +218,7 @@ bool Bus::ServeStops(std::unique_lock<std::mutex>& lock) {
 }
 
 /// One order, or one look.
-void Bus::Serve(std::unique_lock<std::mutex>& lock, Seat& seat) {
+void Bus::Serve(std::unique_lock<std::mutex>& lock, BusSlot& seat) {
   ++seat.in_use;
   seat.interrupted = false;
   seat.withdrawn = false;
@@ -225,7 +228,7 @@ void Bus::Serve(std::unique_lock<std::mutex>& lock, Seat& seat) {
     const auto number = seat.orders_asked;
     seat.order_taken = true;
     lock.unlock();
-    auto obeyed = seat.drive->Obey(order, talk);
+    auto obeyed = seat.drive->Execute(order, talk);
     lock.lock();
     seat.order_taken = false;
     seat.order_answer = std::move(obeyed);
@@ -247,7 +250,7 @@ void Bus::Serve(std::unique_lock<std::mutex>& lock, Seat& seat) {
   answers_.notify_all();
 }
 
-Result<void> Bus::Ask(Seat& seat, bool urgent, const Exchange& exchange) {
+Result<void> Bus::Ask(BusSlot& seat, bool urgent, const Exchange& exchange) {
   if (!urgent) {
     if (auto turn = WaitForTurn(seat); !turn) return turn;
     if (seat.failures >= kLostAfter && clock_.Now() < seat.retry_at) {
@@ -262,37 +265,38 @@ Result<void> Bus::Ask(Seat& seat, bool urgent, const Exchange& exchange) {
 }
 
 /// Waits until the line is quiet after a bad exchange, letting stops through.
-Result<void> Bus::WaitForTurn(Seat& seat) {
+Result<void> Bus::WaitForTurn(BusSlot& seat) {
   std::unique_lock lock(mutex_);
   while (true) {
     ServeStops(lock);
     if (seat.interrupted || seat.withdrawn || quitting_) return Fail(Code::Cancelled, "stopped");
-    if (clock_.Now() >= quiet_until_) return {};
-    wake_.wait_until(lock, quiet_until_, [&] { return quitting_ || AnyStop(seats_); });
+    if (clock_.Now() >= line_.quiet_until) return {};
+    wake_.wait_until(lock, line_.quiet_until, [&] { return quitting_ || AnyStop(seats_); });
   }
 }
 
 Result<void> Bus::Connect(bool urgent) {
-  if (link_.open()) return {};
+  if (line_.link.open()) return {};
   const auto unreachable = [&](const std::string& why) {
     return Fail(Code::Disconnected, "bus " + config_.name + ": " + why);
   };
-  if (clock_.Now() < connect_at_ && !urgent) return unreachable("the connection to " + config_.Endpoint() + " is lost");
-  auto opened = link_.Open();
+  if (clock_.Now() < line_.connect_at && !urgent)
+    return unreachable("the connection to " + config_.Endpoint() + " is lost");
+  auto opened = line_.link.Open();
   if (!opened) {
-    connect_pause_ = std::clamp<Duration>(2 * connect_pause_, kFirstPause, kLongestPause);
-    connect_at_ = clock_.Now() + connect_pause_;
+    line_.connect_pause = std::clamp<Duration>(2 * line_.connect_pause, kFirstPause, kLongestPause);
+    line_.connect_at = clock_.Now() + line_.connect_pause;
     return unreachable(opened.error().message);
   }
-  connect_pause_ = {};
-  bad_run_ = 0;
+  line_.connect_pause = {};
+  line_.bad_run = 0;
   const std::lock_guard lock(mutex_);
-  for (Seat* const seat : seats_) seat->suspect = false;
+  for (BusSlot* const seat : seats_) seat->suspect = false;
   return {};
 }
 
 /// Asks for as many registers as nobody else does, so that the answer cannot be one to anything older.
-Result<void> Bus::Probe(Seat& seat) {
+Result<void> Bus::Probe(BusSlot& seat) {
   const Profile& profile = seat.drive->config().profile;
   if (!profile.probe) {
     seat.suspect = false;  // it has been quiet for long enough
@@ -305,44 +309,46 @@ Result<void> Bus::Probe(Seat& seat) {
   } while (seat.probe <= 2 && profile.probe_count > 2);
   std::array<std::uint16_t, 125> registers{};
   const std::span wanted = std::span(registers).first(static_cast<std::size_t>(seat.probe));
-  auto probed = Send(seat, [&](Link& link) {
+  auto probed = Send(seat, [&](ModbusLink& link) {
     return link.Read(seat.drive->config().unit, profile.read_function, profile.probe->address, wanted);
   });
   if (probed) seat.suspect = false;
   return probed;
 }
 
-Result<void> Bus::Send(Seat& seat, const Exchange& exchange) {
-  if (config_.serial()) std::this_thread::sleep_until(last_byte_ + Gap());
-  link_.Flush();
+Result<void> Bus::Send(BusSlot& seat, const Exchange& exchange) {
+  if (config_.serial()) std::this_thread::sleep_until(line_.last_byte + Gap());
+  line_.link.Flush();
   const Instant sent_at = clock_.Now();
-  return Note(seat, exchange(link_), sent_at);
+  return Note(seat, exchange(line_.link), sent_at);
 }
 
 /// What an exchange means for those that follow.
-Result<void> Bus::Note(Seat& seat, Result<void> result, Instant sent_at) {
+Result<void> Bus::Note(BusSlot& seat, Result<void> result, Instant sent_at) {
   const Instant now = clock_.Now();
   // After silence the line has been quiet since the question.
-  last_byte_ = !result && result.error().code == Code::Timeout ? sent_at : now;
-  switch (link_.outcome()) {
-    case Link::Outcome::Answered:
+  line_.last_byte = !result && result.error().code == Code::Timeout ? sent_at : now;
+  if (line_.link.outcome() != ModbusLink::Outcome::Answered) ++seat.bad_exchanges;
+  switch (line_.link.outcome()) {
+    case ModbusLink::Outcome::Answered:
       seat.failures = 0;
-      bad_run_ = 0;
+      line_.bad_run = 0;
       break;
-    case Link::Outcome::Lost: {
-      connect_at_ = now;
+    case ModbusLink::Outcome::Lost: {
+      line_.connect_at = now;
       const std::lock_guard lock(mutex_);
-      for (Seat* const other : seats_) other->drive->Forget();
+      for (BusSlot* const other : seats_) other->drive->Forget();
       break;
     }
-    case Link::Outcome::Bad:
-      link_.Flush();
+    case ModbusLink::Outcome::Bad:
+      line_.link.Flush();
       ++seat.failures;
-      quiet_until_ = now + config_.response_timeout * (seat.drive->config().profile.probe || !config_.serial() ? 1 : 3);
+      line_.quiet_until =
+          now + config_.response_timeout * (seat.drive->config().profile.probe || !config_.serial() ? 1 : 3);
       seat.suspect = config_.serial();
-      if (++bad_run_ >= kReconnectAfter && !config_.serial()) {
-        link_.Close();
-        connect_at_ = now;
+      if (++line_.bad_run >= kReconnectAfter && !config_.serial()) {
+        line_.link.Close();
+        line_.connect_at = now;
       }
       if (seat.failures >= kLostAfter) {
         seat.retry_at = now + kLostPause;

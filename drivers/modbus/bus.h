@@ -12,6 +12,7 @@
 // On TCP libmodbus compares transaction numbers.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
@@ -31,8 +32,8 @@
 namespace lensd::drivers::modbus {
 
 /// A drive as its bus holds it.
-struct Seat {
-  explicit Seat(std::unique_ptr<Drive> the_drive) : drive(std::move(the_drive)) {}
+struct BusSlot {
+  explicit BusSlot(std::unique_ptr<Drive> the_drive) : drive(std::move(the_drive)) {}
 
   const std::unique_ptr<Drive> drive;
 
@@ -50,6 +51,8 @@ struct Seat {
   int in_use = 0;                ///< by the thread
   bool withdrawn = false;        ///< whoever gave the order in progress has gone
   bool interrupted = false;      ///< a stop was served since this order or look was begun
+
+  std::atomic<std::uint64_t> bad_exchanges = 0;
 
   // The bus' thread only.
   bool suspect = false;
@@ -70,10 +73,10 @@ class Bus {
   char parity() const { return parity_; }
 
   /// From any thread: a drive takes part. The seat must outlive its Remove().
-  void Add(Seat& seat);
+  void Add(BusSlot& seat);
   /// The drive that answers to `unit`, if one takes part: its label.
   std::optional<std::string> WhoIs(int unit);
-  void Remove(Seat& seat);
+  void Remove(BusSlot& seat);
 
   /// Counts calls of Interrupt() for one lens; guarded by the bus.
   struct Interrupts {
@@ -82,27 +85,35 @@ class Bus {
   void Interrupt(Interrupts& interrupts);
 
   /// Gives an order and waits for its answer. Timeout, Cancelled: the order is withdrawn, unless it is out already.
-  Result<void> Give(Seat& seat, const Order& order, const Interrupts& interrupts);
+  Result<void> Give(BusSlot& seat, const Order& order, const Interrupts& interrupts);
   /// Stops a drive, before everything else on the bus. What is interrupted is stopped all the same.
-  Result<void> Stop(Seat& seat, const Interrupts& interrupts);
+  Result<void> Stop(BusSlot& seat, const Interrupts& interrupts);
   /// Looks at all of `seats` from now on. Where the bus is slow, what was seen a little earlier, but after the last
   /// order, may be the answer.
-  Result<std::vector<Sample>> Look(std::span<const std::unique_ptr<Seat>> seats, const Interrupts& interrupts);
+  Result<std::vector<Sample>> Look(std::span<const std::unique_ptr<BusSlot>> seats, const Interrupts& interrupts);
 
  private:
   class Conversation;
-  using Exchange = std::function<Result<void>(Link&)>;
+  using Exchange = std::function<Result<void>(ModbusLink&)>;
+  struct Line {
+    ModbusLink link;
+    Instant last_byte{};
+    Instant quiet_until{};
+    Instant connect_at{};  ///< not before
+    Duration connect_pause{};
+    int bad_run = 0;  ///< exchanges in a row
+  };
 
   void Run(const std::stop_token& stop);
   bool ServeStops(std::unique_lock<std::mutex>& lock);
-  Seat* NextInTurn();
-  void Serve(std::unique_lock<std::mutex>& lock, Seat& seat);
-  Result<void> Ask(Seat& seat, bool urgent, const Exchange& exchange);
-  Result<void> WaitForTurn(Seat& seat);
+  BusSlot* NextInTurn();
+  void Serve(std::unique_lock<std::mutex>& lock, BusSlot& seat);
+  Result<void> Ask(BusSlot& seat, bool urgent, const Exchange& exchange);
+  Result<void> WaitForTurn(BusSlot& seat);
   Result<void> Connect(bool urgent);
-  Result<void> Probe(Seat& seat);
-  Result<void> Send(Seat& seat, const Exchange& exchange);
-  Result<void> Note(Seat& seat, Result<void> result, Instant sent_at);
+  Result<void> Probe(BusSlot& seat);
+  Result<void> Send(BusSlot& seat, const Exchange& exchange);
+  Result<void> Note(BusSlot& seat, Result<void> result, Instant sent_at);
   Duration Gap();
   Duration IoDeadline() const;
 
@@ -113,19 +124,12 @@ class Bus {
   std::mutex mutex_;
   std::condition_variable_any wake_;     // the thread's
   std::condition_variable_any answers_;  // the callers'
-  std::vector<Seat*> seats_;             // guarded by mutex_
+  std::vector<BusSlot*> seats_;          // guarded by mutex_
   std::size_t turn_ = 0;                 // guarded by mutex_
   bool quitting_ = false;                // guarded by mutex_
   Duration profile_gap_{};               // guarded by mutex_
 
-  // The thread only.
-  Link link_;
-  Instant last_byte_{};
-  Instant quiet_until_{};
-  Instant connect_at_{};
-  Duration connect_pause_{};
-  int bad_run_ = 0;
-
+  Line line_;  // the thread only
   std::jthread thread_;
 };
 

@@ -1,3 +1,5 @@
+// One drive's motion by its registers, in phases, because its status may lag behind the command. The bus thread calls;
+// nothing here waits.
 #include "drive.h"
 
 #include <array>
@@ -16,14 +18,14 @@ constexpr int kTries = 3;
 
 }  // namespace
 
-Result<std::int64_t> Talk::ReadNumber(const Place& place, WordOrder order) {
+Result<std::int64_t> RegisterAccess::ReadNumber(const Place& place, WordOrder order) {
   std::array<std::uint16_t, 2> registers{};
   const std::span used = std::span(registers).first(static_cast<std::size_t>(RegistersOf(place.type)));
   if (auto read = Read(place.address, used); !read) return PassOn(std::move(read));
   return NumberAt(used, place.type, order);
 }
 
-Result<void> Talk::Run(const Sequence& sequence, const Profile& profile, std::int64_t target) {
+Result<void> RegisterAccess::Run(const Sequence& sequence, const Profile& profile, std::int64_t target) {
   for (const WriteStep& step : sequence) {
     const auto registers = RegistersOf(step, profile, target);
     if (!registers) return std::unexpected(registers.error());
@@ -32,7 +34,7 @@ Result<void> Talk::Run(const Sequence& sequence, const Profile& profile, std::in
   return {};
 }
 
-Result<Drive::Seen> Drive::ReadStatus(Talk& talk) {
+Result<Drive::Seen> Drive::ReadStatus(RegisterAccess& talk) {
   const Profile& profile = config_.profile;
   std::map<std::uint16_t, std::int64_t> numbers;
   Seen seen;
@@ -53,7 +55,7 @@ Result<Drive::Seen> Drive::ReadStatus(Talk& talk) {
   return seen;
 }
 
-Result<std::string> Drive::ReadAlarm(Talk& talk) {
+Result<std::string> Drive::ReadAlarm(RegisterAccess& talk) {
   std::string text;
   if (config_.profile.alarm) {
     const auto alarm = talk.ReadNumber(*config_.profile.alarm, config_.profile.word_order);
@@ -63,7 +65,7 @@ Result<std::string> Drive::ReadAlarm(Talk& talk) {
   return text.empty() ? "the drive reports a fault" : text;
 }
 
-Result<void> Drive::Obey(const Order& order, Talk& talk) {
+Result<void> Drive::Execute(const Order& order, RegisterAccess& talk) {
   if (order.kind == Order::Kind::Reset) {
     complaint_.clear();
     phase_ = Phase::Idle;
@@ -77,16 +79,16 @@ Result<void> Drive::Obey(const Order& order, Talk& talk) {
     return Fail(Code::Unsupported, label_ + " does not move before its fault is reset: " + *alarm);
   }
   if (order.kind == Order::Kind::Move && config_.profile.homing_required && !Homed(*seen)) {
-    return Fail(Code::Unsupported, label_ + " has no reference yet: home it first");
+    return Fail(Code::NotHomed, label_ + " has no reference yet: home it first");
   }
   goal_ = order;
   tries_ = 0;
-  halt_due_ = false;
+  stop_.repeat = false;
   complaint_.clear();
   const bool take_over = order.kind == Order::Kind::Move && !config_.profile.stop_to_retarget;
   if (seen->moving && !take_over) {
     if (auto stopped = talk.Run(config_.profile.stop, config_.profile, 0); !stopped) return stopped;
-    release_due_ = !config_.profile.release.empty();
+    stop_.asserted = !config_.profile.release.empty();
   }
   phase_since_ = clock_.Now();
   if (seen->moving ? !take_over : !seen->ready) {
@@ -97,11 +99,11 @@ Result<void> Drive::Obey(const Order& order, Talk& talk) {
 }
 
 /// Tells the drive to go for the goal.
-Result<void> Drive::Begin(Talk& talk) {
+Result<void> Drive::Begin(RegisterAccess& talk) {
   const Profile& profile = config_.profile;
-  if (release_due_ || stop_unknown_) {
+  if (stop_.asserted || stop_.unknown) {
     if (auto released = talk.Run(profile.release, profile, 0); !released) return released;
-    release_due_ = stop_unknown_ = false;
+    stop_.asserted = stop_.unknown = false;
   }
   if (tries_ > 0) {
     if (auto rearmed = talk.Run(profile.rearm, profile, 0); !rearmed) return rearmed;
@@ -113,32 +115,32 @@ Result<void> Drive::Begin(Talk& talk) {
   phase_ = Phase::Starting;
   phase_since_ = clock_.Now();
   rests_since_.reset();
-  began_known_ = false;
+  began_at_.reset();
   return {};
 }
 
-Result<void> Drive::Halt(Talk& talk) {
+Result<void> Drive::Halt(RegisterAccess& talk) {
   phase_ = Phase::Idle;
   complaint_.clear();
-  halt_due_ = true;
-  release_due_ = !config_.profile.release.empty();
+  stop_.repeat = true;
+  stop_.asserted = !config_.profile.release.empty();
   const bool suspect = talk.suspect();
   auto stopped = talk.Run(config_.profile.stop, config_.profile, 0);
-  if (stopped && !suspect) halt_due_ = false;
+  if (stopped && !suspect) stop_.repeat = false;
   return stopped;
 }
 
 void Drive::Forget() {
   phase_ = Phase::Idle;
   homed_here_ = false;
-  halt_due_ = false;
-  stop_unknown_ = true;
+  stop_.repeat = false;
+  stop_.unknown = true;
 }
 
-Result<Sample> Drive::Look(Talk& talk) {
-  if (halt_due_) {
+Result<Sample> Drive::Look(RegisterAccess& talk) {
+  if (stop_.repeat) {
     if (auto stopped = talk.Run(config_.profile.stop, config_.profile, 0); !stopped) return PassOn(std::move(stopped));
-    halt_due_ = false;
+    stop_.repeat = false;
   }
   Sample sample{.at = clock_.Now(), .state = {}};
   auto seen = ReadStatus(talk);
@@ -175,16 +177,16 @@ bool Drive::Complain(std::string complaint) {
 }
 
 /// Tells the drive once more, unless it was told often enough.
-bool Drive::Repeat(Talk& talk, std::string complaint) {
+bool Drive::Repeat(RegisterAccess& talk, std::string complaint) {
   if (tries_ >= kTries) return Complain(std::move(complaint));
   (void)Begin(talk);  // what fails is done by the next look
   return phase_ != Phase::Idle;
 }
 
-bool Drive::Follow(const Seen& seen, Talk& talk) {
-  const bool held = release_due_ || (stop_unknown_ && phase_ == Phase::Waiting);
+bool Drive::Follow(const Seen& seen, RegisterAccess& talk) {
+  const bool held = stop_.asserted || (stop_.unknown && phase_ == Phase::Waiting);
   if (held && !seen.moving && talk.Run(config_.profile.release, config_.profile, 0)) {
-    release_due_ = stop_unknown_ = false;
+    stop_.asserted = stop_.unknown = false;
   }
   if (phase_ != Phase::Idle && seen.fault) phase_ = Phase::Idle;
   switch (phase_) {
@@ -205,8 +207,8 @@ bool Drive::Follow(const Seen& seen, Talk& talk) {
   return false;
 }
 
-bool Drive::FollowStart(const Seen& seen, Talk& talk) {
-  if (!std::exchange(began_known_, true)) began_at_ = seen.position;
+bool Drive::FollowStart(const Seen& seen, RegisterAccess& talk) {
+  if (!began_at_) began_at_ = seen.position;
   if (seen.moving || seen.homing) {
     phase_ = Phase::Going;
     return true;
@@ -225,7 +227,7 @@ bool Drive::FollowStart(const Seen& seen, Talk& talk) {
                           : "the drive takes the command to move and does not move, without an alarm");
 }
 
-bool Drive::FollowMotion(const Seen& seen, Talk& talk) {
+bool Drive::FollowMotion(const Seen& seen, RegisterAccess& talk) {
   if (seen.moving || seen.homing) {
     rests_since_.reset();
     return true;
@@ -239,13 +241,13 @@ bool Drive::FollowMotion(const Seen& seen, Talk& talk) {
   if (!seen.in_position && !long_enough) return true;
   // Far from the target, it was the motion before that ended: the drive has not taken the new target.
   const auto left = std::llabs(seen.position - goal_.target);
-  const bool ignored = left > config_.profile.arrival_counts && 10 * left > std::llabs(goal_.target - began_at_);
+  const bool ignored = left > config_.profile.arrival_counts && 10 * left > std::llabs(goal_.target - *began_at_);
   if (ignored && tries_ < kTries) return Repeat(talk, "");
   phase_ = Phase::Idle;
   return false;
 }
 
-bool Drive::FinishHoming(const Seen&, Talk& talk) {
+bool Drive::FinishHoming(const Seen&, RegisterAccess& talk) {
   if (!talk.Run(config_.profile.after_home, config_.profile, 0)) return phase_ != Phase::Idle;  // next look
   homed_here_ = true;
   phase_ = Phase::Idle;

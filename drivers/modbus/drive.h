@@ -18,7 +18,7 @@
 #include "base/units.h"
 #include "drivers/api/lens.h"
 #include "profile.h"
-#include "talk.h"
+#include "register_access.h"
 
 namespace lensd::drivers::modbus {
 
@@ -59,11 +59,11 @@ class Drive {
   const std::string& label() const { return label_; }
 
   /// Carries out an order as far as that goes without waiting for motion.
-  Result<void> Obey(const Order& order, Talk& talk);
+  Result<void> Execute(const Order& order, RegisterAccess& talk);
   /// Asks where it is, and does what is due.
-  Result<Sample> Look(Talk& talk);
+  Result<Sample> Look(RegisterAccess& talk);
   /// Ends all motion. What was ordered before is forgotten even if the drive does not answer.
-  Result<void> Halt(Talk& talk);
+  Result<void> Halt(RegisterAccess& talk);
   /// The connection was lost: the drive may have been switched off meanwhile.
   void Forget();
   /// Something was ordered that has not come to its end.
@@ -87,15 +87,21 @@ class Drive {
     std::int64_t position = 0;  ///< counts of the target's kind
   };
 
-  Result<Seen> ReadStatus(Talk& talk);
-  Result<std::string> ReadAlarm(Talk& talk);
-  Result<void> Begin(Talk& talk);
+  struct StopLine {
+    bool asserted = false;  ///< to be released
+    bool unknown = true;    ///< the program that spoke to it before us may have left it asserted
+    bool repeat = false;    ///< sent when a late answer could pass for its own: to be sent again
+  };
+
+  Result<Seen> ReadStatus(RegisterAccess& talk);
+  Result<std::string> ReadAlarm(RegisterAccess& talk);
+  Result<void> Begin(RegisterAccess& talk);
   /// Whether the goal is still under way after `seen`.
-  bool Follow(const Seen& seen, Talk& talk);
-  bool FollowStart(const Seen& seen, Talk& talk);
-  bool FollowMotion(const Seen& seen, Talk& talk);
-  bool FinishHoming(const Seen& seen, Talk& talk);
-  bool Repeat(Talk& talk, std::string complaint);
+  bool Follow(const Seen& seen, RegisterAccess& talk);
+  bool FollowStart(const Seen& seen, RegisterAccess& talk);
+  bool FollowMotion(const Seen& seen, RegisterAccess& talk);
+  bool FinishHoming(const Seen& seen, RegisterAccess& talk);
+  bool Repeat(RegisterAccess& talk, std::string complaint);
   bool Complain(std::string complaint);
   bool Arrived(const Seen& seen) const;
   bool Homed(const Seen& seen) const;
@@ -108,12 +114,9 @@ class Drive {
   int tries_ = 0;
   Instant phase_since_{};
   std::optional<Instant> rests_since_;
-  std::int64_t began_at_ = 0;  ///< counts, at the first look after the goal was begun
-  bool began_known_ = false;
-  bool release_due_ = false;  ///< a stop is still asserted
-  bool stop_unknown_ = true;  ///< whoever spoke to it before us may have left a stop asserted
-  bool halt_due_ = false;     ///< a stop was sent when a late answer could pass for its own: to be sent again
-  bool homed_here_ = false;   ///< homed by us since we are connected, for drives that do not tell
+  std::optional<std::int64_t> began_at_;  ///< counts, at the first look after the goal was begun
+  StopLine stop_;
+  bool homed_here_ = false;  ///< homed by us since we are connected, for drives that do not tell
   std::string complaint_;
 };
 

@@ -1,3 +1,5 @@
+// Opens a lens made of drives on one bus. Buses are shared between lenses by their endpoint; drives are greeted by what
+// their profile says of them.
 #include "drivers/modbus/driver.h"
 
 #include <algorithm>
@@ -58,6 +60,7 @@ Result<void> ReadOverrides(SettingsReader& read, DriveConfig& drive) {
   if (read.Has("homing")) profile.homing_required = read.Choice("homing", {"not-needed", "required"}, 0) == 1;
   if (profile.homing_required && profile.home.empty())
     read.Reject("homing", "is required, and the profile cannot home");
+  profile.feedback = ReadFeedback(read, profile.feedback);
   profile.position_scale = read.Number("position_scale", profile.position_scale);
   if (profile.position_scale == 0.0) read.Reject("position_scale", "must not be 0");
   drive.scale = read.Number("scale", 1.0);
@@ -190,6 +193,12 @@ Result<void> Greet(drivers::Lens& lens) {
 
 }  // namespace
 
+Result<void> CheckModbus(const Settings& settings) {
+  const auto config = ReadSettings(settings);
+  if (!config) return std::unexpected(config.error());
+  return {};
+}
+
 Result<drivers::Device> OpenModbus(const Settings& settings, const Clock& clock) {
   auto lens = ReadSettings(settings);
   if (!lens) return PassOn(std::move(lens));
@@ -217,7 +226,6 @@ Result<std::vector<drivers::FoundDevice>> ProbeModbus() {
     port.node = std::filesystem::canonical(entry.path(), unreadable).string();
     port.config =
         "bus = \"rs485\"   # and [[bus]] with name = \"rs485\", driver = \"modbus\", device = \"" + path + "\"";
-    port.lens = true;
     found.push_back(std::move(port));
   }
   std::ranges::sort(found, {}, &drivers::FoundDevice::config);

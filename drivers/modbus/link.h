@@ -38,7 +38,7 @@ struct BusConfig {
 Result<BusConfig> ReadBusConfig(const Settings& table);
 
 /// One thread uses it. Every exchange ends within the response timeout once its request is sent.
-class Link {
+class ModbusLink {
  public:
   /// What became of an exchange, besides its Result.
   enum class Outcome {
@@ -47,10 +47,10 @@ class Link {
     Lost,      ///< the port or the connection is gone; closed
   };
 
-  Link(const BusConfig& config, char parity) : config_(config), parity_(parity) {}
-  ~Link();
-  Link(const Link&) = delete;
-  Link& operator=(const Link&) = delete;
+  ModbusLink(const BusConfig& config, char parity) : config_(config), parity_(parity) {}
+  ~ModbusLink();
+  ModbusLink(const ModbusLink&) = delete;
+  ModbusLink& operator=(const ModbusLink&) = delete;
 
   bool open() const { return context_ != nullptr; }
   /// Disconnected; ends within the connect timeout (a serial port: at once).

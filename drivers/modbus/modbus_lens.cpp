@@ -1,3 +1,4 @@
+// A lens whose axes are drives of one bus. It only hands on: the bus thread owns the drives and their state.
 #include "modbus_lens.h"
 
 #include <algorithm>
@@ -41,7 +42,7 @@ ModbusLens::ModbusLens(std::shared_ptr<Bus> bus, std::vector<DriveConfig> drives
     : Lens(CapabilitiesOf(drives, *bus)), bus_(std::move(bus)) {
   for (DriveConfig& drive : drives) {
     std::string label = LabelOf(drive, *bus_);
-    seats_.push_back(std::make_unique<Seat>(std::make_unique<Drive>(std::move(drive), std::move(label), clock)));
+    seats_.push_back(std::make_unique<BusSlot>(std::make_unique<Drive>(std::move(drive), std::move(label), clock)));
     bus_->Add(*seats_.back());
   }
 }
@@ -54,7 +55,13 @@ ModbusLens::~ModbusLens() {
   for (const auto& seat : seats_) bus_->Remove(*seat);
 }
 
-Seat& ModbusLens::SeatOf(Axis axis) {
+std::uint64_t ModbusLens::DoCountBusErrors() const {
+  std::uint64_t count = 0;
+  for (const auto& seat : seats_) count += seat->bad_exchanges;
+  return count;
+}
+
+BusSlot& ModbusLens::SeatOf(Axis axis) {
   return **std::ranges::find_if(seats_, [&](const auto& seat) { return seat->drive->config().axis == axis; });
 }
 
@@ -64,7 +71,7 @@ Result<void> ModbusLens::DoStartHome(Axis axis) {
 }
 
 Result<void> ModbusLens::DoStartMove(Axis axis, Native target) {
-  Seat& seat = SeatOf(axis);
+  BusSlot& seat = SeatOf(axis);
   may_move_[axis] = true;
   const double counts = std::round(target.value / seat.drive->config().scale);
   return bus_->Give(seat, {.kind = Order::Kind::Move, .target = static_cast<std::int64_t>(counts)}, interrupts_);

@@ -22,11 +22,12 @@ class ModbusLens final : public drivers::Lens {
   Result<void> DoStop(drivers::Axis axis) override;
   Result<void> DoResetFault(drivers::Axis axis) override;
   void DoInterrupt() override;
+  std::uint64_t DoCountBusErrors() const override;
 
-  Seat& SeatOf(drivers::Axis axis);
+  BusSlot& SeatOf(drivers::Axis axis);
 
   const std::shared_ptr<Bus> bus_;
-  std::vector<std::unique_ptr<Seat>> seats_;
+  std::vector<std::unique_ptr<BusSlot>> seats_;
   Bus::Interrupts interrupts_;
   drivers::PerAxis<bool> may_move_;  ///< told to since it was last seen to rest
 };

@@ -1,3 +1,5 @@
+// Profiles of drive families read from TOML: registers, word orders, sequences, alarms. Everything is checked here, so
+// that the drive code may follow them blindly.
 #include "profile.h"
 
 #include <algorithm>
@@ -204,7 +206,7 @@ Result<void> ReadPosition(const Settings& table, Profile& profile) {
   profile.position = *ReadPlace(read, NumberType::S32);
   profile.position_scale = read.Number("scale", 1.0);
   if (profile.position_scale == 0.0) read.Reject("scale", "must not be 0");
-  profile.feedback = read.Boolean("feedback", true);
+  profile.feedback = ReadFeedback(read, profile.feedback);
   return read.Finish();
 }
 
@@ -233,6 +235,11 @@ Result<void> ReadTables(SettingsReader& read, Profile& profile) {
 }
 
 }  // namespace
+
+Feedback ReadFeedback(SettingsReader& read, Feedback fallback) {
+  const std::vector<std::string_view> names(kFeedbackNames.begin(), kFeedbackNames.end());
+  return static_cast<Feedback>(read.Choice("feedback", names, static_cast<std::size_t>(fallback)));
+}
 
 Result<Profile> ReadProfile(const Settings& table) {
   SettingsReader read(table, "the profile");

@@ -9,6 +9,7 @@
 
 #include "base/clock.h"
 #include "base/settings.h"
+#include "drivers/api/lens.h"
 #include "values.h"
 
 namespace lensd::drivers::modbus {
@@ -44,11 +45,11 @@ struct Flag {
 struct Profile {
   std::string name;
   WordOrder word_order = WordOrder::HighFirst;
-  std::optional<char> parity;       ///< 'N', 'E', 'O': as the drives leave the factory
-  Duration gap{};                   ///< silence the drive wants between frames beyond what Modbus asks
-  int read_function = 3;            ///< 3 or 4
-  bool stop_to_retarget = true;     ///< a motion under way is stopped before the next
-  bool feedback = true;             ///< the position is measured, not merely commanded
+  std::optional<char> parity;    ///< 'N', 'E', 'O': as the drives leave the factory
+  Duration gap{};                ///< silence the drive wants between frames beyond what Modbus asks
+  int read_function = 3;         ///< 3 or 4
+  bool stop_to_retarget = true;  ///< a motion under way is stopped before the next
+  drivers::Feedback feedback = drivers::Feedback::Counts;  ///< what the position is
   std::int64_t arrival_counts = 2;  ///< this near to its target a drive that shows no motion has arrived
 
   std::optional<Flag> moving, ready, in_position, fault, homed, homing;
@@ -72,6 +73,9 @@ struct Profile {
   int probe_count = 0;
   int probe_step = 1;
 };
+
+/// The key `feedback` of a table. BadData is recorded in `read`.
+drivers::Feedback ReadFeedback(SettingsReader& read, drivers::Feedback fallback);
 
 /// Reads a profile's table. BadData: "file:line: what is wrong".
 Result<Profile> ReadProfile(const Settings& table);

@@ -1,3 +1,5 @@
+// Raw rows of every supported format to linear 16-bit samples or as stored, row by row. Lengths are the caller's to
+// check; JPEG through TurboJPEG.
 #include "drivers/pixels/luma.h"
 
 #include <turbojpeg.h>

@@ -1,3 +1,4 @@
+// A device from its descriptor and a transport, the same for libusb, for tests and for fuzzing.
 #include "assemble.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// The camera's own automatics are taken over before a value is set by hand, since they would set it back, and given
+// back when the device is closed.
 #include "automatics.h"
 
 #include <array>

@@ -1,3 +1,4 @@
+// One absolute UVC control as an axis: GET_MIN, MAX, RES and CUR, and what an interrupt status says of it.
 #include "axis_control.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// The driver's keys of a [[lens]] section as a typed struct; unknown keys are errors with their line.
 #include "config.h"
 
 #include <algorithm>
@@ -19,7 +20,8 @@ bool IsProduct(const std::string& text) {
 
 LensConfig ReadLens(SettingsReader& read) {
   LensConfig lens;
-  lens.feedback = read.Boolean("feedback", lens.feedback);
+  lens.feedback = static_cast<Feedback>(
+      read.Choice("feedback", {kFeedbackNames.begin(), kFeedbackNames.end()}, static_cast<std::size_t>(lens.feedback)));
   lens.completion_events = read.Boolean("completion_events", lens.completion_events);
   lens.iris_is_f_number = read.Choice("iris_unit", {"f-number", "steps"}, 0) == 0;
   if (const auto ms = read.OptionalNumber("focus_travel_ms", {100, 600'000})) lens.focus_travel = Milliseconds(*ms);
@@ -29,8 +31,10 @@ LensConfig ReadLens(SettingsReader& read) {
 
 CameraConfig ReadCamera(SettingsReader& read) {
   CameraConfig camera;
-  const std::size_t format = read.Choice("format", {"auto", "yuyv", "mjpeg"}, 0);
-  if (format != 0) camera.format = format == 1 ? PixelFormat::Yuyv : PixelFormat::Mjpeg;
+  std::vector<std::string_view> formats = {"auto"};
+  for (const PixelFormatInfo& known : PixelFormats()) formats.push_back(known.name);
+  const std::size_t format = read.Choice("format", formats, 0);
+  if (format != 0) camera.format = PixelFormats()[format - 1].format;
   if (read.Has("width")) camera.width = static_cast<int>(read.Integer("width", 0, {1, 65535}));
   if (read.Has("height")) camera.height = static_cast<int>(read.Integer("height", 0, {1, 65535}));
   if (camera.width.has_value() != camera.height.has_value()) read.Reject("", "needs width and height together");

@@ -8,11 +8,12 @@
 #include "base/settings.h"
 #include "controls.h"
 #include "descriptors.h"
+#include "drivers/api/lens.h"
 
 namespace lensd::drivers::uvc {
 
 struct LensConfig {
-  bool feedback = false;                 ///< reading back tells where the lens is, not what it was told last
+  Feedback feedback = Feedback::Echo;    ///< what reading back tells
   bool completion_events = true;         ///< asynchronous controls are believed to say when they are done
   bool iris_is_f_number = true;          ///< iris values are hundredths of an f-number
   std::optional<Duration> focus_travel;  ///< focus by relative moves alone: time from end to end at focus_speed

@@ -1,3 +1,4 @@
+// Control requests, and why a stalled one was refused: the camera is asked for its error code once a refusal.
 #include "controls.h"
 
 #include <utility>

@@ -1,3 +1,5 @@
+// A walk through a configuration descriptor by UVC 1.1, section 3. The bytes come from a device and are not trusted:
+// each length is checked before it is used.
 #include "descriptors.h"
 
 #include <algorithm>
@@ -19,8 +21,6 @@ constexpr std::uint8_t kVideo = 0x0E;
 constexpr std::uint8_t kControlSubclass = 0x01;
 constexpr std::uint8_t kStreamingSubclass = 0x02;
 constexpr std::uint16_t kCameraTerminalType = 0x0201;
-constexpr std::array<std::uint8_t, 16> kYuy2 = {'Y',  'U',  'Y',  '2',  0x00, 0x00, 0x10, 0x00,
-                                                0x80, 0x00, 0x00, 0xAA, 0x00, 0x38, 0x9B, 0x71};
 
 std::unexpected<Error> TooShort(const char* what) {
   return Fail(Code::Protocol, std::string("the camera's ") + what + " descriptor is shorter than its contents");
@@ -115,7 +115,9 @@ class Walk {
       case kUncompressed:
         if (one.size() < 27) return TooShort("uncompressed format");
         format_ = nullptr;
-        if (std::ranges::equal(one.subspan(5, 16), kYuy2)) AddFormat({one[3], PixelFormat::Yuyv, one[22], 0, {}});
+        if (const auto* known = FormatOfGuid(one.subspan(5).first<16>())) {
+          AddFormat({one[3], known->format, one[22], 0, {}});
+        }
         return {};
       case kMjpeg:
         if (one.size() < 11) return TooShort("MJPEG format");

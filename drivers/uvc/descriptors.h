@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "pixel_format.h"
 
 namespace lensd::drivers::uvc {
 
@@ -18,8 +19,6 @@ struct CameraTerminal {
   std::uint32_t controls = 0;  ///< bmControls
   bool Has(int bit) const { return (controls >> bit & 1) != 0; }
 };
-
-enum class PixelFormat { Yuyv, Mjpeg };
 
 struct StreamFrame {
   std::uint8_t index = 0;

@@ -1,3 +1,4 @@
+// USB cameras out of sysfs, without opening any: identity, place, descriptors.
 #include "discovery.h"
 
 #include <sys/stat.h>

@@ -1,3 +1,5 @@
+// Opens a USB camera through libusb: lens by its camera terminal, pictures by its streams. The kernel's driver lets go
+// of the interfaces meanwhile.
 #include "drivers/uvc/driver.h"
 
 #include <algorithm>
@@ -55,6 +57,12 @@ bool HasLens(const CameraTerminal& terminal) {
 }
 
 }  // namespace
+
+Result<void> CheckUvc(const Settings& settings) {
+  const auto config = ReadConfig(settings);
+  if (!config) return std::unexpected(config.error());
+  return {};
+}
 
 Result<Device> OpenUvc(const Settings& settings, const Clock& clock) {
   auto config = ReadConfig(settings);

@@ -1,3 +1,5 @@
+// Pictures out of payloads by UVC 1.1, section 2.4.3.3. A picture with a lost or contradictory payload is dropped
+// whole.
 #include "frame_assembler.h"
 
 #include <utility>
@@ -15,69 +17,72 @@ void FrameAssembler::OnPayload(std::span<const std::uint8_t> payload) {
   const std::lock_guard lock(mutex_);
   if (payload.empty()) return;
   if (payload.size() < 2 || payload[0] < 2 || payload[0] > payload.size()) {
-    damaged_ = true;
+    building_.damaged = true;
     return;
   }
   const std::uint8_t flags = payload[1];
   const bool frame_bit = (flags & kFrameBit) != 0;
   const auto data = payload.subspan(payload[0]);
-  if (!any_ || frame_bit != frame_bit_) {
+  if (!any_ || frame_bit != building_.frame_bit) {
     Finish();  // one whose end was not marked
     // What comes first may be the middle of a picture; only a change of the frame bit shows a beginning.
     const bool whole = any_;
+    toggles_ = any_;
     any_ = true;
     Begin(frame_bit);
-    damaged_ = !whole;
-  } else if (ended_) {
+    building_.damaged = !whole;
+  } else if (building_.ended) {
     if (data.empty()) return;  // idle packets go on after the end
-    // Devices that do not toggle.
+    // Devices that do not toggle; from one that does, a whole picture is missing.
+    if (toggles_) ++next_sequence_;
     Begin(frame_bit);
   }
-  if ((flags & kError) != 0) damaged_ = true;
-  if (!damaged_ && building_.bytes.size() + data.size() > most_bytes_) damaged_ = true;
-  if (!damaged_ && !data.empty()) {
-    if (building_.bytes.empty()) building_.first = clock_.Now();
-    building_.bytes.insert(building_.bytes.end(), data.begin(), data.end());
+  if ((flags & kError) != 0) building_.damaged = true;
+  if (!building_.damaged && building_.frame.bytes.size() + data.size() > most_bytes_) building_.damaged = true;
+  if (!building_.damaged && !data.empty()) {
+    if (building_.frame.bytes.empty()) building_.frame.first = clock_.Now();
+    building_.frame.bytes.insert(building_.frame.bytes.end(), data.begin(), data.end());
   }
   if ((flags & kEndOfFrame) != 0) {
     Finish();
-    ended_ = true;
+    building_.ended = true;
   }
 }
 
 void FrameAssembler::OnLoss() {
   const std::lock_guard lock(mutex_);
   // Whether it was part of the picture under way or the gap between two, nobody knows.
-  damaged_ = true;
+  building_.damaged = true;
 }
 
 void FrameAssembler::Begin(bool frame_bit) {
-  frame_bit_ = frame_bit;
-  open_ = true;
-  ended_ = false;
-  damaged_ = false;
-  building_.bytes = std::exchange(spare_, {});
-  building_.bytes.clear();
-  building_.sequence = next_sequence_++;
+  building_.frame_bit = frame_bit;
+  building_.open = true;
+  building_.ended = false;
+  building_.damaged = false;
+  building_.frame.bytes = std::exchange(spare_, {});
+  building_.frame.bytes.clear();
+  building_.frame.sequence = next_sequence_++;
 }
 
 bool FrameAssembler::Complete() const {
-  const auto& bytes = building_.bytes;
-  if (damaged_) return false;
-  if (pixels_ == PixelFormat::Yuyv) return bytes.size() == most_bytes_;
+  const auto& bytes = building_.frame.bytes;
+  if (building_.damaged) return false;
+  if (pixels_ != PixelFormat::Mjpeg) return bytes.size() == most_bytes_;
   return bytes.size() > 4 && bytes[0] == 0xFF && bytes[1] == 0xD8;
 }
 
 void FrameAssembler::Finish() {
-  if (!std::exchange(open_, false)) return;
+  if (!std::exchange(building_.open, false)) return;
   if (!Complete()) {
-    spare_ = std::move(building_.bytes);
+    spare_ = std::move(building_.frame.bytes);
     return;
   }
-  building_.last = clock_.Now();
+  building_.frame.last = clock_.Now();
+  counter_.Came(building_.frame.sequence, building_.frame.last);
   if (newest_) spare_ = std::move(newest_->bytes);
-  newest_ = std::move(building_);
-  building_ = {};
+  newest_ = std::move(building_.frame);
+  building_.frame = {};
 }
 
 std::optional<RawFrame> FrameAssembler::Take() {
@@ -92,8 +97,9 @@ void FrameAssembler::Recycle(std::vector<std::uint8_t> bytes) {
 
 void FrameAssembler::Restart() {
   const std::lock_guard lock(mutex_);
-  open_ = damaged_ = ended_ = any_ = false;
+  building_.open = building_.damaged = building_.ended = any_ = toggles_ = false;
   newest_.reset();
+  counter_.Restart();
 }
 
 }  // namespace lensd::drivers::uvc

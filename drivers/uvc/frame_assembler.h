@@ -10,6 +10,7 @@
 
 #include "base/clock.h"
 #include "descriptors.h"
+#include "drivers/api/counters.h"
 #include "transport.h"
 
 namespace lensd::drivers::uvc {
@@ -25,9 +26,9 @@ struct RawFrame {
 /// The transport's thread fills it, the camera's thread empties it.
 class FrameAssembler final : public PayloadSink {
  public:
-  /// `clock` must outlive it. YUYV pictures have exactly `most_bytes`, MJPEG ones at most.
-  FrameAssembler(const Clock& clock, PixelFormat pixels, std::size_t most_bytes)
-      : clock_(clock), pixels_(pixels), most_bytes_(most_bytes) {}
+  /// `clock` must outlive it. MJPEG pictures have at most `most_bytes`, all others exactly as many.
+  FrameAssembler(const Clock& clock, PixelFormat pixels, std::size_t most_bytes, double rate_hz = 0.0)
+      : clock_(clock), pixels_(pixels), most_bytes_(most_bytes), counter_(rate_hz) {}
 
   void OnPayload(std::span<const std::uint8_t> payload) override;
   void OnLoss() override;
@@ -36,10 +37,19 @@ class FrameAssembler final : public PayloadSink {
   std::optional<RawFrame> Take();
   /// Hands the memory of a picture back for the next ones.
   void Recycle(std::vector<std::uint8_t> bytes);
+  Counters counts() const { return counter_.counts(); }
   /// Forgets what was begun; sequence numbers go on.
   void Restart();
 
  private:
+  struct Building {
+    RawFrame frame;
+    bool open = false;     ///< a picture is being built
+    bool damaged = false;  ///< and cannot be completed
+    bool ended = false;    ///< the end bit of this frame bit has been seen
+    bool frame_bit = false;
+  };
+
   void Begin(bool frame_bit);
   void Finish();
   bool Complete() const;
@@ -47,13 +57,11 @@ class FrameAssembler final : public PayloadSink {
   const Clock& clock_;
   const PixelFormat pixels_;
   const std::size_t most_bytes_;
+  FrameCounter counter_;
   std::mutex mutex_;
-  RawFrame building_;
-  bool open_ = false;     ///< a picture is being built
-  bool damaged_ = false;  ///< and cannot be completed
-  bool ended_ = false;    ///< the end bit of this frame bit has been seen
-  bool frame_bit_ = false;
-  bool any_ = false;  ///< a payload has been seen since the start
+  Building building_;
+  bool any_ = false;      ///< a payload has been seen since the start
+  bool toggles_ = false;  ///< and a change of the frame bit
   std::uint64_t next_sequence_ = 0;
   std::optional<RawFrame> newest_;
   std::vector<std::uint8_t> spare_;

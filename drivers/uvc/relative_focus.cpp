@@ -1,3 +1,5 @@
+// Focus for cameras that only know nearer, farther and stop: position is time travelled, which is an estimate and is
+// reported as such.
 #include "relative_focus.h"
 
 #include <algorithm>
@@ -65,7 +67,7 @@ Result<void> RelativeFocus::StartHome() {
 }
 
 Result<void> RelativeFocus::StartMove(double target_ms) {
-  if (!homed_) return Fail(Code::Unsupported, "focus: this camera knows only nearer and farther; home it first");
+  if (!homed_) return Fail(Code::NotHomed, "focus: this camera knows only nearer and farther; home it first");
   homing_ = false;
   target_ms_ = target_ms;
   corrections_ = 0;

@@ -1,3 +1,5 @@
+// Which format, size and rate to ask a camera for, and the probe-commit negotiation, which may end in something else
+// than was asked.
 #include "stream_choice.h"
 
 #include <algorithm>
@@ -50,15 +52,11 @@ const StreamFrame* DefaultFrame(const StreamFormat& format) {
   return format.frames.empty() ? nullptr : &format.frames.front();
 }
 
-const char* NameOf(PixelFormat pixels) {
-  return pixels == PixelFormat::Yuyv ? "yuyv" : "mjpeg";
-}
-
 std::string Offers(const VideoFunction& function) {
   std::ostringstream text;
   for (const StreamInterface& stream : function.streams) {
     for (const StreamFormat& format : stream.formats) {
-      text << (text.tellp() > 0 ? "; " : "") << NameOf(format.pixels);
+      text << (text.tellp() > 0 ? "; " : "") << InfoOf(format.pixels).name;
       for (const StreamFrame& frame : format.frames) text << " " << frame.width << "x" << frame.height;
     }
   }
@@ -70,14 +68,14 @@ struct Candidate {
   const StreamFrame* frame;
 };
 
-/// One per format that fits, YUYV first.
+/// One per format that fits, the best first.
 std::vector<Candidate> Candidates(const StreamInterface& stream, const CameraConfig& config) {
   std::vector<Candidate> found;
   int width = config.width.value_or(0), height = config.height.value_or(0);
-  for (const PixelFormat pixels : {PixelFormat::Yuyv, PixelFormat::Mjpeg}) {
-    if (config.format && *config.format != pixels) continue;
+  for (const PixelFormatInfo& known : PixelFormats()) {
+    if (config.format && *config.format != known.format) continue;
     for (const StreamFormat& format : stream.formats) {
-      if (format.pixels != pixels) continue;
+      if (format.pixels != known.format) continue;
       const StreamFrame* frame = width > 0 ? FindFrame(format, width, height) : DefaultFrame(format);
       if (frame == nullptr) continue;
       width = frame->width;

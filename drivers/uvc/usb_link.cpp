@@ -1,3 +1,5 @@
+// libusb as UVC needs it: asynchronous transfers, one event thread, a private context. After NO_DEVICE everything is
+// cancelled and waited for before the handle closes.
 #include "usb_link.h"
 
 #include <fcntl.h>
@@ -14,6 +16,8 @@
 #include <thread>
 #include <utility>
 
+#include "usb_errors.h"
+
 namespace lensd::drivers::uvc {
 namespace {
 
@@ -28,43 +32,6 @@ struct TransferDeleter {
 };
 using TransferPtr = std::unique_ptr<libusb_transfer, TransferDeleter>;
 
-/// This driver's errors out of libusb's.
-Error ErrorFromUsb(int code, const std::string& what) {
-  const std::string why = what + ": " + libusb_strerror(code);
-  switch (code) {
-    case LIBUSB_ERROR_NO_DEVICE:
-    case LIBUSB_ERROR_NOT_FOUND:
-      return {Code::Disconnected, why};
-    case LIBUSB_ERROR_BUSY:
-      return {Code::Busy, why + ": another program holds it"};
-    case LIBUSB_ERROR_ACCESS:
-      return {Code::Io, why + ": see the udev rules in docs/drivers/uvc.md"};
-    case LIBUSB_ERROR_TIMEOUT:
-      return {Code::Timeout, why};
-    case LIBUSB_ERROR_NOT_SUPPORTED:
-      return {Code::Unsupported, why};
-    default:
-      return {Code::Protocol, why};
-  }
-}
-
-Reply::Outcome OutcomeOf(libusb_transfer_status status) {
-  switch (status) {
-    case LIBUSB_TRANSFER_COMPLETED:
-      return Reply::Outcome::Done;
-    case LIBUSB_TRANSFER_STALL:
-      return Reply::Outcome::Stalled;
-    case LIBUSB_TRANSFER_TIMED_OUT:
-      return Reply::Outcome::TimedOut;
-    case LIBUSB_TRANSFER_CANCELLED:
-      return Reply::Outcome::Cancelled;
-    case LIBUSB_TRANSFER_NO_DEVICE:
-      return Reply::Outcome::Gone;
-    default:
-      return Reply::Outcome::Failed;
-  }
-}
-
 /// One transfer that is submitted again as long as it is wanted. Its own memory, freed when its last callback is over.
 struct Stream {
   TransferPtr transfer;
@@ -72,10 +39,10 @@ struct Stream {
   bool in_flight = false;
 };
 
-class Link final : public Transport {
+class UsbLink final : public Transport {
  public:
-  explicit Link(LinkOptions options) : options_(std::move(options)) {}
-  ~Link() override;
+  explicit UsbLink(LinkOptions options) : options_(std::move(options)) {}
+  ~UsbLink() override;
 
   Result<void> Open();
 
@@ -90,10 +57,28 @@ class Link final : public Transport {
 
  private:
   struct ControlCall {
-    Link* link;
+    UsbLink* link;
     bool done = false;
     libusb_transfer_status status = LIBUSB_TRANSFER_ERROR;
     int length = 0;
+  };
+
+  struct Usb {
+    int fd = -1;
+    libusb_context* context = nullptr;
+    libusb_device_handle* handle = nullptr;
+    std::vector<std::uint8_t> claimed;
+  };
+  struct Status {
+    std::vector<std::unique_ptr<Stream>> transfers;
+    bool wanted = false;
+    std::deque<std::vector<std::uint8_t>> packets;
+  };
+  struct Pictures {
+    std::vector<std::unique_ptr<Stream>> transfers;
+    bool wanted = false;
+    std::atomic<PayloadSink*> sink = nullptr;
+    StreamPipe pipe;
   };
 
   Result<void> Connect();
@@ -109,10 +94,7 @@ class Link final : public Transport {
   static Stream* FindStream(std::vector<std::unique_ptr<Stream>>& streams, const libusb_transfer* transfer);
 
   const LinkOptions options_;
-  int fd_ = -1;
-  libusb_context* context_ = nullptr;
-  libusb_device_handle* handle_ = nullptr;
-  std::vector<std::uint8_t> claimed_;
+  Usb usb_;
   std::jthread events_;
   std::atomic<bool> stop_events_ = false;
   std::atomic<bool> gone_ = false;
@@ -121,18 +103,13 @@ class Link final : public Transport {
   std::condition_variable changed_;
   bool interrupted_ = false;
   libusb_transfer* control_ = nullptr;  ///< under way
-  std::vector<std::unique_ptr<Stream>> status_;
-  bool want_status_ = false;
-  std::deque<std::vector<std::uint8_t>> status_packets_;
-  std::vector<std::unique_ptr<Stream>> streams_;
-  bool want_streams_ = false;
-  std::atomic<PayloadSink*> sink_ = nullptr;
-  StreamPipe pipe_;
+  Status status_;
+  Pictures pictures_;
 };
 
-Result<void> Link::Open() {
-  fd_ = ::open(options_.node.c_str(), O_RDWR | O_CLOEXEC);
-  if (fd_ < 0) {
+Result<void> UsbLink::Open() {
+  usb_.fd = ::open(options_.node.c_str(), O_RDWR | O_CLOEXEC);
+  if (usb_.fd < 0) {
     const int error = errno;
     const std::string what = options_.node + ": " + std::strerror(error);
     if (error == EACCES || error == EPERM) return Fail(Code::Io, what + ": see the udev rules in docs/drivers/uvc.md");
@@ -141,70 +118,70 @@ Result<void> Link::Open() {
   return Connect();
 }
 
-Result<void> Link::Connect() {
+Result<void> UsbLink::Connect() {
   // Not told to leave discovery out (LIBUSB_OPTION_NO_DEVICE_DISCOVERY), although the node is known: before 1.0.27 that
   // holds for every context of the process, and other libraries look for their cameras through libusb.
-  if (const int code = libusb_init(&context_); code != 0) return std::unexpected(ErrorFromUsb(code, "libusb"));
-  if (const int code = libusb_wrap_sys_device(context_, fd_, &handle_); code != 0) {
+  if (const int code = libusb_init(&usb_.context); code != 0) return std::unexpected(ErrorFromUsb(code, "libusb"));
+  if (const int code = libusb_wrap_sys_device(usb_.context, usb_.fd, &usb_.handle); code != 0) {
     return std::unexpected(ErrorFromUsb(code, options_.node));
   }
   events_ = std::jthread([this] {
     while (!stop_events_) {
       timeval second{1, 0};
-      libusb_handle_events_timeout_completed(context_, &second, nullptr);
+      libusb_handle_events_timeout_completed(usb_.context, &second, nullptr);
     }
   });
-  libusb_set_auto_detach_kernel_driver(handle_, 1);
+  libusb_set_auto_detach_kernel_driver(usb_.handle, 1);
   for (const std::uint8_t interface : options_.interfaces) {
-    if (const int code = libusb_claim_interface(handle_, interface); code != 0) {
+    if (const int code = libusb_claim_interface(usb_.handle, interface); code != 0) {
       return std::unexpected(ErrorFromUsb(code, "interface " + std::to_string(interface) + " of " + options_.node));
     }
-    claimed_.push_back(interface);
+    usb_.claimed.push_back(interface);
   }
   StartStatus();
   return {};
 }
 
-Link::~Link() {
+UsbLink::~UsbLink() {
   StopStream();
-  if (handle_ != nullptr) {
+  if (usb_.handle != nullptr) {
     std::unique_lock lock(mutex_);
-    want_status_ = false;
-    CancelAll(status_, lock);
+    status_.wanted = false;
+    CancelAll(status_.transfers, lock);
     lock.unlock();
     // Streaming first, control last: the kernel's driver binds to the control interface and takes the others along.
-    for (auto interface = claimed_.rbegin(); interface != claimed_.rend(); ++interface) {
-      libusb_release_interface(handle_, *interface);
+    for (auto interface = usb_.claimed.rbegin(); interface != usb_.claimed.rend(); ++interface) {
+      libusb_release_interface(usb_.handle, *interface);
     }
     stop_events_ = true;
-    libusb_interrupt_event_handler(context_);
+    libusb_interrupt_event_handler(usb_.context);
     events_.join();
-    libusb_close(handle_);
+    libusb_close(usb_.handle);
   }
-  if (context_ != nullptr) libusb_exit(context_);
-  if (fd_ >= 0) ::close(fd_);
+  if (usb_.context != nullptr) libusb_exit(usb_.context);
+  if (usb_.fd >= 0) ::close(usb_.fd);
 }
 
-void Link::BeginCall() {
+void UsbLink::BeginCall() {
   const std::lock_guard lock(mutex_);
   interrupted_ = false;
 }
 
-void Link::Interrupt() {
+void UsbLink::Interrupt() {
   const std::lock_guard lock(mutex_);
   interrupted_ = true;
   if (control_ != nullptr) libusb_cancel_transfer(control_);
   changed_.notify_all();
 }
 
-void Link::WaitUntil(Instant until) {
+void UsbLink::WaitUntil(Instant until) {
   std::unique_lock lock(mutex_);
   changed_.wait_until(lock, until, [this] { return interrupted_; });
 }
 
-void Link::OnControl(libusb_transfer* transfer) {
+void UsbLink::OnControl(libusb_transfer* transfer) {
   auto& call = *static_cast<ControlCall*>(transfer->user_data);
-  Link& link = *call.link;
+  UsbLink& link = *call.link;
   const std::lock_guard lock(link.mutex_);
   call.status = transfer->status;
   call.length = transfer->actual_length;
@@ -214,7 +191,7 @@ void Link::OnControl(libusb_transfer* transfer) {
   link.changed_.notify_all();
 }
 
-Reply Link::Control(const Setup& setup, std::span<const std::uint8_t> out, Duration timeout) {
+Reply UsbLink::Control(const Setup& setup, std::span<const std::uint8_t> out, Duration timeout) {
   using Outcome = Reply::Outcome;
   std::vector<std::uint8_t> buffer(LIBUSB_CONTROL_SETUP_SIZE + setup.length);
   libusb_fill_control_setup(buffer.data(), setup.request_type, setup.request, setup.value, setup.index, setup.length);
@@ -222,7 +199,7 @@ Reply Link::Control(const Setup& setup, std::span<const std::uint8_t> out, Durat
   const TransferPtr transfer(libusb_alloc_transfer(0));
   ControlCall call{this};
   const auto ms = std::chrono::ceil<std::chrono::milliseconds>(timeout);
-  libusb_fill_control_transfer(transfer.get(), handle_, buffer.data(), OnControl, &call,
+  libusb_fill_control_transfer(transfer.get(), usb_.handle, buffer.data(), OnControl, &call,
                                static_cast<unsigned>(ms.count()));
   std::unique_lock lock(mutex_);
   if (interrupted_) return {Outcome::NotSent, {}};
@@ -246,7 +223,7 @@ Reply Link::Control(const Setup& setup, std::span<const std::uint8_t> out, Durat
   return reply;
 }
 
-Stream* Link::FindStream(std::vector<std::unique_ptr<Stream>>& streams, const libusb_transfer* transfer) {
+Stream* UsbLink::FindStream(std::vector<std::unique_ptr<Stream>>& streams, const libusb_transfer* transfer) {
   for (auto& stream : streams) {
     if (stream->transfer.get() == transfer) return stream.get();
   }
@@ -254,7 +231,7 @@ Stream* Link::FindStream(std::vector<std::unique_ptr<Stream>>& streams, const li
 }
 
 /// Call with the lock held.
-void Link::Resubmit(Stream& stream, bool wanted) {
+void UsbLink::Resubmit(Stream& stream, bool wanted) {
   stream.in_flight = false;
   if (stream.transfer->status == LIBUSB_TRANSFER_NO_DEVICE) gone_ = true;
   if (wanted && !gone_) {
@@ -265,52 +242,52 @@ void Link::Resubmit(Stream& stream, bool wanted) {
   changed_.notify_all();
 }
 
-void Link::StartStatus() {
+void UsbLink::StartStatus() {
   if (options_.status_endpoint == 0) return;
   auto stream = std::make_unique<Stream>();
   stream->buffer.resize(std::max<std::size_t>(options_.status_bytes, 16));
   stream->transfer.reset(libusb_alloc_transfer(0));
-  libusb_fill_interrupt_transfer(stream->transfer.get(), handle_, options_.status_endpoint, stream->buffer.data(),
+  libusb_fill_interrupt_transfer(stream->transfer.get(), usb_.handle, options_.status_endpoint, stream->buffer.data(),
                                  static_cast<int>(stream->buffer.size()), OnStatus, this, 0);
   const std::lock_guard lock(mutex_);
-  want_status_ = true;
+  status_.wanted = true;
   stream->in_flight = libusb_submit_transfer(stream->transfer.get()) == 0;
-  status_.push_back(std::move(stream));
+  status_.transfers.push_back(std::move(stream));
 }
 
-void Link::OnStatus(libusb_transfer* transfer) {
-  Link& link = *static_cast<Link*>(transfer->user_data);
+void UsbLink::OnStatus(libusb_transfer* transfer) {
+  UsbLink& link = *static_cast<UsbLink*>(transfer->user_data);
   const std::lock_guard lock(link.mutex_);
-  Stream* stream = FindStream(link.status_, transfer);
+  Stream* stream = FindStream(link.status_.transfers, transfer);
   if (transfer->status == LIBUSB_TRANSFER_COMPLETED && transfer->actual_length > 0) {
-    link.status_packets_.emplace_back(transfer->buffer, transfer->buffer + transfer->actual_length);
-    if (link.status_packets_.size() > kMostStatus) link.status_packets_.pop_front();
+    link.status_.packets.emplace_back(transfer->buffer, transfer->buffer + transfer->actual_length);
+    if (link.status_.packets.size() > kMostStatus) link.status_.packets.pop_front();
   }
   // A stalled status endpoint stays silent; the controls themselves still answer.
   const bool healthy = transfer->status == LIBUSB_TRANSFER_COMPLETED || transfer->status == LIBUSB_TRANSFER_TIMED_OUT;
-  link.Resubmit(*stream, link.want_status_ && healthy);
+  link.Resubmit(*stream, link.status_.wanted && healthy);
 }
 
-std::vector<std::vector<std::uint8_t>> Link::TakeStatus() {
+std::vector<std::vector<std::uint8_t>> UsbLink::TakeStatus() {
   const std::lock_guard lock(mutex_);
-  std::vector<std::vector<std::uint8_t>> packets(std::make_move_iterator(status_packets_.begin()),
-                                                 std::make_move_iterator(status_packets_.end()));
-  status_packets_.clear();
+  std::vector<std::vector<std::uint8_t>> packets(std::make_move_iterator(status_.packets.begin()),
+                                                 std::make_move_iterator(status_.packets.end()));
+  status_.packets.clear();
   return packets;
 }
 
-Result<std::unique_ptr<Stream>> Link::MakeStream(const StreamPipe& pipe) {
+Result<std::unique_ptr<Stream>> UsbLink::MakeStream(const StreamPipe& pipe) {
   auto stream = std::make_unique<Stream>();
   const int packets = pipe.isochronous ? kPacketsPerTransfer : 0;
   stream->buffer.resize(static_cast<std::size_t>(pipe.transfer_bytes) * (pipe.isochronous ? kPacketsPerTransfer : 1));
   stream->transfer.reset(libusb_alloc_transfer(packets));
   const auto size = static_cast<int>(stream->buffer.size());
   if (pipe.isochronous) {
-    libusb_fill_iso_transfer(stream->transfer.get(), handle_, pipe.endpoint, stream->buffer.data(), size, packets,
+    libusb_fill_iso_transfer(stream->transfer.get(), usb_.handle, pipe.endpoint, stream->buffer.data(), size, packets,
                              OnStream, this, 0);
     libusb_set_iso_packet_lengths(stream->transfer.get(), pipe.transfer_bytes);
   } else {
-    libusb_fill_bulk_transfer(stream->transfer.get(), handle_, pipe.endpoint, stream->buffer.data(), size, OnStream,
+    libusb_fill_bulk_transfer(stream->transfer.get(), usb_.handle, pipe.endpoint, stream->buffer.data(), size, OnStream,
                               this, 0);
   }
   if (const int code = libusb_submit_transfer(stream->transfer.get()); code != 0) {
@@ -320,18 +297,18 @@ Result<std::unique_ptr<Stream>> Link::MakeStream(const StreamPipe& pipe) {
   return stream;
 }
 
-Result<void> Link::StartStream(const StreamPipe& pipe, PayloadSink& sink) {
+Result<void> UsbLink::StartStream(const StreamPipe& pipe, PayloadSink& sink) {
   StopStream();
   if (pipe.isochronous) {
-    const int code = libusb_set_interface_alt_setting(handle_, pipe.interface, pipe.alternate);
+    const int code = libusb_set_interface_alt_setting(usb_.handle, pipe.interface, pipe.alternate);
     if (code != 0) return std::unexpected(ErrorFromUsb(code, "stream"));
   } else {
-    libusb_clear_halt(handle_, pipe.endpoint);
+    libusb_clear_halt(usb_.handle, pipe.endpoint);
   }
   std::unique_lock lock(mutex_);
-  pipe_ = pipe;
-  sink_ = &sink;
-  want_streams_ = true;
+  pictures_.pipe = pipe;
+  pictures_.sink = &sink;
+  pictures_.wanted = true;
   const int count = pipe.isochronous ? kIsochronousTransfers : kBulkTransfers;
   for (int i = 0; i < count; ++i) {
     auto stream = MakeStream(pipe);
@@ -340,13 +317,13 @@ Result<void> Link::StartStream(const StreamPipe& pipe, PayloadSink& sink) {
       StopStream();
       return PassOn(std::move(stream));
     }
-    streams_.push_back(*std::move(stream));
+    pictures_.transfers.push_back(*std::move(stream));
   }
   return {};
 }
 
-void Link::Deliver(const libusb_transfer& transfer) {
-  PayloadSink& sink = *sink_;
+void UsbLink::Deliver(const libusb_transfer& transfer) {
+  PayloadSink& sink = *pictures_.sink;
   if (transfer.num_iso_packets == 0) {
     if (transfer.status == LIBUSB_TRANSFER_COMPLETED) {
       sink.OnPayload({transfer.buffer, static_cast<std::size_t>(transfer.actual_length)});
@@ -366,18 +343,18 @@ void Link::Deliver(const libusb_transfer& transfer) {
   }
 }
 
-void Link::OnStream(libusb_transfer* transfer) {
-  Link& link = *static_cast<Link*>(transfer->user_data);
+void UsbLink::OnStream(libusb_transfer* transfer) {
+  UsbLink& link = *static_cast<UsbLink*>(transfer->user_data);
   const bool over = transfer->status == LIBUSB_TRANSFER_CANCELLED || transfer->status == LIBUSB_TRANSFER_NO_DEVICE;
   // Not under the lock: StopStream() waits for this callback before the sink may go.
   if (!over) link.Deliver(*transfer);
   const std::lock_guard lock(link.mutex_);
   const bool stalled = transfer->status == LIBUSB_TRANSFER_STALL;
-  link.Resubmit(*FindStream(link.streams_, transfer), link.want_streams_ && !over && !stalled);
+  link.Resubmit(*FindStream(link.pictures_.transfers, transfer), link.pictures_.wanted && !over && !stalled);
 }
 
 /// Cancels, waits for every callback, frees.
-void Link::CancelAll(std::vector<std::unique_ptr<Stream>>& streams, std::unique_lock<std::mutex>& lock) {
+void UsbLink::CancelAll(std::vector<std::unique_ptr<Stream>>& streams, std::unique_lock<std::mutex>& lock) {
   for (auto& stream : streams) {
     if (stream->in_flight) libusb_cancel_transfer(stream->transfer.get());
   }
@@ -385,24 +362,24 @@ void Link::CancelAll(std::vector<std::unique_ptr<Stream>>& streams, std::unique_
   streams.clear();
 }
 
-void Link::StopStream() {
+void UsbLink::StopStream() {
   std::unique_lock lock(mutex_);
-  if (!std::exchange(want_streams_, false)) return;
-  CancelAll(streams_, lock);
-  sink_ = nullptr;
+  if (!std::exchange(pictures_.wanted, false)) return;
+  CancelAll(pictures_.transfers, lock);
+  pictures_.sink = nullptr;
   lock.unlock();
   if (gone_) return;
-  if (pipe_.isochronous) {
-    libusb_set_interface_alt_setting(handle_, pipe_.interface, 0);
+  if (pictures_.pipe.isochronous) {
+    libusb_set_interface_alt_setting(usb_.handle, pictures_.pipe.interface, 0);
   } else {
-    libusb_clear_halt(handle_, pipe_.endpoint);  // tells a bulk camera that nobody reads any more
+    libusb_clear_halt(usb_.handle, pictures_.pipe.endpoint);  // tells a bulk camera that nobody reads any more
   }
 }
 
 }  // namespace
 
 Result<std::shared_ptr<Transport>> OpenLink(const LinkOptions& options) {
-  auto link = std::make_shared<Link>(options);
+  auto link = std::make_shared<UsbLink>(options);
   if (auto opened = link->Open(); !opened) return PassOn(std::move(opened));
   return std::shared_ptr<Transport>(std::move(link));
 }

@@ -1,3 +1,4 @@
+// Frames of a USB camera: choosing the stream, exposure, gamma by its colour description, and pictures to luminance.
 #include "uvc_camera.h"
 
 #include <algorithm>
@@ -24,7 +25,8 @@ double GammaOf(std::uint8_t transfer_characteristics) {
 
 std::size_t MostBytes(const StreamChoice& choice) {
   // A JPEG picture larger than the raw one is a mistake.
-  return static_cast<std::size_t>(choice.width) * static_cast<std::size_t>(choice.height) * 2;
+  return static_cast<std::size_t>(choice.width) * static_cast<std::size_t>(choice.height) *
+         static_cast<std::size_t>(InfoOf(choice.pixels).bytes_per_px);
 }
 
 }  // namespace
@@ -40,7 +42,7 @@ Result<std::unique_ptr<Camera>> UvcCamera::Open(std::shared_ptr<Session> session
   can.serial = session->identity.serial;
   can.width = choice->width;
   can.height = choice->height;
-  can.bits = 8;
+  can.bits = InfoOf(choice->pixels).raw.bits;
   can.pixel_um = config.pixel_um;
   can.frame_rate_hz = 1e7 / choice->interval;
   can.can_set_exposure = exposure;
@@ -55,7 +57,7 @@ UvcCamera::UvcCamera(CameraCapabilities capabilities, std::shared_ptr<Session> s
       choice_(choice),
       period_(choice.interval * kIntervalUnit),
       exposure_control_(exposure),
-      assembler_(session_->clock, choice.pixels, MostBytes(choice)) {}
+      assembler_(session_->clock, choice.pixels, MostBytes(choice), 1e7 / choice.interval) {}
 
 UvcCamera::~UvcCamera() {
   (void)DoStop();
@@ -66,6 +68,12 @@ Result<Duration> UvcCamera::ReadExposure() {
   auto bytes = session_->controls.TryGet(kGetCur, session_->At(kExposureAbsolute), 4, "exposure");
   if (!bytes) return PassOn(std::move(bytes));
   return *bytes ? FromLittle(**bytes) * kExposureUnit : period_;
+}
+
+Counters UvcCamera::DoCount() const {
+  Counters counts = assembler_.counts();
+  counts.bus_errors = failed_calls();
+  return counts;
 }
 
 Result<void> UvcCamera::DoStart() {
@@ -99,8 +107,7 @@ Result<std::optional<Frame>> UvcCamera::DoPoll() {
     last_sign_ = now;
     return Fail(Code::Timeout, "the camera sends no complete pictures");
   }
-  pixels::RawFormat format;
-  format.packing = choice_.pixels == PixelFormat::Yuyv ? pixels::Packing::Yuyv : pixels::Packing::Jpeg;
+  const pixels::RawFormat& format = InfoOf(choice_.pixels).raw;
   auto samples = luma_.Read(format, {raw->bytes, choice_.width, choice_.height});
   assembler_.Recycle(std::move(raw->bytes));
   // A damaged picture counts as lost: the next one is on its way.
@@ -109,7 +116,7 @@ Result<std::optional<Frame>> UvcCamera::DoPoll() {
   Frame frame;
   frame.width = choice_.width;
   frame.height = choice_.height;
-  frame.bits = 8;
+  frame.bits = format.bits;
   frame.gamma = config_.gamma.value_or(GammaOf(choice_.transfer_characteristics));
   frame.samples = *std::move(samples);
   frame.sequence = raw->sequence;

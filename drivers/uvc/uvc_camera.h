@@ -29,6 +29,7 @@ class UvcCamera final : public Camera {
   Result<void> DoStop() override;
   Result<std::optional<Frame>> DoPoll() override;
   Result<void> DoSetExposure(Duration exposure) override;
+  Counters DoCount() const override;
   void DoInterrupt() override { session_->transport().Interrupt(); }
 
   /// As the camera has it; one frame period where it does not say.

@@ -1,3 +1,5 @@
+// Focus, iris and zoom of a camera terminal. Controls are set and read back; what changes between readings counts as
+// motion.
 #include "uvc_lens.h"
 
 #include <array>
@@ -8,6 +10,8 @@ namespace {
 
 /// A motor that has not begun within this time of a command, or shows no change for as long, stands still.
 constexpr Duration kStill = std::chrono::milliseconds(300);
+/// Of all travel: a motor with gears runs for a time, which is less exact than steps.
+constexpr double kLostByGears = 1e-3;
 constexpr std::array<Axis, 3> kAbsoluteAxes = {Axis::Focus, Axis::Iris, Axis::Zoom};
 
 const TerminalControl& ControlOf(Axis axis) {
@@ -33,7 +37,8 @@ AxisCapabilities RelativeCapabilities(const LensConfig& config, double resolutio
   can.unit = NativeUnit::Position;
   can.maximum = Native{Milliseconds(*config.focus_travel)};
   can.resolution = resolution_ms;
-  can.feedback = false;
+  can.feedback = Feedback::None;
+  can.lost_travel = kLostByGears;
   can.can_home = can.needs_home = true;
   can.speed = 1000.0;
   return can;
@@ -82,7 +87,8 @@ Result<std::unique_ptr<Lens>> UvcLens::Open(std::shared_ptr<Session> session, co
     of.minimum = Native{static_cast<double>(absolute.range.minimum) * absolute.unit};
     of.maximum = Native{static_cast<double>(absolute.range.maximum) * absolute.unit};
     of.resolution = static_cast<double>(absolute.range.resolution) * absolute.unit;
-    of.feedback = of.can_stop = config.feedback;
+    of.feedback = config.feedback;
+    of.can_stop = Follows(config.feedback);
     can.axes[axis] = of;
   }
   const bool relative = !axes[Axis::Focus] && session->terminal.Has(kFocusRelative.bit) && config.focus_travel;
@@ -114,7 +120,7 @@ UvcLens::~UvcLens() {
   if (relative_ && relative_->running()) (void)relative_->Stop();
   for (const Axis axis : kAbsoluteAxes) {
     auto& absolute = axes_[axis];
-    if (absolute && config_.feedback && absolute->target && absolute->current != *absolute->target) {
+    if (absolute && Follows(config_.feedback) && absolute->target && absolute->current != *absolute->target) {
       if (const auto here = ReadCurrent(axis, *absolute)) (void)SetTo(axis, *here);
     }
   }
@@ -172,7 +178,7 @@ Result<AxisState> UvcLens::ReadAxis(Axis axis, AbsoluteAxis& absolute) {
   if (absolute.failed) state.fault = "the camera reports that the last move failed";
   if (!absolute.target) return state;
   const bool there = now == *absolute.target;
-  if (config_.feedback) {
+  if (Follows(config_.feedback)) {
     // Once there and once more there: what passes through has not arrived.
     const bool arrived = there && before == now;
     state.moving = !arrived && session_->clock.Now() - absolute.changed_at < kStill;

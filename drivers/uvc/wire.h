@@ -17,7 +17,6 @@ inline constexpr std::uint8_t kGetMin = 0x82;
 inline constexpr std::uint8_t kGetMax = 0x83;
 inline constexpr std::uint8_t kGetRes = 0x84;
 inline constexpr std::uint8_t kGetInfo = 0x86;
-inline constexpr std::uint8_t kGetDef = 0x87;
 
 inline constexpr std::uint8_t kRequestErrorCode = 0x02;  ///< selector on entity 0
 inline constexpr std::uint8_t kVsProbe = 0x01;           ///< selectors of a streaming interface

@@ -1,3 +1,4 @@
+// The last step of a code on its way: a V4L2 control or a DW9714's register over I2C.
 #include "actuator.h"
 
 #include <linux/i2c-dev.h>
@@ -8,7 +9,7 @@
 #include <sstream>
 #include <utility>
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 namespace {
 
 constexpr std::int64_t kTopCode = 1023;
@@ -103,4 +104,4 @@ Result<std::unique_ptr<Actuator>> OpenDw9714(Kernel& kernel, const std::string& 
   return chip;
 }
 
-}  // namespace lensd::v4l2
+}  // namespace lensd::drivers::v4l2

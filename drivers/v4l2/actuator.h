@@ -10,7 +10,7 @@
 #include "controls.h"
 #include "kernel.h"
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 
 /// The codes an actuator takes.
 struct CodeRange {
@@ -50,4 +50,4 @@ class ControlActuator final : public Actuator {
 /// back where the bus offers plain transfers. Disconnected: no chip answers; Busy: a kernel driver has the chip.
 Result<std::unique_ptr<Actuator>> OpenDw9714(Kernel& kernel, const std::string& bus, std::uint16_t address);
 
-}  // namespace lensd::v4l2
+}  // namespace lensd::drivers::v4l2

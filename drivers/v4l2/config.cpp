@@ -1,9 +1,10 @@
+// The driver's keys of a [[lens]] section as a typed struct; unknown keys are errors with their line.
 #include "config.h"
 
 #include <utility>
 #include <vector>
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 namespace {
 
 using drivers::Axis;
@@ -73,4 +74,4 @@ Result<Config> ReadConfig(const Settings& settings) {
   return config;
 }
 
-}  // namespace lensd::v4l2
+}  // namespace lensd::drivers::v4l2

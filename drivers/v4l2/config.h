@@ -8,7 +8,7 @@
 #include "base/settings.h"
 #include "drivers/api/lens.h"
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 
 /// How a control's numbers are to be read. Drivers agree on neither unit nor direction, so nothing is assumed.
 struct AxisConfig {
@@ -50,4 +50,4 @@ struct Config {
 /// BadData.
 Result<Config> ReadConfig(const Settings& settings);
 
-}  // namespace lensd::v4l2
+}  // namespace lensd::drivers::v4l2

@@ -1,3 +1,4 @@
+// V4L2 controls with their ranges, read back after each write because the kernel clamps silently, and their events.
 #include "controls.h"
 
 #include <linux/videodev2.h>
@@ -7,7 +8,7 @@
 #include <cstring>
 #include <utility>
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 namespace {
 
 bool Plain(std::uint32_t type) {
@@ -109,4 +110,4 @@ Automatics::~Automatics() {
   for (const Before& one : before_) (void)SetControl(*node_, one.control, one.value);
 }
 
-}  // namespace lensd::v4l2
+}  // namespace lensd::drivers::v4l2

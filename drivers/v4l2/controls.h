@@ -10,7 +10,7 @@
 #include "base/result.h"
 #include "kernel.h"
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 
 /// One integer, menu or switch control as the driver describes it.
 struct Control {
@@ -64,4 +64,4 @@ class Automatics {
   std::vector<Before> before_;
 };
 
-}  // namespace lensd::v4l2
+}  // namespace lensd::drivers::v4l2

@@ -1,3 +1,5 @@
+// Opens a node, a lens sub-device or a voice coil by serial number, place or node. The descriptor stays open: closing
+// the last one parks some lenses.
 #include "drivers/v4l2/driver.h"
 
 #include <linux/videodev2.h>
@@ -6,14 +8,14 @@
 #include <utility>
 
 #include "actuator.h"
-#include "camera.h"
 #include "config.h"
 #include "drivers/hotplug/nodes.h"
-#include "lens.h"
 #include "media.h"
 #include "open.h"
+#include "v4l2_camera.h"
+#include "v4l2_lens.h"
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 namespace {
 
 using drivers::Axis;
@@ -174,6 +176,12 @@ Result<drivers::Device> OpenOn(Kernel& kernel, const Config& config, const Clock
   return device;
 }
 
+Result<void> CheckV4l2(const Settings& settings) {
+  const auto config = ReadConfig(settings);
+  if (!config) return std::unexpected(config.error());
+  return {};
+}
+
 Result<drivers::Device> OpenV4l2(const Settings& settings, const Clock& clock) {
   const auto config = ReadConfig(settings);
   if (!config) return std::unexpected(config.error());
@@ -211,4 +219,4 @@ Result<std::vector<drivers::FoundDevice>> ProbeV4l2() {
   return found;
 }
 
-}  // namespace lensd::v4l2
+}  // namespace lensd::drivers::v4l2

@@ -1,3 +1,4 @@
+// Which V4L2 formats can become luminance, best first, and how each is laid out.
 #include "formats.h"
 
 #include <linux/videodev2.h>
@@ -13,7 +14,7 @@
 #define V4L2_PIX_FMT_Y14P v4l2_fourcc('Y', '1', '4', 'P')
 #endif
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 namespace {
 
 using drivers::pixels::Packing;
@@ -114,4 +115,12 @@ bool IsLinear(const RawFormat& format) {
   return format.packing != Packing::Jpeg && !format.limited;
 }
 
-}  // namespace lensd::v4l2
+std::string WhatFits(const std::vector<std::uint32_t>& offered) {
+  std::string names;
+  for (const std::uint32_t code : offered) {
+    if (RawFormatOf(code)) names += (names.empty() ? "" : ", ") + NameOfFormat(code);
+  }
+  return names.empty() ? "" : "; of those it has, these can: " + names;
+}
+
+}  // namespace lensd::drivers::v4l2

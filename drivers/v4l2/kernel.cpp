@@ -1,3 +1,4 @@
+// System calls behind one interface with errno as Error, so that tests can play kernels that no packaged module shows.
 #include "kernel.h"
 
 #include <fcntl.h>
@@ -14,7 +15,7 @@
 #include <system_error>
 #include <utility>
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 namespace {
 
 class Machine final : public Kernel {
@@ -120,4 +121,4 @@ Node::~Node() {
   if (fd_ >= 0) kernel_->Close(fd_);
 }
 
-}  // namespace lensd::v4l2
+}  // namespace lensd::drivers::v4l2

@@ -10,7 +10,7 @@
 
 #include "base/result.h"
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 
 /// System calls on device nodes. Numbers below zero are -errno.
 class Kernel {
@@ -60,4 +60,4 @@ class Node {
   std::string path_;
 };
 
-}  // namespace lensd::v4l2
+}  // namespace lensd::drivers::v4l2

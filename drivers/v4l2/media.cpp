@@ -1,3 +1,5 @@
+// The media graph: which lens belongs to which sensor. Graphs may change between two questions, so they are asked again
+// a few times.
 #include "media.h"
 
 #include <linux/media.h>
@@ -8,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 namespace {
 
 /// One media device: its entities, the nodes that stand for them, and who is linked with whom.
@@ -123,4 +125,4 @@ Result<std::string> FindLensOfSensor(Kernel& kernel, const std::string& sensor) 
   return *found;
 }
 
-}  // namespace lensd::v4l2
+}  // namespace lensd::drivers::v4l2

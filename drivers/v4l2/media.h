@@ -6,11 +6,11 @@
 #include "base/result.h"
 #include "kernel.h"
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 
 /// The node of the lens of the sensor whose entity is named `sensor` (or the only one whose name contains it): the lens
 /// with an ancillary link to it (kernels since 5.19), else the only lens of its graph. Disconnected: no such sensor, or
 /// it has no lens. InvalidArgument: several sensors fit.
 Result<std::string> FindLensOfSensor(Kernel& kernel, const std::string& sensor);
 
-}  // namespace lensd::v4l2
+}  // namespace lensd::drivers::v4l2

@@ -5,8 +5,8 @@
 #include "drivers/api/device.h"
 #include "kernel.h"
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 
 Result<drivers::Device> OpenOn(Kernel& kernel, const Config& config, const Clock& clock);
 
-}  // namespace lensd::v4l2
+}  // namespace lensd::drivers::v4l2

@@ -2,7 +2,7 @@
 """Makes the textures of the scoring scenes, the same bits every time (needs python3-numpy).
 
 Nobody tuned anything on them. Each imitates one kind of thing that cameras look at: rough ground (a 1/f field cut by
-edges), things in front of things (dead leaves: discs whose radii follow a power law, each hiding what it covers), a
+edges), things in front of things (dead leaves: disks whose radii follow a power law, each hiding what it covers), a
 printed page, woven cloth, leaves, and plaster with faint scratches. Bars, with texture along one direction only, are for
 regimes/stripes.toml."""
 import os
@@ -48,7 +48,7 @@ def dead_leaves(rng, leaf, count=9000, smallest=2.0, largest=60.0):
     return image
 
 
-def disc(dx, dy, r, _):
+def disk(dx, dy, r, _):
     return np.clip(r - np.hypot(dx, dy) + 0.5, 0, 1)
 
 
@@ -59,7 +59,7 @@ def blade(dx, dy, r, angle):
 
 
 def leaves(rng):
-    return dead_leaves(rng, disc)
+    return dead_leaves(rng, disk)
 
 
 def foliage(rng):

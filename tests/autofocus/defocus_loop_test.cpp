@@ -69,13 +69,13 @@ void ExpectRates(const std::vector<AutofocusRunResult>& runs, double miss_rate, 
 
 class DefocusLoop : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(DefocusLoop, FocusesOrdinaryScenesInThreeFrames) {
+TEST_P(DefocusLoop, FocusesOrdinaryScenesInFiveFrames) {
   const auto runs = Score(GetParam());
   ExpectRates(runs, 0.005, 0.001);
   EXPECT_LE(Frames(runs, 0.9), 6);
-  if (runs.size() >= 30) {  // the median of fewer is a coin toss where three and four frames are about as likely
-    EXPECT_LE(Frames(runs, 0.5), 3);
-    EXPECT_LE(Quantile(runs, &AutofocusRunResult::moves, 0.5), 2);
+  if (runs.size() >= 30) {  // the median of fewer is a coin toss where four, five and six frames are about as likely
+    EXPECT_LE(Frames(runs, 0.5), 5);
+    EXPECT_LE(Quantile(runs, &AutofocusRunResult::moves, 0.5), 4);
   }
 }
 
@@ -121,8 +121,8 @@ TEST(DefocusLoopTest, BacklashAndLateReadingsTogetherCostNothing) {
   const auto runs = Score("ground-backlash", {.late = std::chrono::milliseconds(10)});
   ExpectRates(runs, 0.005, 0.001);
   if (runs.size() >= 30) {
-    EXPECT_LE(Frames(runs, 0.5), 3);
-    EXPECT_LE(Quantile(runs, &AutofocusRunResult::moves, 0.5), 2);
+    EXPECT_LE(Frames(runs, 0.5), 5);
+    EXPECT_LE(Quantile(runs, &AutofocusRunResult::moves, 0.5), 4);
   }
 }
 

@@ -1,4 +1,4 @@
-// Frames written down in closed form: a sum of sinusoids, each weakened by a blur disc by exactly 2 J1(x)/x.
+// Frames written down in closed form: a sum of sinusoids, each weakened by a blur disk by exactly 2 J1(x)/x.
 #pragma once
 
 #include <cmath>
@@ -37,7 +37,7 @@ inline std::vector<Wave> NaturalWaves(unsigned seed, double slope = 2.3, int cou
   return waves;
 }
 
-/// Their picture under a blur disc of `diameter` px, with white noise of standard deviation `noise` of full scale.
+/// Their picture under a blur disk of `diameter` px, with white noise of standard deviation `noise` of full scale.
 inline drivers::Frame Picture(const std::vector<Wave>& waves, double diameter, double noise, unsigned seed,
                               int side = 192, int bits = 12) {
   std::vector<double> light(static_cast<std::size_t>(side * side), 0.5);

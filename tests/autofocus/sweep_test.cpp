@@ -177,7 +177,7 @@ TEST(SearchesTest, ClimbTheHillOrSayThatTheyDidNot) {
     for (unsigned seed = 0; seed < 8; ++seed) {
       Scene broad, narrow;
       broad.sharp_at = narrow.sharp_at = 0.2e-3 + 0.07e-3 * seed;
-      broad.width_px = 40.0;
+      broad.width_px = 15.0;
       broad.noise = narrow.noise = 0.002;
       const End end = Drive(broad, Calibrated(), 0.7e-3, seed, 0.0, name);
       found += end.verdict.focused && std::abs(end.verdict.position - broad.sharp_at) < 4 * broad.blur_px;

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "open_files.h"
+#include "rig/rig.h"
 #include "stand.h"
 
 namespace lensd {
@@ -194,6 +195,36 @@ TEST_P(LensContract, UnpluggedInMidMoveIsDisconnected) {
   stand_->Plug();
   ASSERT_NO_FATAL_FAILURE(OpenReady());
   ASSERT_NO_FATAL_FAILURE(MoveAndRest(axis, TargetAt(axis, 0.5)));
+}
+
+/// Whatever it said last: a rig on a lens that is gone says that it moves nowhere, that nobody knows where it is, and
+/// marks where it was.
+TEST_P(LensContract, GoneMeansUnknown) {
+  const Axis axis = Axes().front();
+  ASSERT_NO_FATAL_FAILURE(MoveAndRest(axis, TargetAt(axis, 0.0)));
+  const Native far = TargetAt(axis, 1.0);
+  auto made = rig::Rig::Create({}, std::move(device_), stand_->clock());
+  ASSERT_TRUE(made) << made.error().message;
+  rig::Rig& rig = **made;
+  std::optional<Code> ended;
+  rig.Move(axis, {.kind = rig::Target::Kind::Native, .value = far.value, .from = {}, .take_up = {}},
+           [&](Result<rig::MoveOutcome> end) { ended = end ? Code::Internal : end.error().code; });
+  rig.Step(stand_->clock().Now());
+  EXPECT_TRUE(rig.GetStatus().axes[axis]->moving);
+  if (!stand_->Unplug()) GTEST_SKIP() << "this stand cannot unplug its device";
+  EXPECT_TRUE(Until([&] {
+    rig.Step(stand_->clock().Now());
+    return !rig.GetStatus().connected;
+  }));
+  const rig::Status status = rig.GetStatus();
+  for (const Axis each : drivers::kAxes) {
+    if (!status.axes[each]) continue;
+    EXPECT_FALSE(status.axes[each]->moving || status.axes[each]->homed) << AxisName(each);
+    EXPECT_TRUE(status.axes[each]->last_known) << AxisName(each);
+  }
+  EXPECT_FALSE(status.vergence || status.extension || status.f_number);
+  EXPECT_NE(status.problem, "");
+  EXPECT_TRUE(ended);
 }
 
 TEST_P(LensContract, AnUnpluggedOneIsNotOpened) {

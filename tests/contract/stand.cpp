@@ -81,7 +81,8 @@ drivers::AxisState LensContract::RestOf(Axis axis) {
 
 void LensContract::ExpectAt(Axis axis, const drivers::AxisState& state, Native target) {
   const auto& can = *lens().capabilities().axes[axis];
-  const double within = can.feedback ? can.resolution + stand_->RestsWithin(axis) : can.resolution / 2.0;
+  const double within =
+      can.feedback != drivers::Feedback::None ? can.resolution + stand_->RestsWithin(axis) : can.resolution / 2.0;
   EXPECT_NEAR(state.position.value, target.value, within * (1.0 + 1e-9)) << drivers::AxisName(axis);
   EXPECT_EQ(state.fault, "") << drivers::AxisName(axis);
 }

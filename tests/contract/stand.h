@@ -49,7 +49,7 @@ class Stand {
   virtual Duration LongestMotion() const { return std::chrono::seconds(30); }
   /// Time between two looks at a moving device.
   virtual Duration LookEvery() const { return std::chrono::milliseconds(5); }
-  /// How far from the target an axis with feedback may come to rest: native units beyond its resolution.
+  /// How far from the target an axis that is read back may come to rest: native units beyond its resolution.
   virtual double RestsWithin(drivers::Axis) const { return 0.0; }
 };
 

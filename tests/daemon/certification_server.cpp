@@ -17,7 +17,7 @@
 namespace lensd::daemon {
 namespace {
 
-using proto::Json;
+using varlink::Json;
 
 constexpr const char* kClientId = "certified";
 
@@ -78,12 +78,25 @@ Json WithoutNulls(const Json& value) {
 
 class Certification final : public Service {
  public:
-  const proto::InterfaceDefinition& definition() const override { return definition_; }
+  const varlink::InterfaceDefinition& definition() const override { return definition_; }
 
-  void Serve(std::string_view method, const ExchangePointer& exchange) override {
+  const MethodTable& methods() const override { return methods_; }
+
+ private:
+  MethodTable Rows() {
+    MethodTable rows;
+    for (const auto& [name, unused] : definition_.methods()) {
+      rows.push_back(
+          {name, [this, method = std::string_view(name)](const ExchangePointer& exchange) { Serve(method, exchange); },
+           NeedsLease::No, MayChangeState::Yes});
+    }
+    return rows;
+  }
+
+  void Serve(std::string_view method, const ExchangePointer& exchange) {
     if (method == "Start") {
       at_ = 0;
-      return exchange->Finish(proto::WriteJson({{"client_id", kClientId}}));
+      return exchange->Finish(varlink::WriteJson({{"client_id", kClientId}}));
     }
     Json got = exchange->parameters();
     if (got["client_id"] != kClientId) return exchange->Refuse(kPrefix + "ClientIdError", Json::object());
@@ -97,20 +110,20 @@ class Certification final : public Service {
     }
     ++at_;
     if (method == "Test10") return AnswerManyTimes(exchange);
-    exchange->Finish(proto::WriteJson(step->gives));
+    exchange->Finish(varlink::WriteJson(step->gives));
   }
 
- private:
   static void AnswerManyTimes(const ExchangePointer& exchange) {
     const std::vector<std::string> replies = ManyReplies();
     for (const std::string& reply : replies) {
-      const std::string text = proto::WriteJson({{"string", reply}});
+      const std::string text = varlink::WriteJson({{"string", reply}});
       reply == replies.back() ? exchange->Finish(text) : exchange->Continue(text);
     }
   }
 
   const std::string kPrefix = "org.varlink.certification.";
-  const proto::InterfaceDefinition definition_ = BuiltInDefinition(kCertificationInterface);
+  const varlink::InterfaceDefinition definition_ = BuiltInDefinition(kCertificationInterface);
+  const MethodTable methods_ = Rows();
   const std::vector<Step> steps_ = Steps();
   std::size_t at_ = steps_.size();
 };
@@ -118,19 +131,22 @@ class Certification final : public Service {
 /// Answers with as many mebibytes as asked for, all at once, whether they are read or not.
 class Flood final : public Service {
  public:
-  const proto::InterfaceDefinition& definition() const override { return definition_; }
+  const varlink::InterfaceDefinition& definition() const override { return definition_; }
 
-  void Serve(std::string_view, const ExchangePointer& exchange) override {
-    const std::string kibibyte = proto::WriteJson({{"text", std::string(1000, 'x')}});
+  const MethodTable& methods() const override { return methods_; }
+
+ private:
+  static void Serve(const ExchangePointer& exchange) {
+    const std::string kibibyte = varlink::WriteJson({{"text", std::string(1000, 'x')}});
     for (int left = exchange->parameters()["megabytes"].get<int>() * 1024; left > 0; --left) {
       exchange->Continue(kibibyte);
     }
     exchange->Finish(kibibyte);
   }
 
- private:
-  const proto::InterfaceDefinition definition_ =
+  const varlink::InterfaceDefinition definition_ =
       BuiltInDefinition("interface io.lensd.test\nmethod Flood(megabytes: int) -> (text: string)\n");
+  const MethodTable methods_ = {{"Flood", Serve}};
 };
 
 int Main(const std::string& path) {
@@ -141,7 +157,9 @@ int Main(const std::string& path) {
   sigprocmask(SIG_BLOCK, &blocked, nullptr);
   auto loop = EventLoop::Create();
   auto listener = Listener::Open(path);
-  if (!loop || !listener || !(*loop)->QuitOnSignals()) return std::fprintf(stderr, "cannot serve\n"), 1;
+  const auto quit = [&loop](int) { (*loop)->Quit(); };
+  if (!loop || !listener || !(*loop)->OnSignals({SIGTERM, SIGINT}, quit))
+    return std::fprintf(stderr, "cannot serve\n"), 1;
   Certification certification;
   Flood flood;
   Router router({"lensd", "certification server", "1", "https://lensd.io"});

@@ -1,4 +1,5 @@
 """Starting and refusing to start: configurations, sockets, exit statuses."""
+import json
 import os
 import signal
 import socket
@@ -46,7 +47,7 @@ class Configuration(unittest.TestCase):
                 (GOOD + "bogus = 1\n", 6, "bogus"),
                 (GOOD.replace('"a"', '"A"'), 3, "name"), (GOOD.replace('"a"', '"focus"'), 3, "axis"),
                 (GOOD.replace('"a"', '"inf"'), 3, "quantity"), (GOOD.replace('"sim"', '"warp"'), 4, "sim"),
-                (GOOD + 'start = "on-demand"\n', 6, "on-demand"), (GOOD + 'start = "soon"\n', 6, "keep"),
+                (GOOD + 'start = "soon"\n', 6, "keep"),
                 (GOOD + 'bus = "x"\n', 6, "bus"), ('version = 1\n[[bus]]\nname = "x"\n', 2, "bus"),
                 (GOOD + "[lens.optics]\nfocal_length_mm = 25\nf_number = [1, 2]\nextension_mm = [0, 1]\n"
                  'calibration = 3\n', 10, "calibration"),
@@ -85,7 +86,7 @@ class Configuration(unittest.TestCase):
             self.assertEqual(client.call(LENS + "List"), {"parameters": {"lenses": []}})
             self.assertEqual(client.call(LENS + "Move", {"axis": "focus", "target": {"native": 1}})["error"],
                              LENS + "LensNotFound")
-        for arguments, status in ((["list"], 0), (["status"], 0), (["focus", "1m"], 69)):
+        for arguments, status in ((["list"], 0), (["status"], 0), (["focus", "1m"], 68)):
             self.assertEqual(daemon.lensctl(*arguments).returncode, status)
 
     def test_a_lens_that_never_answers_is_served_and_said_not_to_be_homed(self):
@@ -110,6 +111,21 @@ class Configuration(unittest.TestCase):
             finally:
                 self.assertEqual(daemon.stop(), 0)
 
+    def test_on_demand_the_first_move_searches_the_reference(self):
+        daemon = Daemon(config=GOOD + 'start = "on-demand"\n')
+
+        def homed():
+            axes = json.loads(daemon.lensctl("status", "--json").stdout)["axes"]
+            return next(axis["homed"] for axis in axes if axis["axis"] == "focus")
+
+        try:
+            self.assertFalse(homed())
+            moved = json.loads(daemon.lensctl("focus", "@300", "--json").stdout)
+            self.assertTrue(moved["reached"], moved)
+            self.assertTrue(homed())
+        finally:
+            self.assertEqual(daemon.stop(), 0)
+
     def test_one_lens_needs_no_name_and_others_do(self):
         one = Daemon(("solo",))
         self.addCleanup(one.stop)
@@ -118,7 +134,7 @@ class Configuration(unittest.TestCase):
         self.assertEqual(one.lensctl("focus", "-5").returncode, 0)
         self.assertIn('"position":100', one.lensctl("--json", "status").stdout)
         wrong = one.lensctl("focus", "other", "@100")
-        self.assertEqual((wrong.returncode, wrong.stdout), (69, ""))
+        self.assertEqual((wrong.returncode, wrong.stdout), (68, ""))
         self.assertEqual(wrong.stderr.count("\n"), 1)
         self.assertIn("solo", wrong.stderr)
 

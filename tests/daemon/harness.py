@@ -65,7 +65,7 @@ class Client:
 class Daemon:
     """lensd with the given lenses over tests/daemon/small.toml."""
 
-    def __init__(self, lenses=("a", "b"), config=None, arguments=()):
+    def __init__(self, lenses=("a", "b"), config=None, arguments=(), preload=None, stderr=None):
         self.folder = tempfile.TemporaryDirectory(prefix="lensd-test-")
         self.socket = os.path.join(self.folder.name, "s")
         self.config = os.path.join(self.folder.name, "lensd.toml")
@@ -76,14 +76,16 @@ class Daemon:
             file.write(text if config is None else config)
         self.errors = open(os.path.join(self.folder.name, "stderr"), "w+", encoding="utf-8")
         self.process = subprocess.Popen([os.path.join(BIN, "lensd"), "--config", self.config, "--socket", self.socket,
-                                         *arguments], stderr=self.errors)
+                                         *arguments], stderr=stderr or self.errors,
+                                        env={**os.environ, **({"LD_PRELOAD": preload} if preload else {})})
         self.wait_until_ready()
 
     def wait_until_ready(self):
         deadline = time.monotonic() + 20 * PATIENCE
         while time.monotonic() < deadline and self.process.poll() is None:
             with contextlib.suppress(OSError), Client(self.socket) as client:
-                if client.call("org.varlink.service.GetInfo"):
+                lenses = client.call(LENS + "Status")["parameters"]["lenses"]
+                if all(lens["connection"] != "connecting" for lens in lenses):
                     return
             time.sleep(0.02)
         raise AssertionError("lensd does not answer: " + self.log())
@@ -112,6 +114,8 @@ class Daemon:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
         status = self.process.wait(timeout=30 * PATIENCE)
+        if status != 0:
+            print(self.log())
         self.errors.close()
         self.folder.cleanup()
         return status

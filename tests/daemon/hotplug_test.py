@@ -102,6 +102,18 @@ class Advice(unittest.TestCase):
         for device in json.loads(devices.stdout):  # whatever this machine has
             self.assertIn(f'driver = "{device["driver"]}"', device["config"])
 
+    def test_devices_are_looked_for_without_a_daemon(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "new.toml")
+            done = subprocess.run([os.path.join(BIN, "lensctl"), "--socket", os.path.join(folder, "s"), "devices", "--json",
+                                   "--write-config", file], capture_output=True, text=True, timeout=120, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("no daemon", done.stderr)
+            self.assertIsInstance(json.loads(done.stdout), list)
+            checked = subprocess.run([os.path.join(BIN, "lensd"), "--check-config", "--config", file], capture_output=True,
+                                     text=True, timeout=120, check=False)
+            self.assertEqual(checked.returncode, 0, checked.stderr)
+
     def test_a_healthy_daemon_has_no_problem(self):
         daemon = Daemon(("a",))
         try:

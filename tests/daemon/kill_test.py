@@ -49,7 +49,7 @@ class KillTest(unittest.TestCase):
         self.assertEqual(self.focus(client)["homed"], expected)
         if expected:
             return
-        self.assertEqual(self.move(client, 100)["error"], LENS + "Unsupported")
+        self.assertEqual(self.move(client, 100)["error"], LENS + "NotHomed")
         reply = client.call(LENS + "Home", {"lens": "a", "axis": "focus"})
         self.assertTrue(reply["parameters"]["moves"][0]["reached"], reply)
         self.assertTrue(self.focus(client)["homed"])
@@ -60,7 +60,7 @@ class KillTest(unittest.TestCase):
             if chance.random() < 0.3:
                 place = chance.randrange(0, 200)
                 reply = self.move(client, place)
-                self.assertTrue(reply["parameters"]["move"]["verified"], reply)
+                self.assertTrue(reply["parameters"]["move"]["reached"], reply)
                 time.sleep(chance.uniform(0, 0.01))
                 return False, place
             # Half a second away: still under way when the axe falls.
@@ -100,7 +100,7 @@ class KillTest(unittest.TestCase):
         focus = '[lens.focus]\nrestore = "near-zero"\n'
         daemon = self.start(focus)
         with daemon.client() as client:
-            self.assertTrue(self.move(client, 700)["parameters"]["move"]["verified"])
+            self.assertTrue(self.move(client, 700)["parameters"]["move"]["reached"])
         daemon.kill()
         daemon = self.start(focus)
         try:
@@ -126,7 +126,7 @@ class KillTest(unittest.TestCase):
     def test_without_a_folder_nothing_is_written(self):
         daemon = Daemon(config=self.config)
         with daemon.client() as client:
-            self.assertTrue(self.move(client, 50)["parameters"]["move"]["verified"])
+            self.assertTrue(self.move(client, 50)["parameters"]["move"]["reached"])
         daemon.kill()
         self.assertFalse(os.path.exists(self.state))
 

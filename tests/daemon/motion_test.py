@@ -31,7 +31,8 @@ class Motion(DaemonTest):
         with self.daemon.client() as client:
             move = client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"distanceM": 1.2}})
         move = move["parameters"]["move"]
-        self.assertTrue(move["reached"] and move["settled"] and move["verified"])
+        self.assertTrue(move["reached"] and move["settled"] and not move["verified"])
+        self.assertEqual(move["reason"], "steps counted, not measured")
         extension_mm = 25.0 ** 2 / (1200.0 - 25.0)
         step_mm = 1.6 / 4000
         self.assertAlmostEqual(move["extensionMm"], extension_mm, delta=0.51 * step_mm)
@@ -90,7 +91,7 @@ class Motion(DaemonTest):
         self.wait_for(lambda: self.position()["moving"])
         mover.send_signal(signal.SIGINT)
         _, errors = mover.communicate(timeout=20 * PATIENCE)
-        self.assertEqual(mover.returncode, 75, errors)
+        self.assertEqual(mover.returncode, 130, errors)
         self.wait_for(lambda: not self.position()["moving"])
         self.assertLess(self.position()["position"], 3900)
 
@@ -133,6 +134,18 @@ class Motion(DaemonTest):
             self.assertEqual(len(png), piece["size"])
         self.assertTrue(png.startswith(b"\x89PNG\r\n\x1a\n"))
         self.assertEqual((frame["widthPx"], frame["heightPx"], frame["moving"]), (64, 48, False))
+
+    def test_a_frame_says_that_the_lens_moved_during_it(self):
+        with self.daemon.client() as mover, self.daemon.client() as viewer:
+            start = self.position()["position"]
+            mover.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": 4000 if start < 2000 else 0}})
+            self.wait_for(lambda: self.position()["moving"])
+            viewer.send(LENS + "Snapshot", {"lens": "a", "inMotion": True}, more=True)
+            frame = viewer.receive()["parameters"]["frame"]
+            self.assertTrue(frame["moving"])
+            self.assertTrue(mover.receive()["parameters"]["move"]["reached"])
+            viewer.send(LENS + "Snapshot", {"lens": "a"}, more=True)  # a small picture: one piece
+            self.assertFalse(viewer.receive()["parameters"]["frame"]["moving"])
 
     def test_closing_the_connection_ends_an_autofocus(self):
         client = self.daemon.client()

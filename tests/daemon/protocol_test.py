@@ -160,11 +160,11 @@ class Protocol(DaemonTest):
         for client in clients:
             self.assertIn("parameters", client.call(INFO))
         with self.daemon.client() as extra:
-            reply = extra.receive()
+            reply = extra.call(INFO)
             self.assertEqual(reply["error"], LENS + "Busy")
             self.assertIsNone(extra.receive())
         refused = self.daemon.lensctl("list")
-        self.assertEqual(refused.returncode, 75, refused.stderr)
+        self.assertEqual(refused.returncode, 4, refused.stderr)
         self.assertIn("64 connections", refused.stderr)
         for client in clients:
             client.socket.close()

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <random>
 #include <thread>
 
 #include "retry.h"
@@ -21,6 +22,7 @@ struct Desk {
   std::atomic<int> opened{0}, tried{0}, closed{0};
   std::string serial = "1";
   std::atomic<bool> streaming{false};
+  std::atomic<bool> garbled{false};
 };
 
 class TestLens final : public drivers::Lens {
@@ -37,6 +39,7 @@ class TestLens final : public drivers::Lens {
   }
   Result<void> Answer() const {
     if (!desk_->plugged) return Fail(Code::Disconnected, "unplugged");
+    if (desk_->garbled) return Fail(Code::Protocol, "garbled");
     return {};
   }
   Result<void> DoStartHome(Axis) override { return Answer(); }
@@ -117,6 +120,52 @@ TEST_F(ReplugTest, ADeviceThatStaysIsLeftAlone) {
   EXPECT_EQ(desk_->tried, 1);
 }
 
+TEST_F(ReplugTest, WhatWasCountedBeforeStaysCounted) {
+  Open();
+  const auto fail_twice = [&] {
+    desk_->garbled = true;
+    EXPECT_EQ(ReadCode(), Code::Protocol);
+    EXPECT_FALSE(device_.lens->StartMove(Axis::Iris, Native{10}));
+    desk_->garbled = false;
+  };
+  fail_twice();
+  EXPECT_EQ(device_.lens->bus_errors(), 2u);
+  desk_->plugged = false;
+  EXPECT_EQ(ReadCode(), Code::Disconnected);
+  EXPECT_EQ(device_.lens->bus_errors(), 2u) << "nobody there is no error of the bus";
+  desk_->plugged = true;
+  ASSERT_TRUE(Eventually([&] { return device_.lens->Read().has_value(); }));
+  fail_twice();
+  EXPECT_EQ(device_.lens->bus_errors(), 4u);
+}
+
+/// Frame numbers and times drawn at random, counted by a rule of its own.
+TEST(FrameCounter, GapsInNumbersAreLossesAndGapsInTimeDelays) {
+  std::mt19937 random(3);
+  for (int round = 0; round < 200; ++round) {
+    const double rate = std::uniform_real_distribution(1.0, 200.0)(random);
+    drivers::FrameCounter counter(rate);
+    std::uint64_t number = random() % 100, lost = 0, late = 0;
+    const int frames = 1 + static_cast<int>(random() % 60);
+    Instant at{1s};
+    for (int i = 0; i < frames; ++i) {
+      counter.Came(number, at);
+      const std::uint64_t missing = random() % 5 == 0 ? random() % 4 : 0;
+      const double delay = random() % 5 == 0 ? std::uniform_real_distribution(0.6, 3.0)(random) : 0.4;
+      number += missing + 1;
+      at += std::chrono::duration_cast<Duration>(
+          std::chrono::duration<double>((static_cast<double>(missing + 1) + delay) / rate));
+      if (i + 1 == frames) break;  // what follows the last one nobody knows yet
+      lost += missing;
+      if (delay > 0.5) ++late;
+    }
+    const drivers::Counters counts = counter.counts();
+    EXPECT_EQ(counts.frames, static_cast<std::uint64_t>(frames));
+    EXPECT_EQ(counts.frames_lost, lost);
+    EXPECT_EQ(counts.frames_late, late);
+  }
+}
+
 TEST_F(ReplugTest, IsFoundAgainWithItsPositionUnknown) {
   Open();
   desk_->plugged = false;
@@ -129,7 +178,7 @@ TEST_F(ReplugTest, IsFoundAgainWithItsPositionUnknown) {
   ASSERT_TRUE(Eventually([&] { return device_.lens->Read().has_value(); }));  // without a word from the kernel
   EXPECT_FALSE(device_.lens->Read()->axes[Axis::Focus]->homed);
   EXPECT_TRUE(device_.lens->Read()->axes[Axis::Iris]->homed);  // it cannot home: its own word is all there is
-  EXPECT_EQ(device_.lens->StartMove(Axis::Focus, Native{10}).error().code, Code::InvalidArgument);
+  EXPECT_EQ(device_.lens->StartMove(Axis::Focus, Native{10}).error().code, Code::NotHomed);
   EXPECT_TRUE(device_.lens->StartMove(Axis::Iris, Native{10}));
   EXPECT_TRUE(device_.lens->StartHome(Axis::Focus));
   EXPECT_TRUE(device_.lens->Read()->axes[Axis::Focus]->homed);

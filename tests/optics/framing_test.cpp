@@ -63,7 +63,7 @@ TEST(FramingTest, OutsideTheZoomSaysWhatItCanFrame) {
   ASSERT_FALSE(f);
   EXPECT_EQ(f.error().code, Code::OutOfRange);
   EXPECT_THAT(f.error().message, ::testing::HasSubstr("needs a focal length of 201.493 mm"));
-  EXPECT_THAT(f.error().message, ::testing::HasSubstr("it frames 1.50686 to 4.464 m there"));
+  EXPECT_THAT(f.error().message, ::testing::HasSubstr("it frames 1.50686 m to 4.464 m there"));
   EXPECT_TRUE(FramingFocalLength({Metres{2.0}, Metres{3.0}, {}}, Metres{0.036}, zoom));
 }
 

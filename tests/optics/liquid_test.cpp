@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "optics/lens_positions.h"
 #include "optics/planner.h"
 
 namespace lensd::optics {
@@ -134,12 +135,16 @@ TEST(LiquidPlan, AToleranceOfPowerTightens) {
 TEST(LiquidPlan, GoesToPositionsThatExist) {
   PlanRequest request = Lens(2.8, 2.8, 40.0, 48.0);
   request.limits = {Limit(LimitKind::Sharp, 2.1, 1.9, 40e-6)};
-  std::vector<double> x;
-  for (int i = 0; i <= 80; ++i) x.push_back(kSensor * kSensor * 0.1 * i);
-  const std::vector<double> n = {2.8};
-  const auto plan = PlanOnGrid(request, *ReachableValues::Create(x), *ReachableValues::Create(n));
+  LensPositions lens{.focal_length = Metres{kSensor}, .liquid = true, .focus = {}, .iris = {}};
+  for (int i = 0; i <= 80; ++i) {
+    const Metres extension = ExtensionOfLiquid(Metres{kSensor}, Metres{kSensor * kSensor * 0.1 * i});
+    lens.focus.push_back({Metres{kSensor} - extension, extension, Metres{kSensor}, Dioptres{0.1 * i}, {}});
+  }
+  lens.iris.push_back({FNumber{2.8}, FNumber{2.8}, FNumber{2.8}});
+  request.extensions = {0.0, lens.focus.back().extension.value};
+  const auto plan = PlanOnPositions(request, lens);
   ASSERT_TRUE(plan.has_value() && plan->plan.feasible);
-  EXPECT_EQ(plan->extension_index, 20u);
+  EXPECT_EQ(plan->focus, 20u);
   EXPECT_NEAR(plan->plan.focal_plane.value, 2.0, 1e-12);
 }
 

@@ -7,7 +7,6 @@
 #include "exact.h"
 #include "optics/blur.h"
 #include "optics/conjugates.h"
-#include "optics/depth_of_field.h"
 #include "optics/diffraction.h"
 #include "optics/focus_scale.h"
 #include "optics/light.h"
@@ -19,9 +18,8 @@ using testing::Draw;
 using testing::Exact;
 using testing::RelativeError;
 
-TEST(LightTest, FNumberAndApertureAreReciprocal) {
+TEST(LightTest, TheApertureIsTheFocalLengthOverTheFNumber) {
   EXPECT_DOUBLE_EQ(ApertureDiameter(Metres{0.05}, FNumber{2.0}).value, 0.025);
-  EXPECT_DOUBLE_EQ(FNumberFromAperture(Metres{0.05}, Metres{0.025}).value, 2.0);
 }
 
 TEST(LightTest, WorkingFNumberIsSensorDistanceOverAperture) {
@@ -38,58 +36,10 @@ TEST(LightTest, SubtendedAngleTendsToApertureOverDistance) {
   EXPECT_NEAR(SubtendedAngle(FNumber{1000.0}) * 1000.0, 1.0, 1e-7);
 }
 
-TEST(LightTest, ParaxialLightOverstatesFastLenses) {
-  const double stops = std::log2(ParaxialLight(FNumber{1.4}) / ExactLight(FNumber{1.4}));
-  EXPECT_NEAR(stops, 0.17, 0.005);
-  const double theta = std::atan(1.0 / 2.8);
-  EXPECT_DOUBLE_EQ(ExactLight(FNumber{1.4}), 4 * std::sin(theta) * std::sin(theta));
-  EXPECT_DOUBLE_EQ(ParaxialLight(FNumber{2.0}), 0.25);
-}
-
 TEST(DiffractionTest, ConventionsAndTheirSum) {
   EXPECT_DOUBLE_EQ(DiffractionBlur(DiffractionConvention::Airy, Metres{550e-9}, FNumber{8}).value, 2.44 * 550e-9 * 8);
   EXPECT_DOUBLE_EQ(DiffractionBlur(DiffractionConvention::Mtf50, Metres{550e-9}, FNumber{8}).value, 1.75 * 550e-9 * 8);
   EXPECT_DOUBLE_EQ(TotalBlur(Metres{3e-6}, Metres{4e-6}).value, 5e-6);
-}
-
-TEST(DepthOfFieldTest, EndsAreWhereBlurMeetsTheLimit) {
-  Draw draw(21);
-  for (int i = 0; i < 3000; ++i) {
-    const double f = draw.FocalLength();
-    const double n = draw.FNumber();
-    const double focus = f * (1 + draw.Log(1e-3, 1e6));
-    const double c = draw.Log(1e-7, 1e-4);
-    const auto field = DepthOfFieldAround(Metres{f}, FNumber{n}, Metres{focus}, Metres{c});
-    ASSERT_TRUE(field);
-    const Exact e = testing::ExtensionFromDistance(Exact(f), Exact(focus));
-    // A rounded vergence moves blur by up to its last digit times the slope of blur.
-    const double slack = 1e-15 * f / n * (f / focus) / (1 - f / focus) + 1e-12 * c;
-    const auto blur_at = [&](Dioptres u) {
-      return static_cast<double>(testing::SignedBlur(Exact(f), Exact(n), e, Exact(u.value)));
-    };
-    ASSERT_NEAR(blur_at(field->near), -c, slack);
-    if (field->far.value > 0.0) {
-      ASSERT_NEAR(blur_at(field->far), c, slack);
-    } else {
-      ASSERT_LE(blur_at({0.0}), c + slack);
-    }
-  }
-}
-
-TEST(DepthOfFieldTest, HyperfocalIsWhereTheFarEndReachesInfinity) {
-  const Metres hyperfocal = Hyperfocal(Metres{0.05}, FNumber{8}, Metres{20e-6});
-  EXPECT_LE(RelativeError(hyperfocal.value, Exact(0.05) + Exact(0.05) * Exact(0.05) / (8 * Exact(20e-6))), 1e-15);
-  const auto beyond = DepthOfFieldAround(Metres{0.05}, FNumber{8}, hyperfocal * 1.000001, Metres{20e-6});
-  const auto before = DepthOfFieldAround(Metres{0.05}, FNumber{8}, hyperfocal * 0.999999, Metres{20e-6});
-  EXPECT_EQ(beyond->far.value, 0.0);
-  EXPECT_GT(before->far.value, 0.0);
-  EXPECT_NEAR(beyond->near.value, 2.0 / hyperfocal.value, 1e-4);
-}
-
-TEST(DepthOfFieldTest, RefusesWhatCannotBe) {
-  EXPECT_EQ(DepthOfFieldAround(Metres{0.05}, FNumber{8}, Metres{0.05}, Metres{1e-5}).error().code, Code::OutOfRange);
-  EXPECT_FALSE(DepthOfFieldAround(Metres{0.05}, FNumber{8}, Metres{1}, Metres{0}));
-  EXPECT_FALSE(DepthOfFieldAround(Metres{0.05}, FNumber{-1}, Metres{1}, Metres{1e-5}));
 }
 
 TEST(FocusScaleTest, SensorDistancesSolveTheLensEquation) {
@@ -105,7 +55,6 @@ TEST(FocusScaleTest, SensorDistancesSolveTheLensEquation) {
     ASSERT_LE(RelativeError(distance, total), 1e-14);
     ASSERT_GE(z, 2 * Exact(f) * Exact(1 - 1e-15));
     const Metres e = Extension(Metres{f}, *depth);
-    ASSERT_NEAR(ScaleDistance(scale, Metres{f}, e, *depth->distance()).value / distance, 1.0, 1e-14);
     ASSERT_NEAR(DepthAt(scale, Metres{f}, e, Metres{distance})->distance()->value / depth->distance()->value, 1.0,
                 1e-13);
   }
@@ -135,7 +84,6 @@ TEST(FocusScaleTest, LifeSizeIsTheShortestDistanceFromTheSensor) {
 TEST(FocusScaleTest, FrontAddsTheLengthOfTheLens) {
   const FocusScale scale{DistanceFrom::Front, Metres{0}, Metres{0.04}};
   EXPECT_DOUBLE_EQ(DepthInFocus(scale, Metres{0.05}, Metres{0.46})->distance()->value, 0.5);
-  EXPECT_DOUBLE_EQ(ScaleDistance(scale, Metres{0.05}, Metres{0.005}, Metres{0.5}).value, 0.46);
   EXPECT_FALSE(DepthAt({DistanceFrom::Sensor}, Metres{0.05}, Metres{0.0}, Metres{0.04}));
   EXPECT_FALSE(DepthInFocus({DistanceFrom::Lens}, Metres{0.05}, Metres{-1.0}));
 }

@@ -9,6 +9,9 @@
 #include <limits>
 #include <random>
 
+#include "optics/conjugates.h"
+#include "optics/lens_positions.h"
+
 namespace lensd::optics {
 namespace {
 
@@ -125,49 +128,36 @@ TEST(Planner, PlanesAreAddedExactlyAndCutAtInfinity) {
   EXPECT_EQ(DepthsOfPlane(-1.0, 0.3, 0.0).error().code, Code::OutOfRange);
 }
 
-/// Steps of 1/8192 of the extension range, and the stops of an iris in sixths.
-struct Hardware {
-  std::vector<double> extensions, f_numbers;
-  explicit Hardware(int steps) {
-    for (int i = 0; i <= steps; ++i) extensions.push_back(0.002 * i / steps);
-    for (int i = 6; i <= 48; ++i) f_numbers.push_back(std::pow(2.0, i / 12.0));
+/// A lens of 50 mm: steps of its extension range, and the stops of an iris in sixths.
+LensPositions Hardware(int steps) {
+  LensPositions lens{.focal_length = Metres{0.05}, .focus = {}, .iris = {}};
+  for (int i = 0; i <= steps; ++i) {
+    const Metres e{0.002 * i / steps};
+    lens.focus.push_back({lens.focal_length, e, lens.focal_length + e, FocalPlane(lens.focal_length, e), {}});
   }
-};
-
-Result<GridAnswer> OnHardware(const PlanRequest& request, const Hardware& hardware) {
-  return PlanOnGrid(request, *ReachableValues::Create(hardware.extensions),
-                    *ReachableValues::Create(hardware.f_numbers));
+  for (int i = 6; i <= 48; ++i) {
+    const FNumber n{std::pow(2.0, i / 12.0)};
+    lens.iris.push_back({n, n, n});
+  }
+  return lens;
 }
 
-TEST(PlannerGrid, TheOrderOfThePositionsIsTheCallersOwn) {
-  const Hardware hardware(400);
-  Hardware shuffled = hardware;
-  std::mt19937_64 random(3);
-  std::ranges::shuffle(shuffled.extensions, random);
-  std::ranges::reverse(shuffled.f_numbers);
-  const GridAnswer plain = *OnHardware(Demo(), hardware), other = *OnHardware(Demo(), shuffled);
-  ASSERT_TRUE(plain.plan.feasible && other.plan.feasible);
-  EXPECT_EQ(plain.plan.extension.value, other.plan.extension.value);
-  EXPECT_EQ(plain.plan.f_number.value, other.plan.f_number.value);
-  EXPECT_EQ(shuffled.extensions[other.extension_index], other.plan.extension.value);
-  EXPECT_EQ(shuffled.f_numbers[other.f_number_index], other.plan.f_number.value);
-}
-
-TEST(PlannerGrid, TheBestReachablePointHoldsAndNoneIsBetter) {
-  const Hardware hardware(400);
+TEST(PlannerPositions, TheBestReachablePointHoldsAndNoneIsBetter) {
+  const LensPositions hardware = Hardware(400);
   PlanRequest request = Demo();
   request.sensor_tolerance = 1e-6;
   for (const Objective objective : {Objective::Light, Objective::Sharp}) {
     request.objective = objective;
-    const Result<GridAnswer> answer = OnHardware(request, hardware);
+    const Result<PositionPlan> answer = PlanOnPositions(request, hardware);
     ASSERT_TRUE(answer.has_value());
     ASSERT_TRUE(answer->continuous_feasible && answer->plan.feasible);
-    EXPECT_EQ(answer->plan.extension.value, hardware.extensions[answer->extension_index]);
-    EXPECT_EQ(answer->plan.f_number.value, hardware.f_numbers[answer->f_number_index]);
+    EXPECT_EQ(answer->plan.extension.value, hardware.focus[answer->focus].extension.value);
+    EXPECT_EQ(answer->plan.f_number.value, hardware.iris[answer->iris].f_number.value);
     EXPECT_LE(answer->plan.worst_ratio, 1.0);
     PlanRequest there = request;
-    for (const double n : hardware.f_numbers) {  // every point of the grid, one by one
-      for (const double e : hardware.extensions) {
+    for (const IrisPosition& iris : hardware.iris) {  // every pair of positions, one by one
+      for (const FocusPosition& focus : hardware.focus) {
+        const double n = iris.f_number.value, e = focus.extension.value;
         there.f_numbers = {n, n};
         there.extensions = {e, e};
         const PlanAnswer point = *Plan(there);
@@ -183,11 +173,11 @@ TEST(PlannerGrid, TheBestReachablePointHoldsAndNoneIsBetter) {
   }
 }
 
-TEST(PlannerGrid, SaysSoWhenStepsAreCoarserThanTheDepthOfField) {
+TEST(PlannerPositions, SaysSoWhenStepsAreCoarserThanTheDepthOfField) {
   PlanRequest request = Demo();
   request.f_numbers = {1.5, 2.1};
-  const Hardware hardware(3);
-  const Result<GridAnswer> answer = OnHardware(request, hardware);
+  const LensPositions hardware = Hardware(3);
+  const Result<PositionPlan> answer = PlanOnPositions(request, hardware);
   ASSERT_TRUE(answer.has_value());
   EXPECT_TRUE(answer->continuous_feasible);
   EXPECT_FALSE(answer->plan.feasible);
@@ -196,15 +186,14 @@ TEST(PlannerGrid, SaysSoWhenStepsAreCoarserThanTheDepthOfField) {
   EXPECT_EQ(answer->plan.limits.size(), 2u);
 }
 
-TEST(PlannerGrid, AFixedFocusTakesTheNearestStep) {
+TEST(PlannerPositions, AFixedFocusTakesTheNearestStep) {
   PlanRequest request = Demo();
   request.limits.clear();
   request.focus = PlanDepth::Distance(2.55);  // e = 0.001
-  const Hardware hardware(9);
-  const Result<GridAnswer> answer = OnHardware(request, hardware);
+  const LensPositions hardware = Hardware(9);
+  const Result<PositionPlan> answer = PlanOnPositions(request, hardware);
   ASSERT_TRUE(answer.has_value() && answer->plan.feasible);
   EXPECT_NEAR(answer->plan.extension.value, 0.001, 0.0002 * 0.75);
-  EXPECT_FALSE(ReachableValues::Create({}).has_value());
 }
 
 struct Refused {

@@ -4,11 +4,8 @@
 
 #include <cmath>
 
-#include "optics/aperture.h"
 #include "optics/blur.h"
 #include "optics/conjugates.h"
-#include "optics/depth_of_field.h"
-#include "optics/light.h"
 
 namespace lensd::optics {
 namespace {
@@ -35,25 +32,18 @@ TEST(PropertiesTest, EverythingStaysFinite) {
     RC_ASSERT(std::isfinite(SignedBlur(lens, Metres{z}).value));
     RC_ASSERT(std::isfinite(SignedBlur(lens, Dioptres{1.0 / z}).value));
     RC_ASSERT(std::isfinite(FocalPlane(Metres{f}, Metres{e}).value));
-    RC_ASSERT(std::isfinite(ExactLight(WorkingFNumber(FNumber{n}, Magnification(Metres{f}, Metres{e})))));
-    RC_ASSERT(std::isfinite(Blur(Aperture{Metres{f / n}, Metres{f}}, Metres{z}).value));
-    if (const auto image = ImageDepth(Metres{f}, Metres{z})) RC_ASSERT(std::isfinite(image->value));
-    if (const auto height = ImageHeight(Metres{f}, Metres{1.0}, Metres{z})) RC_ASSERT(std::isfinite(height->value));
     if (const auto plane = FocalPlaneDistance(Metres{f}, Metres{e})) RC_ASSERT(std::isfinite(plane->value));
   }));
 }
 
-TEST(PropertiesTest, FocusIsEitherAnErrorOrExactlyThere) {
+TEST(PropertiesTest, FocusIsEitherAnErrorOrFinite) {
   EXPECT_TRUE(rc::check([] {
     const double f = *Magnitude(-4, 1);
-    const double n = *Magnitude(-1, 3);
     const double z = *Distance(f);
     const auto e = FocusExtension(Metres{f}, Metres{z});
     RC_ASSERT(e.has_value() == (z > f));
-    RC_ASSERT(DepthOfFieldAround(Metres{f}, FNumber{n}, Metres{z}, Metres{1e-5}).has_value() == (z > f));
     if (!e) return;
     RC_ASSERT(std::isfinite(e->value));
-    RC_ASSERT(SignedBlur(Metres{f}, FNumber{n}, Metres{z}, Metres{z}).value == 0.0);
   }));
 }
 

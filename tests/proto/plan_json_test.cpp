@@ -10,6 +10,10 @@
 namespace lensd::proto {
 namespace {
 
+using varlink::Document;
+using varlink::Json;
+using varlink::WriteJson;
+
 using optics::Number;
 using optics::PlanDepth;
 using optics::PlanRequest;

@@ -68,6 +68,19 @@ TEST_F(RigAutofocusTest, RefusesASubjectBeyondTheRangeAndGoesBack) {
   EXPECT_NEAR(Focus(), 321.0, 1.0);
 }
 
+TEST_F(RigAutofocusTest, TheDeadlineFollowsTheTravel) {
+  constexpr double kSpeed = 40.0;  // 25 s from end to end
+  controls_->speed = kSpeed;
+  RigConfig config;
+  config.axes[Axis::Focus].speed = kSpeed;
+  Open(config);
+  const auto answers = Autofocus();
+  ASSERT_TRUE(answers.only());
+  EXPECT_TRUE(answers.only()->focused) << answers.only()->reason;
+  EXPECT_NEAR(answers.only()->position.value, 600.0, 5.0);
+  EXPECT_GT(answers.only()->elapsed, 25s);
+}
+
 TEST_F(RigAutofocusTest, TheDeadlineHolds) {
   Open({}, 321);
   controls_->speed = 100.0;

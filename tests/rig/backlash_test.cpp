@@ -32,7 +32,7 @@ BacklashOutcome Measure(const Lens& lens, std::uint64_t seed, double start, int 
     config.axes[drivers::Axis::Focus].approach_near = lens.approach_near;
   });
   std::optional<Result<BacklashOutcome>> answer;
-  MeasureBacklash(*bench.rig, bench.clock, {.region = {}, .pairs = pairs}, nullptr,
+  MeasureBacklash(*bench.rig, {.region = {}, .pairs = pairs}, nullptr,
                   [&](Result<BacklashOutcome> outcome) { answer = std::move(outcome); });
   bench.RunUntil([&] { return answer.has_value(); }, std::chrono::minutes(10));
   EXPECT_TRUE(answer.has_value() && answer->has_value()) << (answer ? answer->error().message : "no answer");
@@ -65,7 +65,7 @@ TEST(Backlash, IsMeasuredWithinTwoStepsAndItsIntervalHolds) {
       "%d of %d measured, %d within 2 steps, %d inside their interval; worst %.2f steps, widest interval %.2f, "
       "%.0f frames a run\n",
       measured, runs, within, covered, worst, widest, frames / std::max(measured, 1));
-  EXPECT_GE(within, 0.95 * runs);  // of all runs, those that were refused included
+  EXPECT_GE(within, 0.95 * runs);   // of all runs, those that were refused included
   EXPECT_GE(covered, 0.90 * runs);  // 95 % of the runs on average
 }
 
@@ -88,7 +88,7 @@ TEST(Backlash, RefusesWhereThereIsNothingToSee) {
 TEST(Backlash, SomebodyElsesCommandEndsIt) {
   testing::RigOnSim bench(SceneOf({}), 1, 3000);
   std::optional<Result<BacklashOutcome>> answer;
-  MeasureBacklash(*bench.rig, bench.clock, {}, nullptr, [&](Result<BacklashOutcome> o) { answer = std::move(o); });
+  MeasureBacklash(*bench.rig, {}, nullptr, [&](Result<BacklashOutcome> o) { answer = std::move(o); });
   bench.Run(std::chrono::seconds(4));
   ASSERT_FALSE(answer);
   std::optional<Result<MoveOutcome>> moved;

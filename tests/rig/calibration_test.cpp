@@ -11,63 +11,16 @@
 #include <cmath>
 #include <numbers>
 
+#include "calibration_samples.h"
 #include "curve.h"
 #include "io/toml.h"
 #include "optics/conjugates.h"
 #include "rig/optics_table.h"
-#include "rig_fixture.h"
 
 namespace lensd::rig {
 namespace {
 
 using namespace std::chrono_literals;
-
-constexpr double kFocalLength = 0.025;
-
-drivers::NominalOptics Nominal() {
-  return {.focal_length_m = kFocalLength,
-          .min_f_number = 2.0,
-          .max_f_number = 16.0,
-          .min_extension_m = 0.0,
-          .max_extension_m = 1e-3};
-}
-
-drivers::Capabilities Motors() {
-  drivers::Capabilities can{.driver = "test", .model = "", .serial = "", .axes = {}};
-  can.axes[Axis::Focus] = {.maximum = Native{1000.0}};
-  can.axes[Axis::Iris] = {.maximum = Native{100.0}};
-  can.axes[Axis::Zoom] = {.maximum = Native{100.0}};
-  can.axes[Axis::Filter] = {.unit = drivers::NativeUnit::Position, .maximum = Native{4.0}};
-  return can;
-}
-
-/// The lens as it really is: extension over steps bends by a tenth of a millimetre.
-double TrueExtension(double steps) {
-  return 1e-3 * (0.05 + 0.0009 * steps + 0.1 * std::sin(std::numbers::pi * steps / 1000.0) / std::numbers::pi);
-}
-
-FocusCurve Measured(int points = 11, double gain = 1.0) {
-  FocusCurve curve;
-  curve.error = Metres{0.5e-6};
-  for (int i = 0; i < points; ++i) {
-    const double steps = 1000.0 * i / (points - 1);
-    curve.points.push_back({Native{steps}, Metres{gain * TrueExtension(steps)}, std::nullopt});
-  }
-  return curve;
-}
-
-std::shared_ptr<Calibration> With(std::vector<FocusCurve> curves) {
-  auto calibration = std::make_shared<Calibration>();
-  calibration->focus = std::move(curves);
-  return calibration;
-}
-
-OpticsTable Table(std::shared_ptr<const Calibration> calibration, const RigConfig& config = {},
-                  const drivers::NominalOptics& nominal = Nominal()) {
-  auto made = OpticsTable::Create(nominal, Motors(), config, std::move(calibration));
-  EXPECT_TRUE(made) << made.error().message;
-  return *made;
-}
 
 // ---- curves -------------------------------------------------------------------------------------------------------
 
@@ -239,12 +192,12 @@ TEST(OpticsTable, TemperatureIsCorrectedOnRequestAndOtherwiseCountsInTheBound) {
   const Conditions hot{.zoom = {}, .filter = {}, .temperature = Celsius{30}};
   const OpticsTable off = Table(calibration).In(hot);
   EXPECT_NEAR(off.ExtensionFromNative(Native{500}).value, TrueExtension(500), 1e-12);
-  EXPECT_NEAR(off.ExtensionError(Native{500}).value, 0.5e-6 + 21e-6, 1e-12);
+  EXPECT_NEAR(off.ExtensionError(Native{500}).value, 0.5e-6 + 10.05 * 2.1e-6, 1e-12);
   RigConfig config;
   config.temperature.compensate = true;
   const OpticsTable on = Table(calibration, config).In(hot);
   EXPECT_NEAR(on.ExtensionFromNative(Native{500}).value, TrueExtension(500) + 20e-6, 1e-12);
-  EXPECT_NEAR(on.ExtensionError(Native{500}).value, 0.5e-6 + 1e-6, 1e-12);
+  EXPECT_NEAR(on.ExtensionError(Native{500}).value, 0.5e-6 + 10.05 * 0.1e-6 + 0.05 * 2e-6, 1e-12);
   EXPECT_NEAR(on.NativeFromExtension(on.ExtensionFromNative(Native{444})).value, 444, 1e-7);
   // No thermometer: wherever it may be used.
   EXPECT_NEAR(Table(calibration, config).ExtensionError(Native{500}).value, 0.5e-6 + 42e-6, 1e-12);
@@ -309,7 +262,7 @@ Calibration Everything() {
   all.focus[1].points[0].extension.reset();
   all.focus[1].points[0].vergence = Dioptres{0.0};
   all.iris = AxisCurve{0.02, {{Native{0}, 1.4}, {Native{99}, 16.0}}};
-  all.zoom = AxisCurve{0.01, {{Native{0}, 0.05}, {Native{99}, 0.0123}}};
+  all.zoom = AxisCurve{0.01, {{Native{0}, 0.05, Metres{21e-3}}, {Native{99}, 0.0123, Metres{0.0}}}};
   all.breathing = {{Metres{0.0}, 1.0}, {Metres{1e-3}, 0.98}};
   all.temperature = TemperatureModel{Metres{-1.5e-6}, Metres{0.1e-6}, Celsius{21}, Celsius{-10}, Celsius{50}};
   all.backlash[Axis::Focus] = Backlash{200.3, 199.0, 201.6, true};
@@ -332,6 +285,7 @@ TEST(CalibrationFile, SaysEverythingAndReadsBack) {
   EXPECT_EQ(read->backlash[Axis::Focus]->low, 199.0);
   EXPECT_TRUE(read->backlash[Axis::Focus]->measured);
   EXPECT_EQ(read->temperature->coldest.value, -10.0);
+  EXPECT_NEAR(read->zoom->points[0].centre_shift->value, 21e-3, 1e-15);
 }
 
 TEST(CalibrationFile, SaysWhereItIsWrong) {
@@ -343,6 +297,9 @@ TEST(CalibrationFile, SaysWhereItIsWrong) {
       {"version = 1\n", "serial is missing"},
       {head + "colour = 1\n", "lens.toml:3: unknown key \"colour\""},
       {head + "[[focus]]\nerror_um = 1\npoints = []\n", "approach is missing"},
+      {head + "[zoom]\npoints = [{ steps = 0, focal_length_mm = 8, centre_shift_mm = 0 },\n{ steps = 9, "
+              "focal_length_mm = 9 }]\n",
+       "lens.toml:5: a point of [zoom] centre_shift_mm must be in all points"},
       {focus + "points = [{ steps = 0, extension_mm = 0 }]\n", "two or more"},
       {focus + "points = [{ steps = 0, extension_mm = 0 }, { steps = 9 }]\n", "exactly one of"},
       {focus + "points = [{ steps = 0, extension_mm = 0 },\n{ steps = 0, extension_mm = 1 }]\n",
@@ -360,94 +317,6 @@ TEST(CalibrationFile, SaysWhereItIsWrong) {
     ASSERT_FALSE(read) << text;
     EXPECT_EQ(read.error().code, Code::BadData);
     EXPECT_NE(read.error().message.find(message), std::string::npos) << read.error().message << "\nfor\n" << text;
-  }
-}
-
-// ---- in a rig -----------------------------------------------------------------------------------------------------
-
-TEST_F(RigTest, ACalibrationMovesToTheRightStepAndWidensTheBound) {
-  auto calibration = With({Measured(21)});
-  calibration->serial = "1";
-  auto made = Rig::Create({}, testing::MakeFakeDevice(clock_, controls_), clock_, calibration);
-  ASSERT_TRUE(made) << made.error().message;
-  rig_ = *std::move(made);
-  Answers<MoveOutcome> moved;
-  rig_->Move(Axis::Focus, {.kind = Target::Kind::Extension, .value = 0.5e-3, .from = {}, .take_up = {}}, moved.Take());
-  RunUntil(moved);
-  ASSERT_TRUE(moved.only());
-  const MoveOutcome& outcome = *moved.only();
-  EXPECT_NEAR(TrueExtension(outcome.position.value), 0.5e-3, 0.5e-6);
-  EXPECT_NEAR(TrueExtension(outcome.position.value), outcome.extension->value, outcome.extension_bound->value);
-  EXPECT_GT(outcome.extension_bound->value, 0.5e-6 + 0.4e-6);
-  EXPECT_LT(outcome.extension_bound->value, 0.5e-6 + 0.7e-6);
-  EXPECT_EQ(rig_->GetStatus().grade, Grade::Calibrated);
-  EXPECT_EQ(rig_->GetStatus().extension_error->value, 0.5e-6);
-}
-
-TEST_F(RigTest, ACalibrationComesAndGoesAndBringsItsBacklash) {
-  Open();
-  auto calibration = With({Measured(21)});
-  Answers<void> refused, taken;
-  calibration->serial = "2";
-  rig_->SetCalibration(calibration, refused.Take());
-  RunUntil(refused);
-  EXPECT_EQ(refused.only().error().code, Code::InvalidArgument);
-  EXPECT_EQ(rig_->GetStatus().grade, Grade::Uncalibrated);
-  auto right = With({Measured(21)});
-  right->serial = "1";
-  right->backlash[Axis::Focus] = Backlash{36.4, 36.0, 36.8, true};
-  rig_->SetCalibration(right, taken.Take());
-  RunUntil(taken);
-  EXPECT_TRUE(taken.only());
-  EXPECT_EQ(rig_->GetStatus().grade, Grade::Calibrated);
-  Answers<MoveOutcome> down;
-  rig_->Move(Axis::Focus, At(50), down.Take());
-  RunUntil(down);
-  EXPECT_EQ(controls_->moves, 2);  // past the target and back
-  Answers<void> gone;
-  rig_->SetCalibration(nullptr, gone.Take());
-  RunUntil(gone);
-  EXPECT_EQ(rig_->GetStatus().grade, Grade::Uncalibrated);
-}
-
-TEST_F(RigTest, FocusFollowsTheTemperatureWhenToldToAndWorthAMove) {
-  auto calibration = With({Measured(21)});
-  calibration->serial = "1";
-  calibration->temperature = TemperatureModel{Metres{2e-6}, Metres{}, Celsius{20}, Celsius{0}, Celsius{40}};
-  RigConfig config;
-  config.temperature.compensate = true;
-  config.temperature.minimum_move = 6.0;
-  for (const bool compensate : {true, false}) {
-    config.temperature.compensate = compensate;
-    *controls_ = {};
-    controls_->temperature_c = 20.0;
-    rig_ = *Rig::Create(config, testing::MakeFakeDevice(clock_, controls_), clock_, calibration);
-    Answers<MoveOutcome> moved;
-    rig_->Move(Axis::Focus, {.kind = Target::Kind::Extension, .value = 0.5e-3, .from = {}, .take_up = {}},
-               moved.Take());
-    RunUntil(moved);
-    const double at_20 = Focus();
-    controls_->temperature_c = 21.5;  // 3 um are 3 steps: not worth it
-    Run(5s);
-    EXPECT_EQ(Focus(), at_20);
-    controls_->temperature_c = 26.0;
-    Run(5s);
-    if (!compensate) {
-      EXPECT_EQ(Focus(), at_20);
-      continue;
-    }
-    // 12 um more by themselves: the motor takes them back.
-    EXPECT_NEAR(TrueExtension(Focus()) + 12e-6, 0.5e-3, 0.6e-6);
-    const double at_26 = Focus();
-    controls_->temperature_c = 20.0;
-    Run(5s);
-    EXPECT_EQ(Focus(), at_20);
-    EXPECT_LT(at_26, at_20);
-    Answers<void> stopped;
-    rig_->Stop({}, stopped.Take());  // what was stopped is held no longer
-    controls_->temperature_c = 40.0;
-    Run(5s);
-    EXPECT_EQ(Focus(), at_20);
   }
 }
 

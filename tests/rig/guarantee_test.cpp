@@ -1,5 +1,5 @@
 // What a move promises, against the simulator's truth: the position and its bound hold whenever they are said to be
-// verified, repeatability after backlash, shaped steps.
+// reached, repeatability after backlash, shaped steps.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -76,7 +76,7 @@ struct Bench {
 };
 
 struct Tally {
-  long moves = 0, verified = 0, missed = 0, unreached = 0, superseded = 0;
+  long moves = 0, reached = 0, missed = 0, unreached = 0, superseded = 0;
   std::map<std::string, int> reasons;  ///< of what was neither reached nor missed
   double largest_share = 0.0;          ///< of the bound that was needed
   double mean_bound_um = 0.0;
@@ -139,8 +139,9 @@ void RandomMoves(unsigned seed, long moves, Tally& tally) {
     tally.missed += moved->missed;
     tally.unreached += !moved->reached;
     if (!moved->reached && !moved->missed) ++tally.reasons[moved->reason.substr(0, 50)];
-    if (!moved->verified) continue;
-    ++tally.verified;
+    ASSERT_FALSE(moved->verified) << "steps that are counted are not measured";
+    if (!moved->reached) continue;
+    ++tally.reached;
     const double off_um = std::abs(1e6 * bench.truth->Now().extension_m - 1e6 * moved->extension->value);
     const double bound_um = 1e6 * moved->extension_bound->value;
     ASSERT_LE(off_um, bound_um) << "seed " << seed << ", move " << i << " to " << target << ", " << moved->reason;
@@ -149,22 +150,22 @@ void RandomMoves(unsigned seed, long moves, Tally& tally) {
   }
 }
 
-TEST(Guarantee, TheTruthLiesWithinTheBoundOfEveryVerifiedMove) {
+TEST(Guarantee, TheTruthLiesWithinTheBoundOfEveryMoveReached) {
   const long worlds = testing::ByLevel(4, 20, 1000);
   Tally tally;
   for (long world = 0; world < worlds && !HasFatalFailure(); ++world)
     RandomMoves(static_cast<unsigned>(world + 1), 100, tally);
-  std::printf("%ld moves, %ld verified, %ld missed, %ld not reached; mean bound %.2f um, at most %.0f %% of it used\n",
-              tally.moves, tally.verified, tally.missed, tally.unreached, tally.mean_bound_um / tally.verified,
+  std::printf("%ld moves, %ld reached, %ld missed, %ld not reached; mean bound %.2f um, at most %.0f %% of it used\n",
+              tally.moves, tally.reached, tally.missed, tally.unreached, tally.mean_bound_um / tally.reached,
               100 * tally.largest_share);
   for (const auto& [reason, count] : tally.reasons) std::printf("%d: %s\n", count, reason.c_str());
-  EXPECT_GT(tally.verified, tally.moves * 9 / 10);
+  EXPECT_GT(tally.reached, tally.moves * 9 / 10);
   // A bound that is never nearly used would prove nothing.
   EXPECT_GT(tally.largest_share, 0.7);
 }
 
 struct Endings {
-  int reached = 0, stalled = 0, other = 0, errors = 0;
+  int reached = 0, stalled = 0, other = 0, errors = 0, unknown = 0;
 };
 
 /// Moves while the axis stalls or replies get lost or come late: each ends in time, and none is called reached that is
@@ -191,14 +192,20 @@ void MovesWithFaults(unsigned seed, Endings& endings) {
     ASSERT_LE(bench.clock.Now() - begin, 12s) << "seed " << seed << ", move " << i;
     if (!moved) {
       ++endings.errors;
+      // It said zero when it was back: where it went, or where a lens begins to count that has been without power.
+      if (moved.error().code == Code::NotHomed) {
+        ++endings.unknown;
+        (void)bench.Home();  // which may meet the next fault
+        continue;
+      }
       ASSERT_EQ(moved.error().code, Code::Timeout) << moved.error().message;
       bench.Run(500ms);
       continue;
     }
-    const bool stalled = moved->reason.starts_with("stalled");
+    const bool stalled = moved->reason.find("stalled") != std::string::npos;
     ++(moved->reached ? endings.reached : stalled ? endings.stalled : endings.other);
     ASSERT_TRUE(moved->reached || !moved->reason.empty());
-    if (!moved->verified) continue;
+    if (!moved->reached) continue;
     ASSERT_NEAR(bench.truth->Now().focus_steps, target, moved->bound.value + 1e-6) << "seed " << seed << ", move " << i;
   }
 }
@@ -213,6 +220,7 @@ TEST(Guarantee, FaultsAreToldInTimeAndNeverCalledReached) {
               endings.stalled, endings.other, endings.errors);
   EXPECT_GT(endings.stalled, 0);
   EXPECT_GT(endings.errors, 0);
+  EXPECT_LT(endings.unknown, 40 * worlds / 50);
 }
 
 /// Without lost steps and drift the bound is tight, and coming from anywhere ends within a step of the same place.
@@ -222,6 +230,7 @@ TEST(Guarantee, TwoHundredStepsOfBacklashRepeatWithinAStepAndOneMoreMove) {
   scene.lens.backlash_steps = 200;
   RigConfig config;
   config.axes[Axis::Focus].backlash = 200;
+  config.axes[Axis::Focus].lost_travel = 0.0;
   Bench bench(scene, config, {}, 1);
   std::mt19937 random(5);
   double low = 1e9, high = -1e9;
@@ -231,7 +240,7 @@ TEST(Guarantee, TwoHundredStepsOfBacklashRepeatWithinAStepAndOneMoreMove) {
     ASSERT_TRUE(bench.Move(std::uniform_int_distribution(0, kSteps - 1)(random)));
     const int before = bench.lens->commands();
     const auto moved = bench.Move(4321);
-    ASSERT_TRUE(moved && moved->verified) << i;
+    ASSERT_TRUE(moved && moved->reached) << i;
     most = std::max(most, bench.lens->commands() - before);
     EXPECT_LE(moved->bound.value, 0.5 + 1e-9);
     const double place = bench.truth->Now().focus_steps;

@@ -4,22 +4,12 @@
 
 #include <gmock/gmock.h>
 
-#include "rig_fixture.h"
+#include "motion_fixture.h"
 
 namespace lensd::rig {
 namespace {
 
 using namespace std::chrono_literals;
-
-class MotionTest : public RigTest {
- protected:
-  Answers<MoveOutcome> Move(double target, Duration for_at_most = 100s) {
-    Answers<MoveOutcome> answers;
-    rig_->Move(Axis::Focus, At(target), answers.Take());
-    RunUntil(answers, for_at_most);
-    return answers;
-  }
-};
 
 TEST_F(MotionTest, ReachesAndSettlesAndSaysWhere) {
   RigConfig config;

@@ -179,7 +179,8 @@ TEST_F(MovingFakeTest, RefusesALensThatCannotBeToldInMotion) {
     EXPECT_EQ(answers.only().error().code, Code::Unsupported);
     return answers.only().error().message;
   };
-  controls_->focus = drivers::AxisCapabilities{.maximum = Native{1000.0}, .feedback = false, .speed = 100.0};
+  controls_->focus =
+      drivers::AxisCapabilities{.maximum = Native{1000.0}, .feedback = drivers::Feedback::None, .speed = 100.0};
   EXPECT_NE(refused().find("where it is while it moves"), std::string::npos);
   controls_->focus = drivers::AxisCapabilities{.maximum = Native{1000.0}};
   EXPECT_NE(refused().find("speed"), std::string::npos);

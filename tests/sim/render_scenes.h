@@ -27,7 +27,7 @@ inline Surface Wall(double vergence_d, Paint paint, Region region = {}) {
 }
 
 /// Independent values in [0, 1], one a texel.
-inline TexturePaint Noise(int width, int height, std::uint32_t seed) {
+inline TexturePaint WhiteNoise(int width, int height, std::uint32_t seed) {
   auto texture = std::make_shared<Texture>();
   texture->width = width;
   texture->height = height;
@@ -37,6 +37,32 @@ inline TexturePaint Noise(int width, int height, std::uint32_t seed) {
   }
   return {texture, 1.0, false};
 }
+
+/// Everything from 0 to 1, waves of all periods from 2.6 px up in every direction, none shorter: what the pixel means
+/// of a picture may be that rays and kernels must agree on. It goes on smoothly where it is mirrored.
+inline TexturePaint Noise(int width, int height, std::uint32_t seed) {
+  auto texture = std::make_shared<Texture>(Texture{width, height, {}});
+  const auto wave = [](int repeats, int at, int size) { return std::cos(M_PI * repeats * (at + 0.5) / size); };
+  std::vector<double> light(static_cast<std::size_t>(width * height));
+  for (int down = 0; down < height; ++down) {
+    std::vector<double> row(static_cast<std::size_t>(width));
+    for (int along = 0; along < width; ++along) {
+      if (std::hypot(0.5 * along / width, 0.5 * down / height) > 1.0 / 2.6) continue;
+      seed = seed * 1664525u + 1013904223u;
+      const double amplitude = static_cast<double>(seed >> 8) / 16777216.0 - 0.5;
+      for (int x = 0; x < width; ++x) row[static_cast<std::size_t>(x)] += amplitude * wave(along, x, width);
+    }
+    for (int i = 0; i < width * height; ++i)
+      light[static_cast<std::size_t>(i)] += row[static_cast<std::size_t>(i % width)] * wave(down, i / width, height);
+  }
+  const auto [low, high] = std::minmax_element(light.begin(), light.end());
+  for (const double value : light) texture->light.push_back(static_cast<float>((value - *low) / (*high - *low)));
+  return {texture, 1.0, false};
+}
+
+/// What fitted kernels and parabolas may leave of Noise's contrast, beside a renderer's own error: of waves of 2.6 px
+/// alone it would be a hundredth (two, where disks of 8 to 12 px are shares of area).
+constexpr double kLeftByFits = 0.003;
 
 /// A thin lens whose blur disk at vergence `at_d` has this signed diameter, positive behind the focal plane.
 inline OpticalState Blurred(const Scene& scene, double diameter_px, double at_d) {

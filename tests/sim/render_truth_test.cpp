@@ -18,7 +18,7 @@ TEST(Render, BlurredWallAgreesWithRays) {
     EXPECT_NEAR(SignedBlurPx(scene.camera, state, 1.0), diameter, 1e-9);
     const LightImage rays = Render(scene, state, {.algorithm = Algorithm::Rays, .rays_per_pixel = 30000});
     const LightImage quick = Render(scene, state);
-    EXPECT_LT(LargestDifference(rays, quick), 1e-3) << diameter;
+    EXPECT_LT(LargestDifference(rays, quick), kLeftByFits) << diameter;
   }
 }
 
@@ -66,7 +66,7 @@ TEST(Render, ForwardAndReverseProjectionAgree) {
   plane.surfaces.push_back({PlaneShape{1.0, 0.02, 0.01}, {}, Noise(10, 8, 6)});
   std::get<TexturePaint>(plane.surfaces[0].paint).texture_px_per_image_px = 0.25;
   for (const auto& [scene, diameter, limit] :
-       {std::tuple(wall, 7.3, 6e-4), std::tuple(plane, 9.0, 4e-3), std::tuple(plane, -6.0, 4e-3)}) {
+       {std::tuple(wall, 7.3, kLeftByFits), std::tuple(plane, 9.0, 4e-3), std::tuple(plane, -6.0, 4e-3)}) {
     const OpticalState state = Blurred(scene, diameter, 1.0);
     const LightImage reverse = Render(scene, state, {.algorithm = Algorithm::Rays, .rays_per_pixel = 30000});
     const LightImage forward = Render(scene, state, {.algorithm = Algorithm::Splat});
@@ -93,8 +93,9 @@ TEST(Render, AutoMatchesRaysWhereThingsHideEachOther) {
         const double x = i % 72 + 0.5;
         boundary.push_back(std::abs(x - 29.0) < reach || (width == wire && std::abs(x - 31.0) < reach));
       }
-      EXPECT_LT(Percentile(truth, rendered->image, 0.999, &boundary), 0.5 / 255.0) << width << ' ' << focus_d;
-      EXPECT_LT(Percentile(truth, rendered->image, 0.999), 0.5 / 255.0) << width << ' ' << focus_d;
+      EXPECT_LT(Percentile(truth, rendered->image, 0.999, &boundary), 0.5 / 255.0 + kLeftByFits)
+          << width << ' ' << focus_d;
+      EXPECT_LT(Percentile(truth, rendered->image, 0.999), 0.5 / 255.0 + kLeftByFits) << width << ' ' << focus_d;
       EXPECT_LE(rendered->error_bound, 0.5 / 255.0);
     }
   }
@@ -111,7 +112,9 @@ TEST(Render, AutoMatchesRaysOnTiltedPlanes) {
       const auto rendered = Renderer::Create(scene)->Render(state, {});
       ASSERT_TRUE(rendered);
       EXPECT_EQ(rendered->algorithm, Algorithm::Plane) << slope_x << ' ' << diameter;
-      EXPECT_LT(LargestDifference(truth, rendered->image), rendered->error_bound) << slope_x << ' ' << diameter;
+      // Both stand on parabolas between the samples.
+      EXPECT_LT(LargestDifference(truth, rendered->image), rendered->error_bound + 2.0 * kLeftByFits)
+          << slope_x << ' ' << diameter;
       EXPECT_LE(rendered->error_bound, 0.5 / 255.0) << slope_x << ' ' << diameter;
     }
   }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -23,12 +24,15 @@ struct FakeControls {
   int lost_read_replies = 0;   ///< the next so many reads time out
   int lost_move_replies = 0;   ///< the next so many moves time out, though obeyed
   bool stale = false;          ///< reads repeat the last state, with its old time
+  std::string fault;           ///< what focus complains of, standing still and at its target
+  bool forgives = false;       ///< the next command of focus ends the fault
   bool dark = false;           ///< the camera gives no frames
   double sharp_at = 600.0;     ///< focus position of the subject
   double contrast = 0.5;       ///< of its texture; 0: blank
   double temperature_c = NAN;  ///< what its thermometer says; NAN: it has none
   int short_moves = 0;         ///< the next so many moves of focus end `short_by` before their target
   double short_by = 0.0;
+  std::optional<double> counts_anew;  ///< focus has been without power, and calls where it stands so, at the next read
   std::optional<double> foreign_target;            ///< another program sends focus there, at the next read
   std::optional<drivers::AxisCapabilities> focus;  ///< instead of its own, when the device is made
   std::vector<double> focus_targets;               ///< of every move of focus so far
@@ -36,7 +40,7 @@ struct FakeControls {
   int camera_starts = 0;
 };
 
-/// Focus 0..1000, iris 0..100, zoom without feedback, all at `speed`.
+/// Focus 0..1000 and iris 0..100 with encoders, zoom without feedback, all at `speed`.
 class FakeLens final : public drivers::Lens {
  public:
   FakeLens(const Clock& clock, std::shared_ptr<FakeControls> controls, double focus)
@@ -60,10 +64,12 @@ class FakeLens final : public drivers::Lens {
 
   static drivers::Capabilities MakeCapabilities(const FakeControls& controls) {
     drivers::Capabilities can{.driver = "fake", .model = "fake", .serial = "1", .axes = {}};
-    can.axes[drivers::Axis::Focus] = {.maximum = Native{1000.0}, .can_home = true, .backlash = 0.0};
+    const auto measured = drivers::Feedback::Encoder;
+    can.axes[drivers::Axis::Focus] = {
+        .maximum = Native{1000.0}, .feedback = measured, .can_home = true, .backlash = 0.0};
     if (controls.focus) can.axes[drivers::Axis::Focus] = controls.focus;
-    can.axes[drivers::Axis::Iris] = {.maximum = Native{100.0}, .backlash = 0.0};
-    can.axes[drivers::Axis::Zoom] = {.maximum = Native{100.0}, .feedback = false, .can_stop = false};
+    can.axes[drivers::Axis::Iris] = {.maximum = Native{100.0}, .feedback = measured, .backlash = 0.0};
+    can.axes[drivers::Axis::Zoom] = {.maximum = Native{100.0}, .feedback = drivers::Feedback::None, .can_stop = false};
     return can;
   }
 
@@ -89,6 +95,7 @@ class FakeLens final : public drivers::Lens {
     if (auto answer = Answer(); !answer) return answer;
     double to = target.value;
     if (axis == drivers::Axis::Focus) {
+      if (controls_->forgives) controls_->fault.clear();
       controls_->focus_targets.push_back(to);
       if (controls_->short_moves > 0 && controls_->short_moves-- > 0) {
         to += std::copysign(controls_->short_by, PositionNow(axis) - to);
@@ -104,6 +111,10 @@ class FakeLens final : public drivers::Lens {
     if (auto answer = Answer(); !answer) return PassOn(std::move(answer));
     if (controls_->lost_read_replies > 0 && controls_->lost_read_replies-- > 0) return Fail(Code::Timeout, "no reply");
     if (controls_->stale) return last_;
+    if (controls_->counts_anew) {
+      const double from = *std::exchange(controls_->counts_anew, {});
+      motors_[drivers::Axis::Focus] = {from, from, clock_.Now()};
+    }
     if (controls_->foreign_target) Go(drivers::Axis::Focus, *std::exchange(controls_->foreign_target, {}));
     last_.sampled_at = clock_.Now();
     if (!std::isnan(controls_->temperature_c)) last_.temperature = Celsius{controls_->temperature_c};
@@ -111,10 +122,14 @@ class FakeLens final : public drivers::Lens {
       const auto& can = capabilities().axes[axis];
       if (!can) continue;
       const double position = PositionNow(axis);
-      last_.axes[axis] = drivers::AxisState{.position = Native{can->feedback ? position : motors_[axis].to},
+      last_.axes[axis] = drivers::AxisState{.position = Native{can->follows() ? position : motors_[axis].to},
                                             .moving = position != motors_[axis].to || controls_->waiting,
                                             .waiting = controls_->waiting,
                                             .fault = {}};
+    }
+    if (!controls_->fault.empty()) {
+      last_.axes[drivers::Axis::Focus]->moving = false;
+      last_.axes[drivers::Axis::Focus]->fault = controls_->fault;
     }
     return last_;
   }

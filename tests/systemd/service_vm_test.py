@@ -157,7 +157,7 @@ class Service(unittest.TestCase):
         self.assertEqual(homed.returncode, 0, homed.stderr + said())
         moved = ctl("focus", "usb", "@1000", "--json")
         self.assertEqual(moved.returncode, 0, moved.stderr + said())
-        self.assertTrue(json.loads(moved.stdout)["verified"])
+        self.assertTrue(json.loads(moved.stdout)["reached"])
         self.assertEqual(self.tell("position 1"), "1000")
 
     def test_5_the_journal_has_lines_with_fields(self):
@@ -202,9 +202,17 @@ class Service(unittest.TestCase):
         self.assertIn("Watchdog timeout", text)
         eventually("the lens is back", lambda: status("usb")["connected"])
 
-    def test_8_killed_it_comes_back(self):
+    def test_8_killed_in_mid_move_the_motor_stops_and_it_comes_back(self):
+        where = int(self.tell("position 1"))
+        self.assertGreater(where, 1000)
+        mover = subprocess.Popen([LENSCTL, "--socket", SOCKET, "focus", "usb", "@0"], stdout=subprocess.DEVNULL,
+                                 stderr=subprocess.DEVNULL)
+        eventually("the lens moves", lambda: int(self.tell("position 1")) < where)
         old = main_pid()
         os.kill(old, signal.SIGKILL)
+        eventually("the motor stands", lambda: self.tell("busy 1") == "0")
+        self.assertGreater(int(self.tell("position 1")), 0)
+        mover.wait(timeout=LIMIT_S)
         eventually("it was started again", lambda: int(shown("MainPID")) not in (0, old) and shown("SubState") == "running")
         self.assertEqual(ctl("list").returncode, 0)
 

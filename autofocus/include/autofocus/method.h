@@ -2,6 +2,7 @@
 // and what it answers. Methods are pure: no device, no clock, no I/O; the same looks give the same answers.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -11,6 +12,8 @@
 #include "drivers/api/camera.h"
 
 namespace lensd::autofocus {
+
+struct TileScores;
 
 /// The lens and camera as far as a method needs them. Positions are extensions in metres where the lens is calibrated,
 /// native units where it is not; a method only ever sees one of the two.
@@ -32,12 +35,13 @@ struct Setup {
 
 /// One frame.
 struct Look {
-  double position = 0.0;                  ///< of the lens, at mid-exposure
-  double position_sigma = 0.0;            ///< standard deviation of that
-  bool on_the_way = false;                ///< the lens moved meanwhile; otherwise it stood there
-  const drivers::Frame* frame = nullptr;  ///< nullptr: only the score is known
-  Window window;                          ///< where to look, inside the frame
-  FocusScore score;                       ///< of that window
+  double position = 0.0;                              ///< of the lens, at mid-exposure
+  double position_sigma = 0.0;                        ///< standard deviation of that
+  bool on_the_way = false;                            ///< the lens moved meanwhile; otherwise it stood there
+  const drivers::Frame* frame = nullptr;              ///< nullptr: only the score is known
+  Window window;                                      ///< where to look, inside the frame
+  FocusScore score;                                   ///< of that window
+  std::shared_ptr<const TileScores> tiles = nullptr;  ///< the same by small tiles; nullptr: only the score is known
 };
 
 /// "Go there and take a frame."
@@ -46,7 +50,7 @@ struct GoAndLook {
   /// Above 0: show the frames on the way as well, no farther apart than this, and after each of them the same advice
   /// again means "go on". At most Setup::stride.
   double stride = 0.0;
-  bool loose = false;  ///< the backlash need not be taken up: no answer may stand there, but it saves a motion
+  bool backlash_open = false;  ///< the backlash need not be taken up: no answer may stand there, but it saves a motion
 };
 
 /// A place where something in the region, or one of several regions, is in focus.

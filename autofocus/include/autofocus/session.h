@@ -30,8 +30,13 @@ struct Place {
   bool on_the_way = false;  ///< it moved meanwhile
 };
 
+class SharpnessCurve;
+
 class Session {
  public:
+  ~Session();
+  Session(Session&&) noexcept;
+  Session& operator=(Session&&) noexcept;
   /// InvalidArgument: no such method, or one that needs pictures where there are none. Unsupported: one that looks
   /// while moving, with a lens that cannot.
   static Result<Session> Create(std::string_view method, const Setup& setup);
@@ -48,7 +53,7 @@ class Session {
   /// The method that is running: "auto" names the one it has come to.
   std::string_view method() const { return names_[running_]; }
   /// Frames taken so far, and how many it will be in all as far as can be told.
-  int frames() const { return static_cast<int>(scores_.size()); }
+  int frames() const;
   int frames_expected() const;
   /// Sharpness of the last frame relative to the first: gradient energy free of noise and brightness.
   double relative_sharpness() const;
@@ -60,7 +65,10 @@ class Session {
   Advice Follow(const Look& look);
   Advice Ask(const Look& look);
   void PutInOrder(const Look& first);
-  std::vector<Sharpness> Sharpnesses() const;
+  Advice Prove(double stands);
+  std::optional<double> SideToSee(double answer) const;
+  std::optional<double> FartherSide() const;
+  std::optional<double> SharperBeside() const;
   Verdict Check() const;
 
   Setup setup_;
@@ -68,12 +76,21 @@ class Session {
   std::string forecast_;                 ///< why in this order
   std::size_t running_ = 0;
   std::unique_ptr<Method> method_;
-  int frames_before_ = 0;  ///< it began
-  std::vector<FocusScore> scores_;
-  std::optional<std::pair<int, int>> size_;  ///< of the frames, px
-  int bits_ = 8;
-  int pixels_ = 1;
-  std::optional<Verdict> to_check_;
+  int frames_before_ = 0;                  ///< it began
+  std::unique_ptr<SharpnessCurve> curve_;  ///< of all frames
+  struct Sent {
+    drivers::Frame frame;
+    double position = 0.0;
+  };
+  std::optional<Sent> last_;
+  bool repeated_ = false;  ///< one frame was the one before, though the lens had moved
+  /// An answer under proof.
+  struct Proof {
+    Verdict verdict;
+    bool sent = false;  ///< the lens has been sent to it
+    int moves_on = 0;   ///< from it to sharper frames beside it
+  };
+  std::optional<Proof> proof_;
   std::optional<Verdict> earlier_;  ///< what the method before this one refused with
 };
 

@@ -16,7 +16,9 @@ enum class Code {
   Cancelled,        ///< stopped by a person or a closing connection
   Superseded,       ///< a newer command for the same axis took over
   Disconnected,     ///< the device or the peer is not there
-  Busy,             ///< held by somebody else; try again
+  Busy,             ///< something else is going on; try again
+  Leased,           ///< another client alone may do that now
+  NotHomed,         ///< an axis does not know where it stands: home it first
   Protocol,         ///< the other side broke the rules of its protocol
   Unsupported,      ///< this device cannot do that
   BadData,          ///< a file's contents are wrong

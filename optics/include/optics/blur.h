@@ -17,8 +17,6 @@ struct ThinLens {
 /// depth above zero is legal, inside the focal length too, where blur is well defined though no real image forms.
 /// Correct to about twice double precision before its last rounding, so that it stays good where it is nearly zero.
 Metres SignedBlur(const ThinLens& lens, ObjectDepth object);
-/// The same with the lens focused exactly on `focus` (outside the focal length): zero there exactly.
-Metres SignedBlur(Metres focal_length, FNumber f_number, ObjectDepth focus, ObjectDepth object);
 /// |SignedBlur|: the diameter of the blur disk.
 Metres Blur(const ThinLens& lens, ObjectDepth object);
 

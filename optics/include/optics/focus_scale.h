@@ -16,11 +16,13 @@ enum class DistanceFrom {
 
 /// A distance scale of one lens. `principal_gap` is the distance between the principal planes (for Sensor);
 /// `front_to_centre` from the front of the lens to its centre (for Front), 0 where unknown, so that Front then equals
-/// Lens. Both >= 0.
+/// Lens. Both >= 0. `centre_shift`: so far the centre has moved toward the scene since distances on this scale were
+/// defined, which a zoom may make it do; every distance on it is that much longer than from the centre where it is now.
 struct FocusScale {
   DistanceFrom from = DistanceFrom::Lens;
   Metres principal_gap{0.0};
   Metres front_to_centre{0.0};
+  Metres centre_shift{0.0};
 };
 
 /// Object depth from the lens centre for a `distance` on this scale, infinity allowed, of an object in focus. From the
@@ -31,8 +33,5 @@ Result<ObjectDepth> DepthInFocus(const FocusScale& scale, Metres focal_length, M
 /// Object depth for a `distance` on this scale with the sensor standing at extension e, in focus or not. OutOfRange
 /// when that lies at or behind the lens centre.
 Result<ObjectDepth> DepthAt(const FocusScale& scale, Metres focal_length, Metres extension, Metres distance);
-
-/// What this scale shows for an object at `depth` from the lens centre with the sensor at extension e.
-Metres ScaleDistance(const FocusScale& scale, Metres focal_length, Metres extension, Metres depth);
 
 }  // namespace lensd::optics

@@ -6,6 +6,7 @@
 
 #include "base/units.h"
 #include "optics/diffraction.h"
+#include "optics/plan_request.h"
 
 namespace lensd::optics {
 
@@ -50,6 +51,9 @@ struct ChosenModel {
 
 /// The simplest rung that leaves out at most `tolerance`.
 ChosenModel SimplestModel(const LadderRanges& ranges, Metres tolerance);
+
+/// The simplest rung that leaves out no more than the request's model tolerance, whatever plan is chosen.
+ChosenModel ModelFor(const PlanRequest& request);
 
 /// A tenth of the tightest limit, or a quarter pixel if that is larger; 0 where neither is known, so that nothing that
 /// was described is left out.

@@ -1,9 +1,11 @@
 // Where something is along the axis, as a distance or as a vergence, whichever it was given as.
 #pragma once
 
+#include <limits>
 #include <optional>
 
 #include "base/units.h"
+#include "optics/thin_lens.h"
 
 namespace lensd::optics {
 
@@ -21,17 +23,18 @@ class ObjectDepth {
   Dioptres vergence() const;
   /// Z_o; nothing at infinity and past it, where there is no such distance.
   std::optional<Metres> distance() const;
+  /// The place as a pair (z, w) of exactly what was given, for the formulas of thin_lens.h.
+  constexpr thin_lens::AxialPlace<double> place() const {
+    if (!is_distance_) return {1.0, value_};
+    if (value_ == std::numeric_limits<double>::infinity()) return {1.0, 0.0};
+    return {value_, 1.0};
+  }
   /// W = 1 - f U = (Z_o - f)/Z_o: 1 at infinity, 0 in the front focal-point plane, negative inside it.
   double FocusGap(Metres focal_length) const;
-
-  /// U_a - U_b without first rounding either vergence.
-  friend Dioptres VergenceDifference(ObjectDepth a, ObjectDepth b);
 
  private:
   double value_;
   bool is_distance_;
 };
-
-Dioptres VergenceDifference(ObjectDepth a, ObjectDepth b);
 
 }  // namespace lensd::optics

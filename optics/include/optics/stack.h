@@ -6,7 +6,7 @@
 
 #include "base/result.h"
 #include "base/units.h"
-#include "optics/planner.h"
+#include "optics/plan_request.h"
 
 namespace lensd::optics {
 

@@ -34,8 +34,7 @@ struct BacklashProgress {
 /// lens ends where autofocus found the subject. Newer commands of anybody end it (Superseded), as does a stop
 /// (Cancelled). Unsupported: no camera, no focus axis. InvalidArgument: fewer than three pairs, a region outside the
 /// frame. Call it, and destroy the rig, on the rig's thread; callbacks come from Rig::Step().
-void MeasureBacklash(Rig& rig, const Clock& clock, const BacklashRequest& request,
-                     std::function<void(const BacklashProgress&)> progress,
+void MeasureBacklash(Rig& rig, const BacklashRequest& request, std::function<void(const BacklashProgress&)> progress,
                      std::move_only_function<void(Result<BacklashOutcome>)> done);
 
 /// The mean of repeated measurements with its 95 % confidence interval: Student's t over their scatter, which is taken

@@ -46,9 +46,10 @@ struct AxisCurve {
   struct Point {
     Native position;
     double value = 0.0;
+    std::optional<Metres> centre_shift = std::nullopt;  ///< zoom: how far the lens centre has moved toward the scene
   };
   double error = 0.0;         ///< relative
-  std::vector<Point> points;  ///< at least two, positions rising, values all rising or all falling
+  std::vector<Point> points;  ///< at least two, positions rising, values all rising or all falling; all shift or none
 };
 
 /// Focus breathing: the focal length at an extension, relative to that at extension 0.

@@ -33,10 +33,12 @@ struct AxisConfig {
   std::optional<double> speed;  ///< native units per second; default what the driver says, or the whole range in 60 s
   double deadband = 0.0;        ///< native units: a target this near is reached already
   int retries = 2;              ///< commands repeated where it came to rest beyond `tolerance`
-  bool settle_by_readback = false;  ///< settled when the readings stand still, instead of after `settle`
-  double repeatability = 0.0;       ///< native units: how far a steady readback may be from the mechanism it measures
-  double lost_travel = 0.0;         ///< part of all travel since the reference that may have been lost unnoticed
-  std::optional<double> sag;  ///< native units, without feedback only: how far from the command; default `tolerance`
+  bool settle_by_readback = false;    ///< settled when the readings stand still, instead of after `settle`
+  double repeatability = 0.0;         ///< native units: how far a steady readback may be from the mechanism it measures
+  std::optional<double> lost_travel;  ///< part of all travel since the reference that may have been lost unnoticed
+  std::optional<double> check_reference_every;  ///< native units of travel, after which the reference is searched anew
+  bool home_on_demand = false;  ///< the reference is searched before the first move, where nothing tells the position
+  std::optional<double> sag;    ///< native units, without feedback only: how far from the command; default `tolerance`
   Duration latency = Duration::zero();  ///< readings may be this much older than they say
   Restore restore = Restore::Never;
   Shaper shaper = Shaper::None;

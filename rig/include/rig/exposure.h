@@ -27,8 +27,8 @@ struct BrightMove {
   std::string reason;                    ///< empty, or what keeps the brightness from being the same
 };
 
-/// Looks once, moves the iris and sets the exposure that keeps the picture's brightness. Unsupported: no camera, an
-/// exposure that cannot be set, f-numbers that are not known. Otherwise as Rig::Move() and Rig::Snapshot().
+/// FrameRequests once, moves the iris and sets the exposure that keeps the picture's brightness. Unsupported: no
+/// camera, an exposure that cannot be set, f-numbers that are not known. Otherwise as Rig::Move() and Rig::Snapshot().
 /// `pupil_factor` is exit over entrance pupil. On the rig's thread, as Rig::Move().
 void MoveIrisKeepingBrightness(Rig& rig, const Target& target, double pupil_factor,
                                std::move_only_function<void(Result<BrightMove>)> done);

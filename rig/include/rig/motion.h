@@ -37,7 +37,7 @@ struct MoveOutcome {
   drivers::Axis axis = drivers::Axis::Focus;
   bool reached = false;             ///< stands at the target within tolerance
   bool settled = false;             ///< and has stood long enough to take a picture
-  bool verified = false;            ///< read back from the device, not merely commanded
+  bool verified = false;            ///< measured, not merely commanded or counted: an encoder, or the reference itself
   Native position;                  ///< where it stands
   Native bound;                     ///< the true position is within this of `position` as far as is known
   std::optional<Metres> extension;  ///< focus with known optics
@@ -52,6 +52,22 @@ struct MoveOutcome {
   bool moved_by_another = false;  ///< somebody else moved the axis meanwhile; it stands where that left it
   std::string reason;             ///< empty when all is well, else one line for people
   Duration elapsed{};
+};
+
+/// What is known of the end of an axis' next motion before it begins.
+struct Arrival {
+  Native position;  ///< now
+  Native minimum;   ///< soft limits
+  Native maximum;
+  bool upward = true;         ///< the side it arrives from
+  bool overshoots = false;    ///< where need be, to take up its backlash
+  double backlash = 0.0;      ///< native units: the travel that takes all of it up
+  double not_taken_up = 0.0;  ///< of it, now
+  double rest = 0.0;          ///< native units: everything else the mechanism may be off by
+  double lost_travel = 0.0;   ///< part of the travel that may be lost
+  /// The mechanism will stand within this of `target` once a motion has ended there.
+  Native BoundAt(Native target) const;
+  bool operator==(const Arrival&) const = default;
 };
 
 using MoveCallback = std::move_only_function<void(Result<MoveOutcome>)>;

@@ -16,11 +16,15 @@
 
 namespace lensd::rig {
 
+/// A thermometer's noise is no change of temperature: conditions state it in steps of this, and half a step counts in
+/// every bound.
+constexpr Celsius kTemperatureStep{0.1};
+
 /// What the meaning of a focus position depends on besides the position.
 struct Conditions {
   std::optional<Native> zoom;
   std::optional<Native> filter;
-  std::optional<Celsius> temperature;
+  std::optional<Celsius> temperature;  ///< to kTemperatureStep
   bool operator==(const Conditions&) const = default;
 };
 
@@ -45,10 +49,10 @@ class OpticsTable {
   const drivers::NominalOptics& nominal() const;
   /// At extension 0 under these conditions.
   Metres focal_length() const { return focal_length_; }
+  /// How far the lens centre stands nearer to the scene than at the shortest focal length.
+  Metres centre_shift() const;
   /// Of the lens focused at `extension`: breathing changes it.
   Metres FocalLengthAt(Metres extension) const;
-  /// Relative: the true focal length is within this of FocalLengthAt(), as far as it was stated.
-  double focal_length_tolerance() const;
   /// A lens without a motorised iris has one f-number only where the range is a single one.
   std::optional<FNumber> fixed_f_number() const;
   bool has_focus() const;

@@ -76,7 +76,8 @@ struct AutofocusRequest {
   std::vector<drivers::Region> regions{};                 ///< default: the camera's own
   autofocus::Policy policy = autofocus::Policy::Nearest;  ///< which of several regions gives the answer
   std::string method = "auto";                            ///< a name of autofocus::MethodNames()
-  Duration deadline = std::chrono::seconds(20);           ///< for the search, from its start; going back adds a move
+  /// For the search, from its start; going back adds a move. Nothing: 20 s, or what 100 frames of a slow camera take.
+  std::optional<Duration> deadline{};
   /// Goes on after each answer or refusal, which it is told of, and holds focus on the one region until it is stopped,
   /// superseded or fails: only then the run ends. The deadline is one for each search.
   std::function<void(const AutofocusOutcome&)> track{};
@@ -108,8 +109,8 @@ struct AutofocusOutcome {
   Duration elapsed{};
   std::optional<Dioptres> vergence;  ///< where the lens now stands, where optics are known
   std::optional<Dioptres> sigma;
-  std::optional<Dioptres> subject;        ///< where all frames together place the focus, where optics are known
-  std::optional<Dioptres> subject_sigma;  ///< of that
+  std::optional<Dioptres> subject;             ///< where all frames together place the focus, where optics are known
+  std::optional<Dioptres> subject_sigma;       ///< of that
   Native position;                             ///< where the lens now stands
   Duration cpu{};                              ///< processor time the method itself took
   double confidence = 0.0;                     ///< 0..1
@@ -129,9 +130,11 @@ struct AxisStatus {
   Native minimum;  ///< soft limits
   Native maximum;
   bool moving = false;
-  bool homed = false;        ///< the position is known: it refers to a reference, and nothing has put that in doubt
-  Native bound = {};         ///< the mechanism is within this of `position` while it stands
-  bool moved_by_us = false;  ///< the last motion was asked of this rig
+  bool homed = false;       ///< the position is known: it refers to a reference, and nothing has put that in doubt
+  bool last_known = false;  ///< the lens does not answer: nothing here is of now
+  Native bound = {};     ///< the mechanism is within this of `position` while it stands; of what is last known: nothing
+  Arrival arrival = {};  ///< what its next motion will end with
+  bool moved_by_us = false;       ///< the last motion was asked of this rig
   bool moved_by_another = false;  ///< the last motion was not
   std::string fault;              ///< empty, or what the device complains of
 };
@@ -147,7 +150,8 @@ struct Activity {
 /// A copy of everything known about the rig at one moment.
 struct Status {
   bool connected = false;
-  std::string problem;   ///< empty, or why the lens does not answer
+  std::string
+      problem;  ///< empty, or why the lens does not answer: then nothing moves as far as is known, and nothing is homed
   Instant sampled_at{};  ///< of the axes
   drivers::PerAxis<std::optional<AxisStatus>> axes;
   std::shared_ptr<const OpticsTable> optics;  ///< under the conditions of this moment; null: not known
@@ -161,11 +165,12 @@ struct Status {
   Activity activity;
   bool has_camera = false;
   bool streaming = false;
+  drivers::Counters counters;  ///< of camera and lens
 };
 
-/// The rig. One thread calls everything but Interrupt(). Commands only take note; all device calls and all callbacks
-/// happen in Step(). Every callback is called exactly once: from Step(), or with Code::Cancelled from the destructor.
-/// A callback may give the rig further commands but must not destroy it.
+/// The rig. One thread calls everything but Interrupt(). A command acts at once, but motors start and all callbacks
+/// come in Step(). Every callback is called exactly once: from Step(), or with Code::Cancelled from the destructor. A
+/// callback may give the rig further commands but must not destroy it.
 ///
 /// Newest command wins: a motion of an axis displaces the one before (its caller gets Code::Superseded), and any motion
 /// displaces autofocus. Stop goes before everything else; whoever it ends gets Code::Cancelled, and the target becomes
@@ -193,17 +198,17 @@ class Rig {
   Result<Native> Resolve(drivers::Axis axis, const Target& target) const;
 
   /// Moves and reports. An impossible target fails with Resolve()'s error before anything moves or is displaced.
-  /// Unsupported too while the position of an axis that could search its reference is not known. Io: the memory cannot
+  /// NotHomed while the position of an axis that could search its reference is not known. Io: the memory cannot
   /// be written, and nothing has moved.
   void Move(drivers::Axis axis, const Target& target, MoveCallback done);
   /// Searches the reference of `axis`. Unsupported where it has none.
   void Home(drivers::Axis axis, MoveCallback done);
   /// Ends the motion of these axes, all of them if empty, and any autofocus. Unsupported: an axis cannot stop midway
   /// (the others are stopped all the same).
-  void Stop(std::vector<drivers::Axis> axes, StopCallback done);
+  void Stop(const std::vector<drivers::Axis>& axes, StopCallback done);
   /// Clears the faults of these axes, all of them if empty, where devices want to be told; moves nothing. Unsupported:
   /// an axis that was named takes no such command.
-  void ResetFaults(std::vector<drivers::Axis> axes, StopCallback done);
+  void ResetFaults(const std::vector<drivers::Axis>& axes, StopCallback done);
   /// Focuses on a region. Refusing is an outcome, not an error. Unsupported: no camera, no focus axis. InvalidArgument:
   /// no such method, a region outside the frame.
   void Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done);
@@ -212,13 +217,16 @@ class Rig {
   /// or has not ended, the picture is too small: the same frame is still wanted then.
   void GiveFrame(drivers::Frame frame, StopCallback taken);
   void GiveScore(OutsideScore score, StopCallback taken);
-  /// One frame exposed wholly after this call with every axis settled. Unsupported: no camera. Timeout: none came.
-  void Snapshot(SnapshotCallback done);
+  /// One frame exposed wholly after this call with every axis settled, or `in_motion` of a lens that may still move.
+  /// Unsupported: no camera. Timeout: none came.
+  void Snapshot(SnapshotCallback done, bool in_motion = false);
 
   std::shared_ptr<const Calibration> calibration() const;  ///< null: none
   /// Another calibration from now on (null: none). Motions under way go on to where they were sent. Errors as Create();
   /// then the old one stays.
   void SetCalibration(std::shared_ptr<const Calibration> calibration, StopCallback done);
+
+  const Clock& clock() const;
 
   /// The side an axis is approached from: its last motion goes toward larger positions.
   bool approaches_up(drivers::Axis axis) const;
@@ -240,6 +248,8 @@ class Rig {
  private:
   class Impl;
   explicit Rig(std::unique_ptr<Impl> impl);
+  Impl& Commanded();
+  Impl& Displacing();
   std::unique_ptr<Impl> impl_;
 };
 

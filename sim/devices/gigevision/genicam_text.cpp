@@ -1,3 +1,4 @@
+// The GenICam XML of the simulated camera, node by node, with whichever names its lens features are to have.
 #include "genicam_text.h"
 
 #include <algorithm>

@@ -7,8 +7,8 @@
 namespace lensd::sim {
 
 /// Where the lens' registers are. A position is written to `target` and read from `place`: what a client writes
-/// is one more, and toggles the top bit, so that the same target twice can be told from once. The command registers carry the top
-/// bits of the targets as they were when the command was given, so that what came first is known.
+/// is one more, and toggles the top bit, so that the same target twice can be told from once. The command registers
+/// carry the top bits of the targets as they were when the command was given, so that what came first is known.
 namespace registers {
 inline constexpr unsigned kFocusTarget = 0x8000;
 inline constexpr unsigned kFocusPlace = 0x8004;

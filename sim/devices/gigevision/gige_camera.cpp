@@ -1,3 +1,5 @@
+// A GigE Vision camera on this machine's network: the protocol is Aravis' fake camera, registers and pictures are the
+// simulator's. It shares no code with the driver.
 #include "sim/devices/gige_camera.h"
 
 #include <arpa/inet.h>
@@ -6,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <condition_variable>
 #include <cstring>
@@ -14,6 +17,7 @@
 #include <thread>
 #include <utility>
 
+#include "axis_registers.h"
 #include "drivers/api/device.h"
 #include "genicam_text.h"
 #include "picture_packing.h"
@@ -30,7 +34,6 @@ constexpr Duration kTick = 500us;
 constexpr Duration kClockLead = 10000s;  ///< the camera's clock is that much ahead of the host's
 constexpr Duration kFrameWait = 40ms;    ///< how long the stream waits for a picture not sent yet
 constexpr std::uint32_t kStatusNotInitialized = 1, kStatusBusy = 3, kStatusReady = 4, kStatusError = 5;
-constexpr double kPerFNumber = 1e-3, kPerMillimetre = 1e-4;
 
 /// Owns a GObject.
 struct Unref {
@@ -54,37 +57,6 @@ Result<void> CheckAddress(const std::string& address) {
   return Fail(Code::InvalidArgument, "cannot be a camera at " + address + ": " + std::strerror(error));
 }
 
-/// One axis between register counts and the simulated lens' native units.
-struct AxisRegisters {
-  Axis axis = Axis::Focus;
-  unsigned target = 0;
-  unsigned place = 0;
-  double (*native)(const LensSettings&, double count) = nullptr;
-  double (*count)(const LensSettings&, double native) = nullptr;
-  double grid = 1.0;              ///< counts between positions that are reported
-  std::uint32_t last_target = 0;  ///< as it stood when last looked at
-};
-
-double Same(const LensSettings&, double value) {
-  return value;
-}
-
-double IrisSpan(const LensSettings& lens) {
-  return std::log(lens.max_f_number / lens.min_f_number) / (lens.iris_steps - 1.0);
-}
-double IrisNative(const LensSettings& lens, double count) {
-  return std::log(count * kPerFNumber / lens.min_f_number) / IrisSpan(lens);
-}
-double IrisCount(const LensSettings& lens, double native) {
-  return lens.min_f_number * std::exp(native * IrisSpan(lens)) / kPerFNumber;
-}
-double ZoomNative(const LensSettings&, double count) {
-  return count * kPerMillimetre;
-}
-double ZoomCount(const LensSettings&, double native) {
-  return native / kPerMillimetre;
-}
-
 }  // namespace
 
 struct GigeCamera::Body {
@@ -96,6 +68,8 @@ struct GigeCamera::Body {
   ArvFakeCamera* memory = nullptr;
   std::vector<AxisRegisters> axes;
   bool initialized = true;
+  std::optional<Instant> moving_since;  // the lens' thread
+  std::atomic<bool> frozen = false;
 
   std::mutex mutex;
   std::condition_variable new_frame;
@@ -114,7 +88,8 @@ struct GigeCamera::Body {
   void SetRegisters();
   void TickLens();
   void LatchClock();
-  std::uint32_t StatusOf(const drivers::LensState& state) const;
+  std::uint32_t StatusOf(const drivers::LensState& state);
+  void ShowPlace(const AxisRegisters& axis, const drivers::AxisState& state);
   void Obey(AxisRegisters& axis, bool stopped_after);
   void RunEye(const std::stop_token& stop);
   void Fill(ArvBuffer* buffer, std::uint32_t gain_db, std::uint32_t format);
@@ -148,7 +123,7 @@ Result<void> GigeCamera::Body::Describe() {
     text.focus = {low_d, high_d, (high_d - low_d) / (lens.steps - 1.0), low_d, 0.0};
   }
   const auto add = [&](Axis axis, unsigned target, unsigned place, auto native, auto count, double grid = 1.0) {
-    axes.push_back({axis, target, place, native, count, grid, 0});
+    axes.push_back({axis, target, place, native, count, grid, 0, {}});
   };
   add(Axis::Focus, registers::kFocusTarget, registers::kFocusPlace, Same, Same);
   const bool optical = options.names == "sfnc" || options.names == "allied-vision";
@@ -250,35 +225,45 @@ void GigeCamera::Body::TickLens() {
     Obey(axis, abort_is_newer || initialize_is_newer);
     if (abort_is_newer) (void)lens.Stop(axis.axis);
     if (initialize != 0 && axis.axis == Axis::Focus) (void)lens.StartHome(axis.axis);
+    if (abort != 0 || initialize != 0) axis.told.reset();
   }
   if (initialize != 0) initialized = true;
   const auto state = lens.Read();
-  if (!state) return;
+  if (!state || frozen) return;
   Write(registers::kStatus, StatusOf(*state));
-  for (const AxisRegisters& axis : axes) {
-    const double exact = axis.count(scene->lens, state->axes[axis.axis]->position.value);
-    const double least = axis.count(scene->lens, 0.0);
-    const double count = least + std::round((exact - least) / axis.grid) * axis.grid;
-    Write(axis.place, static_cast<std::uint32_t>(std::lround(std::max(count, 0.0))));
-  }
+  for (const AxisRegisters& axis : axes) ShowPlace(axis, *state->axes[axis.axis]);
+}
+
+void GigeCamera::Body::ShowPlace(const AxisRegisters& axis, const drivers::AxisState& state) {
+  if (options.position == GigePosition::Echo && axis.told) return Write(axis.place, *axis.told);
+  if (options.position == GigePosition::AtEnd && state.moving) return;
+  const double exact = axis.count(scene->lens, state.position.value);
+  const double least = axis.count(scene->lens, 0.0);
+  const double count = least + std::round((exact - least) / axis.grid) * axis.grid;
+  Write(axis.place, static_cast<std::uint32_t>(std::lround(std::max(count, 0.0))));
 }
 
 void GigeCamera::Body::Obey(AxisRegisters& axis, bool overruled) {
   const std::uint32_t target = Read(axis.target);
   if (std::exchange(axis.last_target, target) == target || overruled || !initialized) return;
   const drivers::AxisCapabilities& can = *world.device.lens->capabilities().axes[axis.axis];
-  const double native = axis.native(scene->lens, (target & ~registers::kToggle) - 1u);
+  axis.told = (target & ~registers::kToggle) - 1u;
+  const double native = axis.native(scene->lens, *axis.told);
   (void)world.device.lens->StartMove(axis.axis, Native{std::clamp(native, can.minimum.value, can.maximum.value)});
 }
 
-std::uint32_t GigeCamera::Body::StatusOf(const drivers::LensState& state) const {
+std::uint32_t GigeCamera::Body::StatusOf(const drivers::LensState& state) {
   if (!initialized) return kStatusNotInitialized;
   bool moving = false, bad = false;
   for (const AxisRegisters& axis : axes) {
     moving = moving || state.axes[axis.axis]->moving;
     bad = bad || !state.axes[axis.axis]->fault.empty();
   }
-  return moving ? kStatusBusy : bad ? kStatusError : kStatusReady;
+  const Instant now = std::chrono::steady_clock::now();
+  if (!moving) moving_since.reset();
+  if (moving && !moving_since) moving_since = now;
+  const bool shows = moving && now - *moving_since >= options.busy_late;
+  return shows ? kStatusBusy : bad ? kStatusError : kStatusReady;
 }
 
 void GigeCamera::Body::LatchClock() {
@@ -379,6 +364,14 @@ GigeCamera::~GigeCamera() = default;
 void GigeCamera::PlaceFocus(double steps) {
   const std::lock_guard lock(body_->mutex);
   body_->placed = steps;
+}
+
+void GigeCamera::Freeze(bool frozen) {
+  body_->frozen = frozen;
+}
+
+double GigeCamera::TrueFocus() const {
+  return body_->world.truth->Now().focus_steps;
 }
 
 const std::string& GigeCamera::description() const {

@@ -3,7 +3,9 @@
 #include <sysexits.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <string>
@@ -17,7 +19,7 @@ namespace {
 constexpr const char* kUsage =
     "usage: sim-gige-camera --scene FILE.toml [--serial S] [--interface ADDRESS] [--lose FRACTION]\n"
     "                       [--names sfnc|basler|allied-vision|imaging-source|none] [--needs-initialize] [--seed N]\n"
-    "                       [--print-description]\n"
+    "                       [--position live|echo|at-end] [--busy-late MS] [--print-description]\n"
     "A GigE Vision camera with a motorised lens before a simulated scene, until it is interrupted. Prints \"ready\".\n"
     "Each line \"focus STEPS\" on standard input sends the lens' focus there, as if something else turned it.\n";
 
@@ -51,6 +53,15 @@ bool Parse(int argc, char** argv, Arguments& arguments) {
       options.names = value;
     } else if (key == "--lose") {
       if (std::from_chars(value.data(), end, options.lost_packets).ptr != end) return false;
+    } else if (key == "--position") {
+      constexpr std::string_view kKinds[] = {"live", "echo", "at-end"};
+      const auto kind = std::ranges::find(kKinds, value);
+      if (kind == std::end(kKinds)) return false;
+      options.position = static_cast<lensd::sim::GigePosition>(kind - kKinds);
+    } else if (key == "--busy-late") {
+      double ms = 0.0;
+      if (std::from_chars(value.data(), end, ms).ptr != end) return false;
+      options.busy_late = std::chrono::microseconds(std::llround(ms * 1e3));
     } else if (key == "--seed") {
       if (std::from_chars(value.data(), end, options.seed).ptr != end) return false;
     } else {

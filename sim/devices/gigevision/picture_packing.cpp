@@ -1,3 +1,4 @@
+// Simulated samples in the pixel formats that the simulated camera offers.
 #include "picture_packing.h"
 
 namespace lensd::sim {

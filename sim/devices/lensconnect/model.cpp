@@ -1,3 +1,5 @@
+// A LensConnect lens behind its CP2112 as the reports on the wire show it, faults included. Time comes from outside;
+// nothing here sleeps.
 #include <algorithm>
 #include <utility>
 
@@ -59,8 +61,8 @@ void LensConnect::Output(std::span<const std::uint8_t> report) {
       return;
     case 0x17:
       if (!is_one()) return;
-      phase_ = Phase::Idle;
-      hangs_ = false;
+      transfer_.phase = Phase::Idle;
+      transfer_.hangs = false;
       read_buffer_.clear();
       return;
     default:
@@ -69,34 +71,36 @@ void LensConnect::Output(std::span<const std::uint8_t> report) {
 }
 
 void LensConnect::StartTransfer(Phase end, std::uint8_t detail, std::uint16_t bytes) {
-  phase_ = Phase::Busy;
-  end_ = end;
-  detail_ = detail;
-  count_ = bytes;
-  polls_left_ = traits_.busy_polls;
-  hangs_ = Spoils(LensConnectFault::Hang);
+  transfer_.phase = Phase::Busy;
+  transfer_.end = end;
+  transfer_.detail = detail;
+  transfer_.count = bytes;
+  transfer_.polls_left = traits_.busy_polls;
+  transfer_.hangs = Spoils(LensConnectFault::Hang);
 }
 
 /// "Complete" and "failed" are told once.
 void LensConnect::SendStatus() {
-  if (phase_ == Phase::Busy && !hangs_ && polls_left_-- <= 0) phase_ = end_;
-  const bool ended = phase_ == Phase::Complete || phase_ == Phase::Failed;
-  Report report{0x16, static_cast<std::uint8_t>(phase_), static_cast<std::uint8_t>(ended ? detail_ : 0)};
+  if (transfer_.phase == Phase::Busy && !transfer_.hangs && transfer_.polls_left-- <= 0)
+    transfer_.phase = transfer_.end;
+  const bool ended = transfer_.phase == Phase::Complete || transfer_.phase == Phase::Failed;
+  Report report{0x16, static_cast<std::uint8_t>(transfer_.phase),
+                static_cast<std::uint8_t>(ended ? transfer_.detail : 0)};
   Append(report, 0);
-  Append(report, ended ? count_ : 0);
-  if (ended) phase_ = Phase::Idle;
+  Append(report, ended ? transfer_.count : 0);
+  if (ended) transfer_.phase = Phase::Idle;
   Send(std::move(report));
 }
 
 /// At most what is there; nothing at all where nothing is.
 void LensConnect::SendData(std::size_t length) {
-  if (hangs_) return;
+  if (transfer_.hangs) return;
   std::size_t left = std::min(length, read_buffer_.size());
   if (left > 1 && Spoils(LensConnectFault::ShortReply)) --left;
   std::size_t sent = 0;
   while (sent < left) {
     const std::size_t count = std::min(kChunk, left - sent);
-    Report report{0x13, static_cast<std::uint8_t>(phase_), static_cast<std::uint8_t>(count)};
+    Report report{0x13, static_cast<std::uint8_t>(transfer_.phase), static_cast<std::uint8_t>(count)};
     const auto first = read_buffer_.begin() + static_cast<std::ptrdiff_t>(sent);
     report.insert(report.end(), first, first + static_cast<std::ptrdiff_t>(count));
     Send(std::move(report));
@@ -119,7 +123,7 @@ void LensConnect::Queue(Report report, Instant due) {
 
 /// Answers somebody would like: there already, nothing busy, complete.
 LensConnect::Report LensConnect::Stray() {
-  switch (strays_++ % 3) {
+  switch (counts_.strays++ % 3) {
     case 0: {
       Report report{0x13, 0x02, 0x02};
       Append(report, last_target_);
@@ -155,7 +159,7 @@ bool LensConnect::Spoils(LensConnectFault fault) {
 void LensConnect::SetFeature(std::span<const std::uint8_t> report) {
   if (report.empty()) return;
   if (report[0] == 0x01 && report.size() > 1 && report[1] == 0x01) return ResetChip();
-  if (report[0] >= 0x20 && report[0] <= 0x24) ++forbidden_;
+  if (report[0] >= 0x20 && report[0] <= 0x24) ++counts_.forbidden;
   if (report[0] != 0x06 || report.size() < configuration_.size()) return;
   // Each field for itself: what the chip dislikes keeps its old value.
   const auto take = [&](std::size_t at, std::size_t size, bool good) {
@@ -191,9 +195,9 @@ LensConnect::Report LensConnect::GetFeature(std::uint8_t id) {
 }
 
 void LensConnect::ResetChip() {
-  ++resets_;
+  ++counts_.resets;
   configuration_ = DefaultConfiguration();
-  phase_ = Phase::Idle;
+  transfer_.phase = Phase::Idle;
   read_buffer_.clear();
   input_.clear();
 }
@@ -204,7 +208,7 @@ void LensConnect::SmbusWrite(std::span<const std::uint8_t> data) {
   if (data.size() < 2) return;
   pointer_ = Big(data);
   if (data.size() == 4) WriteRegister(pointer_, Big(data.subspan(2)));
-  if (data.size() > 2 && pointer_ >= 0xFF00) ++forbidden_;
+  if (data.size() > 2 && pointer_ >= 0xFF00) ++counts_.forbidden;
 }
 
 void LensConnect::WriteRegister(std::uint16_t where, std::uint16_t value) {
@@ -229,11 +233,11 @@ void LensConnect::WriteRegister(std::uint16_t where, std::uint16_t value) {
 
 /// One motor at a time: the maker's software never asks for more.
 void LensConnect::Start(std::size_t index, bool home, std::uint16_t value) {
-  ++starts_;
+  ++counts_.starts;
   const Instant now = clock_.Now();
   bool overlaps = false;
   for (std::size_t i = 0; i < motors_.size(); ++i) overlaps |= i != index && motors_[i].Busy(now);
-  if (overlaps) ++overlaps_;
+  if (overlaps) ++counts_.overlaps;
   if (!home) last_target_ = value;
   if (overlaps || Spoils(LensConnectFault::Ignored)) return;
   home ? motors_[index].Home(now) : motors_[index].Move(value, now);

@@ -1,3 +1,4 @@
+// One motor of the simulated LensConnect lens: where it is at any time, by closed form.
 #include <algorithm>
 #include <cmath>
 

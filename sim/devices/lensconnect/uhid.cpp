@@ -1,3 +1,4 @@
+// The simulated lens as a HID device of this kernel, through /dev/uhid.
 #include <fcntl.h>
 #include <linux/uhid.h>
 #include <poll.h>

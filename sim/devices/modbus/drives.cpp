@@ -1,3 +1,4 @@
+// What every simulated drive is made of: a file of registers with ranges, and the families by name.
 #include "drives.h"
 
 #include <algorithm>
@@ -43,7 +44,7 @@ std::expected<ModbusDrive::Registers, ModbusDrive::ExceptionCode> ModbusDrive::R
   constexpr ExceptionCode kBadValue = 0x03;
   if (count < 1 || count > refusals_.most) return std::unexpected(kBadValue);
   if (!file_.Readable(address, count)) return std::unexpected(refusals_.read);
-  Refresh(now);
+  if (now >= frozen_until_) Refresh(now);
   Registers registers;
   for (int i = 0; i < count; ++i) registers.push_back(file_.Get(static_cast<std::uint16_t>(address + i)));
   return registers;
@@ -54,7 +55,7 @@ std::expected<void, ModbusDrive::ExceptionCode> ModbusDrive::Write(std::uint16_t
                                                                    Duration now) {
   const Written written{address, static_cast<int>(registers.size())};
   if (!file_.Writable(address, written.count)) return std::unexpected(refusals_.write);
-  Refresh(now);
+  if (now >= frozen_until_) Refresh(now);
   for (std::size_t i = 0; i < registers.size(); ++i) file_.Set(static_cast<std::uint16_t>(address + i), registers[i]);
   return Obey(written, now);
 }

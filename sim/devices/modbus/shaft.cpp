@@ -1,3 +1,4 @@
+// The shaft of a simulated drive: a trapezoid of speed evaluated at any time.
 #include <algorithm>
 #include <cmath>
 

@@ -1,6 +1,17 @@
+// Modbus frames from the answering side: CRC, lengths, RTU. Written from the specification, apart from the driver's
+// libmodbus.
 #include "wire.h"
 
 namespace lensd::sim::wire {
+
+std::uint16_t Word(const std::vector<std::uint8_t>& bytes, std::size_t at) {
+  return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]);
+}
+
+void Append(std::vector<std::uint8_t>& bytes, std::uint16_t word) {
+  bytes.push_back(static_cast<std::uint8_t>(word >> 8));
+  bytes.push_back(static_cast<std::uint8_t>(word & 0xFF));
+}
 
 std::uint16_t Checksum(std::span<const std::uint8_t> bytes) {
   std::uint16_t sum = 0xFFFF;

@@ -7,6 +7,10 @@
 
 namespace lensd::sim::wire {
 
+/// High byte first.
+std::uint16_t Word(const std::vector<std::uint8_t>& bytes, std::size_t at);
+void Append(std::vector<std::uint8_t>& bytes, std::uint16_t word);
+
 /// CRC-16/MODBUS; goes onto the line low byte first.
 std::uint16_t Checksum(std::span<const std::uint8_t> bytes);
 

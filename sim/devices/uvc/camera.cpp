@@ -1,3 +1,5 @@
+// The simulated USB camera attached to this kernel: requests in, descriptors, controls, pictures and status out, on one
+// thread.
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
@@ -68,6 +70,11 @@ class UvcCamera::Server {
     Command command;
     std::vector<std::uint8_t> data;
   };
+  struct Commands {
+    std::deque<Command> pending;
+    std::deque<Command> lost;
+    std::deque<Delayed> delayed;
+  };
 
   void Join() {
     if (!thread_.joinable()) return;
@@ -82,9 +89,9 @@ class UvcCamera::Server {
     }
     close(socket_);
     const std::lock_guard lock(mutex_);
-    pending_.clear();
-    delayed_.clear();
-    lost_.clear();
+    commands_.pending.clear();
+    commands_.delayed.clear();
+    commands_.lost.clear();
     stream_.Stop();
     running_ = false;
   }
@@ -111,14 +118,14 @@ class UvcCamera::Server {
   bool Take(Command command) {
     if (command.unlink) return Unlink(command);
     if (command.endpoint == kControlEndpoint) return Control(std::move(command));
-    pending_.push_back(std::move(command));
+    commands_.pending.push_back(std::move(command));
     return true;
   }
 
   bool Unlink(const Command& command) {
     const auto is_it = [&](const Command& one) { return one.sequence == command.unlinked; };
-    const bool found = std::erase_if(pending_, is_it) + std::erase_if(lost_, is_it) +
-                           std::erase_if(delayed_, [&](const Delayed& one) { return is_it(one.command); }) >
+    const bool found = std::erase_if(commands_.pending, is_it) + std::erase_if(commands_.lost, is_it) +
+                           std::erase_if(commands_.delayed, [&](const Delayed& one) { return is_it(one.command); }) >
                        0;
     return usbip::AnswerUnlink(socket_, command, found).has_value();
   }
@@ -129,10 +136,11 @@ class UvcCamera::Server {
       case UvcModel::Answer::Kind::Stall:
         return usbip::Answer(socket_, command, usbip::kStalled, {}).has_value();
       case UvcModel::Answer::Kind::Lost:
-        lost_.push_back(std::move(command));
+        commands_.lost.push_back(std::move(command));
         return true;
       case UvcModel::Answer::Kind::Late:
-        delayed_.push_back({clock_.Now() + model_->faults().delay, std::move(command), std::move(answer.data)});
+        commands_.delayed.push_back(
+            {clock_.Now() + model_->faults().delay, std::move(command), std::move(answer.data)});
         return true;
       case UvcModel::Answer::Kind::Done:
         break;
@@ -141,39 +149,39 @@ class UvcCamera::Server {
   }
 
   bool AnswerDelayed() {
-    for (auto one = delayed_.begin(); one != delayed_.end();) {
+    for (auto one = commands_.delayed.begin(); one != commands_.delayed.end();) {
       if (clock_.Now() < one->due) {
         ++one;
         continue;
       }
       if (!usbip::Answer(socket_, one->command, 0, one->data)) return false;
-      one = delayed_.erase(one);
+      one = commands_.delayed.erase(one);
     }
     return true;
   }
 
   std::deque<Command>::iterator Pending(std::uint32_t endpoint) {
-    return std::ranges::find_if(pending_, [&](const Command& one) { return one.endpoint == endpoint; });
+    return std::ranges::find_if(commands_.pending, [&](const Command& one) { return one.endpoint == endpoint; });
   }
 
   bool AnswerStatus() {
     const auto waiting = Pending(kStatus);
-    if (waiting == pending_.end()) return true;
+    if (waiting == commands_.pending.end()) return true;
     const auto packets = model_->TakeStatus();
     if (packets.empty()) return true;
     const Command command = std::move(*waiting);
-    pending_.erase(waiting);
+    commands_.pending.erase(waiting);
     return usbip::Answer(socket_, command, 0, packets.front()).has_value();
   }
 
   /// A transfer waits until there is something to send: no empty packets keep an emulated machine busy.
   bool AnswerStream() {
     auto waiting = Pending(kStream);
-    if (waiting == pending_.end()) {
+    if (waiting == commands_.pending.end()) {
       if (clock_.Now() - last_read_ > kIdle) stream_.Stop();
       return true;
     }
-    for (; waiting != pending_.end(); waiting = Pending(kStream)) {
+    for (; waiting != commands_.pending.end(); waiting = Pending(kStream)) {
       last_read_ = clock_.Now();
       std::vector<std::vector<std::uint8_t>> payloads;
       const std::size_t room = waiting->packet_lengths.empty() ? 1 : waiting->packet_lengths.size();
@@ -187,7 +195,7 @@ class UvcCamera::Server {
       }
       if (payloads.empty()) return true;
       const Command command = std::move(*waiting);
-      pending_.erase(waiting);
+      commands_.pending.erase(waiting);
       const auto sent = command.packet_lengths.empty() ? usbip::Answer(socket_, command, 0, payloads.front())
                                                        : usbip::AnswerPackets(socket_, command, payloads);
       if (!sent) return false;
@@ -204,9 +212,7 @@ class UvcCamera::Server {
   std::mutex mutex_;  ///< of everything below, which the thread uses
   std::unique_ptr<UvcModel> model_;
   UvcStream stream_;
-  std::deque<Command> pending_;
-  std::deque<Command> lost_;
-  std::deque<Delayed> delayed_;
+  Commands commands_;
   Instant last_read_{};
   int socket_ = -1;
   const int wake_;

@@ -1,3 +1,4 @@
+// Device and configuration descriptors of the simulated camera by UVC 1.1, section 3, and USB 2.0, section 9.6.
 #include "descriptors.h"
 
 #include <cmath>
@@ -48,7 +49,7 @@ void AddColour(Bytes& bytes) {
   Add(bytes, {6, 0x24, 0x0D, 1, 6, 4});
 }
 
-Bytes StreamFormats(const CameraSettings& camera) {
+Bytes StreamFormats(const UvcOptions& options, const CameraSettings& camera) {
   Bytes formats;
   Add(formats, {27,   0x24, 0x04, 1,    1,    'Y',  'U',  'Y', '2', 0x00, 0x00, 0x10, 0x00, 0x80,
                 0x00, 0x00, 0xAA, 0x00, 0x38, 0x9B, 0x71, 16,  1,   0,    0,    0,    0});
@@ -57,10 +58,19 @@ Bytes StreamFormats(const CameraSettings& camera) {
   Add(formats, {11, 0x24, 0x06, 2, 1, 1, 1, 0, 0, 0, 0});
   AddFrame(formats, 0x07, camera);
   AddColour(formats);
+  const int count = options.grey_bits > 0 ? 3 : 2;
+  if (count == 3) {
+    const std::string bits = std::to_string(options.grey_bits);
+    Add(formats, {27,   0x24, 0x04, 3,    1,    'Y',  bits[0], bits[1], ' ', 0x00, 0x00, 0x10, 0x00, 0x80,
+                  0x00, 0x00, 0xAA, 0x00, 0x38, 0x9B, 0x71,    16,      1,   0,    0,    0,    0});
+    AddFrame(formats, 0x05, camera);
+    AddColour(formats);
+  }
   Bytes all;
-  Add(all, {15, 0x24, 0x01, 2});
-  Append(all, static_cast<std::uint32_t>(15 + formats.size()), 2);
-  Add(all, {UvcModel::kStreamEndpoint, 0, 3, 0, 0, 0, 1, 0, 0});
+  Add(all, {13 + count, 0x24, 0x01, count});
+  Append(all, static_cast<std::uint32_t>(13 + count) + static_cast<std::uint32_t>(formats.size()), 2);
+  Add(all, {UvcModel::kStreamEndpoint, 0, 3, 0, 0, 0, 1});
+  all.insert(all.end(), static_cast<std::size_t>(count), std::uint8_t{0});
   all.insert(all.end(), formats.begin(), formats.end());
   return all;
 }
@@ -91,7 +101,7 @@ Bytes ConfigurationDescriptor(const UvcOptions& options, std::uint32_t controls,
   Add(body, {7, 5, UvcModel::kStatusEndpoint, 3, 16, 0, 8});
   Add(body, {5, 0x25, 0x03, 16, 0});
   Add(body, {9, 4, 1, 0, options.isochronous ? 0 : 1, 0x0E, 0x02, 0, 0});
-  const Bytes formats = StreamFormats(camera);
+  const Bytes formats = StreamFormats(options, camera);
   body.insert(body.end(), formats.begin(), formats.end());
   if (options.isochronous) {
     Add(body, {9, 4, 1, 1, 1, 0x0E, 0x02, 0, 0});

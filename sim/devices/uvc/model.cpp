@@ -1,3 +1,4 @@
+// How the simulated camera answers requests: its terminal's controls, their ranges, and the faults injected.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -333,7 +334,7 @@ double UvcModel::FocusPosition() {
 /// What the camera agrees to: its one size in the format asked for, at its one rate.
 std::vector<std::uint8_t> UvcModel::Negotiated(std::span<const std::uint8_t> asked) const {
   std::vector<std::uint8_t> agreed(asked.begin(), asked.end());
-  agreed[2] = agreed[2] == 2 ? 2 : 1;
+  if (agreed[2] < 1 || agreed[2] > (options_.grey_bits > 0 ? 3 : 2)) agreed[2] = 1;
   agreed[3] = 1;
   const auto put = [&](std::size_t at, std::uint32_t value) {
     std::ranges::copy(Bytes(value, 4), agreed.begin() + static_cast<std::ptrdiff_t>(at));

@@ -1,3 +1,4 @@
+// Pictures of the simulated camera as payloads with headers.
 #include <turbojpeg.h>
 
 #include <algorithm>
@@ -40,6 +41,15 @@ std::vector<std::uint8_t> UvcStream::Encode(const drivers::Frame& frame) {
   const auto& samples = *frame.samples;
   const int shift = frame.bits - 8;
   std::vector<std::uint8_t> bytes;
+  if (model_.grey()) {
+    const int bits = model_.options().grey_bits;
+    for (const std::uint16_t sample : samples) {
+      const int word = bits > frame.bits ? sample << (bits - frame.bits) : sample >> (frame.bits - bits);
+      bytes.push_back(static_cast<std::uint8_t>(word));
+      bytes.push_back(static_cast<std::uint8_t>(word >> 8));
+    }
+    return bytes;
+  }
   if (!model_.mjpeg()) {
     bytes.resize(2 * samples.size(), 0x80);
     for (std::size_t i = 0; i < samples.size(); ++i) bytes[2 * i] = static_cast<std::uint8_t>(samples[i] >> shift);

@@ -1,3 +1,4 @@
+// USB/IP as the kernel's vhci_hcd speaks it, so that a simulated camera appears as a USB device.
 #include "usbip.h"
 
 #include <sys/socket.h>

@@ -24,6 +24,9 @@ struct Picture {
   std::vector<Bright> bright;        ///< what is brighter than white; 65535 there
 };
 
+/// What part of the light a picture is made of: luminance for a camera without colour.
+enum class Channel { Luminance, Red, Green, Blue };
+
 /// Renders and remembers. Lens states are rounded before rendering so that runs which pass the same place share a
 /// picture: blur moves by at most 1/128 px or 1/256 of itself, whichever is larger. Noise is never part of a picture.
 /// All calls from any thread.
@@ -35,8 +38,11 @@ class Pictures {
   ~Pictures();
 
   const Scene& scene() const;
+  /// Whether red, green and blue differ: else their pictures are that of the luminance.
+  bool colourful() const;
   /// Errors as Renderer::Render().
-  Result<std::shared_ptr<const Picture>> At(const OpticalState& state, const std::stop_token& stop = {});
+  Result<std::shared_ptr<const Picture>> At(const OpticalState& state, const std::stop_token& stop = {},
+                                            Channel channel = Channel::Luminance);
 
  private:
   struct Shelf;

@@ -21,6 +21,7 @@ struct OpticalState {
   double aperture_diameter_m = 0.01;  ///< used by Aperture and Thin; Pinhole is its limit at 0
   double sensor_distance_m = 0.025;   ///< lens centre to sensor
   double magnification = 1.0;         ///< size of the picture, about the frame's middle, over what the scene says
+  double centre_shift_m = 0.0;        ///< how far the lens centre is ahead: for Pictures, which look from there
 };
 
 /// A rectangle of whole pixels.
@@ -69,7 +70,7 @@ struct Rendered {
   LightImage image;                       ///< of the region asked for
   PixelRect region;                       ///< which part of the frame it is
   Algorithm algorithm = Algorithm::Auto;  ///< the one used
-  double error_bound = 0.0;               ///< of full scale, against converged rays
+  double error_bound = 0.0;  ///< of full scale, against converged rays; beside what docs say of short periods
 };
 
 /// A scene made ready for rendering: textures laid on the sensor's grid once. Const calls may come from any thread.

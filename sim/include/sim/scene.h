@@ -2,6 +2,7 @@
 // Plain data; field names are the keys of the scene file (docs: scenes/README.md), with the unit as suffix.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -22,11 +23,12 @@ struct Region {
   double h = 1.0;
 };
 
-/// Linear luminance, row-major, 1 is white (0.9 of full well at the initial f-number).
+/// Linear light, row-major, 1 is white (0.9 of full well at the initial f-number).
 struct Texture {
-  int width = 0;             ///< px
-  int height = 0;            ///< px
-  std::vector<float> light;  ///< width * height values in [0, 1]
+  int width = 0;                               ///< px
+  int height = 0;                              ///< px
+  std::vector<float> light;                    ///< luminance, width * height values in [0, 1]
+  std::array<std::vector<float>, 3> colour{};  ///< red, green and blue alike; empty: grey
 };
 
 /// Axial depths from the lens centre, row-major; unknown samples have been given the farthest known depth.
@@ -36,15 +38,16 @@ struct DepthMap {
   std::vector<float> depth_m;  ///< width * height values, > 0
 };
 
-/// A picture on a surface, mirrored to fill it: image pixel centre (i + 0.5, j + 0.5) of the frame shows the texture at
-/// texture_px_per_image_px times that, in texture pixels. A depth map's texture is stretched to the frame instead.
+/// A picture on a surface, its samples the means over their pixels, mirrored to fill it: image pixel centre (i + 0.5, j
+/// + 0.5) of the frame shows the texture at texture_px_per_image_px times that, in texture pixels. A depth map's
+/// texture is stretched to the frame instead.
 struct TexturePaint {
   std::shared_ptr<const Texture> texture;
   double texture_px_per_image_px = 1.0;
   bool stretched = false;
 };
-/// 0.5 + 0.5 cos(2 pi x / period_x_px) cos(2 pi y / period_y_px), x and y in image pixels from the frame's upper left
-/// corner; a factor whose period is 0 is 1.
+/// What pixels show: 0.5 + 0.5 cos(2 pi x / period_x_px) cos(2 pi y / period_y_px) at their middles, x and y in image
+/// pixels from the frame's upper left corner; a factor whose period is 0 is 1.
 struct SinusoidPaint {
   double period_x_px = 0.0;
   double period_y_px = 0.0;
@@ -93,6 +96,7 @@ struct CameraSettings {
   int height = 480;  ///< px
   double pixel_um = 3.45;
   int bits = 8;                       ///< 8, 10, 12 or 16
+  bool colour = false;                ///< red, green and blue at every pixel, each a sensor of its own
   std::optional<double> full_well_e;  ///< none: no photon noise
   double read_noise_e = 0.0;          ///< standard deviation; needs full_well_e
   double black_level = 0.0;           ///< fraction of full scale added before quantisation
@@ -111,6 +115,9 @@ struct LensSettings {
   bool liquid = false;
   double min_focal_length_mm = 25.0;  ///< equal to the maximum unless the lens zooms
   double max_focal_length_mm = 25.0;
+  /// How far the lens centre moves toward the scene from the shortest focal length to the longest, evenly in focal
+  /// length. Distances of the scene start where it is at the shortest.
+  double centre_shift_mm = 0.0;
   double min_f_number = 1.4;
   double max_f_number = 16.0;
   double min_extension_mm = 0.0;
@@ -121,10 +128,12 @@ struct LensSettings {
   double settle_ms = 8.0;
   double ring_hz = 0.0;
   double ring_damping = 0.02;
+  drivers::Feedback feedback = drivers::Feedback::Counts;  ///< what the positions of its axes are
   double backlash_steps = 0.0;
   int iris_steps = 100;  ///< iris positions 0 .. iris_steps - 1, even in log(f-number)
   double iris_backlash_steps = 0.0;
-  /// Relative change of focal length, and with it of the picture's size, from the minimum extension to the maximum.
+  /// Relative change of focal length, and with it of the picture's size, from the minimum extension to the maximum. The
+  /// focal lengths above are those at extension 0, and so is the one in the f-number: the opening does not breathe.
   double breathing = 0.0;
   int aperture_blades = 0;  ///< 0: a circle; else the corners of the polygon of the same area, at least 3
   double temperature_c = 20.0;
@@ -167,6 +176,10 @@ struct Scene {
   std::vector<Fault> faults;
   Region truth_region{0.4, 0.4, 0.2, 0.2};
 };
+
+/// The scene as it is from a lens centre so far ahead: every depth is that much less. Pictures of surfaces stay where
+/// they are in the frame, as they were laid; a tilted plane stays a plane.
+Scene SeenFrom(const Scene& scene, double ahead_m);
 
 /// How far the vergence of the scene's one moving wall is from where it stood at time 0; 0 where nothing moves.
 double SwayD(const Scene& scene, double seconds);

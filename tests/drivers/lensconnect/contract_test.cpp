@@ -1,5 +1,5 @@
 // The contract suite over the driver on the simulated lens.
-#include "lens.h"
+#include "lensconnect_lens.h"
 #include "model_transport.h"
 #include "stand.h"
 

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <random>
 
-#include "lens.h"
+#include "lensconnect_lens.h"
 #include "model_transport.h"
 #include "open_files.h"
 #include "rig/rig.h"

@@ -37,7 +37,7 @@ def node_of(lens):
 class Rules(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        shutil.copy(os.path.join(ROOT, "udev", "60-lensd.rules"), RULES)
+        shutil.copy(os.path.join(ROOT, "systemd", "udev", "60-lensd.rules"), RULES)
         subprocess.run(["udevadm", "control", "--reload"], check=True)
         cls.lens = subprocess.Popen([os.path.join(BIN, "uhid_lens"), "UDEV1"], stdin=subprocess.PIPE,
                                     stdout=subprocess.PIPE, text=True)

@@ -112,7 +112,7 @@ TEST_P(ModbusBus, AbsoluteMovesWantAReferenceWhereTheDriveDoes) {
   EXPECT_FALSE(device->lens->Read()->axes[Axis::Focus]->homed);
   const auto moved = device->lens->StartMove(Axis::Focus, Native{100});
   ASSERT_FALSE(moved.has_value());
-  EXPECT_EQ(moved.error().code, Code::Unsupported);
+  EXPECT_EQ(moved.error().code, Code::NotHomed);
   EXPECT_NE(moved.error().message.find("home"), std::string::npos);
   EXPECT_EQ(bench.Motions(1), 0);
   ASSERT_TRUE(bench.Home(*device->lens, Axis::Focus));

@@ -1,4 +1,4 @@
-"""A lens of two drives on one bus through lensd and lensctl: home, move, alarms, a pulled cable."""
+"""A lens of three drives on one bus through lensd and lensctl: home, move, alarms, a pulled cable."""
 import json
 import os
 import subprocess
@@ -51,11 +51,16 @@ unit = 2
 profile = "{focus}"
 range = [0, 4000]
 {parameters}
+[lens.drives.zoom]
+unit = 3
+profile = "{focus}"
+range = [-500, 5000]
+{parameters}
 """
 FAST_AZ = "parameters = { speed = 10000, start_rate = 500000, stop_rate = 500000 }"
 
 
-class TwoAxes:
+class AnyWire:
     """Over one wire or the other."""
 
     def setUp(self):
@@ -83,7 +88,7 @@ class TwoAxes:
             time.sleep(0.02)
 
     def test_moves_want_a_reference_and_then_go_where_they_are_told(self):
-        self.assertIn("home", self.lensctl("focus", "@100", status=69))
+        self.assertIn("home", self.lensctl("focus", "@100", status=7))
         self.lensctl("home")
         moved = json.loads(self.lensctl("focus", "@5000", "--json"))
         self.assertTrue(moved["reached"] and moved["verified"])
@@ -95,6 +100,20 @@ class TwoAxes:
         self.assertEqual(self.simulator.tell("position 2"), "1234")
         self.assertEqual(self.simulator.tell("position 1"), "5000")
 
+    def test_without_optics_every_axis_goes_by_its_steps(self):
+        self.lensctl("home")
+        for command, axis, unit in (("focus", "focus", 1), ("aperture", "iris", 2), ("zoom", "zoom", 3)):
+            for words, there in (("@1200", 1200), ("+34", 1234), ("-200.0", 1034), ("@0", 0)):
+                moved = json.loads(self.lensctl(command, "ring", words, "--json"))
+                self.assertEqual((moved["axis"], moved["reached"], moved["steps"]), (axis, True, there))
+                self.assertEqual(self.simulator.tell(f"position {unit}"), str(there))
+            self.assertIn("steps", self.lensctl(command, "@6000000", status=6))
+            self.lensctl(command, "@", status=64)
+            self.lensctl(command, "+5x", status=64)
+        self.lensctl("zoom", "@-500")
+        self.assertEqual(self.simulator.tell("position 3"), "-500")
+        self.assertIn("f-numbers", self.lensctl("aperture", "2.8", status=8))
+
     def test_stop_ends_a_move(self):
         self.lensctl("home")
         with self.daemon.client() as mover:
@@ -105,11 +124,39 @@ class TwoAxes:
         self.wait_for(lambda: not self.axis()[0]["moving"])
         self.assertLess(int(self.simulator.tell("position 1")), 20000)
 
+    def test_after_a_kill_in_mid_move_the_motors_are_stopped(self):
+        self.lensctl("home")
+        with self.daemon.client() as mover:
+            mover.send(LENS + "Move", {"axis": "focus", "target": {"native": 20000}})
+            self.wait_for(lambda: int(self.simulator.tell("position 1")) > 100)
+            self.daemon.process.kill()
+            self.daemon.process.wait(timeout=30)
+        self.assertLess(int(self.simulator.tell("position 1")), 20000)
+        command = [os.path.join(BIN, "lensd"), "--config", self.daemon.config, "--stop-motors"]
+        ended_well = subprocess.run(command, env={**os.environ, "SERVICE_RESULT": "success"}, check=False, timeout=30)
+        self.assertEqual(ended_well.returncode, 0)
+        before = int(self.simulator.tell("position 1"))
+        self.wait_for(lambda: int(self.simulator.tell("position 1")) > before)  # nothing has stopped it yet
+        began = time.monotonic()
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=30)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertLess(time.monotonic() - began, 0.5 * PATIENCE)
+        places = [-1]
+
+        def rests():
+            places.append(int(self.simulator.tell("position 1")))
+            time.sleep(0.1)
+            return places[-1] == places[-2]
+
+        self.wait_for(rests)
+        self.assertLess(places[-1], 20000)
+        self.assertGreater(places[-1], 0)
+
     def test_an_alarm_has_a_name_and_goes_on_request(self):
         self.lensctl("home")
         self.simulator.tell("alarm 1 0x30")
         self.wait_for(lambda: self.axis()[0]["fault"] == "alarm 0x30: overload")
-        self.assertIn("overload", self.lensctl("focus", "@200", status=69))
+        self.assertIn("overload", self.lensctl("focus", "@200", status=8))
         self.assertEqual(self.axis("iris")[0]["fault"], "")
         self.lensctl("call", LENS + "ResetFaults", '{"axis": "focus"}')
         self.wait_for(lambda: self.axis()[0]["fault"] == "")
@@ -134,16 +181,16 @@ class TwoAxes:
         self.lensctl("focus", "@100")
 
 
-class Tcp(TwoAxes, unittest.TestCase):
+class Tcp(AnyWire, unittest.TestCase):
     def start(self):
-        simulator = Simulator("--tcp", "0", "--unit", "1", "--unit", "2")
+        simulator = Simulator("--tcp", "0", "--unit", "1", "--unit", "2", "--unit", "3")
         return simulator, f'host = "{simulator.greeting.removeprefix("listening on ")}"'
 
 
-class Rtu(TwoAxes, unittest.TestCase):
+class Rtu(AnyWire, unittest.TestCase):
     def start(self):
         port = os.path.join(self.folder.name, "port")
-        simulator = Simulator("--rtu", port, "--unit", "1", "--unit", "2")
+        simulator = Simulator("--rtu", port, "--unit", "1", "--unit", "2", "--unit", "3")
         return simulator, f'device = "{port}"'
 
 

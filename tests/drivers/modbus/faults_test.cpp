@@ -22,7 +22,8 @@ using sim::WireFault;
 constexpr double kRange = 2000.0;
 
 struct Tally {
-  long moves = 0, reached = 0, refused = 0, failed = 0, stopped = 0, wrong_position = 0, false_reached = 0, hung = 0;
+  long moves = 0, reached = 0, refused = 0, failed = 0, stopped = 0, wrong_position = 0, false_reached = 0, hung = 0,
+       spoiled = 0;
   Duration longest{};
   std::map<std::string, long> reasons;
 };
@@ -74,9 +75,15 @@ class Driver {
     const Duration stop_after = std::chrono::milliseconds(random_() % 60);
     bool stop_sent = false;
     ++tally.moves;
+    bool spoiled = false;
+    const Duration spoil_after = std::chrono::milliseconds(random_() % 60);
     while (!end) {
       Step();
       const Duration gone = bench_.clock.Now() - began;
+      if (!spoiled && gone > spoil_after) {
+        spoiled = true;
+        Spoil(UnitOf(axis));
+      }
       if (stop && !stop_sent && gone > stop_after && !end) {
         stop_sent = true;
         ++tally.stopped;
@@ -89,6 +96,20 @@ class Driver {
     }
     tally.longest = std::max(tally.longest, bench_.clock.Now() - began);
     Judge(axis, target, *end);
+    // Nothing is learnt from a lens that is known to be away.
+    const Instant patience = bench_.clock.Now() + std::chrono::seconds(3);
+    while (!rig_->GetStatus().connected && bench_.clock.Now() < patience) Step();
+  }
+
+  /// Now and then a drive is without power for a moment, or reads as it was.
+  void Spoil(int unit) {
+    const auto kind = random_() % 25;
+    const Duration how_long = std::chrono::milliseconds(random_() % 400);
+    if (kind > 1) return;
+    ++tally.spoiled;
+    bench_.wire.With(unit, [&](sim::ModbusDrive& drive, Duration now) {
+      kind == 0 ? drive.LosePower(now, how_long) : drive.Freeze(now, how_long);
+    });
   }
 
   void Step() {
@@ -157,15 +178,16 @@ TEST_P(ModbusFaults, FourAxesOfOneBus) {
   all.refused += other.tally.refused;
   all.failed += other.tally.failed;
   all.stopped += other.tally.stopped;
+  all.spoiled += other.tally.spoiled;
   all.hung += other.tally.hung;
   all.wrong_position += other.tally.wrong_position;
   all.false_reached += other.tally.false_reached;
   all.longest = std::max(all.longest, other.tally.longest);
   for (const auto& [reason, count] : other.tally.reasons) all.reasons[reason] += count;
   std::cout << all.moves << " moves, " << bench.wire.requests() << " exchanges, " << bench.wire.faults()
-            << " faults: " << all.reached << " reached, " << all.refused << " not reached, " << all.failed
-            << " failed (" << all.stopped << " stopped), longest " << std::chrono::duration<double>(all.longest).count()
-            << " s\n";
+            << " faults on the wire, " << all.spoiled << " of drives: " << all.reached << " reached, " << all.refused
+            << " not reached, " << all.failed << " failed (" << all.stopped << " stopped), longest "
+            << std::chrono::duration<double>(all.longest).count() << " s\n";
   for (const auto& [reason, count] : all.reasons) std::cout << "  " << count << " x " << reason << "\n";
   EXPECT_EQ(all.hung, 0);
   EXPECT_EQ(all.wrong_position, 0);

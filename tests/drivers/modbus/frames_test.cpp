@@ -157,7 +157,7 @@ TEST(ModbusFrames, MoonsOtherOpcodesSectionB) {
   Bench bench(true, {"moons"});
   BusConfig config;
   config.device = bench.port();
-  Link link(config, 'N');
+  ModbusLink link(config, 'N');
   ASSERT_TRUE(link.Open().has_value());
   bench.wire.Record(true);
   for (const std::uint16_t opcode : {0x66, 0x96}) {
@@ -168,7 +168,7 @@ TEST(ModbusFrames, MoonsOtherOpcodesSectionB) {
   const auto refused = link.Write(1, 6, 0x7C, std::array<std::uint16_t, 1>{0x0001});
   ASSERT_FALSE(refused.has_value());
   EXPECT_EQ(refused.error().code, Code::Protocol);
-  EXPECT_EQ(link.outcome(), Link::Outcome::Answered);
+  EXPECT_EQ(link.outcome(), ModbusLink::Outcome::Answered);
 }
 
 TEST(ModbusFrames, LeadshineSectionC) {

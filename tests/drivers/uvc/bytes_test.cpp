@@ -45,7 +45,7 @@ TEST_F(UvcBytes, Section8FocusAutoOffThenMaximumThenFocus500ThenAutoRestored) {
   ASSERT_TRUE(lens.has_value()) << lens.error().message;
   const auto& focus = *(*lens)->capabilities().axes[Axis::Focus];
   EXPECT_EQ(focus.maximum, Native{1023.0});
-  EXPECT_FALSE(focus.feedback);
+  EXPECT_EQ(focus.feedback, Feedback::Echo);
   wire_->ExpectOut("21 01 00 06 00 01 02 00", "F4 01");  // "set focus 500"
   EXPECT_TRUE((*lens)->StartMove(Axis::Focus, Native{500.0}).has_value());
   wire_->ExpectIn("A1 81 00 06 00 01 02 00", "F4 01");
@@ -74,7 +74,7 @@ TEST_F(UvcBytes, Section8FocusNearSpeed3AndStop) {
   config.focus_speed = 3;
   auto lens = OpenLens(config);
   ASSERT_TRUE(lens.has_value()) << lens.error().message;
-  EXPECT_EQ((*lens)->StartMove(Axis::Focus, Native{100.0}).error().code, Code::Unsupported);
+  EXPECT_EQ((*lens)->StartMove(Axis::Focus, Native{100.0}).error().code, Code::NotHomed);
   // To the far end, and a quarter more.
   wire_->ExpectOut("21 01 00 07 00 01 02 00", "FF 03");
   ASSERT_TRUE((*lens)->StartHome(Axis::Focus).has_value());

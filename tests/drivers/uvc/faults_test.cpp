@@ -23,7 +23,7 @@ struct Tally {
 
 class Bench {
  public:
-  Bench(const UvcOptions& options, bool feedback, unsigned seed) : random_(seed) {
+  Bench(const UvcOptions& options, Feedback feedback, unsigned seed) : random_(seed) {
     model_ = UvcModel::Create(SmallScene(), clock_, options).value();
     transport_ = std::make_shared<ModelTransport>(clock_, *model_);
     config_.lens_config.feedback = feedback;
@@ -38,7 +38,8 @@ class Bench {
     // A lens that only echoes is believed after the time its whole travel takes; one that tells the end, at once.
     auto& focus = config.axes[Axis::Focus];
     focus.speed = 1e6;
-    if (!config_.lens_config.feedback && !model_->options().asynchronous) focus.settle = std::chrono::milliseconds(700);
+    if (!Follows(config_.lens_config.feedback) && !model_->options().asynchronous)
+      focus.settle = std::chrono::milliseconds(700);
     auto made = rig::Rig::Create(config, *std::move(device), clock_);
     ASSERT_TRUE(made.has_value()) << made.error().message;
     rig_ = *std::move(made);
@@ -109,7 +110,7 @@ class Bench {
   std::unique_ptr<rig::Rig> rig_;
 };
 
-void MakeMoves(const UvcOptions& options, bool feedback, const char* name) {
+void MakeMoves(const UvcOptions& options, Feedback feedback, const char* name) {
   const long moves = testing::ByLevel(60, 350, 3500);
   Bench bench(options, feedback, 7);
   ASSERT_NO_FATAL_FAILURE(bench.Open());
@@ -136,13 +137,13 @@ void MakeMoves(const UvcOptions& options, bool feedback, const char* name) {
 }
 
 TEST(UvcFaults, FeedbackNeverLies) {
-  MakeMoves({}, true, "feedback");
+  MakeMoves({}, Feedback::Encoder, "feedback");
 }
 TEST(UvcFaults, EchoNeverLies) {
-  MakeMoves({.echo = true}, false, "echo");
+  MakeMoves({.echo = true}, Feedback::Echo, "echo");
 }
 TEST(UvcFaults, AsynchronousNeverLies) {
-  MakeMoves({.asynchronous = true, .echo = true}, false, "asynchronous");
+  MakeMoves({.asynchronous = true, .echo = true}, Feedback::Echo, "asynchronous");
 }
 
 }  // namespace

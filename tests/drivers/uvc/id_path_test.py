@@ -20,7 +20,7 @@ from harness import PATIENCE, Daemon  # noqa: E402
 
 SCENE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "wall.toml")
 # The kernel's driver answers readings from its cache: it needs to be told how long a move takes.
-MORE = {"uvc": "feedback = true\ntimeout_ms = 5000\nuse = \"lens\"\n",
+MORE = {"uvc": "feedback = \"counts\"\ntimeout_ms = 5000\nuse = \"lens\"\n",
         "v4l2": "focus_speed = 1500\nfocus_settle_ms = 300\nparts = \"lens\"\n"}
 
 
@@ -106,7 +106,13 @@ class Twins(unittest.TestCase):
         def positions():
             return [twin.focus() for twin in self.twins]
 
+        def both_are_there():
+            lenses = json.loads(daemon.lensctl("status", "--json").stdout)
+            return [lens["connection"] for lens in lenses] == ["connected"] * 2
+
         try:
+            # The kernel may have reset a port while it looked at the twins: then the first try to open finds nothing.
+            eventually("both lenses are there", both_are_there)
             move("left", 300)
             self.assertEqual(positions()[0], 300)
             self.assertNotEqual(positions()[1], 300)
@@ -116,7 +122,8 @@ class Twins(unittest.TestCase):
             mine = [device for device in listed if device["driver"] == driver]
             # Whose is which cannot be told by serial number, so it is not told.
             self.assertEqual([(device["serial"], device["usedBy"]) for device in mine], [("TWIN", None)] * 2)
-            self.assertEqual([tomllib.loads(device["config"])["lens"][0]["id_path"] for device in mine], [left, right])
+            told = sorted(tomllib.loads(device["config"])["lens"][0]["id_path"] for device in mine)
+            self.assertEqual(told, [left, right])
             # Both go, and the second comes alone: it takes the first place, so it is the left one now.
             for twin in self.twins:
                 twin.say("unplug")

@@ -17,7 +17,7 @@ SUBJECT_D = 1 / 1.2
 HALF_DEPTH_D = 2 * 13.8e-6 * 2.8 / (0.025 * 0.0255)
 
 CONFIG = {
-    "uvc": 'driver = "uvc"\nserial = "LOOP"\nfeedback = true\ntimeout_ms = 5000\nframe_timeout_ms = 20000\npixel_um = 13.8\n',
+    "uvc": 'driver = "uvc"\nserial = "LOOP"\nfeedback = "counts"\ntimeout_ms = 5000\nframe_timeout_ms = 20000\npixel_um = 13.8\n',
     "v4l2": 'driver = "v4l2"\nserial = "LOOP"\npixel_um = 13.8\ngamma = 1.0\nformat = "YUYV"\n'
             'focus_speed = 1500\nfocus_settle_ms = 300\niris_unit = "f-number"\niris_scale = 0.01\n',
 }

@@ -2,6 +2,9 @@
 // streams.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "frame_assembler.h"
 #include "model_transport.h"
 #include "stand.h"
@@ -15,8 +18,10 @@ using sim::devices::UvcOptions;
 
 class ModelStand : public contract::SteppedStand {
  public:
-  explicit ModelStand(const UvcOptions& options, bool feedback = false) {
-    model_ = UvcModel::Create(SmallScene(), clock_, options).value();
+  explicit ModelStand(const UvcOptions& options, Feedback feedback = Feedback::Echo, int bits = 8) {
+    sim::Scene scene = *SmallScene();
+    scene.camera.bits = bits;
+    model_ = UvcModel::Create(std::make_shared<const sim::Scene>(std::move(scene)), clock_, options).value();
     config_.lens_config.feedback = feedback;
     config_.lens_config.focus_travel = std::chrono::milliseconds(600);
   }
@@ -53,7 +58,7 @@ class ModelStand : public contract::SteppedStand {
 };
 
 struct FeedbackStand : ModelStand {
-  FeedbackStand() : ModelStand({}, true) {}
+  FeedbackStand() : ModelStand({}, Feedback::Counts) {}
 };
 struct EchoStand : ModelStand {
   EchoStand() : ModelStand({.echo = true}) {}
@@ -132,6 +137,36 @@ TEST_F(UvcModelTest, FramesAreThePixelsThatWereSent) {
   }
 }
 
+/// What is sent in words is read in words: as many levels as bits, and the brightness of the 8-bit picture.
+TEST_F(UvcModelTest, LuminanceOf10To16BitsIsReadInFull) {
+  const auto mean = [](const Frame& frame) {
+    double sum = 0.0;
+    for (const std::uint16_t sample : *frame.samples) sum += sample;
+    return sum / static_cast<double>(frame.samples->size()) / std::ldexp(1.0, frame.bits);
+  };
+  ModelStand& plain = Begin();
+  plain.config_.camera_config.format = PixelFormat::Yuyv;
+  Open(plain);
+  ASSERT_TRUE(device_.camera->Start().has_value());
+  const auto eight = Next(plain);
+  ASSERT_TRUE(eight.has_value());
+  for (const int bits : {10, 12, 16}) {
+    device_ = {};
+    stand_ = std::make_unique<ModelStand>(UvcOptions{.grey_bits = bits}, Feedback::Counts, bits);
+    Open(*stand_);  // by itself it takes what has most bits
+    EXPECT_EQ(device_.camera->capabilities().bits, bits);
+    ASSERT_TRUE(device_.camera->Start().has_value());
+    const auto frame = Next(*stand_);
+    ASSERT_TRUE(frame.has_value());
+    EXPECT_EQ(frame->bits, bits);
+    ASSERT_EQ(frame->samples->size(), 32u * 24u);
+    EXPECT_NEAR(mean(*frame), mean(*eight), 0.01) << bits;
+    EXPECT_LT(*std::ranges::max_element(*frame->samples), 1 << bits);
+    EXPECT_TRUE(std::ranges::any_of(*frame->samples, [](int sample) { return sample % 4 != 0; }))
+        << "8 bits in disguise";
+  }
+}
+
 TEST_F(UvcModelTest, DamagedPicturesAreDroppedWholeAndCounted) {
   ModelStand& stand = Begin();
   stand.config_.camera_config.format = PixelFormat::Yuyv;
@@ -147,6 +182,8 @@ TEST_F(UvcModelTest, DamagedPicturesAreDroppedWholeAndCounted) {
     EXPECT_EQ(frame->samples->size(), last->samples->size());
     last = frame;
   }
+  EXPECT_EQ(device_.camera->counters().frames_lost, std::size(faults));
+  EXPECT_EQ(device_.camera->counters().bus_errors, 0u);
 }
 
 TEST_F(UvcModelTest, ADeadStreamIsATimeout) {

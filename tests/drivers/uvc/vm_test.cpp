@@ -122,10 +122,11 @@ const UvcOptions kIsochronous{.serial = "ISO", .isochronous = true};
 const UvcOptions kAsynchronous{.serial = "ASYNC", .asynchronous = true, .echo = true};
 
 struct BulkYuyvStand : UsbStand {
-  BulkYuyvStand() : UsbStand(kBulk, {{"feedback", true}, {"format", std::string("yuyv")}}) {}
+  BulkYuyvStand() : UsbStand(kBulk, {{"feedback", std::string("counts")}, {"format", std::string("yuyv")}}) {}
 };
 struct IsochronousMjpegStand : UsbStand {
-  IsochronousMjpegStand() : UsbStand(kIsochronous, {{"feedback", true}, {"format", std::string("mjpeg")}}) {}
+  IsochronousMjpegStand()
+      : UsbStand(kIsochronous, {{"feedback", std::string("counts")}, {"format", std::string("mjpeg")}}) {}
 };
 
 class UvcBench : public ::testing::Test {
@@ -199,7 +200,7 @@ TEST_F(UvcBench, AutomaticsAreOffWhileOpenAndRestored) {
 }
 
 TEST_F(UvcBench, EveryFaultIsNamedAndLeftBehind) {
-  Open(kBulk, {{"feedback", true}, {"timeout_ms", std::int64_t{400}}});
+  Open(kBulk, {{"feedback", std::string("counts")}, {"timeout_ms", std::int64_t{400}}});
   const auto move = [&](double target) { return CodeOf(device_.lens->StartMove(Axis::Focus, Native{target})); };
   ASSERT_EQ(move(100), std::nullopt);
   ASSERT_TRUE(ArrivesAt(100));
@@ -226,7 +227,7 @@ TEST_F(UvcBench, EveryFaultIsNamedAndLeftBehind) {
 }
 
 TEST_F(UvcBench, AutomaticFocusThatComesOnIsSwitchedOffAgain) {
-  Open(kBulk, {{"feedback", true}});
+  Open(kBulk, {{"feedback", std::string("counts")}});
   camera_->Look([](UvcModel& model) { model.Reset(); });
   const auto moved = device_.lens->StartMove(Axis::Focus, Native{321.0});
   EXPECT_TRUE(moved.has_value()) << moved.error().message;
@@ -277,7 +278,7 @@ TEST_F(UvcBench, DamagedPicturesAreDroppedWhole) {
 /// Moves with random faults through the real stack, with the rig on top.
 using UvcMoves = UvcBench;
 TEST_F(UvcMoves, WithFaultsNeverLie) {
-  Open(kBulk, {{"feedback", true},
+  Open(kBulk, {{"feedback", std::string("counts")},
                {"use", std::string("lens")},
                {"timeout_ms", std::int64_t{150}},
                {"command_interval_ms", std::int64_t{5}}});

@@ -8,7 +8,7 @@
 #include "formats.h"
 #include "io/toml.h"
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 namespace {
 
 using drivers::Axis;
@@ -75,4 +75,4 @@ TEST(V4l2Formats, KnowsAndPrefers) {
 }
 
 }  // namespace
-}  // namespace lensd::v4l2
+}  // namespace lensd::drivers::v4l2

@@ -20,7 +20,7 @@
 
 #include "kernel.h"
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 
 struct ScriptedControl {
   std::string name;
@@ -202,4 +202,4 @@ class ScriptedKernel final : public Kernel {
   int last_fd_ = 100;
 };
 
-}  // namespace lensd::v4l2
+}  // namespace lensd::drivers::v4l2

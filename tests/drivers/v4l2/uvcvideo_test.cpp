@@ -16,7 +16,7 @@
 #include "sim/devices/uvc_camera.h"
 #include "stand.h"
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 namespace {
 
 using drivers::Axis;
@@ -121,7 +121,7 @@ TEST_F(UvcVideo, TheLensGoesWhereItIsTold) {
   Open();
   const auto& can = *device.lens->capabilities().axes[Axis::Focus];
   EXPECT_EQ(can.maximum, Native{1023});
-  EXPECT_FALSE(can.feedback);
+  EXPECT_FALSE(can.follows());
   EXPECT_TRUE(device.lens->capabilities().axes[Axis::Iris].has_value());
   for (const double target : {700.0, 1023.0, 0.0, 301.0}) ASSERT_NO_FATAL_FAILURE(MoveTo(target));
 }
@@ -242,4 +242,4 @@ INSTANTIATE_TEST_SUITE_P(UvcVideo, LensContract, contract::Stands<YuyvStand>());
 INSTANTIATE_TEST_SUITE_P(UvcVideoYuyv, CameraContract, contract::Stands<YuyvStand>());
 INSTANTIATE_TEST_SUITE_P(UvcVideoMjpeg, CameraContract, contract::Stands<MjpegStand>());
 
-}  // namespace lensd::v4l2
+}  // namespace lensd::drivers::v4l2

@@ -20,7 +20,7 @@
 #include "open.h"
 #include "stand.h"
 
-namespace lensd::v4l2 {
+namespace lensd::drivers::v4l2 {
 namespace {
 
 using drivers::Axis;
@@ -303,4 +303,4 @@ class CoilStand final : public contract::RealStand {
 INSTANTIATE_TEST_SUITE_P(Vivid, CameraContract, contract::Stands<VividStand>());
 INSTANTIATE_TEST_SUITE_P(I2cStub, LensContract, contract::Stands<CoilStand>());
 
-}  // namespace lensd::v4l2
+}  // namespace lensd::drivers::v4l2

@@ -9,16 +9,19 @@
 
 #include "base/clock.h"
 #include "base/result.h"
+#include "drivers/api/counters.h"
 
 namespace lensd::drivers {
 
-/// One picture: luminance samples, row-major, without padding. Cheap to copy: the samples are shared and never change.
+/// One picture, row-major, without padding: luminance, which is what everything measures, and colour where the camera
+/// has it. Cheap to copy: the samples are shared and never change.
 struct Frame {
   int width = 0;                                              ///< px
   int height = 0;                                             ///< px
   int bits = 8;                                               ///< significant bits a sample; full scale is 2^bits - 1
   double gamma = 1.0;                                         ///< sample = light^(1/gamma); 1: linear light
   std::shared_ptr<const std::vector<std::uint16_t>> samples;  ///< width * height
+  std::shared_ptr<const std::vector<std::uint16_t>> colour;   ///< red, green, blue: 3 * width * height; null: none
   std::uint64_t sequence = 0;                                 ///< counts frames exposed, lost ones included
   Instant exposure_start{};                                   ///< CLOCK_MONOTONIC
   Instant exposure_end{};
@@ -58,19 +61,23 @@ class Camera {
   const CameraCapabilities& capabilities() const { return capabilities_; }
 
   /// Begins streaming; harmless when streaming already. Disconnected, Busy, Timeout, Protocol.
-  Result<void> Start() { return DoStart(); }
+  Result<void> Start() { return Noted(DoStart()); }
   /// Ends streaming; harmless when not streaming.
-  Result<void> Stop() { return DoStop(); }
+  Result<void> Stop() { return Noted(DoStop()); }
   /// The newest frame not yet handed out, or none yet. Never waits for an exposure. InvalidArgument: not streaming.
   /// Disconnected, Timeout, Protocol.
-  Result<std::optional<Frame>> Poll() { return DoPoll(); }
+  Result<std::optional<Frame>> Poll() { return Noted(DoPoll()); }
   /// Exposure time of the frames that start after this call. Unsupported, OutOfRange.
   Result<void> SetExposure(Duration exposure);
+  Counters counters() const { return DoCount(); }
   /// From any thread: makes an I/O call in progress return Cancelled soon.
   void Interrupt() { DoInterrupt(); }
 
  protected:
-  explicit Camera(CameraCapabilities capabilities) : capabilities_(std::move(capabilities)) {}
+  /// A focus region that few pixels make up grows about its middle: on small frames the default would be too little.
+  explicit Camera(CameraCapabilities capabilities);
+  /// Calls that ended with an error of the connection.
+  std::uint64_t failed_calls() const { return failed_calls_; }
 
  private:
   virtual Result<void> DoStart() = 0;
@@ -78,13 +85,22 @@ class Camera {
   virtual Result<std::optional<Frame>> DoPoll() = 0;
   virtual Result<void> DoSetExposure(Duration) { return Fail(Code::Unsupported, "this camera's exposure is fixed"); }
   virtual void DoInterrupt() {}
+  /// What a driver counts, with failed_calls() among the bus errors.
+  virtual Counters DoCount() const { return {.bus_errors = failed_calls_}; }
+
+  template <class T>
+  Result<T> Noted(Result<T> result) {
+    if (!result && IsBusError(result.error().code)) ++failed_calls_;
+    return result;
+  }
 
   CameraCapabilities capabilities_;
+  std::uint64_t failed_calls_ = 0;
 };
 
 inline Result<void> Camera::SetExposure(Duration exposure) {
   if (exposure <= Duration::zero()) return Fail(Code::InvalidArgument, "an exposure time must be above 0");
-  return DoSetExposure(exposure);
+  return Noted(DoSetExposure(exposure));
 }
 
 }  // namespace lensd::drivers

@@ -18,6 +18,7 @@ namespace lensd::drivers {
 struct NominalOptics {
   double focal_length_m = 0.0;      ///< the shortest one of a zoom
   double max_focal_length_m = 0.0;  ///< the longest one, at the zoom axis' maximum; 0: it does not zoom
+  double centre_shift_m = 0.0;      ///< how far the lens centre moves toward the scene from the shortest to the longest
   double min_f_number = 0.0;        ///< widest opening
   double max_f_number = 0.0;
   double min_extension_m = 0.0;  ///< extension at the focus axis' minimum
@@ -50,7 +51,7 @@ struct FoundDevice {
   std::string problem;  ///< empty, or why it could not be opened now and what to do ("no permission to ...")
 };
 
-/// Lists what is plugged in. Neither opens nor disturbs what may be in use, moves nothing, and ends within 3 s.
+/// Lists what is plugged in. Disturbs nothing that is in use, moves nothing, and ends within 3 s, or 5 s on a network.
 using ProbeFunction = Result<std::vector<FoundDevice>> (*)();
 
 /// Settings that ship with a driver and that its users refer to by name, or replace by a file of their own.
@@ -64,6 +65,8 @@ struct Driver {
   std::string_view name;
   OpenFunction open;
   ProbeFunction probe = nullptr;  ///< nullptr: its devices cannot be searched for
+  /// Whether settings make sense, as far as can be told without the device (BadData); nullptr: open() tells.
+  Result<void> (*check)(const Settings& settings) = nullptr;
   bool reopen = true;  ///< a device that vanished is closed and opened anew; false: the same object finds it again
   /// Whether a [[bus]] of this driver makes sense (BadData); nullptr: it has no buses.
   Result<void> (*check_bus)(const Settings& bus) = nullptr;

@@ -9,6 +9,7 @@
 #include "base/clock.h"
 #include "base/result.h"
 #include "base/units.h"
+#include "drivers/api/counters.h"
 
 namespace lensd::drivers {
 
@@ -33,19 +34,39 @@ class PerAxis {
 enum class NativeUnit { Steps, Dioptres, FNumber, Millimetres, Position };
 std::string_view NativeUnitName(NativeUnit unit);
 
+/// What a position tells of the mechanism.
+enum class Feedback {
+  None,    ///< nothing: it is what was commanded last
+  Echo,    ///< nothing: the device repeats its target
+  Counts,  ///< how many steps it made, as far as none was lost
+  Encoder  ///< where it is: measured on what moves
+};
+/// In the order of Feedback: names for people, and choices of a configuration.
+inline constexpr std::array<std::string_view, 4> kFeedbackNames = {"none", "echo", "counts", "encoder"};
+inline std::string_view FeedbackName(Feedback feedback) {
+  return kFeedbackNames[static_cast<std::size_t>(feedback)];
+}
+/// Positions change with the motion, and not with the command.
+inline bool Follows(Feedback feedback) {
+  return feedback == Feedback::Counts || feedback == Feedback::Encoder;
+}
+
 /// What one axis can do. Fixed for the life of the device.
 struct AxisCapabilities {
   NativeUnit unit = NativeUnit::Steps;
   Native minimum{0.0};      ///< lowest target the device takes
   Native maximum{0.0};      ///< highest target the device takes
   double resolution = 1.0;  ///< native units between neighbouring targets, > 0
-  bool feedback = true;     ///< Read() reports where it is, not merely what was commanded
-  bool can_home = false;    ///< StartHome() finds a reference
-  bool needs_home = false;  ///< absolute moves are refused before homing
-  bool can_stop = true;     ///< Stop() ends a motion midway
-  double speed = 0.0;       ///< native units per second as the data sheet has it; 0: not known
-  Duration settle{};        ///< from standing still to a steady picture, as far as the driver knows
-  double backlash = -1.0;   ///< native units, as far as the driver knows; 0: none; below 0: not known
+  Feedback feedback = Feedback::Counts;
+  bool can_home = false;      ///< StartHome() finds a reference
+  bool needs_home = false;    ///< absolute moves are refused before homing
+  bool can_stop = true;       ///< Stop() ends a motion midway
+  double speed = 0.0;         ///< native units per second as the data sheet has it; 0: not known
+  Duration settle{};          ///< from standing still to a steady picture, as far as the driver knows
+  double backlash = -1.0;     ///< native units, as far as the driver knows; 0: none; below 0: not known
+  double lost_travel = -1.0;  ///< part of all travel that may get lost unnoticed; below 0: what its feedback suggests
+
+  bool follows() const { return Follows(feedback); }
 };
 
 /// What a lens is and can do. Immutable once the device is open.
@@ -58,9 +79,10 @@ struct Capabilities {
 
 /// One axis at one instant.
 struct AxisState {
-  Native position{0.0};  ///< where the device says it is (feedback), else the last target
+  Native position{0.0};  ///< where the device says it is; without feedback the last target
   bool moving = false;
   bool homed = true;     ///< the position refers to a known reference
+  bool assumed = false;  ///< that it went is taken for granted: the position may merely repeat the target
   bool waiting = false;  ///< commanded, but held back until another axis is done: moving, with no progress to expect
   std::string fault;     ///< empty, or what the device complains of ("stalled", "over temperature")
 };
@@ -96,6 +118,8 @@ class Lens {
   /// Clears what the device complains of, where it wants to be told; moves nothing. Unsupported: it takes no such
   /// command.
   Result<void> ResetFault(Axis axis);
+  /// Questions that were not answered, or against the rules, since it was opened.
+  std::uint64_t bus_errors() const { return DoCountBusErrors(); }
   /// From any thread: makes an I/O call in progress return Cancelled soon. Harmless when none is.
   void Interrupt() { DoInterrupt(); }
 
@@ -109,10 +133,18 @@ class Lens {
   virtual Result<void> DoStop(Axis axis) = 0;
   virtual Result<void> DoResetFault(Axis axis);
   virtual void DoInterrupt() {}
+  /// By default the calls that ended so; drivers that ask again by themselves know of more.
+  virtual std::uint64_t DoCountBusErrors() const { return failed_calls_; }
 
+  template <class T>
+  Result<T> Noted(Result<T> result) {
+    if (!result && IsBusError(result.error().code)) ++failed_calls_;
+    return result;
+  }
   Result<const AxisCapabilities*> Find(Axis axis) const;
 
   Capabilities capabilities_;
+  std::uint64_t failed_calls_ = 0;
 };
 
 }  // namespace lensd::drivers

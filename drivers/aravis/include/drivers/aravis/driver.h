@@ -11,7 +11,8 @@ namespace lensd::drivers::aravis {
 /// overridden feature does not exist. The camera is served by a thread of the driver's own; when it goes away, calls
 /// fail with Disconnected and the thread looks for it again until the device is destroyed, which takes up to 6 s then.
 Result<Device> OpenAravis(const Settings& settings, const Clock& clock);
-
+/// Whether settings for OpenAravis() make sense without the device. BadData.
+Result<void> CheckAravis(const Settings& settings);
 /// Every GenICam camera that answers a search of the networks and buses. Whether it has a lens shows only once it is
 /// opened.
 Result<std::vector<FoundDevice>> ProbeAravis();

@@ -13,7 +13,8 @@ namespace lensd::drivers::modbus {
 /// docs/drivers/modbus.md has every key. Lenses that name the same bus share its connection and its thread. BadData:
 /// settings, as file:line. Disconnected: a drive does not answer. Protocol: it answers, but not as its profile says.
 Result<drivers::Device> OpenModbus(const Settings& settings, const Clock& clock);
-
+/// Whether settings for OpenModbus() make sense without the device. BadData.
+Result<void> CheckModbus(const Settings& settings);
 /// The serial ports on which a bus may be. Nothing is sent: a question could be taken for one of another protocol.
 Result<std::vector<drivers::FoundDevice>> ProbeModbus();
 

@@ -13,7 +13,8 @@ namespace lensd::drivers::uvc {
 /// sense. Disconnected: no such camera. Busy: held by another program. Unsupported: it has neither a lens nor a picture
 /// that this driver knows. Timeout, Protocol: from the device.
 Result<Device> OpenUvc(const Settings& settings, const Clock& clock);
-
+/// Whether settings for OpenUvc() make sense without the device. BadData.
+Result<void> CheckUvc(const Settings& settings);
 /// The USB cameras that are plugged in, by their descriptors: nothing is opened or asked.
 Result<std::vector<FoundDevice>> ProbeUvc();
 

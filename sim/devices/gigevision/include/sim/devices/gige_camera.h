@@ -10,6 +10,13 @@
 
 namespace lensd::sim {
 
+/// What the lens' position features read.
+enum class GigePosition {
+  Live,  ///< where it is
+  Echo,  ///< the target, as soon as it is written
+  AtEnd  ///< where it was, until it stands
+};
+
 struct GigeOptions {
   std::string scene{};  ///< scene file
   std::string serial = "GV01";
@@ -17,7 +24,9 @@ struct GigeOptions {
   double lost_packets = 0.0;            ///< part of the stream's packets never sent, 0..1
   std::string names = "sfnc";           ///< of the lens' features: sfnc, basler, allied-vision, imaging-source, none
   bool needs_initialize = false;        ///< the lens says NotInitialized until told to initialize
-  std::uint64_t seed = 1;               ///< of the noise
+  GigePosition position = GigePosition::Live;
+  Duration busy_late{};    ///< from the beginning of a motion until its status says Busy
+  std::uint64_t seed = 1;  ///< of the noise
 };
 
 /// The camera is there from Start() until it is destroyed. Registers follow the simulated lens within about a
@@ -34,6 +43,10 @@ class GigeCamera {
 
   /// Sends the simulated lens' focus motor to `steps`, as if something else turned it. Any thread.
   void PlaceFocus(double steps);
+  /// While frozen, registers show what they showed then, and commands are obeyed all the same. Any thread.
+  void Freeze(bool frozen);
+  /// Where the focus mechanism really is. Any thread.
+  double TrueFocus() const;
   /// The GenICam description a client downloads.
   const std::string& description() const;
 

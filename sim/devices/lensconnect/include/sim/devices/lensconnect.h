@@ -68,13 +68,26 @@ class LensConnect {
   LensConnectMotor& motor(LensConnectAxis axis) { return motors_[static_cast<std::size_t>(axis)]; }
   void LosePower();
 
-  int forbidden() const { return forbidden_; }  ///< writes to one-time-programmable memory or to the firmware loader
-  int resets() const { return resets_; }
-  int starts() const { return starts_; }      ///< moves and homings asked for
-  int overlaps() const { return overlaps_; }  ///< of those, asked for while another motor ran
+  int forbidden() const {
+    return counts_.forbidden;
+  }  ///< writes to one-time-programmable memory or to the firmware loader
+  int resets() const { return counts_.resets; }
+  int starts() const { return counts_.starts; }      ///< moves and homings asked for
+  int overlaps() const { return counts_.overlaps; }  ///< of those, asked for while another motor ran
 
  private:
   enum class Phase : std::uint8_t { Idle, Busy, Complete, Failed };
+  /// The newest on the SMBus.
+  struct Transfer {
+    Phase phase = Phase::Idle, end = Phase::Idle;
+    std::uint8_t detail = 0;
+    std::uint16_t count = 0;
+    int polls_left = 0;
+    bool hangs = false;
+  };
+  struct Counts {
+    int strays = 0, forbidden = 0, resets = 0, starts = 0, overlaps = 0;
+  };
 
   void StartTransfer(Phase end, std::uint8_t detail, std::uint16_t bytes);
   void SmbusWrite(std::span<const std::uint8_t> data);
@@ -95,17 +108,13 @@ class LensConnect {
   const Clock& clock_;
   std::vector<LensConnectMotor> motors_;
   Report configuration_;
-  Phase phase_ = Phase::Idle, end_ = Phase::Idle;
-  std::uint8_t detail_ = 0;
-  std::uint16_t count_ = 0;
-  int polls_left_ = 0;
-  bool hangs_ = false;
+  Transfer transfer_;
   std::uint16_t pointer_ = 0;
   Report read_buffer_;
   std::multimap<Instant, Report> input_;
   std::map<LensConnectFault, int> spoiled_;
   std::uint16_t last_target_ = 0;
-  int strays_ = 0, forbidden_ = 0, resets_ = 0, starts_ = 0, overlaps_ = 0;
+  Counts counts_;
 };
 
 }  // namespace lensd::sim::devices

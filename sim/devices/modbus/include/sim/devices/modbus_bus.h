@@ -8,33 +8,16 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <random>
 #include <string>
-#include <string_view>
 #include <thread>
 #include <vector>
 
 #include "base/clock.h"
 #include "base/result.h"
 #include "sim/devices/modbus_drive.h"
+#include "sim/devices/modbus_faults.h"
 
 namespace lensd::sim {
-
-/// What becomes of one exchange.
-enum class WireFault {
-  None,
-  NoReply,    ///< obeyed, not answered
-  Deaf,       ///< neither obeyed nor answered
-  Late,       ///< answered after ModbusBus::late
-  BadCrc,     ///< one bit of the answer is wrong (on TCP: another transaction's number)
-  Short,      ///< the answer ends after half of it
-  WrongUnit,  ///< the answer names another unit (on TCP: another transaction's number)
-  Exception,  ///< not obeyed; exception 4, device failure
-  Split,      ///< the answer comes in two parts, 2 ms apart: legal, if barely
-  Noise,      ///< obeyed; garbage comes before the answer
-  Ignore,     ///< a motion is acknowledged and not begun
-};
-std::optional<WireFault> WireFaultFromName(std::string_view name);
 
 /// Bytes seen on the wire.
 struct WireFrame {
@@ -93,6 +76,20 @@ class ModbusBus {
     std::vector<std::uint8_t> bytes;
   };
   using Bytes = std::vector<std::uint8_t>;
+  struct Line {
+    bool serial = false;
+    int listener = -1;
+    int terminal = -1;
+    int other_end = -1;  ///< held open, so that closing it does not hang up
+    std::string link;    ///< points to the terminal
+  };
+  struct Seen {
+    bool recording = false;
+    std::vector<WireFrame> frames;
+    std::vector<Duration> gaps;
+    Duration last_byte{};
+    long requests = 0;
+  };
 
   void Start();
   void Serve(const std::stop_token& stop);
@@ -103,7 +100,6 @@ class ModbusBus {
   void HandleRtu(int connection, const Bytes& frame);
   void HandleTcp(int connection, const Bytes& frame);
   Bytes Answer(int unit, const Bytes& request, bool ignore);
-  WireFault NextFault(int unit);
   void Spoil(int connection, int unit, Bytes frame, WireFault fault);
   void Send(Duration due, int connection, Bytes bytes);
   void SendDue();
@@ -114,26 +110,14 @@ class ModbusBus {
 
   mutable std::mutex mutex_;  // guards everything below
   std::map<int, std::unique_ptr<ModbusDrive>> drives_;
-  bool serial_ = false;
-  int listener_ = -1;
-  int terminal_ = -1;
-  int other_end_ = -1;  ///< held open, so that closing it does not hang up
-  std::string link_;    ///< points to the terminal
+  Line line_;
   int wake_[2] = {-1, -1};
   std::map<int, Bytes> received_;       ///< by connection
   std::deque<Pending> pending_;         ///< by time
   std::map<int, Duration> busy_until_;  ///< by unit: drives answer in order
-  Duration late_ = std::chrono::milliseconds(60);
-  std::deque<std::pair<WireFault, int>> injected_;
-  std::map<WireFault, double> probabilities_;
-  std::mt19937_64 random_;
-  bool recording_ = false;
-  std::vector<WireFrame> recorded_;
-  std::vector<Duration> gaps_;
-  Duration last_byte_{};
   Duration received_at_{};
-  long requests_ = 0;
-  long faults_ = 0;
+  WireFaults faults_;
+  Seen seen_;
 
   std::jthread thread_;
 };

@@ -94,6 +94,17 @@ class ModbusDrive {
   void Ignore(int count) { ignored_ = count; }
   /// The motor stands still whatever it is told, as one whose shaft is blocked and that does not notice.
   void Block(bool blocked) { blocked_ = blocked; }
+  /// Without power so long: the motor stands where it is, no request is answered. What it remembers is absolute.
+  void LosePower(Duration now, Duration how_long) {
+    shaft_.StopDead(now);
+    dark_until_ = now + how_long;
+  }
+  bool DarkAt(Duration now) const { return now < dark_until_; }
+  /// Registers that are read so long are those of now.
+  void Freeze(Duration now, Duration how_long) {
+    Refresh(now);
+    frozen_until_ = now + how_long;
+  }
   /// Here is now `counts`, as if somebody had told it so.
   void SetCount(Duration now, double counts) { shaft_.Call(now, counts); }
   /// As SetCount(0), and that is its reference.
@@ -142,6 +153,7 @@ class ModbusDrive {
   int motions_ = 0;
   int stops_ = 0;
   bool blocked_ = false;
+  Duration dark_until_{}, frozen_until_{};
 };
 
 /// "oriental-az", "moons", "leadshine-rs", "generic" (the map of the driver's generic profile). `counts`: where it

@@ -23,6 +23,7 @@ struct UvcOptions {
   bool asynchronous = false;   ///< focus settings return at once; the status endpoint tells the end of the motion
   bool echo = false;           ///< reading back tells the last setting, as most webcams do, not where the lens is
   bool relative_only = false;  ///< focus knows only nearer, farther and stop
+  int grey_bits = 0;           ///< 10, 12 or 16: a third format has luminance alone, of so many bits
   bool auto_at_start = true;   ///< automatic focus and exposure are on when plugged in
 };
 
@@ -73,6 +74,8 @@ class UvcModel {
   drivers::Camera& camera() { return *world_.device.camera; }
   /// The stream agreed on is MJPEG.
   bool mjpeg() const { return stream_[2] == 2; }
+  /// It is of luminance alone.
+  bool grey() const { return stream_[2] == 3; }
   /// Counts negotiations: a new one starts a new stream.
   int commits() const { return commits_; }
   bool auto_focus() const { return auto_focus_ != 0; }

@@ -1,0 +1,324 @@
+#include "sharpness_curve.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "autofocus/peak_model.h"
+#include "autofocus/sharpness.h"
+
+namespace lensd::autofocus {
+namespace {
+
+constexpr double kClearProminence = 6.0;  ///< standard deviations of the noise
+constexpr double kClearContrast = 0.1;    ///< of the peak over the rest of the range
+constexpr double kHalfDepthOfFieldPx = 2.0;
+constexpr double kMostLeftOut = 0.8;  ///< of the region, as too bright
+constexpr double kFlicker = 0.02;     ///< of sharpness: what changes from frame to frame besides noise
+constexpr double kSigmas = 3.0;
+
+/// The finer passes crowd around the top, so not the median.
+double LowerQuartile(std::vector<CurvePoint> points) {
+  const auto quarter = points.begin() + static_cast<std::ptrdiff_t>(points.size() / 4);
+  std::ranges::nth_element(points, quarter, {}, &CurvePoint::value);
+  return quarter->value;
+}
+
+std::vector<CurvePoint> Around(const std::vector<CurvePoint>& points, double centre, double reach) {
+  std::vector<CurvePoint> near;
+  for (const CurvePoint& point : points) {
+    if (std::abs(point.position - centre) <= reach && point.value > 2 * point.sigma) near.push_back(point);
+  }
+  return near;
+}
+
+/// The end of the range where the top of the curve lies, if it does: there sharpness is level and then falls, while
+/// short of a subject beyond the range it still climbs. Blur falls evenly with position, so a curve that climbs loses
+/// about as much in its last step as in the one before.
+std::optional<double> FlatEnd(const std::vector<CurvePoint>& points, double top, double step) {
+  constexpr double kAsSharp = 0.97;
+  constexpr double kLevel = 0.25;  ///< of the fall three steps away: straight would be a third, a parabola a ninth
+  const auto flat = [&](auto begin, auto end) {
+    const CurvePoint& last = *begin;
+    const auto distance = [&](const CurvePoint& point) { return std::abs(point.position - last.position); };
+    const auto next = std::find_if(begin, end, [&](const CurvePoint& point) { return distance(point) > 0.5 * step; });
+    const auto off = std::find_if(begin, end, [&](const CurvePoint& point) { return distance(point) > 2.5 * step; });
+    if (off == end || last.value < kAsSharp * top) return false;
+    const double noise = kSigmas * std::hypot(last.sigma, next->sigma);
+    return std::max(last.value - next->value, 0.0) + noise < kLevel * (last.value - off->value);
+  };
+  if (flat(points.begin(), points.end())) return points.front().position;
+  if (flat(points.rbegin(), points.rend())) return points.back().position;
+  return std::nullopt;
+}
+
+std::string Reason(double prominence, const PeakChoice* choice) {
+  std::ostringstream reason;
+  reason.precision(3);
+  reason << "one peak in the range, " << prominence << " times the noise above the rest";
+  if (choice != nullptr) {
+    reason << ", best as a " << PeakModelName(choice->model);
+    std::string separator = " (";
+    for (std::size_t i = 0; i < kPeakModels.size(); ++i) {
+      if (!choice->fits[i].rejected) continue;
+      reason << separator << PeakModelName(kPeakModels[i]) << " rejected: F = " << choice->fits[i].f;
+      separator = ", ";
+    }
+    if (separator == ", ") reason << ", limit " << choice->f_limit << ")";
+  }
+  reason << ", checked by a last frame";
+  return reason.str();
+}
+
+}  // namespace
+
+Verdict Refuse(std::string reason) {
+  Verdict verdict;
+  verdict.reason = std::move(reason);
+  return verdict;
+}
+
+void SharpnessCurve::Add(const Look& look) {
+  auto tiles = look.tiles;
+  if (!tiles && look.frame != nullptr) tiles = ScoreTiles(*look.frame, look.window);
+  samples_.push_back({look.position, look.position_sigma, look.score, std::move(tiles)});
+}
+
+/// By tile: too bright in some frame.
+std::vector<char> SharpnessCurve::LeftOut() const {
+  std::vector<char> left_out;
+  if (samples_.empty() || !samples_.front().tiles) return left_out;
+  left_out.resize(samples_.front().tiles->tiles.size(), 0);
+  for (const CurveSample& sample : samples_) {
+    for (std::size_t t = 0; t < left_out.size(); ++t) left_out[t] |= sample.tiles->tiles[t].clipped ? 1 : 0;
+  }
+  return left_out;
+}
+
+bool SharpnessCurve::Overexposed() const {
+  const auto left_out = LeftOut();
+  const auto out = static_cast<double>(std::ranges::count(left_out, 1));
+  return out > kMostLeftOut * static_cast<double>(left_out.size());
+}
+
+double SharpnessCurve::Noise(const std::vector<char>& left_out) const {
+  std::vector<FocusScore> scores;
+  int pixels = 0;
+  for (const CurveSample& sample : samples_) {
+    scores.push_back(sample.tiles ? ScoreOf(*sample.tiles, left_out, pixels) : sample.score);
+  }
+  return NoiseVariance(scores, samples_.empty() || !samples_.front().tiles ? 8 : samples_.front().tiles->bits);
+}
+
+std::vector<CurvePoint> SharpnessCurve::Taken() const {
+  const auto left_out = LeftOut();
+  const double noise = Noise(left_out);
+  std::vector<CurvePoint> points;
+  for (const CurveSample& sample : samples_) {
+    int pixels = 1;
+    const FocusScore score = sample.tiles ? ScoreOf(*sample.tiles, left_out, pixels) : sample.score;
+    const Sharpness sharpness = SharpnessOf(score, noise, std::max(pixels, 1));
+    points.push_back({sample.position, sharpness.value, sharpness.sigma, sample.position_sigma});
+  }
+  return points;
+}
+
+std::vector<CurvePoint> SharpnessCurve::Points() const {
+  std::vector<CurvePoint> points = Taken();
+  std::ranges::stable_sort(points, {}, &CurvePoint::position);
+  return points;
+}
+
+std::vector<PartPeak> SharpnessCurve::PartPeaks() const {
+  constexpr int kTilesAlong = 2;       // of a part, at least
+  constexpr int kMostParts = 8;        // along a side
+  constexpr double kTextured = 0.15;   // of the mean over the parts: less says nothing
+  constexpr double kClearRise = 8.0;   // standard deviations
+  constexpr double kClearShare = 0.3;  // of the peak
+  if (samples_.empty() || !samples_.front().tiles) return {};
+  const TileScores& first = *samples_.front().tiles;
+  const auto left_out = LeftOut();
+  const double noise = Noise(left_out);
+  const int across = std::clamp(first.columns / kTilesAlong, 1, kMostParts);
+  const int down = std::clamp(first.rows / kTilesAlong, 1, kMostParts);
+  struct Part {
+    CurvePoint top;
+    CurvePoint dullest;
+  };
+  std::vector<Part> parts;
+  double mean = 0.0;
+  for (int part = 0; part < across * down; ++part) {
+    std::vector<char> others = left_out;
+    for (std::size_t t = 0; t < others.size(); ++t) {
+      const int column = static_cast<int>(t) % first.columns, row = static_cast<int>(t) / first.columns;
+      if (row * down / first.rows * across + column * across / first.columns != part) others[t] = 1;
+    }
+    if (std::ranges::count(others, 0) * 2 < static_cast<std::ptrdiff_t>(first.tiles.size()) / (across * down)) continue;
+    std::vector<CurvePoint> points;
+    for (const CurveSample& sample : samples_) {
+      int pixels = 1;
+      const FocusScore score = ScoreOf(*sample.tiles, others, pixels);
+      const Sharpness sharpness = SharpnessOf(score, noise, std::max(pixels, 1));
+      points.push_back({sample.position, sharpness.value, sharpness.sigma, 0.0});
+    }
+    parts.push_back({*std::ranges::max_element(points, {}, &CurvePoint::value),
+                     *std::ranges::min_element(points, {}, &CurvePoint::value)});
+    mean += parts.back().top.value;
+  }
+  std::vector<PartPeak> peaks;
+  for (const Part& part : parts) {
+    const double rise = part.top.value - part.dullest.value;
+    if (part.top.value < kTextured * mean / static_cast<double>(parts.size())) continue;
+    if (rise < kClearRise * std::hypot(part.top.sigma, part.dullest.sigma) || rise < kClearShare * part.top.value)
+      continue;
+    peaks.push_back({part.top.position, std::min(1.0, part.top.value * static_cast<double>(parts.size()) / mean)});
+  }
+  std::ranges::stable_sort(peaks, {}, &PartPeak::position);
+  return peaks;
+}
+
+SideSeen SeenOnSide(std::span<const CurvePoint> points, const CurvePoint& centre, double least, double most) {
+  const auto [from, to] = std::minmax(least, most);
+  SideSeen seen = SideSeen::Nothing;
+  for (const CurvePoint& point : points) {
+    const double off = point.position - centre.position;
+    if (off < from || off > to) continue;
+    const double clear = kSigmas * std::hypot(point.sigma, centre.sigma) + kFlicker * centre.value;
+    if (point.value > centre.value + clear) return SideSeen::Sharper;
+    if (point.value < centre.value - clear) seen = SideSeen::LessSharp;
+    if (seen == SideSeen::Nothing) seen = SideSeen::Alike;
+  }
+  return seen;
+}
+
+std::vector<double> SeveralDepths(const Setup& setup, const std::vector<PartPeak>& peaks, double best) {
+  constexpr double kFarPx = 4.5;    // of blur: just inside the frames beside an answer
+  constexpr double kApartPx = 4.0;  // depths nearer to each other are named as one
+  constexpr double kMost = 0.3;     // of the parts' weight
+  if (!setup.blur_px) return {};
+  const double far = std::max(kFarPx * *setup.blur_px, 1.6 * setup.resolution);
+  double elsewhere = 0.0, all = 0.0;
+  int count = 0;
+  for (const PartPeak& peak : peaks) {
+    all += peak.weight;
+    if (std::abs(peak.position - best) <= far) continue;
+    elsewhere += peak.weight;
+    ++count;
+  }
+  if (count < 2 || elsewhere <= kMost * all) return {};
+  const double apart = std::max(kApartPx * *setup.blur_px, 1.1 * setup.resolution);
+  std::vector<double> depths;
+  std::size_t begin = 0;
+  for (std::size_t i = 1; i <= peaks.size(); ++i) {
+    if (i < peaks.size() && peaks[i].position - peaks[i - 1].position <= apart) continue;
+    depths.push_back(peaks[(begin + i - 1) / 2].position);
+    begin = i;
+  }
+  // A region that recedes evenly has no gaps: then its ends are named.
+  if (depths.size() < 2) depths = {peaks.front().position, peaks.back().position};
+  return depths;
+}
+
+SideReach ReachOfSides(const Setup& setup) {
+  constexpr double kLeastPx = 2.5, kMostPx = 12.0, kWantedPx = 5.0;
+  const double step = setup.resolution;
+  if (!setup.blur_px) {
+    const double range = setup.highest - setup.lowest;
+    return {0.75 * step, range, std::max(0.02 * range, step)};
+  }
+  const double px = *setup.blur_px;
+  return {std::max(kLeastPx * px, 0.75 * step), std::max(kMostPx * px, 2.1 * step), std::max(kWantedPx * px, step)};
+}
+
+/// How well a top is known that lies between two frames clearly less sharp than it: a sixth of their distance, where
+/// that is short enough.
+std::optional<double> Between(const Setup& setup, const std::vector<CurvePoint>& points, std::size_t top) {
+  constexpr double kMostPx = 9.0;
+  if (!setup.blur_px) return std::nullopt;
+  const auto less = [&](const CurvePoint& point) {
+    const double off = point.position - points[top].position;
+    return SeenOnSide({&point, 1}, points[top], off, off) == SideSeen::LessSharp;
+  };
+  const auto here = points.begin() + static_cast<std::ptrdiff_t>(top);
+  const auto above = std::find_if(here, points.end(), less);
+  const auto below = std::find_if(std::make_reverse_iterator(here), points.rend(), less);
+  if (above == points.end() || below == points.rend()) return std::nullopt;
+  const double distance = above->position - below->position;
+  if (distance > std::max(kMostPx * *setup.blur_px, 3.2 * setup.resolution)) return std::nullopt;
+  return distance / 6.0;
+}
+
+/// The top is one of the ends, or so near to one that noise and flicker may have put it there.
+bool AtTheEnd(const Setup& setup, const std::vector<CurvePoint>& points, const CurvePoint& top) {
+  const double near = setup.blur_px ? kHalfDepthOfFieldPx * *setup.blur_px : setup.resolution;
+  for (const CurvePoint* end : {&points.front(), &points.back()}) {
+    if (std::abs(end->position - top.position) > near) continue;
+    const double clear = kSigmas * std::hypot(end->sigma, top.sigma) + kFlicker * top.value;
+    if (end == &top || top.value - end->value < clear) return true;
+  }
+  return false;
+}
+
+std::optional<CurveTop> TopOf(const std::vector<CurvePoint>& points) {
+  const auto top = std::ranges::max_element(points, {}, &CurvePoint::value);
+  const double rest = LowerQuartile(points);
+  const double above = top->value - rest;
+  if (above < kClearProminence * top->sigma || above < kClearContrast * top->value) return std::nullopt;
+  return CurveTop{static_cast<std::size_t>(top - points.begin()), above / top->sigma, rest};
+}
+
+Verdict JudgePeak(const Setup& setup, const SharpnessCurve& curve, const std::vector<CurvePoint>& points,
+                  const CurveTop& top, double reach, double step) {
+  const CurvePoint& highest = points[top.index];
+  if (curve.Overexposed()) return Refuse(kTooBright);
+  const double allowed = std::max(setup.blur_px ? kHalfDepthOfFieldPx * *setup.blur_px : 2 * step, setup.resolution);
+  const bool at_end = AtTheEnd(setup, points, highest);
+  std::string trouble = kAtTheEnd;
+  std::optional<PeakChoice> peak;
+  if (!at_end) {
+    auto choice = ChoosePeak(Around(points, highest.position, reach));
+    if (!choice) {
+      trouble = std::move(choice.error());
+    } else if (kSigmas * choice->sigma > allowed) {
+      trouble = "noise leaves open where the sharpest place is";
+    } else if (std::abs(choice->position - highest.position) > 2 * step) {
+      trouble = "the sharpest frames do not agree on one peak";
+    } else {
+      peak = *choice;
+    }
+  }
+  // Where no shape fits, less sharp frames near on both sides still hold the top between them.
+  const auto between = peak || at_end ? std::nullopt : Between(setup, points, top.index);
+  double position = 0.0, sigma = 0.5 * step;
+  if (peak) {
+    position = peak->position;
+    sigma = peak->sigma;
+    // A motor this coarse has a sharpest step, and none beside it is better.
+    if (setup.blur_px && setup.resolution > 0.5 * allowed && std::abs(position - highest.position) < setup.resolution) {
+      position = highest.position;
+    }
+  } else if (between) {
+    position = highest.position;
+    sigma = *between;
+  } else {
+    const auto end = FlatEnd(points, highest.value, step);
+    if (!end) return Refuse(trouble);
+    position = *end;
+  }
+  Verdict verdict;
+  for (const double depth : SeveralDepths(setup, curve.PartPeaks(), highest.position)) {
+    verdict.candidates.push_back({depth, 0.0, 0});
+  }
+  if (!verdict.candidates.empty()) {
+    verdict.reason = kSeveralDepths;
+    return verdict;
+  }
+  verdict.focused = true;
+  verdict.position = std::clamp(position, setup.lowest, setup.highest);
+  verdict.sigma = std::max(sigma, setup.resolution / std::sqrt(12.0));
+  verdict.confidence = std::erf(allowed / (std::sqrt(2.0) * verdict.sigma));
+  verdict.reason = Reason(top.prominence, peak ? &*peak : nullptr);
+  return verdict;
+}
+
+}  // namespace lensd::autofocus

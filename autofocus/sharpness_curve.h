@@ -1,0 +1,105 @@
+// What every method that samples the sharpness curve has to judge in the same way: is there a peak, where is it, and
+// may it be believed.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "autofocus/method.h"
+#include "autofocus/peak_fit.h"
+#include "tile_scores.h"
+
+namespace lensd::autofocus {
+
+/// A frame of the curve.
+struct CurveSample {
+  double position = 0.0;
+  double position_sigma = 0.0;
+  FocusScore score;
+  std::shared_ptr<const TileScores> tiles;
+};
+
+/// Where a part of the window is sharpest.
+struct PartPeak {
+  double position = 0.0;
+  double weight = 0.0;  ///< 0..1: how much texture it shows beside the others
+};
+
+/// Sharpness against position. What is too bright for the sensor in any frame is left out of all of them, so that the
+/// values can be compared.
+class SharpnessCurve {
+ public:
+  void Add(const Look& look);
+  std::size_t size() const { return samples_.size(); }
+  /// All frames in the order they were taken.
+  std::vector<CurvePoint> Taken() const;
+  /// All frames in order of position.
+  std::vector<CurvePoint> Points() const;
+  /// So much of the window is left out that the rest says nothing.
+  bool Overexposed() const;
+  /// Where parts of the window, at least 32 px a side, are sharpest: one place for each part that shows texture, in
+  /// order of position.
+  std::vector<PartPeak> PartPeaks() const;
+
+ private:
+  std::vector<char> LeftOut() const;
+  double Noise(const std::vector<char>& left_out) const;
+
+  std::vector<CurveSample> samples_;
+};
+
+/// What was seen on one side of a place.
+enum class SideSeen {
+  Nothing,    ///< no frame there
+  LessSharp,  ///< one that is clearly less sharp, by more than noise and flicker
+  Sharper,    ///< one that is clearly sharper
+  Alike,      ///< none of these
+};
+/// Of the points whose distance from `centre` is within `least`..`most`, both of one sign.
+SideSeen SeenOnSide(std::span<const CurvePoint> points, const CurvePoint& centre, double least, double most);
+
+/// Where a frame beside a place tells whether the place is a top: at least and at most so far away, and how far by
+/// choice.
+struct SideReach {
+  double least = 0.0;
+  double most = 0.0;
+  double wanted = 0.0;
+};
+SideReach ReachOfSides(const Setup& setup);
+
+/// The depths that the parts come to, where too many of them are sharpest far from `best`; empty: they agree.
+std::vector<double> SeveralDepths(const Setup& setup, const std::vector<PartPeak>& peaks, double best);
+
+/// Why an answer is refused whose parts disagree, for people.
+inline constexpr const char* kSeveralDepths =
+    "parts of the region are in focus at different distances: choose a smaller region";
+inline constexpr const char* kTooBright = "parts of the region are too bright for the sensor, and too little is left";
+inline constexpr const char* kAtTheEnd =
+    "sharpest at the end of the travel: the subject may lie beyond what this lens reaches";
+
+/// The top of a curve that stands out of the noise.
+struct CurveTop {
+  std::size_t index = 0;
+  double prominence = 0.0;  ///< of the top over the rest, in standard deviations
+  double rest = 0.0;        ///< what the curve comes down to away from its top
+};
+/// Nothing: no peak that stands out. `points` in order of position, not empty.
+std::optional<CurveTop> TopOf(const std::vector<CurvePoint>& points);
+
+/// Why TopOf() finds nothing, for people.
+inline constexpr const char* kNoPeak =
+    "nothing in the region changes with focus: no texture, too much noise, or too little light";
+
+Verdict Refuse(std::string reason);
+
+/// Whether the top is one of the ends of the travel, or so near to one that noise and flicker may have put it there.
+bool AtTheEnd(const Setup& setup, const std::vector<CurvePoint>& points, const CurvePoint& top);
+
+/// The verdict about the peak at `top`, from the points within `reach` of it. `step`: between neighbouring frames
+/// there.
+Verdict JudgePeak(const Setup& setup, const SharpnessCurve& curve, const std::vector<CurvePoint>& points,
+                  const CurveTop& top, double reach, double step);
+
+}  // namespace lensd::autofocus

@@ -1,0 +1,141 @@
+// Recorded focal stacks through the session. One step of the lens is one frame, so that every picture shown is a real
+// one. Positions are frame numbers; the blur a frame adds is told as the stack's file says, or wrong on purpose.
+#include "bench/autofocus/replay.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "autofocus/regions.h"
+#include "io/png.h"
+
+namespace lensd::bench {
+namespace {
+
+using nlohmann::json;
+
+Result<drivers::Frame> LoadFrame(const std::string& path, double gamma) {
+  auto image = io::ReadPng(path);
+  if (!image) return PassOn(std::move(image));
+  if (image->channels != 1) return Fail(Code::BadData, path + ": a stack's pictures must be grey");
+  drivers::Frame frame;
+  frame.width = image->width;
+  frame.height = image->height;
+  frame.bits = image->bits;
+  frame.gamma = gamma;
+  frame.samples = std::make_shared<const std::vector<std::uint16_t>>(std::move(image->samples));
+  return frame;
+}
+
+StackRegion RegionFrom(const json& from) {
+  StackRegion region;
+  const json& roi = from.at("roi");
+  region.region = {roi.at(0), roi.at(1), roi.at(2), roi.at(3)};
+  region.kind = from.at("kind");
+  region.best = from.at("best");
+  region.lowest = from.at("lowest");
+  region.highest = from.at("highest");
+  return region;
+}
+
+drivers::Frame Cropped(const drivers::Frame& frame, const autofocus::Window& window) {
+  drivers::Frame part = frame;
+  part.width = window.width;
+  part.height = window.height;
+  std::vector<std::uint16_t> samples;
+  for (int y = window.y; y < window.y + window.height; ++y) {
+    const auto row = frame.samples->begin() + static_cast<std::ptrdiff_t>(y) * frame.width + window.x;
+    samples.insert(samples.end(), row, row + window.width);
+  }
+  part.samples = std::make_shared<const std::vector<std::uint16_t>>(std::move(samples));
+  return part;
+}
+
+ReplayEnd Judge(const ReplayRun& run, double off, double px) {
+  if (off <= std::max(1.0, 2.0 / px)) return ReplayEnd::Within;
+  return off > std::max(2.0, 4.0 / px) || run.region.kind == "outside" ? ReplayEnd::False : ReplayEnd::Off;
+}
+
+Result<ReplayRun> RunOnce(const Stack& stack, const std::vector<drivers::Frame>& frames, const StackRegion& region,
+                          int start, const ReplayOptions& options) {
+  ReplayRun run{.stack = stack.name, .region = region, .start = start, .method = {}, .reason = {}};
+  autofocus::Setup setup;
+  setup.highest = static_cast<double>(frames.size()) - 1.0;
+  setup.resolution = 1.0;
+  setup.blur_px = 1.0 / (stack.blur_px_per_frame * options.slope_error);
+  const drivers::Region shown = options.crop ? drivers::Region{0.0, 0.0, 1.0, 1.0} : region.region;
+  auto session = autofocus::Regions::Create(options.method, setup, {shown}, autofocus::Policy::Nearest);
+  if (!session) return PassOn(std::move(session));
+  double at = start;
+  for (;;) {
+    auto advice = session->Next(at, frames[static_cast<std::size_t>(at)]);
+    if (!advice) return PassOn(std::move(advice));
+    if (const auto* go = std::get_if<autofocus::GoAndLook>(&*advice)) {
+      at = std::clamp(std::round(go->position), setup.lowest, setup.highest);
+      continue;
+    }
+    const auto& verdict = std::get<autofocus::Verdict>(*advice);
+    run.end = at;
+    run.frames = session->frames();
+    run.sigma = verdict.sigma;
+    run.method = session->method();
+    run.reason = verdict.reason;
+    const double off = region.kind == "several depths" ? std::max({region.lowest - at, at - region.highest, 0.0})
+                                                       : std::abs(at - region.best);
+    run.off_px = off * stack.blur_px_per_frame;
+    run.how = verdict.focused ? Judge(run, off, stack.blur_px_per_frame) : ReplayEnd::Refused;
+    return run;
+  }
+}
+
+}  // namespace
+
+Result<std::vector<Stack>> LoadStacks(const std::string& directory, double gamma) {
+  std::ifstream file(directory + "/stacks.json");
+  if (!file) return Fail(Code::Io, "cannot open " + directory + "/stacks.json");
+  std::vector<Stack> stacks;
+  try {
+    const json all = json::parse(file);
+    for (const auto& [name, content] : all.items()) {
+      Stack stack{.name = name, .blur_px_per_frame = content.at("blur_px_per_frame"), .frames = {}, .regions = {}};
+      for (int i = 0; i < content.at("frames").get<int>(); ++i) {
+        char number[16];
+        std::snprintf(number, sizeof number, "/%02d.png", i);
+        auto frame = LoadFrame(directory + "/" + name + number, gamma);
+        if (!frame) return PassOn(std::move(frame));
+        stack.frames.push_back(*std::move(frame));
+      }
+      for (const json& region : content.at("regions")) stack.regions.push_back(RegionFrom(region));
+      stacks.push_back(std::move(stack));
+    }
+  } catch (const json::exception& error) {
+    return Fail(Code::BadData, directory + "/stacks.json: " + error.what());
+  }
+  return stacks;
+}
+
+Result<std::vector<ReplayRun>> Replay(const std::vector<Stack>& stacks, const ReplayOptions& options) {
+  std::vector<ReplayRun> runs;
+  for (const Stack& stack : stacks) {
+    for (const StackRegion& region : stack.regions) {
+      std::vector<drivers::Frame> frames = stack.frames;
+      if (options.crop) {
+        auto window = autofocus::WindowOf(region.region, frames.front().width, frames.front().height);
+        if (!window) return PassOn(std::move(window));
+        for (drivers::Frame& frame : frames) frame = Cropped(frame, *window);
+      }
+      for (int i = 0; i < options.starts; ++i) {
+        const auto last = static_cast<double>(frames.size()) - 1.0;
+        const int start = static_cast<int>(std::lround(last * (i + 0.5) / options.starts));
+        auto run = RunOnce(stack, frames, region, start, options);
+        if (!run) return PassOn(std::move(run));
+        runs.push_back(*std::move(run));
+      }
+    }
+  }
+  return runs;
+}
+
+}  // namespace lensd::bench

@@ -1,0 +1,155 @@
+// One conversation with the daemon: calls with their deadline, errors as exit statuses, Control-C as a stop.
+#include "cli/online/daemon_client.h"
+
+#include <signal.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <utility>
+
+#include "proto/interfaces.h"
+
+namespace lensd::cli {
+namespace {
+
+using varlink::Json;
+
+struct KnownError {
+  std::string_view name;
+  Exit status;
+};
+constexpr std::array kKnownErrors = {
+    KnownError{"io.lensd.Lens.LensNotFound", Exit::NotFound},
+    KnownError{"io.lensd.Lens.PresetNotFound", Exit::NotFound},
+    KnownError{"io.lensd.Lens.InvalidRequest", Exit::Usage},
+    KnownError{"io.lensd.Lens.OutOfRange", Exit::OutOfRange},
+    KnownError{"io.lensd.Lens.Unsupported", Exit::Unsupported},
+    KnownError{"io.lensd.Lens.Timeout", Exit::Timeout},
+    KnownError{"io.lensd.Lens.Cancelled", Exit::Stopped},
+    KnownError{"io.lensd.Lens.Superseded", Exit::Superseded},
+    KnownError{"io.lensd.Lens.Busy", Exit::Busy},
+    KnownError{"io.lensd.Lens.Leased", Exit::Leased},
+    KnownError{"io.lensd.Lens.NotHomed", Exit::NotHomed},
+    KnownError{"io.lensd.Lens.Disconnected", Exit::Unavailable},
+    KnownError{"io.lensd.Lens.DeviceError", Exit::Protocol},
+    KnownError{"io.lensd.Lens.Internal", Exit::Internal},
+    KnownError{varlink::kPermissionDenied, Exit::NotPermitted},
+    KnownError{varlink::kInvalidParameter, Exit::Usage},
+    KnownError{varlink::kInterfaceNotFound, Exit::Unsupported},
+    KnownError{varlink::kMethodNotFound, Exit::Unsupported},
+    KnownError{varlink::kMethodNotImplemented, Exit::Unsupported},
+    KnownError{varlink::kExpectedMore, Exit::Usage},
+};
+
+/// Methods that move a lens take the key of its lease, which $LENSD_LEASE hands from one command to the next.
+Json WithLease(std::string_view method, Json parameters) {
+  constexpr std::array<std::string_view, 8> kDriving = {"Move",           "Home",     "Plan",         "Autofocus",
+                                                        "AutofocusBegin", "Backlash", "PresetRecall", "DropLease"};
+  const char* const key = std::getenv("LENSD_LEASE");
+  const auto name = method.substr(method.rfind('.') + 1);
+  const bool takes_it =
+      method.starts_with(proto::kLensInterface) && std::ranges::find(kDriving, name) != kDriving.end();
+  if (key != nullptr && *key != 0 && takes_it && !parameters.contains("lease")) parameters["lease"] = key;
+  return parameters;
+}
+
+/// Becomes readable on Control-C or SIGTERM while it lives.
+class SignalWatch {
+ public:
+  SignalWatch() {
+    sigset_t watched;
+    sigemptyset(&watched);
+    sigaddset(&watched, SIGINT);
+    sigaddset(&watched, SIGTERM);
+    sigprocmask(SIG_BLOCK, &watched, &before_);
+    descriptor_ = signalfd(-1, &watched, SFD_CLOEXEC | SFD_NONBLOCK);
+  }
+  ~SignalWatch() {
+    signalfd_siginfo taken;
+    while (read(descriptor_, &taken, sizeof taken) > 0) continue;  // or it would strike when unblocked
+    close(descriptor_);
+    sigprocmask(SIG_SETMASK, &before_, nullptr);
+  }
+  SignalWatch(const SignalWatch&) = delete;
+  SignalWatch& operator=(const SignalWatch&) = delete;
+  int descriptor() const { return descriptor_; }
+
+ private:
+  sigset_t before_;
+  int descriptor_;
+};
+
+}  // namespace
+
+Failure FailureOf(const varlink::Reply& refused) {
+  const auto* known = std::ranges::find(kKnownErrors, refused.error, &KnownError::name);
+  const Exit status = known == std::end(kKnownErrors) ? Exit::Protocol : known->status;
+  const auto message = refused.parameters.find("message");
+  const bool told = message != refused.parameters.end() && message->is_string();
+  Failure failure(status, told ? message->get<std::string>()
+                               : "the daemon answered " + refused.error + " " + varlink::WriteJson(refused.parameters));
+  if (refused.parameters.is_object()) failure.details = std::make_shared<Json>(refused.parameters);
+  return failure;
+}
+
+std::string MethodOfLens(std::string_view method) {
+  return std::string(proto::kLensInterface) + "." + std::string(method);
+}
+
+std::expected<DaemonClient, Failure> DaemonClient::Open(const Session& session) {
+  const auto& globals = session.globals();
+  const std::string path = globals.socket ? *globals.socket : std::string(proto::kDefaultSocket);
+  auto client = varlink::Client::Connect(path);
+  if (!client && access(path.c_str(), W_OK) != 0 && errno == EACCES) {
+    return Refuse(Exit::NotPermitted, "you may not use the socket " + path + "; ask for membership of its group");
+  }
+  if (!client) return Refuse(client);
+  return DaemonClient(*std::move(client), globals.timeout);
+}
+
+std::expected<Json, Failure> DaemonClient::Ask(std::string_view method, Json parameters, Duration patience) {
+  client_.SetDeadline(MonotonicClock().Now() + timeout_.value_or(patience));
+  auto reply = client_.Invoke(method, WithLease(method, std::move(parameters)));
+  if (!reply) return Refuse(reply);
+  if (!reply->error.empty()) return std::unexpected(FailureOf(*reply));
+  return std::move(reply->parameters);
+}
+
+std::expected<Json, Failure> DaemonClient::Follow(std::string_view method, Json parameters, const Progress& progress,
+                                                  const std::function<void()>& interrupted) {
+  const SignalWatch signals;
+  // The descriptor goes with `signals`: calls after this one must not look at it.
+  const struct Watching {
+    varlink::Client& client;
+    ~Watching() { client.SetInterrupt(-1); }
+  } watching{client_};
+  client_.SetInterrupt(signals.descriptor());
+  client_.SetDeadline(timeout_ ? std::optional(MonotonicClock().Now() + *timeout_) : std::nullopt);
+  varlink::Call call;
+  call.method = method;
+  call.parameters = WithLease(method, std::move(parameters));
+  call.more = true;
+  if (auto sent = client_.Send(call); !sent) return Refuse(sent);
+  for (;;) {
+    auto reply = client_.Receive();
+    const bool by_signal = !reply && reply.error().code == Code::Cancelled;
+    const bool given_up = by_signal || (!reply && reply.error().code == Code::Timeout);
+    if (given_up && interrupted) interrupted();
+    if (by_signal) return Refuse(Exit::Interrupted, reply.error().message);
+    if (!reply) return Refuse(reply);
+    if (!reply->error.empty()) return std::unexpected(FailureOf(*reply));
+    if (!reply->continues) return std::move(reply->parameters);
+    if (!progress(reply->parameters)) return Json::object();
+  }
+}
+
+void StopNow(Session& session, const Json& lens, const Json& axis) {
+  auto link = DaemonClient::Open(session);
+  if (link && link->Ask(MethodOfLens("Stop"), {{"lens", lens}, {"axis", axis}})) session.Remark("stopped");
+}
+
+}  // namespace lensd::cli

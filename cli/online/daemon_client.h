@@ -1,0 +1,50 @@
+// The daemon, as the commands see it.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "cli/session.h"
+#include "varlink/client.h"
+
+namespace lensd::cli {
+
+/// What an error of the daemon means for a person: its own message, and the status to end with.
+Failure FailureOf(const varlink::Reply& refused);
+
+/// One connection to the daemon.
+class DaemonClient {
+ public:
+  /// Connects to the session's socket, else to the built-in path.
+  static std::expected<DaemonClient, Failure> Open(const Session& session);
+
+  /// One call, one reply; waits --timeout, else `patience`.
+  std::expected<varlink::Json, Failure> Ask(std::string_view method, varlink::Json parameters,
+                                            Duration patience = std::chrono::seconds(10));
+
+  /// Called for every reply before the last. False ends the call by closing the connection.
+  using Progress = std::function<bool(const varlink::Json&)>;
+  /// A call with `more`; waits as long as it takes unless --timeout says otherwise, and returns the last reply.
+  /// Control-C and SIGTERM end the wait: then `interrupted` is called, for instance to stop a lens, and the command
+  /// fails.
+  std::expected<varlink::Json, Failure> Follow(std::string_view method, varlink::Json parameters,
+                                               const Progress& progress, const std::function<void()>& interrupted = {});
+
+ private:
+  DaemonClient(varlink::Client client, std::optional<Duration> timeout)
+      : client_(std::move(client)), timeout_(timeout) {}
+
+  varlink::Client client_;
+  std::optional<Duration> timeout_;
+};
+
+/// The interface's methods by their short name.
+std::string MethodOfLens(std::string_view method);
+
+/// Stops an axis (null: everything the lens does) on a connection of its own, because the call that is ended occupies
+/// the other.
+void StopNow(Session& session, const varlink::Json& lens, const varlink::Json& axis);
+
+}  // namespace lensd::cli

@@ -1,0 +1,31 @@
+// What a service says of each of its methods: who serves it, and what a call of it may do.
+#pragma once
+
+#include <functional>
+#include <string_view>
+#include <vector>
+
+#include "exchange.h"
+
+namespace lensd::daemon {
+
+/// Whether a lease keeps everybody but its holder from calling a method.
+enum class NeedsLease { No, Yes, ToApply };
+/// Whether a call may change a lens or what is kept of it. One that may not is nothing without an answer.
+enum class MayChangeState { No, Yes };
+
+/// Whether a call waits for those of its connection before it, or acts as soon as it is read (its reply waits anyway).
+enum class Acts { InTurn, WhenRead };
+
+/// One row.
+struct Method {
+  std::string_view name;
+  /// Serves one call now or later; the parameters match the definition.
+  std::function<void(const ExchangePointer&)> serve;
+  NeedsLease needs_lease = NeedsLease::No;
+  MayChangeState may_change_state = MayChangeState::No;
+  Acts acts = Acts::InTurn;
+};
+using MethodTable = std::vector<Method>;
+
+}  // namespace lensd::daemon

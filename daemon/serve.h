@@ -1,0 +1,24 @@
+// The methods of io.lensd.Lens, each file's rows of the one table.
+#pragma once
+
+#include "method_table.h"
+
+namespace lensd::daemon {
+
+class LensService;
+
+MethodTable StatusMethods(LensService& service);       ///< serve_status.cpp
+MethodTable DeviceMethods(LensService& service);       ///< serve_devices.cpp
+MethodTable MotionMethods(LensService& service);       ///< serve_motion.cpp
+MethodTable LeaseMethods(LensService& service);        ///< serve_lease.cpp
+MethodTable PlanMethods(LensService& service);         ///< serve_plan.cpp
+MethodTable AutofocusMethods(LensService& service);    ///< serve_autofocus.cpp
+MethodTable SessionMethods(LensService& service);      ///< serve_autofocus_session.cpp
+MethodTable SnapshotMethods(LensService& service);     ///< serve_snapshot.cpp
+MethodTable CalibrationMethods(LensService& service);  ///< serve_calibration.cpp
+MethodTable PresetMethods(LensService& service);       ///< serve_presets.cpp
+
+/// Whether a stop or a lease keeps the caller from moving the lens it names. False: it has been told.
+bool MayDrive(LensService& service, const Method& method, const ExchangePointer& exchange);
+
+}  // namespace lensd::daemon

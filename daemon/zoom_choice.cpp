@@ -1,0 +1,318 @@
+// How well a focal length serves a request is a continuous problem for the lens as it is there: breathing, a moving
+// centre and distances from elsewhere are counted at the extension the answer has, found in a few rounds. The places of
+// the zoom are tried coarsely, then ever more finely around the best of those; positions of the motors come last.
+#include "zoom_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <compare>
+#include <limits>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/quantity_text.h"
+#include "optics/framing.h"
+#include "optics/stack.h"
+
+namespace lensd::daemon {
+namespace {
+
+using drivers::Axis;
+
+constexpr double kNever = std::numeric_limits<double>::max();
+
+/// Smaller is better; what comes first counts first.
+struct Merit {
+  double relax = kNever;  ///< by which the limits would have to be relaxed; 1: they hold
+  double shots = 0.0;     ///< of a stack
+  double aim = kNever;    ///< of the objective
+  double travel = 0.0;    ///< of the zoom
+  auto operator<=>(const Merit&) const = default;
+};
+
+Merit MeritOf(const optics::StackAnswer& stack, double breathing) {
+  if (!stack.feasible) return {};
+  return {1.0, static_cast<double>(stack.shots.size()), stack.shots.front().f_number.value / breathing};
+}
+
+Merit MeritOf(const optics::PlanAnswer& plan, optics::Objective objective, double breathing) {
+  if (!plan.feasible) return {plan.relax.value_or(kNever)};
+  switch (objective) {
+    case optics::Objective::Light:
+      return {1.0, 0.0, plan.f_number.value / breathing};
+    case optics::Objective::Sharp:
+      return {1.0, 0.0, plan.worst_ratio};
+    case optics::Objective::Depth:
+      break;
+  }
+  const auto& field = plan.depth_of_field;
+  return {1.0, 0.0, field ? field->other_end.number.value - field->one_end.number.value : 0.0};
+}
+
+/// One request at the places of one zoom.
+class ZoomScan {
+ public:
+  ZoomScan(const rig::Rig& rig, const rig::RigConfig& config, const proto::LensRequest& asked)
+      : table_(*rig.optics()), config_(config), asked_(asked), zoom_(*rig.lens().axes[Axis::Zoom]) {
+    if (!table_.has_focus()) return;
+    const auto [low, high] = rig.SoftLimits(Axis::Focus);
+    ends_ = std::pair(low, high);
+  }
+
+  /// The places of [first, last], both of the zoom's grid, that were tried, the best first.
+  std::vector<std::pair<Merit, Native>> Ranked(Native first, Native last, optics::Objective objective) {
+    objective_ = objective;
+    const auto steps = std::lround((last - first).value / zoom_.resolution);
+    first_ = first;
+    tried_.clear();
+    long stride = std::max(1L, steps / MostAtOnce());
+    for (long i = 0; i < steps; i += stride) Try(i);
+    Try(steps);
+    while (stride > 1) {
+      const long finer = std::max(1L, stride / 8);
+      for (const long middle : Valleys()) {
+        const long end = std::min(steps, middle + stride);
+        for (long i = std::max(0L, middle - stride); i <= end; i += finer) Try(i);
+      }
+      stride = finer;
+    }
+    std::vector<std::pair<Merit, Native>> ranked;
+    for (const auto& [i, merit] : tried_) ranked.emplace_back(merit, Place(i));
+    std::ranges::sort(ranked);
+    return ranked;
+  }
+
+ private:
+  static constexpr std::size_t kValleys = 8;
+
+  Native Place(long i) const { return first_ + Native{zoom_.resolution * static_cast<double>(i)}; }
+  /// Many limits take their time: fewer places then, so that the rig is not kept waiting.
+  long MostAtOnce() const {
+    constexpr long kMost = 1000, kLeast = 32, kLimits = 100000;
+    const auto limits = static_cast<long>(asked_.plan.limits.size());
+    return std::clamp(kLimits / std::max(1L, limits), kLeast, kMost);
+  }
+  void Try(long i) {
+    if (!tried_.contains(i)) tried_.emplace(i, MeritAt(Place(i)));
+  }
+  /// Of the places tried those no worse than their neighbours, the best first.
+  std::vector<long> Valleys() const {
+    std::vector<std::pair<Merit, long>> valleys;
+    for (auto here = tried_.begin(); here != tried_.end(); ++here) {
+      const bool falls = here == tried_.begin() || here->second <= std::prev(here)->second;
+      const auto next = std::next(here);
+      if (falls && (next == tried_.end() || here->second <= next->second)) {
+        valleys.emplace_back(here->second, here->first);
+      }
+    }
+    std::ranges::sort(valleys);
+    if (valleys.size() > kValleys) valleys.resize(kValleys);
+    std::vector<long> places;
+    for (const auto& [merit, place] : valleys) places.push_back(place);
+    return places;
+  }
+
+  /// The whole request for the lens as it is with the zoom at a place and focus at an extension.
+  optics::PlanRequest RequestAt(const rig::OpticsTable& table, const optics::PlanRequest& asked,
+                                const optics::LensPositions& lens) const {
+    return optics::RequestAtFirst(asked, lens, OriginOf(ScaleUnder(table, config_), asked_));
+  }
+
+  /// What the request asks with the ranges that are the lens' own at this zoom.
+  optics::PlanRequest AskedAt(const rig::OpticsTable& table) const {
+    optics::PlanRequest asked = asked_.plan;
+    asked.objective = objective_;
+    if (!ends_ || table.grade() == rig::Grade::Uncalibrated) return asked;
+    const auto [low, high] =
+        std::minmax({table.ExtensionFromNative(ends_->first), table.ExtensionFromNative(ends_->second)});
+    if (asked_.own.extension_low) asked.extensions.low = low.value;
+    if (asked_.own.extension_high) asked.extensions.high = high.value;
+    return asked;
+  }
+
+  Merit MeritAt(Native place) {
+    rig::Conditions there = table_.conditions();
+    there.zoom = place;
+    const rig::OpticsTable table = table_.In(there);
+    const optics::PlanRequest asked = AskedAt(table);
+    const double error = table.FNumberError();
+    const FNumber n{asked.f_numbers.low.value};
+    optics::LensPositions lens{.focal_length = table.focal_length(),
+                               .focal_length_error = table.FocalLengthError(),
+                               .liquid = false,
+                               .focus = {},
+                               .iris = {{n, n * (1.0 - error), n * (1.0 + error)}}};
+    Metres extension{0.5 * (asked.extensions.low.value + asked.extensions.high.value)};
+    Merit merit;
+    constexpr int kRounds = 5;
+    for (int round = 0; round < kRounds; ++round) {
+      lens.focus = {StandsAt(table, extension)};
+      const Metres before = extension;
+      merit = MeritHere(RequestAt(table, asked, lens), lens, extension);
+      constexpr double kSame = 1e-7;
+      if (std::abs((extension - before).value) <= kSame * table.focal_length().value) break;
+    }
+    merit.travel = std::abs((place - *table_.conditions().zoom).value);
+    return merit;
+  }
+
+  /// Leaves in `extension` where the answer has focus.
+  Merit MeritHere(const optics::PlanRequest& request, const optics::LensPositions& lens, Metres& extension) const {
+    const double breathing = lens.focus.front().focal_length / lens.focal_length;
+    if (asked_.stack) {
+      const auto stack = optics::PlanStack(request);
+      if (!stack) return {};
+      if (stack->feasible) extension = stack->shots.front().extension;
+      return MeritOf(*stack, breathing);
+    }
+    const auto plan = optics::Plan(request);
+    if (!plan) return {};
+    if (plan->feasible || plan->relax) extension = plan->extension;
+    return MeritOf(*plan, request.objective, breathing);
+  }
+
+  const rig::OpticsTable& table_;
+  const rig::RigConfig& config_;
+  const proto::LensRequest& asked_;
+  const drivers::AxisCapabilities& zoom_;
+  std::optional<std::pair<Native, Native>> ends_;  ///< of focus
+  optics::Objective objective_{};
+  Native first_;
+  std::map<long, Merit> tried_;
+};
+
+/// The focal lengths a zoom reaches, and its grid.
+struct ZoomAxis {
+  const rig::OpticsTable& table;
+  double step;
+  Native origin, low, high;
+  Metres shortest, longest;
+
+  explicit ZoomAxis(const rig::Rig& rig)
+      : table(*rig.optics()),
+        step(rig.lens().axes[Axis::Zoom]->resolution),
+        origin(rig.lens().axes[Axis::Zoom]->minimum) {
+    std::tie(low, high) = rig.SoftLimits(Axis::Zoom);
+    std::tie(shortest, longest) = std::minmax({table.FocalLengthFromNative(low), table.FocalLengthFromNative(high)});
+  }
+  Native Nearest(Metres focal_length) const {
+    const double places = (table.NativeFromFocalLength(focal_length) - origin).value / step;
+    return std::clamp(origin + Native{step * std::round(places)}, low, high);
+  }
+  rig::OpticsTable At(Native zoom) const {
+    rig::Conditions there = table.conditions();
+    there.zoom = zoom;
+    return table.In(there);
+  }
+};
+
+/// Where the zoom frames the field with focus on it. Breathing and a moving centre depend on where that is.
+Result<Native> Framing(const ZoomAxis& zoom, const rig::RigConfig& config, const proto::LensRequest& asked,
+                       Metres sensor_width, std::pair<Metres, Metres> wanted) {
+  Native place = zoom.Nearest(wanted.first);
+  double breathing = 1.0;
+  constexpr int kRounds = 6;
+  for (int round = 0; round < kRounds; ++round) {
+    const rig::OpticsTable there = zoom.At(place);
+    optics::FocusScale scale = ScaleUnder(there, config);
+    scale.from = asked.from.value_or(scale.from);
+    const optics::Field field{asked.field->width, asked.field->distance, scale};
+    const auto f =
+        optics::FramingFocalLength(field, sensor_width, {wanted.first * breathing, wanted.second * breathing});
+    if (!f) return std::unexpected(f.error());
+    const auto depth = optics::DepthInFocus(scale, *f, field.distance);
+    const auto extension = depth ? there.ExtensionInFocus(*depth) : std::unexpected(depth.error());
+    if (extension && there.has_focus()) breathing = there.FocalLengthAt(*extension) / there.focal_length();
+    place = zoom.Nearest(*f / breathing);
+  }
+  return place;
+}
+
+ZoomedPlanning Zoomed(const rig::Rig& rig, const rig::RigConfig& config, const proto::LensRequest& asked,
+                      const rig::OpticsTable& table) {
+  ZoomedPlanning zoomed{PlanningUnder(rig, config, table), asked.plan};
+  zoomed.planning.zoom = table.conditions().zoom;
+  const optics::PlanRequest& own = zoomed.planning.defaults;
+  if (asked.own.extension_low) zoomed.request.extensions.low = own.extensions.low;
+  if (asked.own.extension_high) zoomed.request.extensions.high = own.extensions.high;
+  if (asked.own.sensor_tolerance) zoomed.request.sensor_tolerance = own.sensor_tolerance;
+  if (asked.own.f_number_tolerance) zoomed.request.f_number_tolerance = own.f_number_tolerance;
+  zoomed.request.calibration_error = own.calibration_error;
+  return zoomed;
+}
+
+/// What the motors' positions make of it with the zoom there.
+Merit MeritOnPositions(const ZoomedPlanning& zoomed, const proto::LensRequest& asked, const rig::Status& now) {
+  proto::LensRequest there = asked;
+  there.plan = zoomed.request;
+  if (asked.stack) {
+    const auto stack = StackFor(zoomed.planning, there, now);
+    return stack ? MeritOf(stack->answer.stack, 1.0) : Merit{};
+  }
+  const auto plan = PlanFor(zoomed.planning, there, now);
+  if (!plan) return {};
+  const optics::PlanAnswer& answer = plan->answer.plan;
+  if (!answer.feasible && plan->answer.continuous_feasible) return {answer.worst_ratio};
+  return MeritOf(answer, asked.plan.objective, 1.0);
+}
+
+/// The best of the places in a range. What a place is worth as a continuous problem is the most it can be worth on
+/// positions, so that only the first few have to be looked at so closely.
+ZoomedPlanning BestZoom(const rig::Rig& rig, const rig::RigConfig& config, const proto::LensRequest& asked,
+                        const ZoomAxis& zoom, std::pair<Native, Native> range) {
+  constexpr std::size_t kMost = 32;
+  constexpr double kHair = 1.0 - 1e-3;  // tolerances differ a little from zoom to zoom
+  const rig::Status now = rig.GetStatus();
+  ZoomScan scan(rig, config, asked);
+  std::optional<std::pair<Merit, ZoomedPlanning>> best;
+  const auto look = [&](optics::Objective objective) {
+    const auto ranked = scan.Ranked(range.first, range.second, objective);
+    for (std::size_t i = 0; i < std::min(kMost, ranked.size()); ++i) {
+      auto [promise, place] = ranked[i];
+      promise.relax *= kHair;
+      promise.aim *= promise.aim > 0.0 ? kHair : 1.0 / kHair;
+      promise.travel = 0.0;
+      if (best && objective == asked.plan.objective && best->first < promise) return;
+      ZoomedPlanning there = Zoomed(rig, config, asked, zoom.At(place));
+      Merit merit = MeritOnPositions(there, asked, now);
+      merit.travel = ranked[i].first.travel;
+      if (!best || merit < best->first) best.emplace(merit, std::move(there));
+    }
+  };
+  look(asked.plan.objective);
+  // Where the most light leaves no room for the motors' steps, the focal length with the most room may.
+  if (best->first.relax > 1.0 && asked.plan.objective == optics::Objective::Light) look(optics::Objective::Sharp);
+  return std::move(best->second);
+}
+
+}  // namespace
+
+Result<ZoomedPlanning> PlanningForZoom(const rig::Rig& rig, const rig::RigConfig& config,
+                                       const proto::LensRequest& asked) {
+  const rig::OpticsTable& now = *rig.optics();
+  if (!now.has_zoom() || !now.conditions().zoom) {
+    return Fail(Code::OutOfRange, "this lens does not zoom: leave out the focal length and the field to frame");
+  }
+  const ZoomAxis zoom(rig);
+  const auto wanted = asked.focal_lengths.value_or(std::pair(zoom.shortest, zoom.longest));
+  constexpr double kRounding = 1e-9;
+  if (wanted.second < zoom.shortest * (1.0 - kRounding) || wanted.first > zoom.longest * (1.0 + kRounding)) {
+    return Fail(Code::OutOfRange,
+                "this lens zooms from " + LengthText(zoom.shortest, 6) + " to " + LengthText(zoom.longest, 6));
+  }
+  const std::pair within(std::max(zoom.shortest, wanted.first), std::min(zoom.longest, wanted.second));
+  if (asked.field) {
+    const auto width = asked.sensor_width ? asked.sensor_width : PlanningUnder(rig, config, now).sensor_width;
+    if (!width) return Fail(Code::InvalidArgument, "framing a field takes the sensor's width: give sensorWidthMm");
+    const auto place = Framing(zoom, config, asked, *width, within);
+    if (!place) return std::unexpected(place.error());
+    return Zoomed(rig, config, asked, zoom.At(*place));
+  }
+  const auto [first, last] = std::minmax({zoom.Nearest(within.first), zoom.Nearest(within.second)});
+  if (first == last) return Zoomed(rig, config, asked, zoom.At(first));
+  return BestZoom(rig, config, asked, zoom, {first, last});
+}
+
+}  // namespace lensd::daemon

@@ -1,0 +1,400 @@
+// Memory-mapped streaming from a capture node: negotiation, buffers, time stamps, exposure. Buffers that the driver
+// marks as damaged are dropped.
+#include "v4l2_camera.h"
+
+#include <linux/videodev2.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "formats.h"
+
+namespace lensd::drivers::v4l2 {
+namespace {
+
+/// One exposure-time unit of V4L2.
+constexpr Duration kExposureUnit = std::chrono::microseconds(100);
+/// Assumed where the driver tells no rate.
+constexpr Duration kUnknownPeriod = std::chrono::milliseconds(100);
+/// Of the usual transfer functions of video, near enough.
+constexpr double kVideoGamma = 2.2;
+/// So many damaged frames in a row are a fault of the link rather than bad luck.
+constexpr int kTooManyDamaged = 10;
+
+std::string TextOf(const __u8* text, std::size_t size) {
+  const auto* begin = reinterpret_cast<const char*>(text);
+  return {begin, strnlen(begin, size)};
+}
+
+/// A buffer and, where the node wants them, its planes.
+struct Buffer {
+  v4l2_buffer buffer{};
+  std::array<v4l2_plane, VIDEO_MAX_PLANES> planes{};
+
+  Buffer(std::uint32_t type, bool multi) {
+    buffer.type = type;
+    buffer.memory = V4L2_MEMORY_MMAP;
+    if (multi) {
+      buffer.m.planes = planes.data();
+      buffer.length = VIDEO_MAX_PLANES;
+    }
+  }
+  Buffer(const Buffer&) = delete;
+  Buffer& operator=(const Buffer&) = delete;
+};
+
+std::vector<std::uint32_t> OfferedFormats(const Node& node, std::uint32_t type) {
+  std::vector<std::uint32_t> offered;
+  for (std::uint32_t i = 0; i < 256; ++i) {
+    v4l2_fmtdesc one{};
+    one.index = i;
+    one.type = type;
+    if (node.Ioctl(VIDIOC_ENUM_FMT, &one) < 0) break;
+    offered.push_back(one.pixelformat);
+  }
+  return offered;
+}
+
+std::uint32_t TransferOf(const v4l2_format& format, bool planes) {
+  const std::uint32_t colours = planes ? format.fmt.pix_mp.colorspace : format.fmt.pix.colorspace;
+  const std::uint32_t transfer = planes ? format.fmt.pix_mp.xfer_func : format.fmt.pix.xfer_func;
+  if (transfer != V4L2_XFER_FUNC_DEFAULT) return transfer;
+  return V4L2_MAP_XFER_FUNC_DEFAULT(colours);
+}
+
+}  // namespace
+
+struct StreamCamera::Format {
+  std::uint32_t code = 0;
+  drivers::pixels::RawFormat raw;
+  int width = 0;
+  int height = 0;
+  std::size_t stride = 0;
+  double gamma = 1.0;
+  std::optional<Duration> latency;
+  int buffers = 4;
+};
+
+Result<NodeInfo> AskNode(const Node& node) {
+  v4l2_capability about{};
+  const int status = node.Ioctl(VIDIOC_QUERYCAP, &about);
+  if (status == -ENOTTY || status == -EINVAL) return Fail(Code::Unsupported, node.path() + " is no video node");
+  if (status < 0) return KernelError(-status, node.path());
+  const std::uint32_t can = (about.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? about.device_caps : about.capabilities;
+  const bool streams = (can & V4L2_CAP_STREAMING) != 0;
+  NodeInfo info;
+  info.driver = TextOf(about.driver, sizeof about.driver);
+  info.card = TextOf(about.card, sizeof about.card);
+  info.planes = (can & V4L2_CAP_VIDEO_CAPTURE_MPLANE) != 0;
+  info.capture = streams && (info.planes || (can & V4L2_CAP_VIDEO_CAPTURE) != 0);
+  return info;
+}
+
+Result<StreamCamera::Format> StreamCamera::Negotiate(const Node& node, const NodeInfo& info, const Config& config) {
+  v4l2_format now{};
+  now.type = info.planes ? V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE : V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  int status = node.Ioctl(VIDIOC_G_FMT, &now);
+  if (status < 0) return KernelError(-status, node.path() + ", reading its picture format");
+  const auto offered = OfferedFormats(node, now.type);
+  // pix and pix_mp begin alike: width, height, pixelformat, field.
+  v4l2_pix_format& pix = now.fmt.pix;
+  std::uint32_t wanted = pix.pixelformat;
+  if (!config.format.empty()) {
+    wanted = FormatNamed(config.format);
+  } else if (!RawFormatOf(wanted)) {
+    wanted = BestOf(offered).value_or(0);
+  }
+  const auto raw = RawFormatOf(wanted);
+  if (!raw) {
+    const std::string which =
+        config.format.empty() ? "no picture format of this device" : "\"" + config.format + "\" is not one that";
+    return Fail(Code::Unsupported, node.path() + ": " + which + " can be read" + WhatFits(offered));
+  }
+  const bool resize = config.width > 0;
+  if (wanted != pix.pixelformat || resize) {
+    pix.pixelformat = wanted;
+    if (resize) pix.width = static_cast<__u32>(config.width);
+    if (resize) pix.height = static_cast<__u32>(config.height);
+    pix.field = V4L2_FIELD_ANY;
+    status = node.Ioctl(VIDIOC_S_FMT, &now);
+    if (status == -EBUSY) return Fail(Code::Busy, node.path() + ": another program streams from it");
+    if (status < 0) return KernelError(-status, node.path() + ", setting its picture format");
+  }
+  if (pix.pixelformat != wanted) {
+    return Fail(Code::Unsupported,
+                node.path() + " has no format \"" + NameOfFormat(wanted) + "\" that can be read" + WhatFits(offered));
+  }
+  Format format;
+  format.code = wanted;
+  format.raw = *raw;
+  format.width = static_cast<int>(pix.width);
+  format.height = static_cast<int>(pix.height);
+  if (resize && (format.width != config.width || format.height != config.height)) {
+    return Fail(Code::Unsupported, node.path() + " has no picture of " + std::to_string(config.width) + " x " +
+                                       std::to_string(config.height) + "; the nearest is " +
+                                       std::to_string(format.width) + " x " + std::to_string(format.height));
+  }
+  format.stride = info.planes ? now.fmt.pix_mp.plane_fmt[0].bytesperline : now.fmt.pix.bytesperline;
+  const std::uint32_t range = info.planes ? now.fmt.pix_mp.quantization : now.fmt.pix.quantization;
+  // USB cameras do not say. Taking full range for limited would clip the brightest eighth; the other way round costs
+  // nothing but a little contrast.
+  const bool full =
+      range == V4L2_QUANTIZATION_FULL_RANGE || (range == V4L2_QUANTIZATION_DEFAULT && info.driver == "uvcvideo");
+  if (config.range == VideoRange::Full || (config.range == VideoRange::Auto && full)) format.raw.limited = false;
+  if (config.range == VideoRange::Limited && !IsLinear(*raw)) format.raw.limited = true;
+  const bool linear = IsLinear(*raw) || TransferOf(now, info.planes) == V4L2_XFER_FUNC_NONE;
+  format.gamma = config.gamma.value_or(linear ? 1.0 : kVideoGamma);
+  format.latency = config.latency;
+  format.buffers = config.buffers;
+  return format;
+}
+
+Result<double> StreamCamera::SetRate(const Node& node, const NodeInfo& info, double wanted_hz) {
+  v4l2_streamparm parameters{};
+  parameters.type = info.planes ? V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE : V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  v4l2_fract& period = parameters.parm.capture.timeperframe;
+  if (node.Ioctl(VIDIOC_G_PARM, &parameters) < 0) {
+    if (wanted_hz > 0.0)
+      return Fail(Code::Unsupported, node.path() + ": its frame rate cannot be set; remove frame_rate_hz");
+    return 0.0;
+  }
+  if (wanted_hz > 0.0) {
+    period.numerator = 1000;
+    period.denominator = static_cast<__u32>(std::lround(std::min(wanted_hz, 4e6) * 1000.0));
+    const int status = node.Ioctl(VIDIOC_S_PARM, &parameters);
+    if (status < 0) return KernelError(-status, node.path() + ", setting its frame rate");
+  }
+  return period.numerator > 0 ? static_cast<double>(period.denominator) / period.numerator : 0.0;
+}
+
+Result<std::unique_ptr<drivers::Camera>> StreamCamera::Make(std::shared_ptr<const Node> node,
+                                                            std::shared_ptr<Automatics> automatics,
+                                                            const NodeInfo& info, const std::string& serial,
+                                                            const Config& config, const Clock& clock) {
+  const auto format = Negotiate(*node, info, config);
+  if (!format) return std::unexpected(format.error());
+  const auto rate = SetRate(*node, info, config.frame_rate_hz);
+  if (!rate) return std::unexpected(rate.error());
+  auto exposure = FindControl(*node, V4L2_CID_EXPOSURE_ABSOLUTE);
+  if (!exposure) return std::unexpected(exposure.error());
+  drivers::CameraCapabilities can;
+  can.driver = "v4l2";
+  can.model = info.card + " (" + info.driver + ")";
+  can.serial = serial;
+  can.width = format->width;
+  can.height = format->height;
+  can.bits = format->raw.bits;
+  can.pixel_um = config.pixel_um;
+  can.frame_rate_hz = *rate;
+  can.can_set_exposure = exposure->has_value();
+  return std::unique_ptr<drivers::Camera>(new StreamCamera(std::move(can), std::move(node), std::move(automatics), info,
+                                                           *format, std::move(*exposure), clock));
+}
+
+StreamCamera::StreamCamera(drivers::CameraCapabilities can, std::shared_ptr<const Node> node,
+                           std::shared_ptr<Automatics> automatics, const NodeInfo& info, const Format& format,
+                           std::optional<Control> exposure, const Clock& clock)
+    : Camera(std::move(can)),
+      node_(std::move(node)),
+      automatics_(std::move(automatics)),
+      info_(info),
+      format_(std::make_unique<const Format>(format)),
+      exposure_control_(std::move(exposure)),
+      clock_(clock),
+      counter_(capabilities().frame_rate_hz) {}
+
+StreamCamera::~StreamCamera() {
+  (void)DoStop();
+}
+
+std::uint32_t StreamCamera::type() const {
+  return info_.planes ? V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE : V4L2_BUF_TYPE_VIDEO_CAPTURE;
+}
+
+Result<void> StreamCamera::DoStart() {
+  if (!buffers_.empty()) return {};
+  auto mapped = MapBuffers();
+  for (std::uint32_t i = 0; mapped && i < buffers_.size(); ++i) mapped = Queue(i);
+  if (mapped) {
+    std::uint32_t stream = type();
+    const int status = node_->Ioctl(VIDIOC_STREAMON, &stream);
+    if (status < 0) mapped = KernelError(-status, node_->path() + ", starting the stream");
+  }
+  if (!mapped) UnmapBuffers();
+  damaged_in_a_row_ = 0;
+  return mapped;
+}
+
+Result<void> StreamCamera::DoStop() {
+  if (buffers_.empty()) return {};
+  std::uint32_t stream = type();
+  const int status = node_->Ioctl(VIDIOC_STREAMOFF, &stream);
+  UnmapBuffers();
+  if (status < 0) return KernelError(-status, node_->path() + ", ending the stream");
+  return {};
+}
+
+Result<void> StreamCamera::MapBuffers() {
+  v4l2_requestbuffers request{};
+  request.count = static_cast<__u32>(format_->buffers);
+  request.type = type();
+  request.memory = V4L2_MEMORY_MMAP;
+  const int status = node_->Ioctl(VIDIOC_REQBUFS, &request);
+  if (status == -EBUSY) return Fail(Code::Busy, node_->path() + ": another program streams from it");
+  if (status < 0) return KernelError(-status, node_->path() + ", asking for buffers");
+  for (std::uint32_t i = 0; i < request.count; ++i) {
+    Buffer one(type(), info_.planes);
+    one.buffer.index = i;
+    const int asked = node_->Ioctl(VIDIOC_QUERYBUF, &one.buffer);
+    if (asked < 0) return KernelError(-asked, node_->path() + ", asking for a buffer");
+    Mapping mapping;
+    mapping.length = info_.planes ? one.planes[0].length : one.buffer.length;
+    const std::int64_t offset = info_.planes ? one.planes[0].m.mem_offset : one.buffer.m.offset;
+    mapping.memory = node_->kernel().Map(node_->fd(), mapping.length, offset);
+    if (mapping.memory == nullptr) return Fail(Code::Io, node_->path() + ": its buffers cannot be mapped into memory");
+    buffers_.push_back(mapping);
+  }
+  if (buffers_.empty()) return Fail(Code::Io, node_->path() + " gave no buffers");
+  return {};
+}
+
+void StreamCamera::UnmapBuffers() {
+  for (const Mapping& mapping : buffers_) node_->kernel().Unmap(mapping.memory, mapping.length);
+  buffers_.clear();
+  // None: gives the memory back, so that the format may change and others may stream.
+  v4l2_requestbuffers request{};
+  request.type = type();
+  request.memory = V4L2_MEMORY_MMAP;
+  (void)node_->Ioctl(VIDIOC_REQBUFS, &request);
+}
+
+Result<void> StreamCamera::Queue(std::uint32_t index) const {
+  Buffer one(type(), info_.planes);
+  one.buffer.index = index;
+  const int status = node_->Ioctl(VIDIOC_QBUF, &one.buffer);
+  if (status < 0) return KernelError(-status, node_->path() + ", giving a buffer back");
+  return {};
+}
+
+Result<std::optional<StreamCamera::Filled>> StreamCamera::Dequeue() const {
+  Buffer one(type(), info_.planes);
+  const int status = node_->Ioctl(VIDIOC_DQBUF, &one.buffer);
+  if (status == -EAGAIN) return std::nullopt;
+  if (status < 0) {
+    // A device that is pulled out fails its stream first, with an error of any kind.
+    if (const auto still = AskNode(*node_); !still) return std::unexpected(still.error());
+    return KernelError(-status, node_->path() + ", waiting for a frame");
+  }
+  if (one.buffer.index >= buffers_.size())
+    return Fail(Code::Protocol, node_->path() + " filled a buffer it was not given");
+  Filled filled;
+  filled.index = one.buffer.index;
+  filled.bytes = std::min<std::size_t>(info_.planes ? one.planes[0].bytesused : one.buffer.bytesused,
+                                       buffers_[one.buffer.index].length);
+  filled.sequence = one.buffer.sequence;
+  filled.damaged = (one.buffer.flags & V4L2_BUF_FLAG_ERROR) != 0;
+  filled.at_start = (one.buffer.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+  if ((one.buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) {
+    filled.stamp = Instant(std::chrono::seconds(one.buffer.timestamp.tv_sec) +
+                           std::chrono::microseconds(one.buffer.timestamp.tv_usec));
+  }
+  return filled;
+}
+
+Result<std::optional<drivers::Frame>> StreamCamera::DoPoll() {
+  if (buffers_.empty()) return Fail(Code::InvalidArgument, "the camera is not streaming: start it first");
+  std::optional<drivers::Frame> newest;
+  // While nobody looked, the kernel had no buffers left, and what it dropped was not wanted.
+  const Instant now = clock_.Now();
+  if (now - std::exchange(polled_, now) >= (std::ssize(buffers_) - 1) * Period()) counter_.Restart();
+  // Each turn gives a buffer back, so a fast camera could keep us: once through them all is enough.
+  std::optional<Filled> last;
+  for (std::size_t i = 0; i < buffers_.size(); ++i) {
+    const auto filled = Dequeue();
+    if (!filled) return std::unexpected(filled.error());
+    if (!*filled) break;
+    if (last) {
+      if (auto queued = Queue(last->index); !queued) return PassOn(std::move(queued));
+    }
+    last = **filled;
+    if (!last->damaged) counter_.Came(last->sequence, last->stamp.value_or(now));
+  }
+  if (!last) return newest;
+  auto picture = Picture(*last);
+  if (auto queued = Queue(last->index); !queued) return PassOn(std::move(queued));
+  return picture;
+}
+
+Result<std::optional<drivers::Frame>> StreamCamera::Picture(const Filled& filled) {
+  const auto* memory = static_cast<const std::uint8_t*>(buffers_[filled.index].memory);
+  const drivers::pixels::RawPicture picture{{memory, filled.bytes}, format_->width, format_->height, format_->stride};
+  Result<std::shared_ptr<const std::vector<std::uint16_t>>> samples =
+      filled.damaged ? Fail(Code::Protocol, "the driver marks its frames as damaged")
+                     : luma_.Read(format_->raw, picture);
+  if (!samples) {
+    // A lost frame is no error: its number is missing.
+    if (++damaged_in_a_row_ < kTooManyDamaged) return std::nullopt;
+    return Fail(Code::Protocol, node_->path() + ": " + samples.error().message + ", " +
+                                    std::to_string(damaged_in_a_row_) + " times in a row");
+  }
+  damaged_in_a_row_ = 0;
+  drivers::Frame frame;
+  frame.width = format_->width;
+  frame.height = format_->height;
+  frame.bits = format_->raw.bits;
+  frame.gamma = format_->gamma;
+  frame.samples = std::move(*samples);
+  frame.sequence = filled.sequence;
+  SetTimes(filled, frame);
+  return frame;
+}
+
+Duration StreamCamera::Period() const {
+  const double rate = capabilities().frame_rate_hz;
+  return rate > 0.0 ? Duration(std::llround(1e9 / rate)) : kUnknownPeriod;
+}
+
+/// The interval is never too short, since whoever moves the lens relies on it: what a driver leaves open counts as
+/// exposed.
+void StreamCamera::SetTimes(const Filled& filled, drivers::Frame& frame) const {
+  const Duration exposure = exposure_.value_or(Period());
+  // What is here has been exposed, whatever the driver says.
+  const Instant now = clock_.Now();
+  const Instant stamp = std::min(filled.stamp.value_or(now), now);
+  if (filled.at_start && info_.driver != "uvcvideo") {
+    frame.exposure_start = stamp;
+    frame.exposure_end = std::min(stamp + exposure, now);
+    return;
+  }
+  // Most stamp the end of the transfer. uvcvideo calls it the start of the exposure and stamps the first packet, which
+  // leaves once the first line has been exposed; the last line follows within a period.
+  frame.exposure_start = stamp - exposure - format_->latency.value_or(Period());
+  frame.exposure_end = filled.at_start ? std::min(stamp + Period(), now) : stamp;
+}
+
+Result<void> StreamCamera::DoSetExposure(Duration exposure) {
+  if (!exposure_control_) return Fail(Code::Unsupported, "this camera's exposure is fixed");
+  const std::int64_t units = (exposure + kExposureUnit / 2) / kExposureUnit;
+  if (units < exposure_control_->minimum || units > exposure_control_->maximum) {
+    const auto ms = [](std::int64_t count) { return std::to_string(static_cast<double>(count) * 0.1); };
+    return Fail(Code::OutOfRange, "this camera exposes from " + ms(exposure_control_->minimum) + " ms to " +
+                                      ms(exposure_control_->maximum) + " ms");
+  }
+  if (auto held = automatics_->Hold(V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL); !held) return held;
+  if (auto set = SetControl(*node_, *exposure_control_, units); !set) return set;
+  exposure_ = units * kExposureUnit;
+  if (!exposure_control_->readable) return {};
+  const auto applied = GetControl(*node_, *exposure_control_);
+  if (!applied) return std::unexpected(applied.error());
+  exposure_ = *applied * kExposureUnit;
+  if (*applied == units) return {};
+  return Fail(Code::OutOfRange, "the camera took an exposure of " +
+                                    std::to_string(static_cast<double>(*applied) * 0.1) + " ms instead of " +
+                                    std::to_string(static_cast<double>(units) * 0.1) + " ms");
+}
+
+}  // namespace lensd::drivers::v4l2

@@ -1,0 +1,11 @@
+// Exact answers over many rows.
+#pragma once
+
+#include "planner/solution.h"
+
+namespace lensd::optics {
+
+/// As SolveForN() without diffraction, always in exact arithmetic (verdict and N rational; the ratio to 100 digits).
+Solution SolveForNExactly(const Subproblem& task, bool largest);
+
+}  // namespace lensd::optics

@@ -1,0 +1,217 @@
+#include "planner/request_check.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "planner/solve_exact.h"
+
+namespace lensd::optics {
+
+namespace {
+
+using Problem = std::optional<Error>;
+
+Problem Bad(std::string message) {
+  return Error{Code::InvalidArgument, std::move(message)};
+}
+
+std::string Text(const Number& number) {
+  return number.decimal.empty() ? std::to_string(number.value) : number.decimal;
+}
+
+bool Positive(const Number& number) {
+  return std::isfinite(number.value) && number.value > 0.0;
+}
+
+std::string Millimetres(double metres) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%.6g mm", metres * 1e3);
+  return text.data();
+}
+
+bool AtInfinity(const PlanDepth& depth) {
+  return !depth.is_vergence && std::isinf(depth.number.value);
+}
+
+/// Whether the depth is at or inside the focal length; a liquid lens' own changes with the plane it focuses on.
+bool ReachesFocalLength(const PlanRequest& request, const PlanDepth& depth) {
+  if (request.liquid || AtInfinity(depth)) return false;
+  const Number& focal_length = request.focal_length;
+  const double value = depth.number.value,
+               power = depth.is_vergence ? focal_length.value * value : focal_length.value / value;
+  constexpr double kRounding = 1e-12;
+  if (std::abs(power - 1.0) > kRounding) return power > 1.0;
+  return CompareFocalPower(focal_length, depth) >= 0;
+}
+
+Problem CheckDepth(const PlanDepth& depth, const std::string& what, bool may_be_past_infinity) {
+  const double value = depth.number.value;
+  if (std::isnan(value)) return Bad(what + ": the depth is not a number");
+  if (!depth.is_vergence && !(value > 0.0))
+    return Bad(what + ": a distance must be above zero, it is measured from the lens centre");
+  if (depth.is_vergence && !std::isfinite(value)) return Bad(what + ": a vergence must be finite; infinity is 0 D");
+  if (depth.is_vergence && value < 0.0 && !may_be_past_infinity) {
+    return Bad(what + ": nothing can be seen past infinity; a subject's vergence is 0 D or more");
+  }
+  return std::nullopt;
+}
+
+Problem CheckLens(const PlanRequest& request) {
+  if (!Positive(request.focal_length)) return Bad("the focal length must be a length above zero");
+  if (!Positive(request.pupil_factor)) return Bad("the pupil factor must be above zero; 1 is a symmetric lens");
+  const char* const aperture = request.apertures_are_diameters ? "aperture diameters" : "f-numbers";
+  if (request.stops.empty()) {
+    if (!Positive(request.f_numbers.low) || !Positive(request.f_numbers.high))
+      return Bad(std::string(aperture) + " must be above zero and finite");
+    if (request.f_numbers.low.value > request.f_numbers.high.value)
+      return Bad(std::string("the range of ") + aperture + " is empty: its low end is above its high end");
+  }
+  for (const Number& stop : request.stops) {
+    if (!Positive(stop)) return Bad(std::string(aperture) + " must be above zero and finite");
+  }
+  const double low = request.extensions.low.value, high = request.extensions.high.value;
+  if (!std::isfinite(low) || !std::isfinite(high)) return Bad("the extension's ends must be finite lengths");
+  if (low > high) return Bad("the extension range is empty: its low end is above its high end");
+  const double least = -request.focal_length.value * std::min(1.0, request.pupil_factor.value);
+  if (!(low > least))
+    return Bad("the extension's low end must be above " + Millimetres(least) + ": the sensor stays behind the lens");
+  return std::nullopt;
+}
+
+Problem CheckLiquid(const PlanRequest& request) {
+  if (!request.liquid) return std::nullopt;
+  const auto refuse = [](const char* what) {
+    return Error{Code::Unsupported, std::string("a liquid lens cannot be planned with ") + what};
+  };
+  if (request.wavelength) return refuse("diffraction");
+  if (request.pupil_factor.value != 1.0) return refuse("a pupil factor other than 1");
+  return std::nullopt;
+}
+
+Problem CheckTolerances(const PlanRequest& request) {
+  const double delta = request.sensor_tolerance.value, epsilon = request.f_number_tolerance.value;
+  if (!std::isfinite(delta) || delta < 0.0) return Bad("the sensor tolerance must be a length of zero or more");
+  if (!(delta < request.focal_length.value + request.extensions.low.value))
+    return Bad("the sensor tolerance reaches the lens: it must be smaller than the sensor distance");
+  if (!(epsilon >= 0.0 && epsilon < 1.0)) return Bad("the f-number tolerance must be a ratio from 0 to below 1");
+  if (request.wavelength && !Positive(*request.wavelength)) return Bad("the wavelength must be a length above zero");
+  if (request.model_tolerance && !(request.model_tolerance->value > 0.0))
+    return Bad("the model tolerance must be a length above zero");
+  if (request.pixel && !(request.pixel->value > 0.0)) return Bad("the pixel must be a length above zero");
+  return std::nullopt;
+}
+
+Problem CheckFocus(const PlanRequest& request) {
+  if (request.focus) {
+    if (Problem problem = CheckDepth(*request.focus, "focus", true)) return problem;
+    if (ReachesFocalLength(request, *request.focus)) {
+      const double f = request.focal_length.value, e = request.extensions.high.value;
+      const std::string closest = e > 0.0 ? "the closest focus is " + Millimetres(f + f * f / e)
+                                          : std::string("this lens focuses at infinity and past it only");
+      return Error{Code::OutOfRange,
+                   "focus: nothing at or inside the focal length of " + Millimetres(f) + " can be focused; " + closest};
+    }
+  }
+  if (request.objective != Objective::Depth) return std::nullopt;
+  if (!request.focus || !request.depth_limit) return Bad("the objective depth needs a focus and a blur limit");
+  if (!Positive(*request.depth_limit)) return Bad("the blur limit must be a length above zero");
+  return std::nullopt;
+}
+
+Problem CheckLimit(const PlanRequest& request, const BlurLimit& limit) {
+  if (!Positive(limit.limit))
+    return Bad(limit.name + ": the blur limit must be a length above zero, not " + Text(limit.limit));
+  if (limit.depths.empty()) return Bad(limit.name + ": there are no depths to hold it at");
+  for (const DepthInterval& interval : limit.depths) {
+    for (const PlanDepth* depth : {&interval.one_end, &interval.other_end}) {
+      if (Problem problem = CheckDepth(*depth, limit.name, false)) return problem;
+      if (limit.kind == LimitKind::Sharp && ReachesFocalLength(request, *depth)) {
+        return Error{Code::OutOfRange, limit.name + ": nothing at or inside the focal length of " +
+                                           Millimetres(request.focal_length.value) +
+                                           " can be sharp; move its near end out"};
+      }
+      const double f = request.focal_length.value, p = request.pupil_factor.value;
+      if (!(1.0 + f * depth->vergence().value * (1.0 / p - 1.0) > 0.0)) {
+        return Error{Code::OutOfRange, limit.name + ": its near end reaches the entrance pupil of this lens"};
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+/// Whether a limit is so clearly sound that nothing needs a closer look.
+bool ClearlySound(const PlanRequest& request, const BlurLimit& limit) {
+  if (request.pupil_factor.value != 1.0 || !Positive(limit.limit) || limit.depths.empty()) return false;
+  const double f = request.focal_length.value;
+  constexpr double kClear = 1.0 - 1e-9;
+  return std::ranges::all_of(limit.depths, [&](const DepthInterval& interval) {
+    for (const PlanDepth* depth : {&interval.one_end, &interval.other_end}) {
+      const double value = depth->number.value;
+      if (depth->is_vergence ? !(value >= 0.0 && f * value < kClear) : !(value * kClear > f)) return false;
+    }
+    return true;
+  });
+}
+
+/// The names of the limits so far: a few are compared one by one, more are found by their hash, in a table of hashes
+/// and places that is never more than half full.
+class Names {
+ public:
+  explicit Names(const std::vector<BlurLimit>& limits) : limits_(limits) {
+    if (limits.size() > kFew) slots_.resize(2 * std::bit_ceil(limits.size()));
+  }
+  /// Takes the name of the limit at `index`; false if it was taken already. In rising order of index.
+  bool Take(std::size_t index) {
+    const std::string_view name = limits_[index].name;
+    if (std::ranges::find(kReserved, name) != kReserved.end()) return false;
+    if (slots_.empty()) {
+      return std::none_of(limits_.begin(), limits_.begin() + static_cast<std::ptrdiff_t>(index),
+                          [&](const BlurLimit& other) { return other.name == name; });
+    }
+    const std::size_t hash = std::hash<std::string_view>()(name);
+    for (std::size_t at = hash & (slots_.size() - 1);; at = (at + 1) & (slots_.size() - 1)) {
+      Slot& slot = slots_[at];
+      if (slot.taken_by == 0) {
+        slot = {static_cast<std::uint32_t>(hash >> 32U), static_cast<std::uint32_t>(index + 1)};
+        return true;
+      }
+      if (slot.hash == hash >> 32U && limits_[slot.taken_by - 1].name == name) return false;
+    }
+  }
+
+ private:
+  static constexpr std::size_t kFew = 16;
+  static constexpr std::array<std::string_view, 3> kReserved{"focus", "fNumber", "extension"};
+  struct Slot {
+    std::uint32_t hash = 0;
+    std::uint32_t taken_by = 0;  ///< a limit's index and one more; 0: by none
+  };
+
+  const std::vector<BlurLimit>& limits_;
+  std::vector<Slot> slots_;
+};
+
+}  // namespace
+
+std::optional<Error> Check(const PlanRequest& request) {
+  for (const auto check : {CheckLens, CheckLiquid, CheckTolerances, CheckFocus}) {
+    if (Problem problem = check(request)) return problem;
+  }
+  Names names(request.limits);
+  for (std::size_t i = 0; i < request.limits.size(); ++i) {
+    const BlurLimit& limit = request.limits[i];
+    if (!ClearlySound(request, limit)) {
+      if (Problem problem = CheckLimit(request, limit)) return problem;
+    }
+    if (!names.Take(i)) return Bad(limit.name + ": this name is taken; every limit needs its own");
+  }
+  return std::nullopt;
+}
+
+}  // namespace lensd::optics

@@ -1,0 +1,13 @@
+// Requests that make no sense, each with one clear line.
+#pragma once
+
+#include <optional>
+
+#include "optics/plan_request.h"
+
+namespace lensd::optics {
+
+/// Nothing when the request can be planned.
+std::optional<Error> Check(const PlanRequest& request);
+
+}  // namespace lensd::optics

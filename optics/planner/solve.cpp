@@ -1,0 +1,16 @@
+#include "planner/solve.h"
+
+#include "planner/solve_diffracted.h"
+#include "planner/solve_linear.h"
+
+namespace lensd::optics {
+
+Solution SolveForN(const Subproblem& task, bool largest) {
+  return CountsDiffraction(task) ? SolveDiffractedForN(task) : SolveLinearForN(task, largest);
+}
+
+std::optional<Solution> SolveForRatio(const Subproblem& task) {
+  return CountsDiffraction(task) ? SolveDiffractedForRatio(task) : SolveLinearForRatio(task);
+}
+
+}  // namespace lensd::optics

@@ -1,0 +1,284 @@
+// What an autofocus session is told about the lens, and what it may do with it. The run's own frames come from the
+// lens' camera or are submitted from outside; either way it sees them with the lens state in force during their
+// exposure.
+#include "autofocus_job.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+namespace lensd::rig {
+namespace {
+
+using drivers::Axis;
+
+/// Time for a search of the whole range: as many frames as the coarse pass of a sweep takes and the finer ones, each
+/// with a short way to it, and four times the travel. A frame wanted of a lens that stands is the one after the one
+/// under way: two periods.
+Duration UsualDeadline(const autofocus::Setup& search, const drivers::Camera* camera, const AxisSetup& axis) {
+  constexpr Duration kUsual = std::chrono::seconds(20);
+  constexpr double kFiner = 100.0, kBlindFrames = 48.0, kCoarsePx = 10.0;
+  constexpr double kShortWay = 0.1;  // s
+  constexpr double kTravels = 4.0;
+  constexpr double kSlowest = 0.01;  // Hz: what is slower has told nonsense
+  const double coarse = search.blur_px ? kCoarsePx * *search.blur_px : (search.highest - search.lowest) / kBlindFrames;
+  const double frames = kFiner + (search.highest - search.lowest) / std::max(coarse, search.resolution);
+  const double rate = camera != nullptr ? camera->capabilities().frame_rate_hz : 0.0;
+  const double each = kShortWay + (rate > 0.0 ? 2.0 / std::max(rate, kSlowest) : 0.0);
+  const double travel = axis.speed && *axis.speed > 0 ? (axis.maximum - axis.minimum).value / *axis.speed : 0.0;
+  const std::chrono::duration<double> needed(frames * each + kTravels * travel);
+  return std::max(kUsual, std::chrono::duration_cast<Duration>(needed));
+}
+
+}  // namespace
+
+// ---- what the session is told -------------------------------------------------------------------------------------
+
+AutofocusRun::Scale AutofocusJob::Scale() const {
+  const AxisSetup& setup = focus().setup();
+  AutofocusRun::Scale scale{.resolution = setup.can.resolution};
+  if (setup.backlash_known) scale.slack = setup.approach_up ? setup.backlash : -setup.backlash;
+  const OpticsTable* optics = means_.optics.table();
+  // Depth from defocus knows lenses of one focal length: a liquid lens is searched in its own units.
+  if (optics != nullptr && optics->has_focus() && !optics->nominal().liquid) scale.optics = optics;
+  const double rate = means_.camera != nullptr ? means_.camera->capabilities().frame_rate_hz : 0.0;
+  if (setup.speed && rate > 0) {
+    const double range = std::abs(scale.Position(setup.maximum) - scale.Position(setup.minimum));
+    scale.stride = *setup.speed / rate * range / (setup.maximum - setup.minimum).value;
+  }
+  return scale;
+}
+
+autofocus::Setup AutofocusJob::SetupFor(const AutofocusRequest& request) const {
+  const AxisSetup& axis = focus().setup();
+  const AutofocusRun::Scale scale = Scale();
+  autofocus::Setup setup;
+  std::tie(setup.lowest, setup.highest) = std::minmax({scale.Position(axis.minimum), scale.Position(axis.maximum)});
+  setup.resolution = std::abs(scale.Position(axis.minimum + Native{scale.resolution}) - scale.Position(axis.minimum));
+  const double middle = 0.5 * (axis.minimum + axis.maximum).value;
+  setup.backlash = std::abs(scale.Position(Native{middle + scale.slack}) - scale.Position(Native{middle}));
+  const bool calibrated = scale.optics != nullptr;
+  setup.near_is_high = calibrated || axis.config.near_positive;
+  setup.ascending = calibrated ? axis.config.approach_near : axis.approach_up;
+  const double pixel_m = (request.outside ? request.outside->pixel_um : means_.camera->capabilities().pixel_um) * 1e-6;
+  setup.pictures = !request.outside || !request.outside->scores_only;
+  setup.no_stride = request.outside ? "frames from outside cannot be told the lens' place in motion" : WhyNotInMotion();
+  if (setup.no_stride.empty()) setup.stride = scale.stride;
+  const auto f_number = means_.optics.f_number();
+  if (calibrated && f_number && pixel_m > 0) {
+    setup.blur_px = f_number->value * pixel_m;
+    setup.focal_length = scale.optics->FocalLengthAt(Metres{0.5 * (setup.lowest + setup.highest)}).value;
+  }
+  return setup;
+}
+
+/// Empty: frames of the moving focus axis can be told where it was.
+std::string AutofocusJob::WhyNotInMotion() const {
+  const AxisSetup& setup = focus().setup();
+  if (!setup.can.follows()) return "this lens does not say where it is while it moves";
+  if (!setup.speed) return "the speed of this lens is not known; speed in its [lens.focus] says it";
+  if (!(means_.camera->capabilities().frame_rate_hz > 0)) return "this camera does not tell its frame rate";
+  return "";
+}
+
+Result<autofocus::Regions> AutofocusJob::SearchFor(const AutofocusRequest& request) const {
+  if (means_.camera == nullptr && !request.outside) {
+    return Fail(Code::Unsupported,
+                "this lens has no camera: autofocus needs one, or frames from outside (AutofocusBegin)");
+  }
+  if (!means_.axes[Axis::Focus]) return Fail(Code::Unsupported, "this lens has no motorised focus");
+  if (auto unknown = focus().WhyUnknown()) return std::unexpected(*std::move(unknown));
+  std::vector<drivers::Region> regions = request.regions;
+  if (request.outside) {
+    if (regions.empty()) regions.push_back({0.0, 0.0, 1.0, 1.0});
+    if (regions.size() > 1 && request.outside->scores_only) {
+      return Fail(Code::InvalidArgument, "several regions need pictures, not their sharpness");
+    }
+  } else {
+    const auto& camera = means_.camera->capabilities();
+    if (regions.empty()) regions.push_back(camera.focus_region);
+    for (const drivers::Region& region : regions) {
+      auto window = autofocus::WindowOf(region, camera.width, camera.height);
+      if (!window) return PassOn(std::move(window));
+    }
+  }
+  if (request.track && (request.outside || regions.size() != 1)) {
+    return Fail(Code::InvalidArgument, "tracking takes one region, and frames of the lens' own camera");
+  }
+  if (request.deadline && *request.deadline <= Duration::zero())
+    return Fail(Code::InvalidArgument, "a deadline must be above 0");
+  return autofocus::Regions::Create(request.method, SetupFor(request), regions, request.policy);
+}
+
+// ---- from its beginning to its end --------------------------------------------------------------------------------
+
+void AutofocusJob::Begin(AutofocusRequest request, autofocus::Regions search, ProgressCallback progress,
+                         AutofocusCallback done) {
+  ++number_;
+  ended_ = false;
+  done_ = std::move(done);
+  progress_ = progress ? std::make_shared<ProgressCallback>(std::move(progress)) : nullptr;
+  tell_ = request.track;
+  if (request.outside) external_.emplace(*request.outside);
+  FocusActuator& lens = *this;
+  const Duration limit = request.deadline.value_or(UsualDeadline(SetupFor(request), means_.camera, focus().setup()));
+  run_ = std::make_unique<AutofocusRun>(std::move(search), limit, lens, Scale());
+  if (tell_) {
+    run_->Track({.search_anew = [this, request = std::move(request)] { return SearchFor(request); }, .limit = limit});
+  }
+  run_->Begin();
+}
+
+void AutofocusJob::Cancel(const Error& why) {
+  if (!running()) return;
+  run_.reset();
+  EndExternal();
+  (void)focus().End(false);
+  means_.frames.ForgetAutofocus();
+  means_.replies.Add(std::exchange(done_, nullptr), Result<AutofocusOutcome>(std::unexpected(why)));
+}
+
+void AutofocusJob::End(Result<AutofocusOutcome> outcome) {
+  ended_ = true;
+  // A liquid lens is searched in its own units, and still focuses somewhere that is known.
+  const OpticsTable* optics = means_.optics.table();
+  if (outcome && !outcome->vergence && optics != nullptr && optics->has_focus()) {
+    outcome->vergence = optics->VergenceFromExtension(optics->ExtensionFromNative(outcome->position));
+  }
+  means_.frames.ForgetAutofocus();
+  means_.replies.Add(std::exchange(done_, nullptr), std::move(outcome));
+}
+
+void AutofocusJob::Tidy() {
+  if (!std::exchange(ended_, false)) return;
+  run_.reset();
+  EndExternal();
+}
+
+void AutofocusJob::Serve() {
+  ServeExternal();
+  if (running()) run_->CheckDeadline();
+}
+
+void AutofocusJob::Report(const AutofocusProgress& progress, std::move_only_function<void()> then) {
+  if (progress_) means_.replies.Add([callback = progress_, progress] { (*callback)(progress); });
+  means_.replies.Add([this, run = number_, then = std::move(then)]() mutable {
+    if (running() && run == number_) then();
+  });
+}
+
+void AutofocusJob::Tell(const AutofocusOutcome& answer) {
+  means_.replies.Add([tell = tell_, answer] { tell(answer); });
+}
+
+// ---- what it may do with the lens ---------------------------------------------------------------------------------
+
+template <class T>
+auto AutofocusJob::OfThisRun(std::move_only_function<void(Result<T>)> callback) {
+  return [this, run = number_, callback = std::move(callback)](Result<T> answer) mutable {
+    if (running() && run == number_) callback(std::move(answer));
+  };
+}
+
+void AutofocusJob::GiveUpMotion() {
+  if (auto ended = focus().End(false)) {
+    means_.replies.Add(std::move(ended->done), Result<MoveOutcome>(Fail(Code::Superseded, "autofocus went elsewhere")));
+  }
+}
+
+void AutofocusJob::MoveTo(Native target, Approach approach, MoveCallback done) {
+  const AxisSetup& setup = focus().setup();
+  GiveUpMotion();
+  focus().Start({.target = std::clamp(target, setup.minimum, setup.maximum),
+                 .overshoot = approach == Approach::AnyDirection ? 0.0 : setup.backlash,
+                 .take_up = approach == Approach::Reapproach ? TakeUp::Always : TakeUp::FromBeyond,
+                 .done = OfThisRun(std::move(done))});
+}
+
+/// A device without a choice of speeds goes in small even steps.
+void AutofocusJob::SweepTo(Native target, double part_of_speed, MoveCallback done) {
+  constexpr Duration kEach = std::chrono::milliseconds(4);
+  const AxisSetup& setup = focus().setup();
+  const double way = std::abs((target - focus().state()->position).value);
+  const auto whole = std::chrono::duration<double>(way / (part_of_speed * *setup.speed));
+  std::vector<Impulse> parts;
+  if (part_of_speed < 1.0) parts = PacedParts(std::chrono::duration_cast<Duration>(whole), kEach);
+  GiveUpMotion();
+  focus().Start({.target = std::clamp(target, setup.minimum, setup.maximum),
+                 .take_up = TakeUp::FromBeyond,
+                 .parts = std::move(parts),
+                 .done = OfThisRun(std::move(done))});
+}
+
+void AutofocusJob::RequestFrame(LensMotion lens, ObservationCallback done) {
+  if (external_) return external_->Want(Now(), OfThisRun(std::move(done)));
+  auto taken = [done = OfThisRun(std::move(done))](Result<LensedFrame> frame) mutable {
+    if (!frame) return done(Result<Observation>(PassOn(std::move(frame))));
+    done(Result<Observation>(Observation{*std::move(frame), std::nullopt}));
+  };
+  means_.frames.Add(
+      {.since = Now(), .for_autofocus = true, .in_motion_too = lens == LensMotion::Any, .done = std::move(taken)});
+}
+
+// ---- frames from outside ------------------------------------------------------------------------------------------
+
+Result<void> AutofocusJob::Check(const SubmittedFrame& frame) const {
+  if (!external_) return Fail(Code::InvalidArgument, "no autofocus that takes frames from outside is under way");
+  if (frame.score) return {};
+  for (const drivers::Region& region : run_->regions()) {
+    auto window = autofocus::WindowOf(region, frame.frame.width, frame.frame.height);
+    if (!window) return PassOn(std::move(window));
+  }
+  return {};
+}
+
+void AutofocusJob::Submit(SubmittedFrame frame) {
+  auto taken = Check(frame);
+  if (taken) taken = external_->Check(frame);
+  if (!taken) return means_.replies.Add(std::move(frame.taken), std::move(taken));
+  external_->Take(std::move(frame));
+}
+
+/// Says where the next frame is wanted, and judges the one that came: it was exposed while the lens stood there if the
+/// lens has been steady since before and a reading from afterwards still finds it so.
+void AutofocusJob::ServeExternal() {
+  if (!external_ || !running() || !focus().state()) return;
+  const auto steady = means_.lens.SteadySince();
+  if (external_->unannounced() && steady && *steady <= Now()) {
+    FrameWanted wanted;
+    wanted.number = run_->frames() + 1;
+    wanted.frames_expected = run_->frames_expected();
+    wanted.position = focus().state()->position;
+    if (const OpticsTable* optics = means_.optics.table(); optics != nullptr && optics->has_focus()) {
+      wanted.extension = optics->ExtensionFromNative(wanted.position);
+      wanted.vergence = optics->VergenceFromExtension(*wanted.extension);
+    }
+    wanted.since = external_->Announce(*steady);
+    if (const auto& tell = external_->camera().wanted) means_.replies.Add([tell, wanted] { tell(wanted); });
+  }
+  if (!external_->submitted() || *means_.lens.sampled_at() < external_->submitted()->frame.exposure_end) return;
+  if (auto wrong = external_->WhatIsWrong(steady)) {
+    return means_.replies.Add(external_->Refuse(!steady), Result<void>(Fail(Code::InvalidArgument, *std::move(wrong))));
+  }
+  auto [frame, done] = external_->Accept();
+  Observation shown{.lensed = {.frame = std::move(frame.frame), .axes = {}, .extension = {}, .f_number = {}},
+                    .score = frame.score};
+  for (const Axis axis : drivers::kAxes) {
+    if (!means_.axes[axis] || !means_.axes[axis]->state()) continue;
+    const Native stood = means_.axes[axis]->state()->position;
+    shown.lensed.axes[axis] = LensedFrame::AxisDuring{.lowest = stood, .highest = stood, .moving = false, .mid = stood};
+  }
+  means_.replies.Add(std::move(frame.taken), Result<void>());
+  means_.replies.Add(std::move(done), Result<Observation>(std::move(shown)));
+}
+
+/// A frame that waits is told that nobody needs it any more.
+void AutofocusJob::EndExternal() {
+  if (external_ && external_->submitted()) {
+    means_.replies.Add(external_->Refuse(false), Result<void>(Fail(Code::Cancelled, "the autofocus has ended")));
+  }
+  external_.reset();
+}
+
+}  // namespace lensd::rig

@@ -1,0 +1,247 @@
+// One axis of a lens. What its motor is told goes to disk first, so that a crash in mid-move is known as one; what its
+// readings say is kept until the next one, in the rig's own count, which a remembered position may set off from the
+// device's.
+#include "axis_controller.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+namespace lensd::rig {
+namespace {
+
+constexpr int kStopAttempts = 3;
+
+}  // namespace
+
+AxisController::AxisController(drivers::Axis axis, const drivers::AxisCapabilities& can, const AxisConfig& config,
+                               drivers::Lens& lens, RememberedPositions& remembered, const Clock& clock)
+    : lens_(lens), remembered_(remembered), clock_(clock), setup_(MakeSetup(axis, can, config)), track_(setup_) {}
+
+void AxisController::SetBacklash(std::optional<double> backlash) {
+  rig::SetBacklash(setup_, backlash);
+  track_.BacklashChanged();
+}
+
+AxisStatus AxisController::Describe(bool problem) const {
+  return {.unit = setup_.can.unit,
+          .position = state_->position,
+          .target = target_.value_or(state_->position),
+          .minimum = setup_.minimum,
+          .maximum = setup_.maximum,
+          .moving = !problem && moving(),
+          .homed = !problem && state_->homed && known(),
+          .last_known = problem,
+          .bound = Native{track_.Bound()},
+          .arrival = track_.NextArrival(state_->position),
+          .moved_by_us = track_.moved_by_us(),
+          .moved_by_another = track_.moved_by_another(),
+          .fault = state_->fault};
+}
+
+// ---- targets ------------------------------------------------------------------------------------------------------
+
+Result<Native> AxisController::Ahead(double by) const {
+  if (!target_ && !state_) return Fail(Code::Disconnected, "the lens has not told where it stands");
+  return (target_ ? *target_ : state_->position) + Native{by};
+}
+
+Result<Native> AxisController::Land(Native wanted, const std::string& as_asked) const {
+  const double resolution = setup_.can.resolution;
+  const double steps = std::round((wanted - setup_.can.minimum).value / resolution);
+  const Native on_grid = setup_.can.minimum + Native{steps * resolution};
+  if (!std::isfinite(wanted.value) || on_grid.value < setup_.minimum.value - 0.5 * resolution ||
+      on_grid.value > setup_.maximum.value + 0.5 * resolution) {
+    std::ostringstream text;
+    text << as_asked << " is outside what " << AxisName(setup_.axis) << " may reach (" << setup_.minimum.value << ".."
+         << setup_.maximum.value << " " << NativeUnitName(setup_.can.unit) << ")";
+    return Fail(Code::OutOfRange, text.str());
+  }
+  return std::clamp(on_grid, setup_.minimum, setup_.maximum);
+}
+
+std::optional<Error> AxisController::WhyUnknown() const {
+  if (known() || !setup_.can.can_home || setup_.config.home_on_demand) return std::nullopt;
+  const std::string name(AxisName(setup_.axis));
+  return Error{Code::NotHomed, "the position of " + name +
+                                   " is not known since lensd ended or the lens was lost in mid-move: home it first"};
+}
+
+// ---- readings -----------------------------------------------------------------------------------------------------
+
+std::optional<drivers::AxisState> AxisController::Note(std::optional<drivers::AxisState> reading, Instant sampled_at) {
+  const auto before = lost_ ? std::nullopt : std::exchange(state_, std::nullopt);  // after a gap it has to stand anew
+  state_ = std::move(reading);
+  if (!state_) return std::nullopt;
+  state_->position = state_->position + track_.offset();
+  const drivers::AxisState noted = *state_;
+  const bool stood = before && !before->moving && !noted.moving &&
+                     std::abs((noted.position - before->position).value) <= setup_.tolerance;
+  // It came to rest at this reading at the latest.
+  if (!stood) steady_since_ = sampled_at + setup_.settle;
+  const bool was_moved = track_.moved_by_another();
+  track_.Note(noted, sampled_at, motion_ != nullptr || coasting_);
+  if (track_.moved_by_another() && !was_moved) target_.reset();
+  if (coasting_ && !noted.moving && sampled_at > *coasting_) coasting_.reset();
+  if (!motion_ && !coasting_ && !noted.moving) RememberRest();
+  // A reading from before the stop says nothing of it.
+  if (coasting_) state_->moving = true;
+  if (const auto memory = std::exchange(lost_, std::nullopt)) track_.Return(*memory, noted.position);
+  return noted;
+}
+
+void AxisController::Lose() {
+  lost_.reset();
+  if (state_) {
+    AxisMemory memory = track_.Remember(state_->position);
+    memory.in_motion = motion_ || coasting_ || state_->moving;
+    const Native room{track_.slack().whole()};  // it may have gone past its target by so much
+    memory.lowest = std::min(state_->position, target_.value_or(state_->position)) - room;
+    memory.highest = std::max(state_->position, target_.value_or(state_->position)) + room;
+    if (motion_ && motion_->homing()) memory.known = false;
+    lost_ = memory;
+  }
+  target_.reset();
+}
+
+// ---- motions ------------------------------------------------------------------------------------------------------
+
+void AxisController::Move(Native target, std::optional<double> take_up, MoveCallback done) {
+  if (take_up) {
+    return Start({.target = target, .overshoot = *take_up, .take_up = TakeUp::FromBeyond, .done = std::move(done)});
+  }
+  const auto every = setup_.config.check_reference_every;
+  Start({.target = target,
+         .overshoot = setup_.TakesUp() ? track_.slack().whole() : 0.0,
+         .home_first = every && setup_.can.can_home && track_.travel() >= *every,
+         .done = std::move(done)});
+}
+
+void AxisController::Start(MotionRequest request) {
+  if (!request.parts) request.parts = setup_.impulses;
+  const bool referenced = known() && state_ && state_->homed;
+  if (setup_.config.home_on_demand && setup_.can.can_home && !referenced) request.home_first = true;
+  target_ = request.target;
+  motion_ = std::make_unique<AxisMotion>(setup_, track_, std::move(request), clock_.Now());
+}
+
+std::optional<Result<MoveOutcome>> AxisController::Advance(Instant sampled_at) {
+  if (!motion_ || !state_) return std::nullopt;
+  return motion_->Step(*this, *state_, sampled_at, clock_.Now());
+}
+
+std::optional<EndedMotion> AxisController::End(bool reached) {
+  if (!motion_) return std::nullopt;
+  const auto motion = std::exchange(motion_, nullptr);
+  commands_ += motion->commands();
+  if (reached) {
+    coasting_.reset();
+    RememberRest();
+  } else {
+    target_.reset();
+    if (motion->commands() > 0) Coast();
+  }
+  return EndedMotion{motion->TakeCallback(), motion->commands()};
+}
+
+/// It is not stopped by us, or not at once.
+void AxisController::Coast() {
+  coasting_ = clock_.Now();
+  track_.Disturbed(clock_.Now());
+}
+
+Result<void> AxisController::Stop() {
+  if (runs_out()) {
+    motion_->LetRunOut();
+    return Fail(Code::Unsupported,
+                std::string(AxisName(setup_.axis)) + " cannot stop midway: it travels on until it rests");
+  }
+  Result<void> stopped;
+  for (int attempt = 0; attempt < kStopAttempts && (setup_.can.can_stop || moving()); ++attempt) {
+    stopped = lens_.Stop(setup_.axis);
+    if (stopped || stopped.error().code != Code::Timeout) break;
+  }
+  if (moving()) Coast();
+  target_.reset();
+  return stopped;
+}
+
+Result<void> AxisController::Go(Native target, bool begins) {
+  const Native room{track_.slack().whole()};
+  auto remembered =
+      RememberMotion(std::min(state_->position, target) - room, std::max(state_->position, target) + room);
+  if (!remembered) return remembered;
+  if (begins) {
+    const double ahead = (target - state_->position).value * (setup_.approach_up ? 1.0 : -1.0);
+    track_.Commanded(state_->moving || ahead < 0.0, clock_.Now());
+  }
+  return lens_.StartMove(setup_.axis, target - track_.offset());
+}
+
+Result<void> AxisController::Home() {
+  if (auto remembered = RememberMotion(setup_.minimum, setup_.maximum); !remembered) return remembered;
+  track_.Commanded(true, clock_.Now());
+  return lens_.StartHome(setup_.axis);
+}
+
+void AxisController::Halt() {
+  if (setup_.can.can_stop) (void)lens_.Stop(setup_.axis);
+}
+
+Native AxisController::AtReference(Native position) {
+  const Native stands = position - track_.offset();
+  track_.Homed(clock_.Now());
+  SetLimits(setup_, {});
+  state_->position = stands;
+  return stands;
+}
+
+// ---- memory -------------------------------------------------------------------------------------------------------
+
+void AxisController::Recall(const drivers::AxisState& reading) {
+  if (!remembered_.readable()) return track_.Forget();
+  if (!remembered_[setup_.axis]) {
+    if (setup_.config.home_on_demand && setup_.can.can_home) track_.Forget();
+    return;
+  }
+  track_.Recall(*remembered_[setup_.axis], reading);
+  SetLimits(setup_, track_.offset());
+}
+
+/// The motor may turn, somewhere from `lowest` to `highest`. Io: the disk does not take it, and it must not turn.
+Result<void> AxisController::RememberMotion(Native lowest, Native highest) {
+  const auto& before = remembered_[setup_.axis];
+  const auto covered = [&](const AxisMemory& motion) {
+    return before && before->in_motion && before->lowest <= motion.lowest && before->highest >= motion.highest;
+  };
+  AxisMemory motion = track_.Remember(state_->position);
+  motion.in_motion = true;
+  motion.lowest = lowest;
+  motion.highest = highest;
+  if (covered(motion)) return {};
+  motion.lowest = std::max(lowest, setup_.minimum);
+  motion.highest = std::min(highest, setup_.maximum);
+  if (before && before->in_motion) {
+    // Sent elsewhere in mid-move: where it turns is not known, and more of this shall not cost a write each.
+    motion.position = before->position;
+    motion.lowest = setup_.minimum;
+    motion.highest = setup_.maximum;
+    if (covered(motion)) return {};
+  }
+  if (auto saved = remembered_.Save(setup_.axis, motion); !saved) {
+    return Fail(Code::Io, "nothing was moved, because the position could not be remembered: " + saved.error().message);
+  }
+  return {};
+}
+
+/// It stands. Where the disk does not take that now, the next reading tries again; until then it counts as in motion.
+void AxisController::RememberRest() {
+  const AxisMemory rest = track_.Remember(state_->position);
+  const auto& before = remembered_[setup_.axis];
+  const bool same = before && !before->in_motion && before->known == rest.known &&
+                    std::abs((before->position - rest.position).value) <= setup_.tolerance;
+  if (!same) (void)remembered_.Save(setup_.axis, rest);
+}
+
+}  // namespace lensd::rig

@@ -1,0 +1,102 @@
+// One axis: the motion it is on, what its readings say, and what is remembered of it.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "axis_motion.h"
+#include "axis_setup.h"
+#include "axis_track.h"
+#include "base/clock.h"
+#include "remembered_positions.h"
+#include "rig/rig.h"
+
+namespace lensd::rig {
+
+/// A motion that is over.
+struct EndedMotion {
+  MoveCallback done;
+  int commands = 0;  ///< that the device took
+};
+
+/// Every command to the motor passes here, and none goes out before it is remembered. Its owner tells the callers.
+class AxisController final : private Motor {
+ public:
+  /// `lens`, `remembered` and `clock` must outlive it.
+  AxisController(drivers::Axis axis, const drivers::AxisCapabilities& can, const AxisConfig& config,
+                 drivers::Lens& lens, RememberedPositions& remembered, const Clock& clock);
+
+  const AxisSetup& setup() const { return setup_; }
+  const AxisTrack& track() const { return track_; }
+  /// The newest reading; nothing before the first.
+  const std::optional<drivers::AxisState>& state() const { return state_; }
+  /// Nothing while none is under way.
+  const AxisMotion* motion() const { return motion_.get(); }
+  /// Where it was last told to go; nothing if it never was, or went elsewhere since.
+  std::optional<Native> target() const { return target_; }
+  bool moving() const { return motion_ || (state_ && state_->moving); }
+  /// While it stands.
+  Instant steady_since() const { return steady_since_; }
+  bool known() const { return track_.known(); }
+  /// Motions asked of the device, all in all.
+  int commands() const { return commands_ + (motion_ ? motion_->commands() : 0); }
+  /// `problem`: the lens does not answer.
+  AxisStatus Describe(bool problem) const;
+
+  /// Native units from where it was told to go, or stands.
+  Result<Native> Ahead(double by) const;
+  /// On the axis' grid and inside its soft limits; what is off by rounding alone is brought back. OutOfRange.
+  Result<Native> Land(Native wanted, const std::string& as_asked) const;
+  /// Why it may not be sent to a position: that means nothing, and a search of the reference would tell.
+  std::optional<Error> WhyUnknown() const;
+
+  /// At the first reading: what the memory makes of it.
+  void Recall(const drivers::AxisState& reading);
+  /// Takes note of a reading by the device's own count, and gives it by the rig's.
+  std::optional<drivers::AxisState> Note(std::optional<drivers::AxisState> reading, Instant sampled_at);
+  /// The lens does not answer. Keeps what its positions are judged by when it is back.
+  void Lose();
+  void SetBacklash(std::optional<double> backlash);
+
+  /// To `target`, which the soft limits allow, and as a client wants it: with the configured checks of the reference.
+  void Move(Native target, std::optional<double> take_up, MoveCallback done);
+  /// The same with everything said.
+  void Start(MotionRequest request);
+  /// The end of its motion, once the newest reading shows one; it is still to be ended by End().
+  std::optional<Result<MoveOutcome>> Advance(Instant sampled_at);
+  /// The motion is over; nothing where there was none.
+  std::optional<EndedMotion> End(bool reached);
+  /// Stops it, whoever moves it. Unsupported: it cannot, and its motion runs out.
+  Result<void> Stop();
+  bool runs_out() const { return !setup_.can.can_stop && motion_ && motion_->commands() > 0; }
+  /// That it cannot be stopped changes nothing.
+  void Halt() override;
+
+ private:
+  Result<void> Go(Native target, bool begins) override;
+  Result<void> Home() override;
+  Native AtReference(Native position) override;
+
+  Result<void> RememberMotion(Native lowest, Native highest);
+  void RememberRest();
+  void Coast();
+
+  drivers::Lens& lens_;
+  RememberedPositions& remembered_;
+  const Clock& clock_;
+  AxisSetup setup_;
+  AxisTrack track_;
+  std::optional<drivers::AxisState> state_;
+  Instant steady_since_{};
+  std::unique_ptr<AxisMotion> motion_;
+  std::optional<Native> target_;
+  std::optional<Instant> coasting_;  ///< its motion ended then, and it has not been seen to stand
+  std::optional<AxisMemory> lost_;   ///< as it was when the lens ceased to answer
+  int commands_ = 0;
+};
+
+using AxisControllers = drivers::PerAxis<std::unique_ptr<AxisController>>;
+
+}  // namespace lensd::rig

@@ -1,0 +1,166 @@
+// A request waits here until the lens stands (or may move), the camera has a frame exposed after that, and a reading of
+// the lens from after the exposure tells where it was meanwhile.
+#include "frame_requests.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace lensd::rig {
+namespace {
+
+using drivers::Axis;
+
+constexpr Duration kPollPeriod = std::chrono::milliseconds(2);
+constexpr int kAttempts = 3;
+constexpr Duration kPatience = std::chrono::seconds(5);  ///< of whoever waits for a frame, beside those below
+constexpr double kSlowFrames = 3.0;                      ///< the one under way, one that is lost, and the next
+
+}  // namespace
+
+void FrameRequests::Add(FrameRequest request) {
+  if (camera_ == nullptr) {
+    return replies_.Add(std::move(request.done),
+                        Result<LensedFrame>(Fail(Code::Unsupported, "this lens has no camera")));
+  }
+  waiting_.push_back(std::move(request));
+}
+
+void FrameRequests::ForgetAutofocus() {
+  std::erase_if(waiting_, [](const FrameRequest& request) { return request.for_autofocus; });
+}
+
+template <class Predicate>
+std::vector<SnapshotCallback> FrameRequests::TakeIf(const Predicate& predicate) {
+  std::vector<SnapshotCallback> taken;
+  for (FrameRequest& request : waiting_) {
+    if (predicate(request)) taken.push_back(std::move(request.done));
+  }
+  std::erase_if(waiting_, predicate);
+  return taken;
+}
+
+void FrameRequests::FailAll(const Error& error) {
+  for (FrameRequest& request : std::exchange(waiting_, {})) {
+    replies_.Add(std::move(request.done), Result<LensedFrame>(std::unexpected(error)));
+  }
+}
+
+// ---- from the camera ----------------------------------------------------------------------------------------------
+
+void FrameRequests::Poll(Instant now, bool keep) {
+  if (camera_ == nullptr) return;
+  auto polled = SetStreaming(anyone() || keep);
+  if (polled && anyone() && !frame_) polled = Ask(now);
+  if (!polled) FailAll(polled.error());
+}
+
+Result<void> FrameRequests::SetStreaming(bool wanted) {
+  if (wanted == streaming_) return {};
+  auto done = wanted ? camera_->Start() : camera_->Stop();
+  streaming_ = wanted && done;
+  last_start_.reset();
+  return done;
+}
+
+/// In motion every frame may be wanted, so none is waited for.
+Result<void> FrameRequests::Ask(Instant now) {
+  const auto steady = lens_.SteadySince();
+  if (!anyone_in_motion() && !(steady && now >= EarliestFrame(*steady))) return {};
+  auto polled = camera_->Poll();
+  if (!polled) {
+    const bool transient = polled.error().code == Code::Timeout || polled.error().code == Code::Protocol;
+    if (transient && ++failures_ < kAttempts) return {};
+    return PassOn(std::move(polled));
+  }
+  failures_ = 0;
+  frame_ = *std::move(polled);
+  if (frame_) {
+    exposure_ = frame_->exposure_end - frame_->exposure_start;
+    last_start_ = frame_->exposure_start;
+  }
+  return {};
+}
+
+bool FrameRequests::anyone_in_motion() const {
+  return std::ranges::any_of(waiting_, &FrameRequest::in_motion_too);
+}
+
+/// When the first frame that can satisfy anybody may be ready: exposed wholly after the lens became steady and somebody
+/// asked, and where the camera keeps its rate, on the beat of the frames before it. Asking earlier would only fetch
+/// frames to throw away.
+Instant FrameRequests::EarliestFrame(Instant steady_since) const {
+  Instant from = steady_since;
+  if (anyone()) from = std::max(from, std::ranges::min_element(waiting_, {}, &FrameRequest::since)->since);
+  const double rate = camera_->capabilities().frame_rate_hz;
+  if (!last_start_ || !(rate > 0)) return from + exposure_;
+  if (*last_start_ >= from) return *last_start_ + exposure_;
+  const auto period = std::chrono::duration<double>(1.0 / rate);
+  const double beats = std::ceil((from - *last_start_) / period - 1e-3);
+  return *last_start_ + std::chrono::duration_cast<Duration>(beats * period) + exposure_;
+}
+
+Instant FrameRequests::NextPoll(Instant now, Instant steady_since) const {
+  return std::max(now + kPollPeriod, EarliestFrame(steady_since));
+}
+
+// ---- to those who wait --------------------------------------------------------------------------------------------
+
+Duration FrameRequests::Patience() const {
+  const double rate = camera_ != nullptr ? camera_->capabilities().frame_rate_hz : 0.0;
+  const std::chrono::duration<double> frames(rate > 0.0 ? kSlowFrames / std::max(rate, 0.01) : 0.0);
+  return kPatience + exposure_ + std::chrono::duration_cast<Duration>(frames);
+}
+
+void FrameRequests::Serve(Instant now) {
+  const auto steady = lens_.SteadySince();
+  const auto late = [&, patience = Patience()](const FrameRequest& request) {
+    if (request.in_motion_too) return now > request.since + patience;
+    return steady && now > std::max(request.since, *steady) + patience;
+  };
+  for (auto& done : TakeIf(late)) {
+    replies_.Add(std::move(done), Result<LensedFrame>(Fail(Code::Timeout, "the camera gave no usable frame in time")));
+  }
+  // A frame is judged only once a reading from after its exposure is there.
+  if (!frame_ || !lens_.sampled_at() || *lens_.sampled_at() < frame_->exposure_end) return;
+  const drivers::Frame frame = *std::exchange(frame_, std::nullopt);
+  const bool settled = steady && frame.exposure_start >= *steady;
+  if (settled || anyone_in_motion()) HandOut(frame, settled);
+}
+
+void FrameRequests::HandOut(const drivers::Frame& frame, bool settled) {
+  LensedFrame lensed = WithLens(frame);
+  bool moved = !settled;
+  for (const Axis axis : drivers::kAxes) {
+    if (!lensed.axes[axis]) continue;
+    lensed.axes[axis]->moving |= !settled;
+    moved |= lensed.axes[axis]->moving;
+  }
+  const auto satisfied = [&](const FrameRequest& request) {
+    return request.since <= frame.exposure_start && (!moved || request.in_motion_too);
+  };
+  for (auto& done : TakeIf(satisfied)) replies_.Add(std::move(done), Result<LensedFrame>(lensed));
+}
+
+LensedFrame FrameRequests::WithLens(const drivers::Frame& frame) {
+  LensedFrame lensed;
+  lensed.frame = frame;
+  lensed.axes = lens_.history().During(frame.exposure_start, frame.exposure_end);
+  for (const Axis axis : drivers::kAxes) {
+    auto& during = lensed.axes[axis];
+    if (!during) continue;
+    const Native bound{axes_[axis]->track().Bound()};
+    during->bound = 0.5 * (during->highest - during->lowest) + bound;
+    during->mid_bound = during->mid_bound + bound;
+  }
+  optics_.Describe(lensed);
+  if (auto& focus = lensed.axes[Axis::Focus]) {
+    // Backlash that was taken up since may still have been there during the exposure.
+    const Native bound{axes_[Axis::Focus]->track().Bound()};
+    const Native before = std::exchange(handed_out_bound_, bound);
+    if (before > bound) focus->mid_bound = focus->mid_bound + (before - bound);
+  }
+  return lensed;
+}
+
+}  // namespace lensd::rig

@@ -1,0 +1,146 @@
+// A leg is one command, or the parts of a shaped step; it is judged by readings from after its first command only.
+// Where the speed of an axis is not known, its range is taken to need a minute.
+#include "leg.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+namespace lensd::rig {
+namespace {
+
+constexpr Duration kStallTime = std::chrono::seconds(1);
+constexpr Duration kMargin = std::chrono::seconds(2);       ///< of a deadline beyond the time the travel needs
+constexpr Duration kFullTravel = std::chrono::seconds(60);  ///< where the speed is not known
+constexpr double kOvershoot = 0.02;                         ///< of a leg: a servo may pass its target by so much
+
+Duration TravelTime(const AxisSetup& setup, double distance) {
+  const double range = (setup.can.maximum - setup.can.minimum).value;
+  std::chrono::duration<double> time = kFullTravel;
+  if (setup.speed) {
+    time = std::chrono::duration<double>(distance / *setup.speed);
+  } else if (range > 0) {
+    time *= distance / range;
+  }
+  return std::chrono::duration_cast<Duration>(time);
+}
+
+}  // namespace
+
+double Scatter(const AxisSetup& setup) {
+  return std::max(0.5 * setup.can.resolution, 2.0 * setup.config.repeatability);
+}
+
+Leg::Leg(const AxisSetup& setup, Native from, Native to, std::vector<Impulse> parts, bool turns)
+    : setup_(&setup), from_(from), to_(to), parts_(std::move(parts)), turns_(turns), progress_{from, {}} {
+  if (parts_.empty()) parts_.push_back({});
+}
+
+/// Only a reading from after now can say that it stands.
+Leg Leg::Stay(const AxisSetup& setup, Native place, Instant now) {
+  Leg leg(setup, place, place, {}, false);
+  leg.sent_ = 1;
+  leg.commanded_at_ = leg.progress_.at = now;
+  leg.deadline_ = now + kMargin + setup.settle;
+  return leg;
+}
+
+Leg Leg::Homing(const AxisSetup& setup, Native from, Instant now) {
+  Leg leg = Stay(setup, from, now);
+  leg.deadline_ = now + 2 * TravelTime(setup, (setup.can.maximum - setup.can.minimum).value) + kMargin;
+  return leg;
+}
+
+// ---- commands -----------------------------------------------------------------------------------------------------
+
+std::optional<Leg::Command> Leg::Due(Instant now) const {
+  std::size_t due = std::max<std::size_t>(sent_, 1);
+  while (begun() && due < parts_.size() && commanded_at_ + parts_[due].at <= now) ++due;
+  if (due == sent_) return std::nullopt;
+  if (due == parts_.size()) return Command{to_, due};
+  double part = 0.0;
+  for (std::size_t i = 0; i < due; ++i) part += parts_[i].part;
+  return Command{from_ + part * (to_ - from_), due};
+}
+
+void Leg::Sent(const Command& command, Instant now) {
+  const bool first = !begun();
+  sent_ = command.parts;
+  if (!first) return;
+  const double distance = std::abs((to_ - from_).value);
+  const Duration travel = TravelTime(*setup_, distance), shaped = parts_.back().at;
+  commanded_at_ = progress_.at = now;
+  approach_ = {.closest = distance, .farthest = distance};
+  deadline_ = now + 2 * travel + kMargin + setup_->settle + shaped;
+  expected_at_ = now + (setup_->speed ? travel : Duration::zero()) + shaped;
+}
+
+std::optional<Instant> Leg::next_part() const {
+  if (sent_ >= parts_.size()) return {};
+  return commanded_at_ + parts_[sent_].at;
+}
+
+void Leg::CutShort() {
+  if (!begun() || sent_ >= parts_.size()) return;
+  double part = 0.0;
+  for (std::size_t i = 0; i < sent_; ++i) part += parts_[i].part;
+  to_ = from_ + part * (to_ - from_);
+  parts_.resize(sent_);
+}
+
+void Leg::HoldBack(Duration by, Instant now) {
+  progress_.at = now;
+  deadline_ += by;
+  expected_at_ += by;
+}
+
+// ---- what the readings say ----------------------------------------------------------------------------------------
+
+double Leg::ShortOf(const drivers::AxisState& state) const {
+  return std::abs((to_ - state.position).value);
+}
+
+bool Leg::Done(const drivers::AxisState& state, Instant sampled_at) const {
+  if (state.moving || !state.fault.empty()) return false;
+  if (!setup_->can.follows()) return sampled_at >= expected_at_;
+  return ShortOf(state) <= setup_->tolerance;
+}
+
+/// Of a leg that is hardly longer than the readings scatter, they cannot say whether it began.
+bool Leg::Moved(const drivers::AxisState& state) const {
+  const double scatter = Scatter(*setup_);
+  return std::abs((to_ - from_).value) <= 4.0 * std::max(scatter, setup_->tolerance) ||
+         std::abs((state.position - from_).value) > scatter;
+}
+
+bool Leg::LedAway(const drivers::AxisState& state) {
+  if (!setup_->can.follows() || turns_) return false;
+  const double distance = ShortOf(state), scatter = Scatter(*setup_);
+  approach_.farthest = std::max(approach_.farthest, distance);
+  approach_.seen = approach_.seen || distance < approach_.farthest - scatter;
+  if (approach_.seen) approach_.closest = std::min(approach_.closest, distance);
+  const double allowed = std::max({4.0 * scatter, 8.0 * setup_->tolerance, kOvershoot * approach_.farthest});
+  const bool away = approach_.seen && distance > approach_.closest + allowed;
+  approach_.readings_away = away ? approach_.readings_away + 1 : 0;
+  return approach_.readings_away >= 2;
+}
+
+std::string Leg::WhatIsWrong(const drivers::AxisState& state, Instant sampled_at, Instant now, bool settling) {
+  if (std::abs((state.position - progress_.position).value) >= std::max(setup_->can.resolution, Scatter(*setup_))) {
+    progress_ = {state.position, std::max(sampled_at, commanded_at_)};
+  }
+  std::ostringstream wrong;
+  if (setup_->can.follows() && !settling && now - progress_.at > kStallTime) {
+    wrong << "stalled: no progress for " << std::chrono::duration<double>(kStallTime).count() << " s, ";
+  } else if (late(now)) {
+    wrong << "not there by the deadline, ";
+  } else {
+    return "";
+  }
+  wrong << ShortOf(state) << " " << drivers::NativeUnitName(setup_->can.unit) << " short of the target";
+  if (!state.fault.empty()) wrong << " (the lens says: " << state.fault << ")";
+  return wrong.str();
+}
+
+}  // namespace lensd::rig

@@ -1,0 +1,84 @@
+// One leg of a motion: from where the axis stands straight to one place.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "axis_setup.h"
+#include "base/clock.h"
+#include "drivers/api/lens.h"
+
+namespace lensd::rig {
+
+/// Readings of one place differ by up to this.
+double Scatter(const AxisSetup& setup);
+
+/// When each of its commands is due, how long it may take, and what its readings say. It commands nothing itself.
+class Leg {
+ public:
+  /// `setup` must outlive it. `parts`: how it is divided; empty: not at all. `turns`: the axis may have to turn first.
+  Leg(const AxisSetup& setup, Native from, Native to, std::vector<Impulse> parts, bool turns);
+  /// One that needs no command: the axis stays at `place`.
+  static Leg Stay(const AxisSetup& setup, Native place, Instant now);
+  /// One that has begun at `from` and ends at the reference, wherever that is.
+  static Leg Homing(const AxisSetup& setup, Native from, Instant now);
+
+  Native to() const { return to_; }
+  Instant commanded_at() const { return commanded_at_; }
+  bool late(Instant now) const { return now > deadline_; }
+  bool begun() const { return sent_ > 0; }
+
+  /// A command that is due: to a place on the way, after so many parts in all.
+  struct Command {
+    Native place;
+    std::size_t parts = 0;
+  };
+  std::optional<Command> Due(Instant now) const;
+  /// The motor has taken it.
+  void Sent(const Command& command, Instant now);
+  /// When the next part is due; nothing once all are sent.
+  std::optional<Instant> next_part() const;
+  /// What is left of it is not sent: it ends at what has been.
+  void CutShort();
+  /// The time another axis takes is not this one's.
+  void HoldBack(Duration by, Instant now);
+
+  double ShortOf(const drivers::AxisState& state) const;
+  /// At its end, as far as a reading tells.
+  bool Done(const drivers::AxisState& state, Instant sampled_at) const;
+  /// Has gone some way, or is so short that readings could not tell.
+  bool Moved(const drivers::AxisState& state) const;
+  /// It came nearer and now goes away again, by more than overshooting or a missed target explains: another program
+  /// commands it.
+  bool LedAway(const drivers::AxisState& state);
+  /// Why it will not get there; empty while it may. `settling`: it has been there already.
+  std::string WhatIsWrong(const drivers::AxisState& state, Instant sampled_at, Instant now, bool settling);
+
+ private:
+  /// What readings have shown of the way to its end.
+  struct Approach {
+    double closest = 0.0;
+    double farthest = 0.0;
+    bool seen = false;  ///< to come nearer
+    int readings_away = 0;
+  };
+  struct Progress {
+    Native position;
+    Instant at{};
+  };
+
+  const AxisSetup* setup_;
+  Native from_;
+  Native to_;
+  std::vector<Impulse> parts_;
+  bool turns_;
+  std::size_t sent_ = 0;
+  Instant commanded_at_{};
+  Instant expected_at_{};  ///< when a device without feedback will have got there
+  Instant deadline_{};
+  Approach approach_;
+  Progress progress_;
+};
+
+}  // namespace lensd::rig

@@ -1,0 +1,84 @@
+// Readings, tried again where that may help. What happened while the lens did not answer is not known: then the history
+// is of no use any more, and every axis has to be seen standing anew.
+#include "lens_reader.h"
+
+#include <algorithm>
+
+namespace lensd::rig {
+namespace {
+
+using drivers::Axis;
+
+constexpr Duration kIdlePeriod = std::chrono::milliseconds(500);
+constexpr Duration kAgain = std::chrono::milliseconds(2);
+constexpr int kAttempts = 3;
+
+drivers::PerAxis<double> Tolerances(const AxisControllers& axes) {
+  drivers::PerAxis<double> tolerances;
+  for (const Axis axis : drivers::kAxes) tolerances[axis] = axes[axis] ? axes[axis]->setup().tolerance : 0.0;
+  return tolerances;
+}
+
+}  // namespace
+
+LensReader::LensReader(drivers::Lens& lens, const AxisControllers& axes, const RigConfig& config, const Clock& clock)
+    : lens_(lens), axes_(axes), clock_(clock), history_(Tolerances(axes)) {
+  for (const Axis axis : drivers::kAxes) {
+    if (axes_[axis]) latency_ = std::max(latency_, config.axes[axis].latency);
+  }
+}
+
+std::optional<Error> LensReader::Read() {
+  auto read = lens_.Read();
+  next_read_ = clock_.Now() + kIdlePeriod;
+  if (read) {
+    problem_.reset();
+    failures_ = 0;
+    Note(*std::move(read));
+    return std::nullopt;
+  }
+  ++failures_;
+  const Code code = read.error().code;
+  if (code == Code::Cancelled) return std::nullopt;
+  const bool transient = code == Code::Timeout || code == Code::Protocol || code == Code::Busy;
+  if (transient && failures_ < kAttempts) {
+    next_read_ = clock_.Now() + kAgain;
+    return std::nullopt;
+  }
+  if (!problem_) {
+    for (const Axis axis : drivers::kAxes) {
+      if (axes_[axis]) axes_[axis]->Lose();
+    }
+  }
+  problem_ = read.error();
+  history_.Clear();
+  return problem_;
+}
+
+void LensReader::Note(drivers::LensState reading) {
+  const bool first = !sampled_at_;
+  sampled_at_ = reading.sampled_at -= latency_;
+  temperature_ = reading.temperature;
+  for (const Axis axis : drivers::kAxes) {
+    auto& state = reading.axes[axis];
+    if (!axes_[axis]) continue;
+    if (first && state) axes_[axis]->Recall(*state);
+    state = axes_[axis]->Note(std::move(state), *sampled_at_);
+  }
+  history_.Add(reading);
+}
+
+bool LensReader::Moving() const {
+  return std::ranges::any_of(drivers::kAxes, [&](Axis axis) { return axes_[axis] && axes_[axis]->moving(); });
+}
+
+std::optional<Instant> LensReader::SteadySince() const {
+  if (Moving() || !connected()) return std::nullopt;
+  Instant since{};
+  for (const Axis axis : drivers::kAxes) {
+    if (axes_[axis]) since = std::max(since, axes_[axis]->steady_since());
+  }
+  return since;
+}
+
+}  // namespace lensd::rig

@@ -1,0 +1,50 @@
+// What the lens says of itself, and whether it says anything.
+#pragma once
+
+#include <optional>
+
+#include "axis_controller.h"
+#include "base/clock.h"
+#include "history.h"
+
+namespace lensd::rig {
+
+/// Reads all axes at once and hands each its part.
+class LensReader {
+ public:
+  /// All must outlive it.
+  LensReader(drivers::Lens& lens, const AxisControllers& axes, const RigConfig& config, const Clock& clock);
+
+  /// Why the lens does not answer, where this reading has failed for good: nothing that waits for it will be.
+  std::optional<Error> Read();
+  /// Reads soon, though nobody waits for it.
+  void ReadSoon() { next_read_ = clock_.Now(); }
+
+  /// Nothing while it answers.
+  const std::optional<Error>& problem() const { return problem_; }
+  bool connected() const { return sampled_at_ && !problem_; }
+  /// Of the newest reading; nothing before the first.
+  std::optional<Instant> sampled_at() const { return sampled_at_; }
+  std::optional<Celsius> temperature() const { return temperature_; }
+  Instant next_read() const { return next_read_; }
+  const History& history() const { return history_; }
+  bool Moving() const;
+  /// Since when no axis has moved; nothing while one does or the lens does not answer.
+  std::optional<Instant> SteadySince() const;
+
+ private:
+  void Note(drivers::LensState reading);
+
+  drivers::Lens& lens_;
+  const AxisControllers& axes_;
+  const Clock& clock_;
+  Duration latency_{};
+  History history_;
+  std::optional<Instant> sampled_at_;
+  std::optional<Celsius> temperature_;
+  std::optional<Error> problem_;
+  int failures_ = 0;  ///< in a row
+  Instant next_read_{};
+};
+
+}  // namespace lensd::rig

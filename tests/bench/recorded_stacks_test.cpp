@@ -1,0 +1,89 @@
+// Autofocus on recorded stacks of real lenses, which know nothing of the simulator: no answer is false, whatever the
+// optics that were told.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "bench/autofocus/replay.h"
+
+namespace lensd::bench {
+namespace {
+
+std::vector<Stack> Stacks() {
+  auto stacks = LoadStacks(std::string(LENSD_SOURCE_DIR) + "/tests/bench/stacks", 2.2);
+  EXPECT_TRUE(stacks) << stacks.error().message;
+  return *std::move(stacks);
+}
+
+/// The same in so much more light, cut off at full scale. Where it is in focus does not change.
+Stack InMoreLight(Stack stack, double times) {
+  for (drivers::Frame& frame : stack.frames) {
+    std::vector<std::uint16_t> samples;
+    for (const std::uint16_t sample : *frame.samples) {
+      const double light = times * std::pow(sample / 255.0, frame.gamma);
+      samples.push_back(
+          static_cast<std::uint16_t>(std::lround(255.0 * std::pow(std::min(light, 1.0), 1 / frame.gamma))));
+    }
+    frame.samples = std::make_shared<const std::vector<std::uint16_t>>(std::move(samples));
+  }
+  return stack;
+}
+
+struct Counts {
+  int runs = 0, within = 0, refused = 0, wrong = 0;
+  std::vector<int> frames;
+};
+
+Counts CountOf(const std::vector<Stack>& stacks, std::string_view kind, const ReplayOptions& options) {
+  auto runs = Replay(stacks, options);
+  EXPECT_TRUE(runs) << runs.error().message;
+  Counts counts;
+  for (const ReplayRun& run : *runs) {
+    if (run.region.kind != kind) continue;
+    ++counts.runs;
+    counts.within += run.how == ReplayEnd::Within;
+    counts.refused += run.how == ReplayEnd::Refused;
+    counts.wrong += run.how == ReplayEnd::False;
+    counts.frames.push_back(run.frames);
+  }
+  std::ranges::sort(counts.frames);
+  std::printf("%.*s: %d runs, %d within, %d refused, %d false, %d frames\n", static_cast<int>(kind.size()), kind.data(),
+              counts.runs, counts.within, counts.refused, counts.wrong, counts.frames[counts.frames.size() / 2]);
+  return counts;
+}
+
+TEST(RecordedStacks, OneDepthIsInFocusInFiveFrames) {
+  const Counts counts = CountOf(Stacks(), "one depth", {.starts = 2});
+  EXPECT_EQ(counts.wrong, 0);
+  EXPECT_GE(counts.within, 48) << "of " << counts.runs;
+  EXPECT_LE(counts.frames[counts.frames.size() / 2], 5);
+}
+
+TEST(RecordedStacks, LightsThatClipAreLeftOut) {
+  std::vector<Stack> stacks;
+  for (const Stack& stack : Stacks()) {
+    if (stack.name == "pins") stacks.push_back(InMoreLight(stack, 1.45));
+  }
+  const Counts counts = CountOf(stacks, "one depth", {.starts = 2});
+  EXPECT_EQ(counts.wrong, 0);
+  EXPECT_GE(counts.within, 24) << "of " << counts.runs;
+}
+
+TEST(RecordedStacks, FocusOutsideTheTravelIsRefusedByEveryMethodOfAuto) {
+  for (const char* method : {"auto", "defocus", "sweep"}) {
+    const Counts counts = CountOf(Stacks(), "outside", {.method = method, .starts = 2});
+    EXPECT_EQ(counts.refused, counts.runs) << method;
+  }
+}
+
+TEST(RecordedStacks, ASlopeToldWrongMakesNoAnswerFalse) {
+  for (const double slope : {0.5, 2.0}) {
+    const Counts counts = CountOf(Stacks(), "one depth", {.starts = 1, .slope_error = slope});
+    EXPECT_EQ(counts.wrong, 0) << slope;
+  }
+}
+
+}  // namespace
+}  // namespace lensd::bench

@@ -1,0 +1,163 @@
+// Verified means measured: what a motion may claim with each kind of feedback, and after the lens was gone.
+#include <chrono>
+#include <string>
+
+#include <gmock/gmock.h>
+
+#include "motion_fixture.h"
+
+namespace lensd::rig {
+namespace {
+
+class FeedbackTest : public MotionTest {
+ protected:
+  void OpenAs(drivers::Feedback feedback, RigConfig config = {}) {
+    controls_->focus = drivers::AxisCapabilities{
+        .maximum = Native{1000.0}, .feedback = feedback, .can_home = true, .speed = 1000.0, .backlash = 0.0};
+    Open(config);
+  }
+  MoveOutcome To(double target) {
+    const auto answers = Move(target);
+    EXPECT_TRUE(answers.only());
+    return answers.only().value_or(MoveOutcome{});
+  }
+  MoveOutcome AtHome() {
+    Answers<MoveOutcome> answers;
+    rig_->Home(Axis::Focus, answers.Take());
+    RunUntil(answers);
+    EXPECT_TRUE(answers.only());
+    return answers.only().value_or(MoveOutcome{});
+  }
+};
+
+TEST_F(FeedbackTest, OnlyAnEncoderVerifiesAPlainMove) {
+  using drivers::Feedback;
+  for (const Feedback feedback : {Feedback::None, Feedback::Echo, Feedback::Counts, Feedback::Encoder}) {
+    OpenAs(feedback);
+    const MoveOutcome moved = To(600);
+    EXPECT_TRUE(moved.reached && moved.settled) << FeedbackName(feedback);
+    EXPECT_EQ(moved.verified, feedback == Feedback::Encoder) << FeedbackName(feedback);
+    EXPECT_EQ(moved.reason.empty(), moved.verified) << moved.reason;
+  }
+}
+
+TEST_F(FeedbackTest, CountsAreVerifiedAtTheReferenceAndTheirBoundGrowsWithTravel) {
+  OpenAs(drivers::Feedback::Counts);
+  EXPECT_TRUE(AtHome().verified);
+  EXPECT_EQ(AtHome().bound.value, 0.5);
+  double travel = 0.0;
+  for (const double target : {1000.0, 0.0, 1000.0, 500.0}) {
+    const MoveOutcome moved = To(target);
+    travel += target == 500.0 ? 500.0 : 1000.0;
+    EXPECT_FALSE(moved.verified);
+    EXPECT_NEAR(moved.bound.value, 0.5 + 1e-4 * travel, 1e-4 * 8) << target;
+  }
+  EXPECT_TRUE(AtHome().verified);
+}
+
+TEST_F(FeedbackTest, WhatMayGetLostCanBeSaid) {
+  RigConfig config;
+  config.axes[Axis::Focus].lost_travel = 0.01;
+  OpenAs(drivers::Feedback::Counts, config);
+  EXPECT_NEAR(To(1000).bound.value, 0.5 + 9.0, 0.02);
+}
+
+TEST_F(FeedbackTest, TheReferenceIsCheckedAfterSoMuchTravel) {
+  RigConfig config;
+  config.axes[Axis::Focus].check_reference_every = 1500.0;
+  OpenAs(drivers::Feedback::Counts, config);
+  To(1000);
+  To(0);
+  EXPECT_EQ(controls_->homes, 0);
+  const MoveOutcome moved = To(800);
+  EXPECT_EQ(controls_->homes, 1);
+  EXPECT_TRUE(moved.reached);
+  EXPECT_EQ(moved.position.value, 800.0);
+  EXPECT_NEAR(moved.bound.value, 0.5 + 1e-4 * 800, 1e-4 * 4);
+  To(700);
+  EXPECT_EQ(controls_->homes, 1);
+}
+
+TEST_F(FeedbackTest, OnDemandTheReferenceIsSearchedBeforeTheFirstMoveAlone) {
+  RigConfig config;
+  config.axes[Axis::Focus].home_on_demand = true;
+  OpenAs(drivers::Feedback::Counts, config);
+  Run(10ms);
+  EXPECT_FALSE(rig_->GetStatus().axes[Axis::Focus]->homed);
+  EXPECT_EQ(controls_->homes, 0);
+  EXPECT_TRUE(To(600).reached);
+  EXPECT_EQ(controls_->homes, 1);
+  EXPECT_TRUE(rig_->GetStatus().axes[Axis::Focus]->homed);
+  EXPECT_TRUE(To(300).reached);
+  EXPECT_EQ(controls_->homes, 1);
+}
+
+TEST_F(FeedbackTest, AFaultThatStandsEndsAMoveWhateverThePositionSays) {
+  for (const auto feedback : {drivers::Feedback::Echo, drivers::Feedback::Encoder}) {
+    controls_->fault = "";
+    OpenAs(feedback);
+    controls_->fault = "burnt";
+    const MoveOutcome moved = To(600);
+    EXPECT_FALSE(moved.reached || moved.verified);
+    EXPECT_EQ(moved.reason, "the lens reports: burnt");
+    EXPECT_LT(moved.elapsed, 1s);
+  }
+}
+
+TEST_F(FeedbackTest, AFaultOfAnEarlierMoveDoesNotEndOneToWhereItStands) {
+  OpenAs(drivers::Feedback::Encoder);
+  controls_->fault = "ignored the command to move";
+  controls_->stalled = true;
+  EXPECT_FALSE(To(600).reached);
+  controls_->stalled = false;
+  controls_->forgives = true;
+  const Native stands = rig_->GetStatus().axes[Axis::Focus]->position;
+  const MoveOutcome moved = To(stands.value);
+  EXPECT_TRUE(moved.reached) << moved.reason;
+}
+
+TEST_F(FeedbackTest, WithoutAStopTheMotionEndsWhereItRests) {
+  Open();
+  Answers<MoveOutcome> answers;
+  Answers<void> stopped;
+  rig_->Move(Axis::Zoom, At(50), answers.Take());
+  Run(10ms);
+  rig_->Stop({}, stopped.Take());
+  Run(1ms);
+  ASSERT_FALSE(stopped.only());
+  EXPECT_EQ(stopped.only().error().code, Code::Unsupported);
+  EXPECT_NE(stopped.only().error().message.find("travels on until it rests"), std::string::npos);
+  EXPECT_TRUE(answers.all.empty());
+  EXPECT_TRUE(rig_->GetStatus().axes[Axis::Zoom]->moving);
+  RunUntil(answers);
+  ASSERT_FALSE(answers.only());
+  EXPECT_EQ(answers.only().error().code, Code::Cancelled);
+  EXPECT_NE(answers.only().error().message.find("rests at 50"), std::string::npos) << answers.only().error().message;
+}
+
+TEST_F(FeedbackTest, GoneMeansUnknownAndAZeroOnReturnIsNotBelieved) {
+  OpenAs(drivers::Feedback::Counts);
+  To(600);
+  controls_->disconnected = true;
+  Run(1s);
+  const AxisStatus gone = *rig_->GetStatus().axes[Axis::Focus];
+  EXPECT_TRUE(!gone.moving && !gone.homed && gone.last_known);
+  EXPECT_EQ(gone.position.value, 600.0);
+  controls_->disconnected = false;
+  Run(1s);
+  EXPECT_TRUE(rig_->GetStatus().axes[Axis::Focus]->homed);
+  EXPECT_FALSE(rig_->GetStatus().axes[Axis::Focus]->last_known);
+  // Without power it forgets where it was.
+  controls_->disconnected = true;
+  Run(1s);
+  controls_->disconnected = false;
+  controls_->counts_anew = 0;
+  Run(1s);
+  EXPECT_FALSE(rig_->GetStatus().axes[Axis::Focus]->homed);
+  const auto refused = Move(500);
+  ASSERT_FALSE(refused.only());
+  EXPECT_EQ(refused.only().error().code, Code::NotHomed);
+}
+
+}  // namespace
+}  // namespace lensd::rig
