@@ -32,7 +32,7 @@ double InnerPixels(Window window) {
 
 Result<FocusScore> ScoreFocus(const drivers::Frame& frame, Window window) {
   auto view = ViewOf(frame, window);
-  if (!view) return PassOn(std::move(view));
+  if (!view) return PassOn(view);
   const double full = FullScale(frame);
   const FocusSums sums = SumFocus(*view, static_cast<std::uint16_t>(full));
   const double all = static_cast<double>(window.width) * window.height;
@@ -49,14 +49,14 @@ Result<FocusScore> ScoreFocus(const drivers::Frame& frame, Window window) {
 
 Result<double> GradientEnergy(const drivers::Frame& frame, Window window) {
   auto view = ViewOf(frame, window);
-  if (!view) return PassOn(std::move(view));
+  if (!view) return PassOn(view);
   const double full = FullScale(frame);
   return static_cast<double>(SumGradient(*view)) / (64.0 * full * full * InnerPixels(window));
 }
 
 Result<double> BrennerEnergy(const drivers::Frame& frame, Window window) {
   auto view = ViewOf(frame, window);
-  if (!view) return PassOn(std::move(view));
+  if (!view) return PassOn(view);
   const double full = FullScale(frame);
   const double pairs = static_cast<double>(window.width - 2) * window.height;
   return static_cast<double>(SumBrenner(*view)) / (4.0 * full * full * pairs);
@@ -64,7 +64,7 @@ Result<double> BrennerEnergy(const drivers::Frame& frame, Window window) {
 
 Result<double> LaplacianVariance(const drivers::Frame& frame, Window window) {
   auto view = ViewOf(frame, window);
-  if (!view) return PassOn(std::move(view));
+  if (!view) return PassOn(view);
   const double full = FullScale(frame);
   const LaplacianSums sums = SumLaplacian(*view);
   const double mean = static_cast<double>(sums.value) / InnerPixels(window);

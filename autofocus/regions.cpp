@@ -31,7 +31,7 @@ Result<Regions> Regions::Create(std::string_view method, const Setup& setup, std
     return Fail(Code::InvalidArgument, "autofocus looks at no more than " + std::to_string(kMost) + " regions");
   }
   auto first = Session::Create(method, setup);
-  if (!first) return PassOn(std::move(first));
+  if (!first) return PassOn(first);
   return Regions(method, setup, std::move(regions), policy, *std::move(first));
 }
 
@@ -81,7 +81,7 @@ Result<Advice> Regions::Show(const Taken& taken) {
 /// The next region begins with the frames there are, as long as its method can use frames of any position.
 Result<Advice> Regions::StartNext() {
   auto session = Session::Create(method_, setup_);
-  if (!session) return PassOn(std::move(session));
+  if (!session) return PassOn(session);
   sessions_.push_back(*std::move(session));
   Result<Advice> advice = Show(taken_.front());
   for (std::size_t i = 1; i < taken_.size() && advice && std::holds_alternative<GoAndLook>(*advice); ++i) {

@@ -120,7 +120,7 @@ void Session::StartMethod() {
 
 Result<Advice> Session::Next(const Place& place, const drivers::Frame& frame, const drivers::Region& region) {
   auto window = WindowOf(region, frame.width, frame.height);
-  if (!window) return PassOn(std::move(window));
+  if (!window) return PassOn(window);
   if (!frame.samples) return Fail(Code::InvalidArgument, "a frame without pixels");
   if (last_ && (last_->frame.width != frame.width || last_->frame.height != frame.height)) {
     return Fail(Code::InvalidArgument, "every frame of an autofocus must have the same size");

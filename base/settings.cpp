@@ -30,7 +30,9 @@ std::string RangeText(Range range) {
 
 }  // namespace
 
-std::string Location::Text() const { return line > 0 ? file + ":" + std::to_string(line) : file; }
+std::string Location::Text() const {
+  return line > 0 ? file + ":" + std::to_string(line) : file;
+}
 
 std::optional<double> Settings::AsNumber() const {
   if (const auto* integer = std::get_if<std::int64_t>(&value_)) return static_cast<double>(*integer);
@@ -39,7 +41,8 @@ std::optional<double> Settings::AsNumber() const {
 }
 
 std::string_view Settings::KindName() const {
-  static constexpr std::string_view kNames[] = {"a table", "an array", "a boolean", "an integer", "a number", "a string"};
+  static constexpr std::string_view kNames[] = {"a table",    "an array", "a boolean",
+                                                "an integer", "a number", "a string"};
   return kNames[value_.index()];
 }
 
@@ -203,7 +206,9 @@ std::vector<const Settings*> SettingsReader::Tables(std::string_view key) {
   return {};
 }
 
-const Settings* SettingsReader::Any(std::string_view key) { return Find(key); }
+const Settings* SettingsReader::Any(std::string_view key) {
+  return Find(key);
+}
 
 Result<void> SettingsReader::Finish() {
   const auto* table = table_.AsTable();
@@ -221,7 +226,7 @@ Result<void> SettingsReader::Finish() {
       error_ = Error{Code::BadData, first->where().Text() + ": unknown key \"" + std::string(name) + "\" in " + what_};
     }
   }
-  if (error_) return std::unexpected(*error_);
+  if (error_) return PassOn(*error_);
   return {};
 }
 

@@ -8,7 +8,7 @@ namespace lensd::cli {
 namespace {
 
 Result<Depth> AsDepth(const Result<optics::ObjectDepth>& place) {
-  if (!place) return std::unexpected(place.error());
+  if (!place) return PassOn(place);
   const auto distance = place->distance();
   return distance ? Depth::Distance(distance->value) : Depth{};
 }

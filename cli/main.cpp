@@ -47,7 +47,7 @@ Result<Globals> ParseGlobals(const GlobalText& text) {
   if (!text.socket.empty()) globals.socket = text.socket;
   if (!text.timeout.empty()) {
     auto timeout = ParseTime(text.timeout, "--timeout");
-    if (!timeout) return PassOn(std::move(timeout));
+    if (!timeout) return PassOn(timeout);
     globals.timeout = *timeout;
   }
   if (!text.from.empty()) {

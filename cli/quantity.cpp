@@ -94,7 +94,7 @@ Result<Openings> ParseOpenings(std::string_view text, std::string_view option,
   const auto parts = list ? SplitAtCommas(text) : std::vector{first, second};
   for (const std::string_view part : parts) {
     auto value = parse(part, option);
-    if (!value) return PassOn(std::move(value));
+    if (!value) return PassOn(value);
     values.push_back(*std::move(value));
   }
   std::ranges::sort(values, std::less<>());
@@ -128,13 +128,13 @@ std::vector<std::string_view> SplitAtCommas(std::string_view text) {
 
 Result<Decimal> ParseExactLength(std::string_view text, std::string_view option) {
   const auto measure = Parse(text, option, {Kind::Length}, kLengths);
-  if (!measure) return std::unexpected(measure.error());
+  if (!measure) return PassOn(measure);
   return Representable(measure->value, text, option);
 }
 
 Result<Metres> ParseLength(std::string_view text, std::string_view option) {
   const auto exact = ParseExactLength(text, option);
-  if (!exact) return std::unexpected(exact.error());
+  if (!exact) return PassOn(exact);
   return Metres{exact->Nearest().value()};
 }
 
@@ -147,9 +147,9 @@ Result<Decimal> ParsePositiveLength(std::string_view text, std::string_view opti
 Result<Span<Decimal>> ParseLengthRange(std::string_view text, std::string_view option) {
   const auto [first, second] = SplitRange(text);
   auto low = ParseExactLength(first, option);
-  if (!low) return PassOn(std::move(low));
+  if (!low) return PassOn(low);
   auto high = ParseExactLength(second, option);
-  if (!high) return PassOn(std::move(high));
+  if (!high) return PassOn(high);
   if (*high < *low) std::swap(*low, *high);
   return Span<Decimal>{*std::move(low), *std::move(high)};
 }
@@ -157,9 +157,9 @@ Result<Span<Decimal>> ParseLengthRange(std::string_view text, std::string_view o
 Result<Depth> ParseDepth(std::string_view text, std::string_view option) {
   if (text == "inf") return Depth{};
   const auto measure = Parse(text, option, {Kind::Length, Kind::Vergence}, kDepths);
-  if (!measure) return std::unexpected(measure.error());
+  if (!measure) return PassOn(measure);
   const auto exact = Representable(measure->value, text, option);
-  if (!exact) return std::unexpected(exact.error());
+  if (!exact) return PassOn(exact);
   const double value = exact->Nearest().value();
   if (measure->kind == Kind::Vergence) return Depth{Depth::Form::Vergence, value, *exact};
   if (value <= 0.0) return Wrong(option, text, "a distance must be greater than zero");
@@ -170,9 +170,9 @@ Result<Depth> ParseDepth(std::string_view text, std::string_view option) {
 Result<DepthRange> ParseDepthRange(std::string_view text, std::string_view option) {
   const auto [first, second] = SplitRange(text);
   auto near = ParseSubject(first, option);
-  if (!near) return PassOn(std::move(near));
+  if (!near) return PassOn(near);
   auto far = ParseSubject(second, option);
-  if (!far) return PassOn(std::move(far));
+  if (!far) return PassOn(far);
   const bool distances = near->IsDistance() && far->IsDistance();
   if (distances ? far->exact < near->exact : near->Vergence() < far->Vergence()) std::swap(*near, *far);
   return DepthRange{*near, *far};
@@ -180,12 +180,12 @@ Result<DepthRange> ParseDepthRange(std::string_view text, std::string_view optio
 
 Result<BlurSize> ParseBlur(std::string_view text, std::string_view option) {
   const auto measure = Parse(text, option, {Kind::Length, Kind::Pixels}, "a blur diameter such as 8um or 1.5px");
-  if (!measure) return std::unexpected(measure.error());
+  if (!measure) return PassOn(measure);
   if (measure->value.IsZero() || measure->value.IsNegative()) {
     return Wrong(option, text, "a blur limit must be greater than zero");
   }
   auto value = Representable(measure->value, text, option);
-  if (!value) return PassOn(std::move(value));
+  if (!value) return PassOn(value);
   return BlurSize{*std::move(value), measure->kind == Kind::Pixels};
 }
 
@@ -198,7 +198,7 @@ Result<Decimal> BlurInMetres(const BlurSize& blur, std::string_view text, const 
 
 Result<Decimal> ParseBlurLimit(std::string_view text, const std::optional<Decimal>& pixel, std::string_view option) {
   const auto blur = ParseBlur(text, option);
-  if (!blur) return std::unexpected(blur.error());
+  if (!blur) return PassOn(blur);
   return BlurInMetres(*blur, text, pixel, option);
 }
 
@@ -224,14 +224,14 @@ Result<Openings> ParseDiameters(std::string_view text, std::string_view option) 
 
 Result<Decimal> ParsePercent(std::string_view text, std::string_view option) {
   const auto measure = Parse(text, option, {Kind::Percent}, "a percentage such as 2%");
-  if (!measure) return std::unexpected(measure.error());
+  if (!measure) return PassOn(measure);
   if (measure->value.IsNegative()) return Wrong(option, text, "must not be negative");
   return Representable(measure->value, text, option);
 }
 
 Result<Duration> ParseTime(std::string_view text, std::string_view option) {
   const auto measure = Parse(text, option, {Kind::Time}, "a time in ns us ms s, such as 500ms");
-  if (!measure) return std::unexpected(measure.error());
+  if (!measure) return PassOn(measure);
   const auto seconds = measure->value.Nearest();
   constexpr double kLongestS = 9e9;
   if (!seconds || *seconds < 0.5e-9 || *seconds > kLongestS) return Wrong(option, text, "must be between 1ns and 9e9s");
@@ -240,7 +240,7 @@ Result<Duration> ParseTime(std::string_view text, std::string_view option) {
 
 Result<Decimal> ParseNumber(std::string_view text, std::string_view option) {
   const auto measure = Parse(text, option, {Kind::Plain}, "a plain number");
-  if (!measure) return std::unexpected(measure.error());
+  if (!measure) return PassOn(measure);
   return Representable(measure->value, text, option);
 }
 

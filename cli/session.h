@@ -69,11 +69,6 @@ using Outcome = std::expected<Exit, Failure>;
 [[nodiscard]] inline std::unexpected<Failure> Refuse(Exit status, std::string message) {
   return std::unexpected(Failure(status, std::move(message)));
 }
-/// Passes the error of a Result on as the command's failure.
-template <class T>
-[[nodiscard]] std::unexpected<Failure> Refuse(const Result<T>& failed) {
-  return std::unexpected(Failure(failed.error()));
-}
 
 /// The same where the command was reading an input file: Code::Io is Exit::NoInput.
 template <class T>

@@ -6,6 +6,7 @@ function(lensd_room name)
   if(ROOM_SOURCES)
     add_library(${target} STATIC ${ROOM_SOURCES})
     set(visibility PUBLIC)
+    lensd_join(${target})
     target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
     target_link_libraries(${target} PRIVATE ${ROOM_PRIVATE_LIBRARIES})
   else()
@@ -17,12 +18,14 @@ function(lensd_room name)
   target_link_libraries(${target} ${visibility} ${ROOM_ROOMS} ${ROOM_LIBRARIES})
 endfunction()
 
-# lensd_join(TARGET): compiles the sources of a target together where LENSD_JOIN is on. For targets whose sources are short
-# beside the header-only libraries they include (CLI11, nlohmann-json, GoogleMock): those are read and compiled once a
-# unit instead of once a file. Names in unnamed namespaces must then differ within a target.
+# lensd_join(TARGET): compiles the sources of a target together where LENSD_JOIN is on: headers are read, and
+# templates compiled, once a unit instead of once a file. Names in unnamed namespaces must then differ within a target.
+# Sources that Highway compiles once an instruction set stay alone.
 function(lensd_join target)
   if(LENSD_JOIN)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+    # A class of one source may well use that source's own types; joined, GCC takes them for a header's.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   endif()
 endfunction()
 

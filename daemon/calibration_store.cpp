@@ -32,16 +32,16 @@ template <class Content, class Read>
 Result<Kept<Content>> Load(const std::string& file, Writer writer, const Read& read) {
   if (!IsThere(file)) return Kept<Content>{};
   auto settings = io::ReadTomlFile(file);
-  Result<Content> content = settings ? read(*settings) : Result<Content>(PassOn(std::move(settings)));
+  Result<Content> content = settings ? read(*settings) : Result<Content>(PassOn(settings));
   if (!content && content.error().code == Code::BadData) {
     const auto copy = io::KeepDamaged(file);
     return Fail(Code::BadData,
                 content.error().message + "; " +
                     (copy ? "the file is kept as " + *copy : "it cannot be kept: " + copy.error().message));
   }
-  if (!content) return PassOn(std::move(content));
+  if (!content) return PassOn(content);
   const auto text = io::ReadWholeFile(file);
-  if (!text) return PassOn(Result<std::string>(text));
+  if (!text) return PassOn(text);
   Kept<Content> kept{*std::move(content), ""};
   const io::Integrity integrity = io::IntegrityOfLines(*text);
   if (integrity == io::Integrity::Changed || (integrity == io::Integrity::Unsigned && writer == Writer::Lensd)) {
@@ -67,7 +67,7 @@ Result<Kept<std::shared_ptr<const rig::Calibration>>> LoadCalibration(const std:
   return Load<std::shared_ptr<const rig::Calibration>>(file, writer, [](const Settings& settings) {
     auto calibration = rig::ReadCalibration(settings);
     using Shared = std::shared_ptr<const rig::Calibration>;
-    if (!calibration) return Result<Shared>(PassOn(std::move(calibration)));
+    if (!calibration) return Result<Shared>(PassOn(calibration));
     return Result<Shared>(std::make_shared<const rig::Calibration>(*std::move(calibration)));
   });
 }

@@ -57,7 +57,7 @@ Result<DeviceConfig> ReadCamera(const Settings& table) {
   SettingsReader read(table, "[lens.camera]");
   constexpr std::array<std::string_view, 1> kCameraKeys = {"driver"};
   DeviceConfig camera = ReadDevice(read, table, kCameraKeys);
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return camera;
 }
 
@@ -65,7 +65,7 @@ Result<DeviceConfig> ReadCamera(const Settings& table) {
 Result<void> Resolve(DeviceConfig& device, const Settings* bus, const Buses& buses) {
   auto settings = WithProfiles(device.settings, *device.driver);
   if (settings && bus != nullptr) settings = WithBus(*settings, *bus, *device.driver, buses);
-  if (!settings) return PassOn(std::move(settings));
+  if (!settings) return PassOn(settings);
   device.settings = *std::move(settings);
   return {};
 }
@@ -81,15 +81,15 @@ Result<LensConfig> ReadLens(const Settings& table, const Buses& buses) {
   lens.home_at_start = start == 1;
   const Settings* bus = read.Any("bus");
   auto rig = rig::ReadRigConfig(read);
-  if (!rig) return PassOn(std::move(rig));
+  if (!rig) return PassOn(rig);
   lens.rig = *std::move(rig);
   for (const drivers::Axis axis : drivers::kAxes) lens.rig.axes[axis].home_on_demand = start == 2;
   const Settings* camera = read.Table("camera");
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
-  if (auto resolved = Resolve(lens.device, bus, buses); !resolved) return PassOn(std::move(resolved));
+  if (auto done = read.Finish(); !done) return PassOn(done);
+  if (auto resolved = Resolve(lens.device, bus, buses); !resolved) return PassOn(resolved);
   if (camera != nullptr) {
     auto read_camera = ReadCamera(*camera);
-    if (!read_camera) return PassOn(std::move(read_camera));
+    if (!read_camera) return PassOn(read_camera);
     lens.camera = *std::move(read_camera);
   }
   return lens;
@@ -97,7 +97,7 @@ Result<LensConfig> ReadLens(const Settings& table, const Buses& buses) {
 
 Result<void> AddFile(const std::string& path, Config& config) {
   Result<Settings> file = io::ReadTomlFile(path);
-  if (!file) return PassOn(std::move(file));
+  if (!file) return PassOn(file);
   SettingsReader read(*file, "the configuration");
   if (!read.Has("version")) read.Reject("version", "the file must say version = 1");
   if (read.Integer("version", 1) != 1) read.Reject("version", "this lensd reads version 1");
@@ -109,7 +109,7 @@ Result<void> AddFile(const std::string& path, Config& config) {
   }
   for (const Settings* table : lenses) {
     Result<LensConfig> lens = ReadLens(*table, config.buses);
-    if (!lens) return PassOn(std::move(lens));
+    if (!lens) return PassOn(lens);
     if (std::ranges::find(config.lenses, lens->name, &LensConfig::name) != config.lenses.end()) {
       return Fail(Code::BadData, lens->where.Text() + ": there is another lens \"" + lens->name + "\"");
     }
@@ -135,11 +135,11 @@ Result<std::vector<std::string>> DropIns(const std::string& path) {
 
 Result<Config> ReadConfig(const std::string& path) {
   Config config;
-  if (auto added = AddFile(path, config); !added) return PassOn(std::move(added));
+  if (auto added = AddFile(path, config); !added) return PassOn(added);
   const auto drop_ins = DropIns(path);
   if (!drop_ins) return Fail(drop_ins.error().code, drop_ins.error().message);
   for (const std::string& drop_in : *drop_ins) {
-    if (auto added = AddFile(drop_in, config); !added) return PassOn(std::move(added));
+    if (auto added = AddFile(drop_in, config); !added) return PassOn(added);
   }
   return config;
 }

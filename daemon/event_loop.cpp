@@ -25,14 +25,14 @@ Result<void> Check(int status, const char* what) {
 Result<std::unique_ptr<EventLoop>> EventLoop::Create() {
   std::unique_ptr<EventLoop> loop(new EventLoop);
   sd_event* event = nullptr;
-  if (auto made = Check(sd_event_new(&event), "no event loop"); !made) return PassOn(std::move(made));
+  if (auto made = Check(sd_event_new(&event), "no event loop"); !made) return PassOn(made);
   loop->event_.reset(event);
   loop->wake_descriptor_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   if (loop->wake_descriptor_ < 0) return Fail(Code::Io, std::string("no eventfd: ") + std::strerror(errno));
   sd_event_source* source = nullptr;
   auto added = Check(sd_event_add_io(event, &source, loop->wake_descriptor_, EPOLLIN, RunPosted, loop.get()),
                      "cannot watch the eventfd");
-  if (!added) return PassOn(std::move(added));
+  if (!added) return PassOn(added);
   loop->wake_source_.reset(source);
   return loop;
 }

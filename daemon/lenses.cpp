@@ -26,7 +26,7 @@ Result<drivers::Device> OpenOne(const DeviceConfig& config, const Clock& clock, 
 Result<std::unique_ptr<drivers::Camera>> OpenCamera(const DeviceConfig& config, const Clock& clock,
                                                     PlugSignal* signal) {
   auto device = OpenOne(config, clock, signal);
-  if (!device) return PassOn(std::move(device));
+  if (!device) return PassOn(device);
   if (!device->camera) return Fail(Code::BadData, config.settings.where().Text() + ": this device has no camera");
   return std::move(device->camera);
 }
@@ -37,7 +37,7 @@ Result<void> CheckSettings(const LensConfig& config) {
   for (const DeviceConfig* device : {&config.device, config.camera ? &*config.camera : nullptr}) {
     if (device == nullptr || device->driver->check == nullptr) continue;
     if (auto checked = device->driver->check(device->settings); !checked) {
-      return std::unexpected(AtLens(config, checked.error()));
+      return PassOn(AtLens(config, checked.error()));
     }
   }
   return {};
@@ -45,15 +45,15 @@ Result<void> CheckSettings(const LensConfig& config) {
 
 Result<drivers::Device> OpenDevice(const LensConfig& config, const Clock& clock, PlugSignal* signal) {
   auto device = OpenOne(config.device, clock, signal);
-  if (!device) return std::unexpected(AtLens(config, device.error()));
-  if (!device->lens) return std::unexpected(AtLens(config, {Code::BadData, "this device has no lens"}));
+  if (!device) return PassOn(AtLens(config, device.error()));
+  if (!device->lens) return PassOn(AtLens(config, {Code::BadData, "this device has no lens"}));
   if (!config.camera) return device;
   if (device->camera) {
     const std::string place = config.camera->settings.where().Text();
     return Fail(Code::BadData, place + ": the lens' own driver brings a camera already; remove [lens.camera]");
   }
   auto camera = OpenCamera(*config.camera, clock, signal);
-  if (!camera) return std::unexpected(AtLens(config, camera.error()));
+  if (!camera) return PassOn(AtLens(config, camera.error()));
   device->camera = *std::move(camera);
   return device;
 }

@@ -61,8 +61,8 @@ Result<Listener> Listener::Open(const std::string& path) {
 
 Result<Listener> Listener::Bind(const std::string& path) {
   auto address = AddressOf(path);
-  if (!address) return PassOn(std::move(address));
-  if (auto free = ReplaceStale(path, *address); !free) return PassOn(std::move(free));
+  if (!address) return PassOn(address);
+  if (auto free = ReplaceStale(path, *address); !free) return PassOn(free);
   Listener made(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0), "");
   if (made.descriptor_ < 0) return Fail(Code::Io, std::string("no socket to be had: ") + std::strerror(errno));
   if (bind(made.descriptor_, Generic(*address), sizeof(*address)) != 0) {

@@ -12,7 +12,7 @@ using drivers::Axis;
 rig::MoveCallback MoveGroup::Add() {
   ++outstanding_;
   return [self = shared_from_this()](const Result<rig::MoveOutcome>& outcome) {
-    if (!outcome && self->moves_) self->moves_ = std::unexpected(outcome.error());
+    if (!outcome && self->moves_) self->moves_ = PassOn(outcome);
     if (outcome && self->moves_) self->moves_->push_back(*outcome);
     self->EndOne();
   };

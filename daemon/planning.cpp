@@ -232,7 +232,7 @@ std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& co
 Result<LensPlan> PlanFor(const Planning& planning, const proto::LensRequest& asked, const rig::Status& now) {
   const optics::LensPositions positions = WithMotors(planning, now);
   auto answer = optics::PlanOnPositions(asked.plan, positions, OriginOf(planning.scale, asked));
-  if (!answer) return PassOn(std::move(answer));
+  if (!answer) return PassOn(answer);
   LensPlan plan{*std::move(answer), std::nullopt, std::nullopt, planning.zoom, std::nullopt};
   const optics::FocusPosition& there = positions.focus[plan.answer.focus];
   if (const auto width = asked.sensor_width ? asked.sensor_width : planning.sensor_width; asked.field && width) {
@@ -247,7 +247,7 @@ Result<LensPlan> PlanFor(const Planning& planning, const proto::LensRequest& ask
 Result<LensStack> StackFor(const Planning& planning, const proto::LensRequest& asked, const rig::Status& now) {
   const optics::LensPositions positions = WithMotors(planning, now);
   auto answer = optics::StackOnPositions(asked.plan, positions, OriginOf(planning.scale, asked));
-  if (!answer) return PassOn(std::move(answer));
+  if (!answer) return PassOn(answer);
   LensStack stack{*std::move(answer), {}, {}, std::nullopt};
   for (const std::size_t i : stack.answer.focus) {
     stack.shots.push_back(positions.focus[i]);

@@ -82,7 +82,7 @@ void PositionStore::Write() {
     if (number == 0) return;
     Result<void> result = Fail(Code::Internal, path_ + ": cannot be written");
     if (auto thrown = Guarded(path_, [&] { result = io::WriteFileAtomically(path_, text); })) {
-      result = std::unexpected(*thrown);
+      result = PassOn(*thrown);
     }
     stops_->Tell([&] {
       work_.writing = false;
@@ -97,7 +97,7 @@ Result<rig::PositionMemory::Axes> PositionStore::Load() {
   std::error_code error;
   if (!std::filesystem::exists(path_, error) && !error) return axes;
   const auto text = io::ReadWholeFile(path_);
-  if (!text) return std::unexpected(text.error());
+  if (!text) return PassOn(text);
   // Only lensd writes it: what is not as it was written tells nothing about where the lens stands.
   if (io::IntegrityOfObject(*text) != io::Integrity::Whole) {
     return Fail(Code::BadData, path_ + ": is not as it was written (its checksum does not fit)");

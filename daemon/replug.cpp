@@ -53,7 +53,7 @@ class Slot {
       present_ = true;
       ++generation_;
     }
-    if (!present_) return std::unexpected(why_);
+    if (!present_) return PassOn(why_);
     return &device_;
   }
   /// How often it has come back.
@@ -101,7 +101,7 @@ class Slot {
       why.message = opened.error().message;
     } else if (!Fits(*opened)) {
       why.message = "another device has taken its place; restart lensd if that is meant";
-      opened = std::unexpected(why);
+      opened = PassOn(why);
     }
     const std::lock_guard lock(mutex_);
     if (!opened) {
@@ -149,7 +149,7 @@ class ReplugLens final : public drivers::Lens {
   template <class Call>
   auto Forward(Call call) -> decltype(call(std::declval<drivers::Lens&>())) {
     auto device = slot_->Get();
-    if (!device) return std::unexpected(device.error());
+    if (!device) return PassOn(device);
     if (std::exchange(generation_, slot_->generation()) != generation_) {
       for (const Axis axis : drivers::kAxes)
         unknown_[axis] = capabilities().axes[axis] && capabilities().axes[axis]->can_home;
@@ -201,10 +201,10 @@ class ReplugCamera final : public drivers::Camera {
   template <class Call>
   auto Forward(Call call) -> decltype(call(std::declval<drivers::Camera&>())) {
     auto device = slot_->Get();
-    if (!device) return std::unexpected(device.error());
+    if (!device) return PassOn(device);
     drivers::Camera& camera = *(*device)->camera;
     if (generation_ != slot_->generation()) {
-      if (auto resumed = slot_->Judge(Resume(camera)); !resumed) return std::unexpected(resumed.error());
+      if (auto resumed = slot_->Judge(Resume(camera)); !resumed) return PassOn(resumed);
       generation_ = slot_->generation();
     }
     return slot_->Judge(call(camera));

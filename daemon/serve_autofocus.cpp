@@ -35,7 +35,7 @@ Result<rig::AutofocusRequest> AutofocusRequestOf(const Json& parameters) {
   }
   if (const Json* named = Given(parameters, "policy")) {
     auto policy = autofocus::PolicyFromName(named->get_ref<const std::string&>());
-    if (!policy) return PassOn(std::move(policy));
+    if (!policy) return PassOn(policy);
     request.policy = *policy;
   }
   return request;

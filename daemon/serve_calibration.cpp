@@ -49,7 +49,7 @@ Result<rig::FocusPoint> PointOf(const Json& json, const optics::FocusScale& scal
   if (const Json* metres = Given(json, "distanceM")) {
     if (point.vergence) return Fail(Code::InvalidArgument, "a point has exactly one depth");
     const auto depth = optics::DepthInFocus(scale, focal_length, Metres{metres->get<double>()});
-    if (!depth) return std::unexpected(depth.error());
+    if (!depth) return PassOn(depth);
     point.vergence = depth->vergence();
   }
   return point;
@@ -66,12 +66,12 @@ Result<std::optional<rig::Calibration>> WithCurve(rig::Calibration calibration, 
   if (!rig.lens().axes[Axis::Focus]) return Fail(Code::Unsupported, "this lens has no motorised focus");
   const Metres focal_length = rig.optics()->focal_length();
   auto scale = ScaleOf(parameters, config.scale);
-  if (!scale) return std::unexpected(scale.error());
+  if (!scale) return PassOn(scale);
   scale->centre_shift = rig.optics()->centre_shift();
   std::vector<rig::FocusPoint> points;
   for (const Json& json : *Given(parameters, "points")) {
     const auto point = PointOf(json, *scale, focal_length);
-    if (!point) return std::unexpected(point.error());
+    if (!point) return PassOn(point);
     points.push_back(*point);
   }
   std::optional<Metres> error;
@@ -80,7 +80,7 @@ Result<std::optional<rig::Calibration>> WithCurve(rig::Calibration calibration, 
     error = Metres{um->get<double>() * 1e-6};
   }
   auto curve = rig::FitFocusCurve(std::move(points), focal_length, error, rig.lens().axes[Axis::Focus]->resolution);
-  if (!curve) return PassOn(std::move(curve));
+  if (!curve) return PassOn(curve);
   if (!rig.optics()->has_zoom()) curve->focal_length.reset();
   curve->approach_near = config.axes[Axis::Focus].approach_near;
   if (status.axes[Axis::Filter]) curve->filter = status.axes[Axis::Filter]->position.value;

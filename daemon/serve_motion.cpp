@@ -55,7 +55,7 @@ Result<rig::Target> TargetOf(const Json& parameters) {
   }
   if (!target) return Fail(Code::InvalidArgument, "a target has exactly one field");
   auto from = OriginOf(parameters);
-  if (!from) return PassOn(std::move(from));
+  if (!from) return PassOn(from);
   target->from = *from;
   return *target;
 }
@@ -92,7 +92,7 @@ void FinishMove(const ServedLens& lens, const ExchangePointer& exchange, const R
 template <class Outcome, class Command, class ToJson>
 void Carry(ServedLens& lens, const ExchangePointer& exchange, Command command, ToJson json) {
   lens.Ask<Outcome>(std::move(command), [&lens, exchange, json](const Result<Outcome>& outcome) {
-    FinishMove(lens, exchange, outcome ? Result<Json>(json(*outcome)) : std::unexpected(outcome.error()));
+    FinishMove(lens, exchange, outcome ? Result<Json>(json(*outcome)) : PassOn(outcome));
   });
 }
 

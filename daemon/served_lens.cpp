@@ -131,12 +131,12 @@ std::unique_ptr<rig::PositionMemory> ServedLens::Memory(const std::string& seria
 /// On the thread of Retry.
 Result<ServedLens::Made> ServedLens::MakeRig() {
   auto device = open_();
-  if (!device) return std::unexpected(device.error());
+  if (!device) return PassOn(device);
   const std::string serial = device->lens->capabilities().serial;
   const std::string file = CalibrationFile(config_, surroundings_.state, serial);
   const bool configured = config_.rig.calibration_path.has_value();
   auto loaded = LoadCalibration(file, configured ? Writer::People : Writer::Lensd);
-  if (!loaded) return PassOn(std::move(loaded));
+  if (!loaded) return PassOn(loaded);
   const auto& calibration = loaded->content;
   if (!calibration && configured) {
     Log(Severity::Warning, Event::CalibrationMissing, file + " is not there yet: uncalibrated until lensctl calibrate",
@@ -147,7 +147,7 @@ Result<ServedLens::Made> ServedLens::MakeRig() {
   auto memory = Memory(serial, made.warnings);
   auto rig = rig::Rig::Create(config_.rig, *std::move(device), surroundings_.clock, calibration, std::move(memory));
   if (!rig && calibration) return Fail(Code::BadData, file + ": " + rig.error().message);
-  if (!rig) return PassOn(std::move(rig));
+  if (!rig) return PassOn(rig);
   made.rig = *std::move(rig);
   return made;
 }
@@ -170,13 +170,13 @@ void ServedLens::TellIfHung() {
 /// On the thread of Retry.
 bool ServedLens::TryToOpen() {
   Result<Made> rig = Fail(Code::Internal, "");
-  if (auto thrown = Guarded("opening", [&] { rig = MakeRig(); })) rig = std::unexpected(*thrown);
+  if (auto thrown = Guarded("opening", [&] { rig = MakeRig(); })) rig = PassOn(*thrown);
   Result<std::vector<rig::Preset>> presets;
   if (rig) {
     auto kept = LoadPresets(PresetsFile(config_, surroundings_.state));
     const std::string warning = kept ? kept->warning : kept.error().message + ": no presets until that is mended";
     if (!warning.empty()) rig->warnings.push_back(warning);
-    presets = kept ? Result<std::vector<rig::Preset>>(std::move(kept->content)) : PassOn(std::move(kept));
+    presets = kept ? Result<std::vector<rig::Preset>>(std::move(kept->content)) : PassOn(kept);
   }
   const bool opened = rig.has_value();
   surroundings_.loop.Post([this, rig = std::move(rig), presets = std::move(presets)]() mutable {
@@ -306,15 +306,15 @@ void ServedLens::ChangeCalibration(EditCalibration edit, std::function<void(cons
     rig::Calibration now = rig.calibration() ? *rig.calibration() : rig::Calibration{};
     if (!rig.calibration()) now.serial = rig.lens().serial;
     auto edited = edit(std::move(now), rig);
-    if (!edited) return answer(std::unexpected(edited.error()));
+    if (!edited) return answer(PassOn(edited));
     Changed next;
     if (*edited) next = std::make_shared<const rig::Calibration>(**std::move(edited));
     rig.SetCalibration(next, [next, answer = std::move(answer)](Result<void> set) mutable {
-      answer(set ? Result<Changed>(next) : Result<Changed>(std::unexpected(set.error())));
+      answer(set ? Result<Changed>(next) : Result<Changed>(PassOn(set)));
     });
   };
   Ask<Changed>(command, [this, done = std::move(done)](const Result<Changed>& next) {
-    if (!next) return done(std::unexpected(next.error()));
+    if (!next) return done(PassOn(next));
     const bool taken = surroundings_.files.Submit([this, done, file = kept_.calibration_file, next = *next] {
       auto kept = Keep(file, next ? rig::CalibrationText(*next) : "");
       if (!kept) kept = Fail(Code::Io, "in force, but not kept: " + kept.error().message);

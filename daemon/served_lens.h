@@ -96,7 +96,7 @@ class ServedLens {
   /// thread `command(rig, reply)` has the rig call `reply` with a Result<Answer>, once. Busy: too many commands wait.
   template <class Answer, class Command>
   void Ask(Command command, typename Reply<Answer>::Then then) {
-    if (auto why = WhyAbsent()) return then(std::unexpected(*why));
+    if (auto why = WhyAbsent()) return then(PassOn(*why));
     if (worker_->full()) return then(Fail(Code::Busy, "too many commands wait for this lens"));
     Submit([command = std::move(command), reply = Reply<Answer>(*this, std::move(then))](rig::Rig& rig) mutable {
       command(rig, std::move(reply));
@@ -105,7 +105,7 @@ class ServedLens {
   /// The same for what stops something: never refused, and nothing that the worker waits for comes before it.
   template <class Answer, class Command>
   void AskToStop(Command command, typename Reply<Answer>::Then then) {
-    if (auto why = WhyAbsent()) return then(std::unexpected(*why));
+    if (auto why = WhyAbsent()) return then(PassOn(*why));
     SubmitStop([command = std::move(command), reply = Reply<Answer>(*this, std::move(then))](rig::Rig& rig) mutable {
       command(rig, std::move(reply));
     });

@@ -21,7 +21,7 @@ constexpr auto kAtMost = std::chrono::seconds(2);
 
 Result<void> StopLens(const LensConfig& config, const Clock& clock) {
   auto device = config.device.driver->open(config.device.settings, clock);
-  if (!device) return PassOn(std::move(device));
+  if (!device) return PassOn(device);
   if (!device->lens) return {};
   Result<void> stopped;
   for (const drivers::Axis axis : drivers::kAxes) {
@@ -47,7 +47,7 @@ int StopMotors(const Config& config, const Clock& clock) {
     std::thread([told, &lens, &clock] {
       Result<void> stopped;
       if (auto thrown = Guarded("stopping", [&] { stopped = StopLens(lens, clock); })) {
-        stopped = std::unexpected(*std::move(thrown));
+        stopped = PassOn(*std::move(thrown));
       }
       const std::lock_guard lock(told->mutex);
       told->by_lens.emplace(lens.name, std::move(stopped));

@@ -221,9 +221,9 @@ Result<Native> Framing(const ZoomAxis& zoom, const rig::RigConfig& config, const
     const optics::Field field{asked.field->width, asked.field->distance, scale};
     const auto f =
         optics::FramingFocalLength(field, sensor_width, {wanted.first * breathing, wanted.second * breathing});
-    if (!f) return std::unexpected(f.error());
+    if (!f) return PassOn(f);
     const auto depth = optics::DepthInFocus(scale, *f, field.distance);
-    const auto extension = depth ? there.ExtensionInFocus(*depth) : std::unexpected(depth.error());
+    const auto extension = depth ? there.ExtensionInFocus(*depth) : PassOn(depth);
     if (extension && there.has_focus()) breathing = there.FocalLengthAt(*extension) / there.focal_length();
     place = zoom.Nearest(*f / breathing);
   }
@@ -307,7 +307,7 @@ Result<ZoomedPlanning> PlanningForZoom(const rig::Rig& rig, const rig::RigConfig
     const auto width = asked.sensor_width ? asked.sensor_width : PlanningUnder(rig, config, now).sensor_width;
     if (!width) return Fail(Code::InvalidArgument, "framing a field takes the sensor's width: give sensorWidthMm");
     const auto place = Framing(zoom, config, asked, *width, within);
-    if (!place) return std::unexpected(place.error());
+    if (!place) return PassOn(place);
     return Zoomed(rig, config, asked, zoom.At(*place));
   }
   const auto [first, last] = std::minmax({zoom.Nearest(within.first), zoom.Nearest(within.second)});

@@ -151,7 +151,7 @@ Result<void> WriteFileAtomically(const std::string& path, const void* data, std:
 
 Result<void> WritePng(const std::string& path, const Image& image) {
   const auto encoded = EncodePng(image);
-  if (!encoded) return std::unexpected(encoded.error());
+  if (!encoded) return PassOn(encoded);
   return WriteFileAtomically(path, encoded->data(), encoded->size());
 }
 

@@ -249,7 +249,7 @@ void SetRange(StackTask& task) {
 }  // namespace
 
 Result<StackAnswer> PlanStack(const PlanRequest& request) {
-  if (auto error = CheckStack(request)) return std::unexpected(*std::move(error));
+  if (auto error = CheckStack(request)) return PassOn(*std::move(error));
   StackTask task{.request = request, .lens = LensOf(request), .needs = NeedsOf(request)};
   SetRange(task);
   if (task.n_high < task.n_low) return Impossible("at every f-number diffraction alone exceeds a limit");

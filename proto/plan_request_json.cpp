@@ -242,7 +242,7 @@ Result<void> Reading(JsonView json, Read read) {
 
 Result<optics::PlanRequest> PlanRequestFromJson(JsonView json, optics::PlanRequest defaults) {
   const auto read = Reading(json, [&](const Reader& reader) { ReadRequest(reader, defaults); });
-  if (!read) return std::unexpected(read.error());
+  if (!read) return PassOn(read);
   return defaults;
 }
 
@@ -252,7 +252,7 @@ Result<LensRequest> LensRequestFromJson(JsonView json, const optics::PlanRequest
     ReadRequest(reader, asked.plan);
     ReadWishes(reader, asked);
   });
-  if (!read) return std::unexpected(read.error());
+  if (!read) return PassOn(read);
   return asked;
 }
 

@@ -88,7 +88,7 @@ Result<autofocus::Regions> AutofocusJob::SearchFor(const AutofocusRequest& reque
                 "this lens has no camera: autofocus needs one, or frames from outside (AutofocusBegin)");
   }
   if (!means_.axes[Axis::Focus]) return Fail(Code::Unsupported, "this lens has no motorised focus");
-  if (auto unknown = focus().WhyUnknown()) return std::unexpected(*std::move(unknown));
+  if (auto unknown = focus().WhyUnknown()) return PassOn(*std::move(unknown));
   std::vector<drivers::Region> regions = request.regions;
   if (request.outside) {
     if (regions.empty()) regions.push_back({0.0, 0.0, 1.0, 1.0});
@@ -100,7 +100,7 @@ Result<autofocus::Regions> AutofocusJob::SearchFor(const AutofocusRequest& reque
     if (regions.empty()) regions.push_back(camera.focus_region);
     for (const drivers::Region& region : regions) {
       auto window = autofocus::WindowOf(region, camera.width, camera.height);
-      if (!window) return PassOn(std::move(window));
+      if (!window) return PassOn(window);
     }
   }
   if (request.track && (request.outside || regions.size() != 1)) {
@@ -136,7 +136,7 @@ void AutofocusJob::Cancel(const Error& why) {
   EndExternal();
   (void)focus().End(false);
   means_.frames.ForgetAutofocus();
-  means_.replies.Add(std::exchange(done_, nullptr), Result<AutofocusOutcome>(std::unexpected(why)));
+  means_.replies.Add(std::exchange(done_, nullptr), Result<AutofocusOutcome>(PassOn(why)));
 }
 
 void AutofocusJob::End(Result<AutofocusOutcome> outcome) {
@@ -214,7 +214,7 @@ void AutofocusJob::SweepTo(Native target, double part_of_speed, MoveCallback don
 void AutofocusJob::RequestFrame(LensMotion lens, ObservationCallback done) {
   if (external_) return external_->Want(Now(), OfThisRun(std::move(done)));
   auto taken = [done = OfThisRun(std::move(done))](Result<LensedFrame> frame) mutable {
-    if (!frame) return done(Result<Observation>(PassOn(std::move(frame))));
+    if (!frame) return done(Result<Observation>(PassOn(frame)));
     done(Result<Observation>(Observation{*std::move(frame), std::nullopt}));
   };
   means_.frames.Add(
@@ -228,7 +228,7 @@ Result<void> AutofocusJob::Check(const SubmittedFrame& frame) const {
   if (frame.score) return {};
   for (const drivers::Region& region : run_->regions()) {
     auto window = autofocus::WindowOf(region, frame.frame.width, frame.frame.height);
-    if (!window) return PassOn(std::move(window));
+    if (!window) return PassOn(window);
   }
   return {};
 }

@@ -41,7 +41,7 @@ void AutofocusRun::CheckDeadline() {
 
 void AutofocusRun::OnFrame(Result<Observation> seen) {
   if (going_back_with_) return;
-  if (!seen) return GoBack(PassOn(std::move(seen)));
+  if (!seen) return GoBack(PassOn(seen));
   const auto& focus = seen->lensed.axes[drivers::Axis::Focus];
   if (!focus) return GoBack(Fail(Code::Internal, "a frame came without the lens position it was taken at"));
   if (sweep_ == Sweep::Arrived && !focus->moving) sweep_ = Sweep::None;
@@ -49,7 +49,7 @@ void AutofocusRun::OnFrame(Result<Observation> seen) {
   const autofocus::Place place = PlaceOf(*focus);
   if (holding()) {
     auto changed = Watch(*seen);
-    if (!changed) return End(PassOn(std::move(changed)));
+    if (!changed) return End(PassOn(changed));
     if (!*changed) return RequestFrame();
   }
   if (!start_) start_ = stands_;
@@ -57,7 +57,7 @@ void AutofocusRun::OnFrame(Result<Observation> seen) {
   auto advice = seen->score ? search_.regions.NextScore(place.position, *seen->score)
                             : search_.regions.Next(place, seen->lensed.frame);
   search_.cpu += ThreadCpu() - before;
-  if (!advice) return GoBack(PassOn(std::move(advice)));
+  if (!advice) return GoBack(PassOn(advice));
   lens_.Report({.frames = frames(),
                 .moves = lens_.motions() - search_.motions_before,
                 .frames_expected = frames_expected(),
@@ -102,7 +102,7 @@ void AutofocusRun::GoTo(const autofocus::GoAndLook& advice) {
 
 void AutofocusRun::OnMoved(Result<MoveOutcome> moved) {
   if (going_back_with_) return;
-  if (!moved) return GoBack(PassOn(std::move(moved)));
+  if (!moved) return GoBack(PassOn(moved));
   stands_ = WithSlack(moved->position);
   if (!moved->reached) return GoBack(Refusal("the lens did not get where it was sent: " + moved->reason));
   RequestFrame();
@@ -121,7 +121,7 @@ void AutofocusRun::GoOn(const autofocus::GoAndLook& advice) {
 
 void AutofocusRun::OnSwept(Result<MoveOutcome> moved) {
   if (sweep_ == Sweep::None || going_back_with_) return;
-  if (!moved) return GoBack(PassOn(std::move(moved)));
+  if (!moved) return GoBack(PassOn(moved));
   if (!moved->reached) return GoBack(Refusal("the lens did not get where it was sent: " + moved->reason));
   sweep_ = Sweep::Arrived;
 }
@@ -159,12 +159,12 @@ void AutofocusRun::End(Result<AutofocusOutcome> answer) {
 Result<bool> AutofocusRun::Watch(const Observation& seen) {
   const drivers::Frame& frame = seen.lensed.frame;
   auto window = autofocus::WindowOf(regions().front(), frame.width, frame.height);
-  if (!window) return PassOn(std::move(window));
+  if (!window) return PassOn(window);
   auto score = autofocus::ScoreFocus(frame, *window);
-  if (!score) return PassOn(std::move(score));
+  if (!score) return PassOn(score);
   if (!tracking_->tracker.Changed(*score, frame.bits, window->width * window->height, lens_.Now())) return false;
   auto search = tracking_->search_anew();
-  if (!search) return PassOn(std::move(search));
+  if (!search) return PassOn(search);
   search_ = SearchFor(*std::move(search), tracking_->limit);
   tracking_->holding = false;
   start_ = stands_;

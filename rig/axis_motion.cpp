@@ -6,6 +6,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "transient.h"
+
 namespace lensd::rig {
 namespace {
 
@@ -13,11 +15,6 @@ constexpr Duration kHomingShown = std::chrono::milliseconds(100);  ///< by then 
 constexpr Duration kRest = std::chrono::milliseconds(50);          ///< what stands so long elsewhere goes nowhere
 constexpr Duration kFault = std::chrono::milliseconds(300);        ///< a fault that stands so long ends the motion
 constexpr Duration kSteady = std::chrono::milliseconds(20);        ///< where settling is judged by readback
-constexpr int kAttempts = 3;
-
-bool IsTransient(Code code) {
-  return code == Code::Timeout || code == Code::Protocol || code == Code::Busy;
-}
 
 }  // namespace
 
@@ -135,7 +132,7 @@ AxisMotion::End AxisMotion::SendParts(Motor& motor, Instant now) {
 /// The device may or may not have obeyed; the same command again does no harm.
 AxisMotion::End AxisMotion::Refused(Error error) {
   if (IsTransient(error.code) && ++attempts_.refusals < kAttempts) return std::nullopt;
-  return std::unexpected(std::move(error));
+  return PassOn(std::move(error));
 }
 
 // ---- what the readings say ----------------------------------------------------------------------------------------

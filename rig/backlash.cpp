@@ -108,7 +108,7 @@ void BacklashRun::Begin() {
 }
 
 void BacklashRun::OnFocused(const Result<AutofocusOutcome>& focused) {
-  if (!focused) return done_(std::unexpected(focused.error()));
+  if (!focused) return done_(PassOn(focused));
   counts_.frames += focused->frames;
   place_.home = place_.upward = focused->position.value;
   if (!focused->focused) return Refuse("there is nothing to focus on: " + focused->reason);
@@ -149,7 +149,7 @@ void BacklashRun::Next() {
   sweep_.ahead.pop_front();
   guard_.Move(Axis::Focus, {.kind = Target::Kind::Native, .value = to, .from = {}, .take_up = 0.0},
               [self = shared_from_this()](Result<MoveOutcome> moved) {
-                if (!moved) return self->done_(std::unexpected(moved.error()));
+                if (!moved) return self->done_(PassOn(moved));
                 if (!moved->reached) return self->Refuse("the lens did not get where it was sent: " + moved->reason);
                 if (std::exchange(self->sweep_.running_up, false)) return self->Next();
                 self->TakeFrame();
@@ -161,13 +161,13 @@ void BacklashRun::TakeFrame() {
 }
 
 void BacklashRun::OnFrame(const Result<LensedFrame>& taken) {
-  if (!taken) return done_(std::unexpected(taken.error()));
+  if (!taken) return done_(PassOn(taken));
   const auto& focus = taken->axes[Axis::Focus];
   const auto& camera = *rig_.camera();
   const auto window = autofocus::WindowOf(request_.region.value_or(camera.focus_region), camera.width, camera.height);
-  if (!window) return done_(std::unexpected(window.error()));
+  if (!window) return done_(PassOn(window));
   const auto score = autofocus::ScoreFocus(taken->frame, *window);
-  if (!score) return done_(std::unexpected(score.error()));
+  if (!score) return done_(PassOn(score));
   ++counts_.frames;
   sweep_.positions.push_back(0.5 * (focus->lowest + focus->highest).value);
   sweep_.scores.push_back(*score);
@@ -300,7 +300,7 @@ void BacklashRun::GoBack(Result<BacklashOutcome> answer) {
   if (answer) answer->frames = counts_.frames;
   const Target home{.kind = Target::Kind::Native, .value = place_.home, .from = {}, .take_up = run_up()};
   guard_.Move(Axis::Focus, home, [self = shared_from_this(), answer = std::move(answer)](const auto& moved) mutable {
-    if (!moved) return self->done_(std::unexpected(moved.error()));
+    if (!moved) return self->done_(PassOn(moved));
     answer->elapsed = self->rig_.clock().Now() - self->began_at_;
     self->done_(std::move(answer));
   });

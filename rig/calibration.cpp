@@ -37,7 +37,7 @@ Result<FocusPoint> ReadFocusPoint(const Settings& table) {
   if (point.extension.has_value() == point.vergence.has_value()) {
     read.Reject("", "needs exactly one of extension_mm, vergence_d and distance_m");
   }
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return point;
 }
 
@@ -53,10 +53,10 @@ Result<FocusCurve> ReadFocusCurve(const Settings& table) {
   curve.error = Metres{read.RequiredNumber("error_um", kNonNegative) * kUm};
   const auto points = read.Tables("points");
   if (points.size() < 2) read.Reject("points", "must be two or more, such as { steps = 0, vergence_d = 0.0 }");
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   for (const Settings* entry : points) {
     auto point = ReadFocusPoint(*entry);
-    if (!point) return PassOn(std::move(point));
+    if (!point) return PassOn(point);
     if (!curve.points.empty() && !(curve.points.back().position < point->position)) {
       return Fail(Code::BadData, entry->where().Text() + ": steps must rise from point to point");
     }
@@ -71,7 +71,7 @@ Result<AxisCurve> ReadAxisCurve(const Settings& table, const std::string& name, 
   curve.error = read.Number("error_percent", 0.0, {0.0, 50.0}) * kPercent;
   const auto points = read.Tables("points");
   if (points.size() < 2) read.Reject("points", "must be two or more");
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   for (const Settings* entry : points) {
     SettingsReader at(*entry, "a point of " + name);
     const Native position{at.RequiredNumber("steps")};
@@ -80,7 +80,7 @@ Result<AxisCurve> ReadAxisCurve(const Settings& table, const std::string& name, 
     if (curve.points.back().centre_shift.has_value() != curve.points.front().centre_shift.has_value()) {
       at.Reject("centre_shift_mm", "must be in all points of " + name + " or in none");
     }
-    if (auto done = at.Finish(); !done) return PassOn(std::move(done));
+    if (auto done = at.Finish(); !done) return PassOn(done);
     const std::size_t n = curve.points.size();
     if (n > 1 && !(curve.points[n - 2].position < position)) {
       return Fail(Code::BadData, entry->where().Text() + ": steps must rise from point to point");
@@ -97,13 +97,13 @@ Result<std::vector<BreathingPoint>> ReadBreathing(const Settings& table) {
   SettingsReader read(table, "[breathing]");
   const auto points = read.Tables("points");
   if (points.size() < 2) read.Reject("points", "must be two or more, such as { extension_mm = 0.0, ratio = 1.0 }");
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   std::vector<BreathingPoint> breathing;
   for (const Settings* entry : points) {
     SettingsReader at(*entry, "a point of [breathing]");
     const Metres extension{at.RequiredNumber("extension_mm") * kMm};
     breathing.push_back({extension, at.RequiredNumber("ratio", {0.5, 2.0})});
-    if (auto done = at.Finish(); !done) return PassOn(std::move(done));
+    if (auto done = at.Finish(); !done) return PassOn(done);
     if (breathing.size() > 1 && !(breathing[breathing.size() - 2].extension < extension)) {
       return Fail(Code::BadData, entry->where().Text() + ": extension_mm must rise from point to point");
     }
@@ -122,7 +122,7 @@ Result<TemperatureModel> ReadTemperature(const Settings& table) {
     model.coldest = Celsius{(*range)[0]};
     model.hottest = Celsius{(*range)[1]};
   }
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return model;
 }
 
@@ -138,7 +138,7 @@ Result<Backlash> ReadBacklash(const Settings& table, std::string_view axis) {
     }
   }
   backlash.measured = read.Boolean("measured", false);
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return backlash;
 }
 
@@ -147,7 +147,7 @@ template <class T, class Reader>
 Result<void> ReadPart(const Settings* table, T& into, Reader reader) {
   if (table == nullptr) return {};
   auto part = reader(*table);
-  if (!part) return PassOn(std::move(part));
+  if (!part) return PassOn(part);
   into = *std::move(part);
   return {};
 }
@@ -267,10 +267,10 @@ Result<Calibration> ReadCalibration(const Settings& file) {
   const Settings* const breathing = read.Table("breathing");
   const Settings* const temperature = read.Table("temperature");
   const Settings* const backlash = read.Table("backlash");
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   for (const Settings* table : focus) {
     auto curve = ReadFocusCurve(*table);
-    if (!curve) return PassOn(std::move(curve));
+    if (!curve) return PassOn(curve);
     const auto same = [&](const FocusCurve& other) { return other.SameConditions(*curve); };
     if (std::ranges::any_of(calibration.focus, same)) {
       return Fail(Code::BadData, table->where().Text() + ": there is another [[focus]] of the same conditions");
@@ -279,13 +279,13 @@ Result<Calibration> ReadCalibration(const Settings& file) {
   }
   const auto f_numbers = [](const Settings& at) { return ReadAxisCurve(at, "[iris]", "f_number", 1.0); };
   const auto focal_lengths = [](const Settings& at) { return ReadAxisCurve(at, "[zoom]", kFocalLength, kMm); };
-  if (auto done = ReadPart(iris, calibration.iris, f_numbers); !done) return PassOn(std::move(done));
-  if (auto done = ReadPart(zoom, calibration.zoom, focal_lengths); !done) return PassOn(std::move(done));
-  if (auto done = ReadPart(breathing, calibration.breathing, ReadBreathing); !done) return PassOn(std::move(done));
+  if (auto done = ReadPart(iris, calibration.iris, f_numbers); !done) return PassOn(done);
+  if (auto done = ReadPart(zoom, calibration.zoom, focal_lengths); !done) return PassOn(done);
+  if (auto done = ReadPart(breathing, calibration.breathing, ReadBreathing); !done) return PassOn(done);
   if (auto done = ReadPart(temperature, calibration.temperature, ReadTemperature); !done) {
-    return PassOn(std::move(done));
+    return PassOn(done);
   }
-  if (auto done = ReadBacklashes(backlash, calibration); !done) return PassOn(std::move(done));
+  if (auto done = ReadBacklashes(backlash, calibration); !done) return PassOn(done);
   return calibration;
 }
 

@@ -72,7 +72,7 @@ Result<double> ErrorOf(const std::vector<Depth>& depths, double resolution) {
       if (i != left_out) others.push_back({depths[i].mean.position.value, depths[i].extension});
     }
     const auto curve = Curve::Through(others);
-    if (!curve) return std::unexpected(curve.error());
+    if (!curve) return PassOn(curve);
     worst = std::max(worst, std::abs(curve->At(depths[left_out].mean.position.value) - depths[left_out].extension));
   }
   return worst + scatter * steepest;
@@ -114,7 +114,7 @@ Result<FocusCurve> FitFocusCurve(std::vector<FocusPoint> points, Metres focal_le
                     std::to_string(depths.size()));
   }
   const auto estimated = ErrorOf(depths, resolution);
-  if (!estimated) return std::unexpected(estimated.error());
+  if (!estimated) return PassOn(estimated);
   curve.error = Metres{*estimated};
   return curve;
 }

@@ -73,7 +73,7 @@ Result<AxisConfig> ReadAxis(const Settings& table, Axis axis) {
   config.speed = read.OptionalNumber("speed", kPositive);
   if (const auto limits = ReadRange(read, "limits", {}))
     config.limits = {Native{limits->first}, Native{limits->second}};
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return config;
 }
 
@@ -93,7 +93,7 @@ Result<TemperatureConfig> ReadTemperature(const Settings& table) {
   if (const auto um = read.OptionalNumber("um_per_c", {-1e4, 1e4})) config.metres_per_degree = Metres{*um * 1e-6};
   if (const auto at = read.OptionalNumber("reference_c", {-273.15, 1e3})) config.reference = Celsius{*at};
   config.minimum_move = read.Number("minimum_move", config.minimum_move, kPositive);
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return config;
 }
 
@@ -143,18 +143,18 @@ Result<RigConfig> ReadRigConfig(SettingsReader& lens) {
   RigConfig config;
   config.scale.from = static_cast<optics::DistanceFrom>(lens.Choice("distance_from", {"lens", "sensor", "front"}, 0));
   if (const Settings* table = lens.Table("optics")) {
-    if (auto read = ReadOptics(*table, config); !read) return PassOn(std::move(read));
+    if (auto read = ReadOptics(*table, config); !read) return PassOn(read);
   }
   if (const Settings* table = lens.Table("temperature")) {
     auto read = ReadTemperature(*table);
-    if (!read) return PassOn(std::move(read));
+    if (!read) return PassOn(read);
     config.temperature = *read;
   }
   for (const Axis axis : drivers::kAxes) {
     const Settings* table = lens.Table(AxisName(axis));
     if (table == nullptr) continue;
     auto read = ReadAxis(*table, axis);
-    if (!read) return PassOn(std::move(read));
+    if (!read) return PassOn(read);
     config.axes[axis] = *read;
   }
   return config;

@@ -86,10 +86,10 @@ void MoveIrisKeepingBrightness(Rig& rig, const Target& target, double pupil_fact
   if (rig.optics() == nullptr || !rig.optics()->has_iris()) {
     return done(Fail(Code::Unsupported, "brightness cannot be kept: this lens' f-numbers are not known"));
   }
-  if (auto possible = rig.Resolve(Axis::Iris, target); !possible) return done(PassOn(std::move(possible)));
+  if (auto possible = rig.Resolve(Axis::Iris, target); !possible) return done(PassOn(possible));
   auto guard = std::make_shared<CommandGuard>(rig);
   guard->Snapshot([&rig, guard, target, pupil_factor, done = std::move(done)](Result<LensedFrame> seen) mutable {
-    if (!seen) return done(PassOn(std::move(seen)));
+    if (!seen) return done(PassOn(seen));
     const Duration before = seen->frame.exposure_end - seen->frame.exposure_start;
     const OpticsTable& optics = *rig.optics();
     if (!seen->f_number || before <= Duration::zero()) {
@@ -99,7 +99,7 @@ void MoveIrisKeepingBrightness(Rig& rig, const Target& target, double pupil_fact
     const FNumber working = Working(optics, *seen->f_number, extension, pupil_factor);
     guard->Move(Axis::Iris, target,
                 [&rig, before, working, pupil_factor, done = std::move(done)](Result<MoveOutcome> moved) mutable {
-                  if (!moved) return done(PassOn(std::move(moved)));
+                  if (!moved) return done(PassOn(moved));
                   SetExposure(rig, before, working, pupil_factor, *std::move(moved), done);
                 });
   });

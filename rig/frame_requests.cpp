@@ -6,13 +6,14 @@
 #include <cmath>
 #include <utility>
 
+#include "transient.h"
+
 namespace lensd::rig {
 namespace {
 
 using drivers::Axis;
 
 constexpr Duration kPollPeriod = std::chrono::milliseconds(2);
-constexpr int kAttempts = 3;
 constexpr Duration kPatience = std::chrono::seconds(5);  ///< of whoever waits for a frame, beside those below
 constexpr double kSlowFrames = 3.0;                      ///< the one under way, one that is lost, and the next
 
@@ -42,7 +43,7 @@ std::vector<SnapshotCallback> FrameRequests::TakeIf(const Predicate& predicate) 
 
 void FrameRequests::FailAll(const Error& error) {
   for (FrameRequest& request : std::exchange(waiting_, {})) {
-    replies_.Add(std::move(request.done), Result<LensedFrame>(std::unexpected(error)));
+    replies_.Add(std::move(request.done), Result<LensedFrame>(PassOn(error)));
   }
 }
 
@@ -69,9 +70,8 @@ Result<void> FrameRequests::Ask(Instant now) {
   if (!anyone_in_motion() && !(steady && now >= EarliestFrame(*steady))) return {};
   auto polled = camera_->Poll();
   if (!polled) {
-    const bool transient = polled.error().code == Code::Timeout || polled.error().code == Code::Protocol;
-    if (transient && ++failures_ < kAttempts) return {};
-    return PassOn(std::move(polled));
+    if (IsTransient(polled.error().code) && ++failures_ < kAttempts) return {};
+    return PassOn(polled);
   }
   failures_ = 0;
   frame_ = *std::move(polled);

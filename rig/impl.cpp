@@ -153,9 +153,9 @@ Result<Native> Rig::Impl::Resolve(Axis axis, const Target& target) const {
 void Rig::Impl::Move(Axis axis, const Target& target, MoveCallback done) {
   auto native = Resolve(axis, target);
   if (native) {
-    if (auto unknown = axes[axis]->WhyUnknown()) native = std::unexpected(*std::move(unknown));
+    if (auto unknown = axes[axis]->WhyUnknown()) native = PassOn(*std::move(unknown));
   }
-  if (!native) return replies.Add(std::move(done), Result<MoveOutcome>(PassOn(std::move(native))));
+  if (!native) return replies.Add(std::move(done), Result<MoveOutcome>(PassOn(native)));
   Disturb(axis);
   axes[axis]->Move(*native, target.take_up, std::move(done));
 }
@@ -179,7 +179,7 @@ void Rig::Impl::Stop(const std::vector<Axis>& named, StopCallback done) {
     if (!axes[axis] || !Names(named, axis)) continue;
     const auto stopped = axes[axis]->Stop();
     if (!stopped && answer) answer = stopped;
-    if (!axes[axis]->runs_out()) EndMotion(axis, std::unexpected(cancelled));
+    if (!axes[axis]->runs_out()) EndMotion(axis, PassOn(cancelled));
   }
   if (Names(named, Axis::Focus)) autofocus.Cancel(cancelled);
   replies.Add(std::move(done), std::move(answer));
@@ -199,7 +199,7 @@ void Rig::Impl::ResetFaults(const std::vector<Axis>& named, StopCallback done) {
 
 void Rig::Impl::Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done) {
   auto search = autofocus.SearchFor(request);
-  if (!search) return replies.Add(std::move(done), Result<AutofocusOutcome>(PassOn(std::move(search))));
+  if (!search) return replies.Add(std::move(done), Result<AutofocusOutcome>(PassOn(search)));
   const bool focus_under_way = axes[Axis::Focus]->motion() != nullptr;
   Disturb(Axis::Focus);
   if (focus_under_way) axes[Axis::Focus]->Halt();
@@ -209,7 +209,7 @@ void Rig::Impl::Autofocus(AutofocusRequest request, ProgressCallback progress, A
 void Rig::Impl::SetCalibration(std::shared_ptr<const Calibration> calibration, StopCallback done) {
   // The run holds the table of the old one.
   auto possible = OpticalState::TableFor(optics.config(), device, calibration);
-  if (!possible) return replies.Add(std::move(done), Result<void>(PassOn(std::move(possible))));
+  if (!possible) return replies.Add(std::move(done), Result<void>(PassOn(possible)));
   autofocus.Cancel({Code::Superseded, "the lens got another calibration"});
   optics.Adopt(*std::move(possible), std::move(calibration));
   if (reader.sampled_at()) optics.NoteConditions(reader.temperature());
@@ -226,7 +226,7 @@ void Rig::Impl::Disturb(Axis axis) {
     autofocus.Cancel(superseded);
     if (focus_under_way) axes[Axis::Focus]->Halt();
   }
-  EndMotion(axis, std::unexpected(superseded));
+  EndMotion(axis, PassOn(superseded));
 }
 
 void Rig::Impl::EndMotion(Axis axis, Result<MoveOutcome> end) {
@@ -241,7 +241,7 @@ void Rig::Impl::EndMotion(Axis axis, Result<MoveOutcome> end) {
 void Rig::Impl::FailAll(const Error& error) {
   autofocus.Cancel(error);
   for (const Axis axis : drivers::kAxes) {
-    if (axes[axis]) EndMotion(axis, std::unexpected(error));
+    if (axes[axis]) EndMotion(axis, PassOn(error));
   }
   frames.FailAll(error);
 }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "transient.h"
+
 namespace lensd::rig {
 namespace {
 
@@ -11,7 +13,6 @@ using drivers::Axis;
 
 constexpr Duration kIdlePeriod = std::chrono::milliseconds(500);
 constexpr Duration kAgain = std::chrono::milliseconds(2);
-constexpr int kAttempts = 3;
 
 drivers::PerAxis<double> Tolerances(const AxisControllers& axes) {
   drivers::PerAxis<double> tolerances;
@@ -40,8 +41,7 @@ std::optional<Error> LensReader::Read() {
   ++failures_;
   const Code code = read.error().code;
   if (code == Code::Cancelled) return std::nullopt;
-  const bool transient = code == Code::Timeout || code == Code::Protocol || code == Code::Busy;
-  if (transient && failures_ < kAttempts) {
+  if (IsTransient(code) && failures_ < kAttempts) {
     next_read_ = clock_.Now() + kAgain;
     return std::nullopt;
   }

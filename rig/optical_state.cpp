@@ -31,7 +31,7 @@ Quantity Reach(Quantity middle, Quantity one_end, Quantity other_end) {
 Result<std::optional<OpticsTable>> OpticalState::TableFor(const RigConfig& config, const drivers::Device& device,
                                                           std::shared_ptr<const Calibration> calibration) {
   if (calibration) {
-    if (auto same = CheckSerial(*calibration, device.lens->capabilities()); !same) return PassOn(std::move(same));
+    if (auto same = CheckSerial(*calibration, device.lens->capabilities()); !same) return PassOn(same);
   }
   const auto& known = config.optics ? config.optics : device.optics;
   if (!known && calibration && !calibration->focus.empty()) {
@@ -39,7 +39,7 @@ Result<std::optional<OpticsTable>> OpticalState::TableFor(const RigConfig& confi
   }
   if (!known) return std::nullopt;
   auto made = OpticsTable::Create(*known, device.lens->capabilities(), config, std::move(calibration));
-  if (!made) return PassOn(std::move(made));
+  if (!made) return PassOn(made);
   return *std::move(made);
 }
 
@@ -122,7 +122,7 @@ Result<Native> OpticalState::Aim(Axis axis, const Target& target) const {
     return Fail(Code::Unsupported, "this lens is not calibrated: only native positions are possible, such as @1200");
   }
   auto extension = ExtensionOf(target);
-  if (!extension) return PassOn(std::move(extension));
+  if (!extension) return PassOn(extension);
   return table_->NativeFromExtension(*extension);
 }
 
@@ -136,7 +136,7 @@ Result<Metres> OpticalState::ExtensionOf(const Target& target) const {
   auto depth = table_->nominal().liquid
                    ? optics::DepthAt(scale, table_->focal_length(), Metres{0.0}, Metres{target.value})
                    : optics::DepthInFocus(scale, table_->focal_length(), Metres{target.value});
-  if (!depth) return PassOn(std::move(depth));
+  if (!depth) return PassOn(depth);
   return table_->ExtensionInFocus(*depth);
 }
 

@@ -68,7 +68,7 @@ Result<Metres> OpticsTable::ExtensionInFocus(optics::ObjectDepth depth) const {
     longest = Metres{lens_->nominal.max_extension_m};
   }
   auto extension = lens_->Extension(focal_length_.value, depth, longest, offset_m_);
-  if (!extension) return PassOn(std::move(extension));
+  if (!extension) return PassOn(extension);
   return Metres{*extension};
 }
 

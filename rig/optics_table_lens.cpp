@@ -15,7 +15,7 @@ Result<double> OpticsTable::Lens::Extension(double focal_length, optics::ObjectD
   }
   if (!breathing) {
     auto plain = optics::FocusExtension(Metres{focal_length}, depth, longest);
-    if (!plain) return PassOn(std::move(plain));
+    if (!plain) return PassOn(plain);
     return plain->value;
   }
   double least = 1.0, most = 1.0;
@@ -24,7 +24,7 @@ Result<double> OpticsTable::Lens::Extension(double focal_length, optics::ObjectD
     most = std::max(most, point.ratio);
   }
   if (auto possible = optics::FocusExtension(Metres{focal_length * most}, depth, longest); !possible) {
-    return PassOn(std::move(possible));
+    return PassOn(possible);
   }
   const double a = optics::Extension(Metres{focal_length * least}, depth).value;
   const double b = optics::Extension(Metres{focal_length * most}, depth).value;
@@ -58,14 +58,14 @@ Result<void> OpticsTable::Lens::AddFocus(const FocusCurve& measured, const RigCo
     if (point.vergence) {
       entry.from_vergence = true;
       const auto focused = Extension(at_zoom, *point.vergence, std::nullopt, 0.0);
-      if (!focused) return std::unexpected(focused.error());
+      if (!focused) return PassOn(focused);
       extension = *focused;
     }
     if (!(extension > -at_zoom)) return Fail(Code::InvalidArgument, "the calibration puts the sensor at the lens");
     knots.push_back({point.position.value + shift, extension});
   }
   auto curve = Curve::Through(knots);
-  if (!curve) return PassOn(std::move(curve));
+  if (!curve) return PassOn(curve);
   if (axis.near_positive ? !curve->rising() : !curve->falling()) {
     return Fail(Code::InvalidArgument, std::string("the calibration of focus must focus ") +
                                            (axis.near_positive ? "nearer" : "farther") +
@@ -175,7 +175,7 @@ Result<OpticsTable> OpticsTable::Create(const drivers::NominalOptics& optics, co
   }
   made->compensate = temperature.compensate;
   if (made->calibration) {
-    if (auto added = made->AddCalibration(config); !added) return PassOn(std::move(added));
+    if (auto added = made->AddCalibration(config); !added) return PassOn(added);
   }
   OpticsTable table;
   table.lens_ = std::move(made);

@@ -51,7 +51,7 @@ Result<Preset> ReadPreset(const Settings& table) {
   Read(read, "f_number", preset.f_number, 1.0, kPositive);
   Read(read, "focal_length_mm", preset.focal_length, 1e-3, kPositive);
   preset.grade = static_cast<Grade>(read.Choice("grade", {"uncalibrated", "approximate", "calibrated"}, 0));
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return preset;
 }
 
@@ -68,7 +68,7 @@ class RecallRun : public std::enable_shared_from_this<RecallRun> {
       const Axis axis = kOrder[step_++];
       if (!preset_.native[axis] || !rig_.lens().axes[axis]) continue;
       return guard_.Move(axis, TargetOf(axis), [self = shared_from_this()](Result<MoveOutcome> moved) {
-        if (!moved) return self->done_(std::unexpected(moved.error()));
+        if (!moved) return self->done_(PassOn(moved));
         self->outcome_.moves.push_back(*moved);
         self->Next();
       });
@@ -180,11 +180,11 @@ Result<std::vector<Preset>> ReadPresets(const Settings& file) {
   if (!read.Has("version")) read.Reject("version", "the file must say version = 1");
   if (read.Integer("version", 1) != 1) read.Reject("version", "this lensd reads version 1");
   const auto tables = read.Tables("preset");
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   std::vector<Preset> presets;
   for (const Settings* table : tables) {
     auto preset = ReadPreset(*table);
-    if (!preset) return PassOn(std::move(preset));
+    if (!preset) return PassOn(preset);
     if (std::ranges::find(presets, preset->label, &Preset::label) != presets.end()) {
       return Fail(Code::BadData, table->where().Text() + ": there is another preset \"" + preset->label + "\"");
     }

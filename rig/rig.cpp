@@ -27,7 +27,7 @@ Result<std::unique_ptr<Rig>> Rig::Create(RigConfig config, drivers::Device devic
     }
   }
   auto table = OpticalState::TableFor(config, device, calibration);
-  if (!table) return PassOn(std::move(table));
+  if (!table) return PassOn(table);
   return std::unique_ptr<Rig>(new Rig(std::make_unique<Impl>(config, std::move(device), *std::move(table), clock,
                                                              std::move(calibration), std::move(memory))));
 }

@@ -98,7 +98,7 @@ Result<Native> ZoomRun::FocusAt(Native zoom) const {
   there.zoom = zoom;
   const OpticsTable table = optics_->In(there);
   const auto extension = table.ExtensionInFocus(KeptFrom(table));
-  if (!extension) return std::unexpected(extension.error());
+  if (!extension) return PassOn(extension);
   const Native focus = table.NativeFromExtension(*extension);
   const auto [low, high] = rig_.SoftLimits(Axis::Focus);
   const double resolution = rig_.lens().axes[Axis::Focus]->resolution;
@@ -118,7 +118,7 @@ Metres ZoomRun::Off(Native zoom, Native focus, Native focus_there) const {
 
 Result<void> ZoomRun::Divide(Native from, Native to) {
   const auto start = FocusAt(from);
-  if (!start) return std::unexpected(start.error());
+  if (!start) return PassOn(start);
   const Metres tolerance = Tolerance(rig_.GetStatus());
   const double resolution = rig_.lens().axes[Axis::Zoom]->resolution;
   const double whole = std::abs((to - from).value);
@@ -130,7 +130,7 @@ Result<void> ZoomRun::Divide(Native from, Native to) {
       Native zoom = from + (to - from) * (static_cast<double>(i) / count);
       if (i < count) zoom = Native{from.value + std::round((zoom - from).value / resolution) * resolution};
       const auto focus = FocusAt(zoom);
-      if (!focus) return std::unexpected(focus.error());
+      if (!focus) return PassOn(focus);
       worst = std::max(worst, Off(zoom, parts_.back().focus, *focus));
       parts_.push_back({zoom, *focus});
     }
@@ -148,9 +148,9 @@ void ZoomRun::Begin() {
                       "focus cannot follow the zoom: the focal lengths or the focus of this lens are not known"));
   }
   const auto target = rig_.Resolve(Axis::Zoom, request_.target);
-  if (!target) return done_(std::unexpected(target.error()));
+  if (!target) return done_(PassOn(target));
   outcome_.kept = *status.vergence;
-  if (auto divided = Divide(zoom->position, *target); !divided) return done_(std::unexpected(divided.error()));
+  if (auto divided = Divide(zoom->position, *target); !divided) return done_(PassOn(divided));
   outcome_.steps = static_cast<int>(parts_.size()) - 1;
   const Backlash backlash = rig_.backlash(Axis::Focus);
   const double resolution = rig_.lens().axes[Axis::Focus]->resolution;
@@ -198,7 +198,7 @@ void ZoomRun::OnMoved(Axis axis, Result<MoveOutcome> moved) {
   if (moved && axis == Axis::Zoom) outcome_.zoom = *moved;
   if (moved && axis == Axis::Focus) outcome_.focus = *moved;
   if (--under_way_.axes > 0) return;
-  if (under_way_.error) return done_(std::unexpected(*under_way_.error));
+  if (under_way_.error) return done_(PassOn(*under_way_.error));
   for (MoveOutcome* one : {&outcome_.zoom, &*outcome_.focus}) {
     if (one->reached) continue;
     outcome_.zoom.reached = false;
@@ -214,14 +214,14 @@ void ZoomRun::TakeUp() {
   const Native place = parts_.back().focus;
   const double past = std::ceil(reversal_.shift + reversal_.margin);
   MoveFocus(place + reversal_.Against(past), [self = shared_from_this()](Result<MoveOutcome> moved) {
-    if (!moved) return self->done_(std::unexpected(moved.error()));
+    if (!moved) return self->done_(PassOn(moved));
     self->Finish();
   });
 }
 
 void ZoomRun::Finish() {
   MoveFocus(parts_.back().focus, [self = shared_from_this()](Result<MoveOutcome> moved) {
-    if (!moved) return self->done_(std::unexpected(moved.error()));
+    if (!moved) return self->done_(PassOn(moved));
     self->outcome_.focus = *moved;
     if (!moved->reached) {
       self->outcome_.zoom.reached = false;
@@ -241,7 +241,7 @@ void ZoomRun::Answer() {
 }  // namespace
 
 void ZoomKeepingFocus(Rig& rig, const ZoomRequest& request, std::move_only_function<void(Result<ZoomOutcome>)> done) {
-  if (auto possible = rig.Resolve(Axis::Zoom, request.target); !possible) return done(PassOn(std::move(possible)));
+  if (auto possible = rig.Resolve(Axis::Zoom, request.target); !possible) return done(PassOn(possible));
   std::make_shared<ZoomRun>(rig, request, std::move(done))->Begin();
 }
 

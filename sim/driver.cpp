@@ -19,7 +19,7 @@ Result<SimSettings> ReadSettings(const Settings& settings) {
   const auto path = read.OptionalPath("scene");
   if (!path) read.Reject("", "needs a scene: scene = \"FILE.toml\"");
   const auto seed = static_cast<std::uint64_t>(read.Integer("seed", 1, {0.0, 9e15}));
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return SimSettings{*path, seed};
 }
 
@@ -27,21 +27,21 @@ Result<SimSettings> ReadSettings(const Settings& settings) {
 
 Result<void> CheckSim(const Settings& settings) {
   const auto read = ReadSettings(settings);
-  if (!read) return std::unexpected(read.error());
-  if (const auto scene = LoadScene(read->scene); !scene) return std::unexpected(scene.error());
+  if (!read) return PassOn(read);
+  if (const auto scene = LoadScene(read->scene); !scene) return PassOn(scene);
   return {};
 }
 
 Result<drivers::Device> OpenSim(const Settings& settings, const Clock& clock) {
   const auto read = ReadSettings(settings);
-  if (!read) return std::unexpected(read.error());
+  if (!read) return PassOn(read);
   WorldOptions options;
   options.seed = read->seed;
   options.aside = dynamic_cast<const MonotonicClock*>(&clock) != nullptr;
   auto scene = LoadScene(read->scene);
-  if (!scene) return PassOn(std::move(scene));
+  if (!scene) return PassOn(scene);
   auto world = OpenWorld(std::make_shared<const Scene>(std::move(*scene)), clock, options);
-  if (!world) return PassOn(std::move(world));
+  if (!world) return PassOn(world);
   return std::move(world->device);
 }
 

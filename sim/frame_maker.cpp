@@ -120,7 +120,7 @@ Result<std::vector<std::uint16_t>> FrameMaker::Exposed(const Shot& shot, Channel
   light_.assign(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height), 0.0f);
   for (const TrueState& state : shot.states) {
     auto picture = pictures_->At(AsIfStill(scene, state), stop, channel);
-    if (!picture) return PassOn(std::move(picture));
+    if (!picture) return PassOn(picture);
     const double weight = GatheredBy(scene.lens, state) / static_cast<double>(shot.states.size());
     AddPicture(light_, **picture, static_cast<float>(weight));
   }
@@ -141,13 +141,13 @@ Result<Samples> FrameMaker::Make(const Shot& shot, const std::stop_token& stop) 
   const CameraSettings& camera = mechanics_->scene().camera;
   if (!camera.colour) {
     auto luminance = Exposed(shot, Channel::Luminance, stop);
-    if (!luminance) return PassOn(std::move(luminance));
+    if (!luminance) return PassOn(luminance);
     return Samples{std::make_shared<const Values>(*std::move(luminance)), nullptr};
   }
   std::array<Values, 3> channels;
   for (const Channel channel : {Channel::Red, Channel::Green, Channel::Blue}) {
     auto exposed = Exposed(shot, channel, stop);
-    if (!exposed) return PassOn(std::move(exposed));
+    if (!exposed) return PassOn(exposed);
     channels[static_cast<std::size_t>(channel) - 1] = *std::move(exposed);
   }
   Values colour;

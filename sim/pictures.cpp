@@ -58,7 +58,7 @@ struct View {
     auto view = std::make_shared<View>(View{{}, LensGrid(scene)});
     for (const Channel channel : channels) {
       auto renderer = Renderer::Create(InLightOf(channel, scene));
-      if (!renderer) return PassOn(std::move(renderer));
+      if (!renderer) return PassOn(renderer);
       view->renderers.push_back(*std::move(renderer));
     }
     return std::shared_ptr<const View>(std::move(view));
@@ -133,7 +133,7 @@ Pictures::~Pictures() = default;
 Result<std::shared_ptr<Pictures>> Pictures::Create(std::shared_ptr<const Scene> scene, std::size_t budget_bytes) {
   const bool colourful = scene->camera.colour && std::ranges::any_of(scene->surfaces, IsColoured);
   auto view = View::Of(*scene, colourful);
-  if (!view) return PassOn(std::move(view));
+  if (!view) return PassOn(view);
   const std::size_t picture_bytes =
       2 * static_cast<std::size_t>(scene->camera.width) * static_cast<std::size_t>(scene->camera.height);
   const std::size_t most = std::max<std::size_t>(1, budget_bytes / picture_bytes);
@@ -153,12 +153,12 @@ Result<std::shared_ptr<const Picture>> Pictures::At(const OpticalState& state, c
   const std::size_t which = colourful() ? static_cast<std::size_t>(channel) : 0;
   const std::int64_t place = std::llround(state.centre_shift_m / kPlace_m);
   const auto view = shelf_->ViewFrom(place);
-  if (!view) return std::unexpected(view.error());
+  if (!view) return PassOn(view);
   const Shelf::Key key{(*view)->grid.KeyOf(state), place, which};
   if (auto known = shelf_->Find(key)) return known;
   auto rendered =
       (*view)->renderers[which].Render((*view)->grid.StateOf(key.lens), {.tolerance = kTolerance, .stop = stop});
-  if (!rendered) return PassOn(std::move(rendered));
+  if (!rendered) return PassOn(rendered);
   auto picture = std::make_shared<const Picture>(PictureFrom(rendered->image));
   shelf_->Keep(key, picture);
   return picture;

@@ -24,7 +24,7 @@ Result<void> ReadParts(SettingsReader& read, std::string_view key, Result<Part> 
   if (tables.size() > kMostParts) read.Reject(key, "has more than " + std::to_string(kMostParts) + " entries");
   for (const Settings* table : tables) {
     auto part = read_part(*table);
-    if (!part) return PassOn(std::move(part));
+    if (!part) return PassOn(part);
     parts.push_back(std::move(*part));
   }
   return {};
@@ -35,7 +35,7 @@ Result<Region> ReadTruthRegion(const Settings* table) {
   if (table == nullptr) return fallback;
   SettingsReader read(*table, "[truth]");
   const Region region = ReadRegion(read, "region", fallback);
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return region;
 }
 
@@ -44,16 +44,16 @@ Result<Scene> SceneFromSettings(const Settings& settings) {
   SettingsReader read(settings, "the scene");
   if (read.RequiredNumber("version") != 1.0) read.Reject("version", "must be 1");
   auto camera = ReadCamera(read.Table("camera"));
-  if (!camera) return PassOn(std::move(camera));
+  if (!camera) return PassOn(camera);
   scene.camera = *camera;
   auto lens = ReadLens(read.Table("lens"));
-  if (!lens) return PassOn(std::move(lens));
+  if (!lens) return PassOn(lens);
   scene.lens = *lens;
-  if (auto done = ReadParts(read, "surface", ReadSurface, scene.surfaces); !done) return PassOn(std::move(done));
-  if (auto done = ReadParts(read, "light", ReadLight, scene.lights); !done) return PassOn(std::move(done));
-  if (auto done = ReadParts(read, "fault", ReadFault, scene.faults); !done) return PassOn(std::move(done));
+  if (auto done = ReadParts(read, "surface", ReadSurface, scene.surfaces); !done) return PassOn(done);
+  if (auto done = ReadParts(read, "light", ReadLight, scene.lights); !done) return PassOn(done);
+  if (auto done = ReadParts(read, "fault", ReadFault, scene.faults); !done) return PassOn(done);
   auto region = ReadTruthRegion(read.Table("truth"));
-  if (!region) return PassOn(std::move(region));
+  if (!region) return PassOn(region);
   scene.truth_region = *region;
   const bool sways = std::ranges::any_of(scene.surfaces, [](const Surface& surface) { return surface.sway_m > 0; });
   if (sways && (scene.surfaces.size() + scene.lights.size() > 1 || scene.lens.model != LensModel::Thin)) {
@@ -64,7 +64,7 @@ Result<Scene> SceneFromSettings(const Settings& settings) {
   if (1e-3 * scene.lens.centre_shift_mm * SpanOf(scene).near_d > kNearest) {
     read.Reject("lens", "has a centre_shift_mm that moves the lens into the scene");
   }
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return scene;
 }
 
@@ -98,7 +98,7 @@ double SwayD(const Scene& scene, double seconds) {
 
 Result<Scene> LoadScene(const std::string& path) {
   const auto settings = io::ReadTomlFile(path);
-  if (!settings) return std::unexpected(settings.error());
+  if (!settings) return PassOn(settings);
   return SceneFromSettings(*settings);
 }
 

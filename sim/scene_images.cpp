@@ -9,7 +9,7 @@ namespace lensd::sim {
 
 Result<std::shared_ptr<const Texture>> LoadTexture(const std::string& path) {
   auto image = io::ReadPng(path);
-  if (!image) return PassOn(std::move(image));
+  if (!image) return PassOn(image);
   const double full_scale = image->bits == 16 ? 65535.0 : 255.0;
   auto texture = std::make_shared<Texture>(Texture{image->width, image->height, {}});
   texture->light.resize(static_cast<std::size_t>(image->width) * static_cast<std::size_t>(image->height));
@@ -28,7 +28,7 @@ Result<std::shared_ptr<const Texture>> LoadTexture(const std::string& path) {
 
 Result<std::shared_ptr<const DepthMap>> LoadDepthMap(const std::string& path) {
   auto image = io::ReadPng(path);
-  if (!image) return PassOn(std::move(image));
+  if (!image) return PassOn(image);
   if (image->channels != 1 || image->bits != 16) {
     return Fail(Code::BadData, path + ": a depth map is a 16-bit grey PNG in millimetres");
   }

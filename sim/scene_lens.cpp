@@ -101,7 +101,7 @@ Result<CameraSettings> ReadCamera(const Settings* table) {
   camera.flicker = read.Number("flicker", camera.flicker, kFraction);
   camera.gamma = read.Number("gamma", camera.gamma, {0.1, 10.0});
   camera.shake_px = read.Number("shake_px", camera.shake_px, {0.0, 100.0});
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return camera;
 }
 
@@ -113,7 +113,7 @@ Result<LensSettings> ReadLens(const Settings* table) {
   lens.model = kModels[read.Choice("model", {"pinhole", "aperture", "thin"}, 2)];
   ReadOptics(read, lens);
   ReadMotion(read, lens);
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return lens;
 }
 
@@ -135,7 +135,7 @@ Result<Fault> ReadFault(const Settings& table) {
   if (fault.kind == FaultKind::MissedSteps && fault.factor > 1.0) {
     read.Reject("factor", "is the part of each move that is lost: from 0 to 1");
   }
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return fault;
 }
 

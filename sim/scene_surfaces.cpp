@@ -8,7 +8,7 @@
 namespace lensd::sim {
 namespace {
 
-constexpr Range kFraction{0.0, 1.0};
+constexpr Range kShare{0.0, 1.0};
 
 /// A picture's own error, with the place that named it: the reader of a scene wants to know both.
 template <class Picture>
@@ -66,16 +66,16 @@ Paint ReadPaint(SettingsReader& read, bool on_depth_map) {
   }
   if (read.Has("sinusoid_px")) return ReadSinusoid(read);
   if (read.Has("gradient")) {
-    const auto ends = read.OptionalNumbers("gradient", 2, kFraction).value_or(std::vector{0.0, 1.0});
+    const auto ends = read.OptionalNumbers("gradient", 2, kShare).value_or(std::vector{0.0, 1.0});
     return GradientPaint{ends.front(), ends.back()};
   }
-  return ConstantPaint{read.Number("constant", 0.5, kFraction)};
+  return ConstantPaint{read.Number("constant", 0.5, kShare)};
 }
 
 }  // namespace
 
 Region ReadRegion(SettingsReader& read, std::string_view key, Region fallback) {
-  const auto numbers = read.OptionalNumbers(key, 4, kFraction);
+  const auto numbers = read.OptionalNumbers(key, 4, kShare);
   if (!numbers) return fallback;
   const Region region{(*numbers)[0], (*numbers)[1], (*numbers)[2], (*numbers)[3]};
   constexpr double kRounding = 1e-9;
@@ -109,18 +109,18 @@ Result<Surface> ReadSurface(const Settings& table) {
   if (kind == 1) surface.shape = ReadPlane(read, surface.region);
   if (kind == 2) surface.shape = DepthMapShape{Load(read, "file", LoadDepthMap)};
   surface.paint = ReadPaint(read, kind == 2);
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return surface;
 }
 
 Result<LightPoint> ReadLight(const Settings& table) {
   LightPoint light;
   SettingsReader read(table, "[[light]]");
-  light.x = read.Number("x", light.x, kFraction);
-  light.y = read.Number("y", light.y, kFraction);
+  light.x = read.Number("x", light.x, kShare);
+  light.y = read.Number("y", light.y, kShare);
   light.distance_m = ReadDistance(read, "distance_m");
   light.intensity = read.Number("intensity", light.intensity, {0.0, 1e9});
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return light;
 }
 

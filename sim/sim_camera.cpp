@@ -82,7 +82,7 @@ std::optional<Exposure> SimCamera::Newest() {
 }
 
 Result<std::optional<drivers::Frame>> SimCamera::DoPoll() {
-  if (auto link = CheckLink(); !link) return PassOn(std::move(link));
+  if (auto link = CheckLink(); !link) return PassOn(link);
   if (!grid_.streaming()) return Fail(Code::InvalidArgument, "the camera is not streaming: start it first");
   if (darkroom_ && darkroom_->busy()) return Developed();
   const auto exposure = Newest();
@@ -97,13 +97,13 @@ Result<std::optional<drivers::Frame>> SimCamera::DoPoll() {
     return std::optional<drivers::Frame>();
   }
   auto samples = maker_.Make(shot, {});
-  if (!samples) return PassOn(std::move(samples));
+  if (!samples) return PassOn(samples);
   return FrameOf(*exposure, *std::move(samples));
 }
 
 Result<std::optional<drivers::Frame>> SimCamera::Developed() {
   if (auto done = darkroom_->Take()) {
-    if (!done->samples) return PassOn(std::move(done->samples));
+    if (!done->samples) return PassOn(done->samples);
     return FrameOf(done->exposure, *std::move(done->samples));
   }
   if (mechanics_->Now() - submitted_ < kLongestWork) return std::optional<drivers::Frame>();

@@ -55,7 +55,7 @@ Result<void> SimLens::DoStop(drivers::Axis axis) {
 }
 
 Result<drivers::LensState> SimLens::DoRead() {
-  if (auto link = CheckLink(); !link) return PassOn(std::move(link));
+  if (auto link = CheckLink(); !link) return PassOn(link);
   const Duration now = mechanics_->Now();
   const FaultLine& faults = mechanics_->faults();
   drivers::PerAxis<std::optional<Duration>> frozen;

@@ -52,7 +52,7 @@ Result<World> OpenWorld(std::shared_ptr<const Scene> scene, const Clock& clock, 
   auto pictures = options.pictures;
   if (!pictures) {
     auto own = Pictures::Create(scene);
-    if (!own) return PassOn(std::move(own));
+    if (!own) return PassOn(own);
     pictures = std::move(*own);
   }
   const auto optics = NominalOf(scene->lens);

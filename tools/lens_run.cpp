@@ -142,18 +142,18 @@ class Session {
 
   Result<void> Read() const {
     const auto lens = TheLens();
-    if (!lens) return std::unexpected(lens.error());
+    if (!lens) return PassOn(lens);
     const auto state = (*lens)->Read();
-    if (!state) return std::unexpected(state.error());
+    if (!state) return PassOn(state);
     PrintState(*state);
     return {};
   }
 
   Result<void> Move(const Command& command) const {
     const auto lens = TheLens();
-    if (!lens) return std::unexpected(lens.error());
+    if (!lens) return PassOn(lens);
     const auto axis = AxisOf(command.words[0]);
-    if (!axis) return std::unexpected(axis.error());
+    if (!axis) return PassOn(axis);
     const Instant begin = clock_.Now();
     Result<void> done;
     if (command.name == "home") {
@@ -162,7 +162,7 @@ class Session {
       done = (*lens)->Stop(*axis);
     } else {
       const auto target = NumberOf(command.words[1]);
-      if (!target) return std::unexpected(target.error());
+      if (!target) return PassOn(target);
       done = (*lens)->StartMove(*axis, Native{*target});
     }
     if (!done || command.name == "start") return done;
@@ -172,7 +172,7 @@ class Session {
   Result<void> UntilAtRest(drivers::Lens& lens, Axis axis, Instant begin) const {
     for (;;) {
       const auto state = lens.Read();
-      if (!state) return std::unexpected(state.error());
+      if (!state) return PassOn(state);
       if (!state->axes[axis]->moving) {
         std::printf("%.1f ms  ", Milliseconds(clock_.Now() - begin));
         PrintState(*state);
@@ -192,7 +192,7 @@ class Session {
 
   Result<void> Wait(const std::string& word) const {
     const auto seconds = NumberOf(word);
-    if (!seconds) return std::unexpected(seconds.error());
+    if (!seconds) return PassOn(seconds);
     for (const Instant begin = clock_.Now(); Milliseconds(clock_.Now() - begin) < 1e3 * *seconds && !stop_asked;) {
       std::this_thread::sleep_for(kLookEvery);
     }
@@ -201,9 +201,9 @@ class Session {
 
   Result<void> Expose(const std::string& word) const {
     const auto camera = TheCamera();
-    if (!camera) return std::unexpected(camera.error());
+    if (!camera) return PassOn(camera);
     const auto ms = NumberOf(word);
-    if (!ms) return std::unexpected(ms.error());
+    if (!ms) return PassOn(ms);
     if (!(*ms > 0.0 && *ms < 1e7)) return Fail(Code::InvalidArgument, "an exposure time is above 0 ms");
     return (*camera)->SetExposure(std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(*ms)));
   }
@@ -212,7 +212,7 @@ class Session {
     const Instant begin = clock_.Now();
     for (;;) {
       auto frame = camera.Poll();
-      if (!frame) return std::unexpected(frame.error());
+      if (!frame) return PassOn(frame);
       if (*frame) return **frame;
       if (stop_asked) return Fail(Code::Cancelled, "stopped");
       if (clock_.Now() - begin > timeout_) return Fail(Code::Timeout, "no frame came; --timeout=S waits longer");
@@ -233,10 +233,10 @@ class Session {
 
   Result<void> Grab(const std::string& path) const {
     const auto camera = TheCamera();
-    if (!camera) return std::unexpected(camera.error());
+    if (!camera) return PassOn(camera);
     if (auto started = (*camera)->Start(); !started) return started;
     const auto frame = Next(**camera);
-    if (!frame) return std::unexpected(frame.error());
+    if (!frame) return PassOn(frame);
     PrintFrame(*frame);
     io::Image image{.width = frame->width,
                     .height = frame->height,
@@ -253,13 +253,13 @@ class Session {
 
   Result<void> Frames(const std::string& word) const {
     const auto camera = TheCamera();
-    if (!camera) return std::unexpected(camera.error());
+    if (!camera) return PassOn(camera);
     const auto count = NumberOf(word);
-    if (!count) return std::unexpected(count.error());
+    if (!count) return PassOn(count);
     if (auto started = (*camera)->Start(); !started) return started;
     for (int i = 0; i < *count; ++i) {
       const auto frame = Next(**camera);
-      if (!frame) return std::unexpected(frame.error());
+      if (!frame) return PassOn(frame);
       PrintFrame(*frame);
     }
     return (*camera)->Stop();

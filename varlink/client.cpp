@@ -97,9 +97,9 @@ Result<void> Client::Send(const Call& call) {
 Result<Reply> Client::Receive() {
   for (;;) {
     auto message = frames_.Next();
-    if (!message) return PassOn(std::move(message));
+    if (!message) return PassOn(message);
     if (*message) return ParseReply(**message);
-    if (auto waited = WaitFor(POLLIN); !waited) return PassOn(std::move(waited));
+    if (auto waited = WaitFor(POLLIN); !waited) return PassOn(waited);
     std::array<char, 65536> bytes;
     const ssize_t count = recv(socket_, bytes.data(), bytes.size(), MSG_DONTWAIT);
     if (count > 0) {
@@ -116,7 +116,7 @@ Result<Reply> Client::Invoke(std::string_view method, Json parameters) {
   Call call;
   call.method = method;
   call.parameters = std::move(parameters);
-  if (auto sent = Send(call); !sent) return PassOn(std::move(sent));
+  if (auto sent = Send(call); !sent) return PassOn(sent);
   return Receive();
 }
 

@@ -10,7 +10,7 @@ namespace lensd::varlink {
 
 Result<Json> ParseJson(std::string_view text) {
   const Result<Document> document = Document::Parse(text);
-  if (!document) return std::unexpected(document.error());
+  if (!document) return PassOn(document);
   return document->root().ToJson();
 }
 

@@ -58,12 +58,12 @@ Result<void> TakeMember(std::string_view name, JsonView value, ReceivedCall& cal
 
 Result<ReceivedCall> ReceiveCall(std::string_view message) {
   Result<Document> document = Document::Parse(message);
-  if (!document) return PassOn(std::move(document));
+  if (!document) return PassOn(document);
   ReceivedCall call{.method = {}, .message = *std::move(document)};
   const JsonView root = call.message.root();
   if (!root.is_object()) return Fail(Code::Protocol, kMessageMustBeObject);
   for (const auto& [name, value] : root.members()) {
-    if (auto taken = TakeMember(name, value, call); !taken) return PassOn(std::move(taken));
+    if (auto taken = TakeMember(name, value, call); !taken) return PassOn(taken);
   }
   if (call.method.empty()) return Fail(Code::Protocol, "a call without a method");
   if (call.oneway + call.more + call.upgrade > 1) {
@@ -74,17 +74,17 @@ Result<ReceivedCall> ReceiveCall(std::string_view message) {
 
 Result<Reply> ParseReply(std::string_view message) {
   Result<Json> parsed = ParseObject(message);
-  if (!parsed) return PassOn(std::move(parsed));
+  if (!parsed) return PassOn(parsed);
   Reply reply;
   if (const auto error = parsed->find("error"); error != parsed->end() && !error->is_null()) {
     if (!error->is_string()) return Fail(Code::Protocol, "the error must be a string");
     reply.error = error->get<std::string>();
   }
   if (const auto parameters = parsed->find("parameters"); parameters != parsed->end()) {
-    if (auto taken = TakeParameters(*parameters, reply.parameters); !taken) return PassOn(std::move(taken));
+    if (auto taken = TakeParameters(*parameters, reply.parameters); !taken) return PassOn(taken);
   }
   if (const auto continues = parsed->find("continues"); continues != parsed->end()) {
-    if (auto taken = TakeFlag("continues", *continues, reply.continues); !taken) return PassOn(std::move(taken));
+    if (auto taken = TakeFlag("continues", *continues, reply.continues); !taken) return PassOn(taken);
   }
   return reply;
 }

@@ -124,9 +124,9 @@ Result<void> WriteCsv(const std::string& path, const std::vector<SceneRuns>& sce
 
 Result<SceneRuns> RunScene(const std::string& path, const Options& options) {
   auto scene = sim::LoadScene(path);
-  if (!scene) return PassOn(std::move(scene));
+  if (!scene) return PassOn(scene);
   auto pictures = sim::Pictures::Create(std::make_shared<const sim::Scene>(*std::move(scene)));
-  if (!pictures) return PassOn(std::move(pictures));
+  if (!pictures) return PassOn(pictures);
   SceneRuns done;
   done.name = std::filesystem::path(path).stem().string();
   if (auto floor = FocusFloor::Create(**pictures))
@@ -135,13 +135,13 @@ Result<SceneRuns> RunScene(const std::string& path, const Options& options) {
     AutofocusRuns wanted{
         .method = method, .runs = options.runs, .seed = options.seed, .f_number_error = options.f_number_error};
     auto runs = RunAutofocus(*pictures, wanted);
-    if (!runs) return PassOn(std::move(runs));
+    if (!runs) return PassOn(runs);
     done.methods.emplace_back(method, *std::move(runs));
     // What a frame costs that is all region: one run, on one thread.
     wanted.runs = wanted.threads = 1;
     wanted.whole_frame = true;
     auto whole = RunAutofocus(*pictures, wanted);
-    if (!whole) return PassOn(std::move(whole));
+    if (!whole) return PassOn(whole);
     const double pixels = static_cast<double>((*pictures)->scene().camera.width) * (*pictures)->scene().camera.height;
     done.cpu_ms_per_vga_frame.push_back(CpuMsPerFrame(*whole) * 640.0 * 480.0 / pixels);
   }

@@ -67,14 +67,14 @@ Result<FocusFloor> FocusFloor::Create(sim::Pictures& pictures) {
   const sim::Scene& scene = pictures.scene();
   SteppedClock clock;
   auto world = sim::OpenWorld(std::shared_ptr<const sim::Scene>(std::shared_ptr<void>(), &scene), clock);
-  if (!world) return PassOn(std::move(world));
+  if (!world) return PassOn(world);
   const auto& subjects = world->truth->subjects();
   if (subjects.size() != 1) return Fail(Code::InvalidArgument, "the bound is for a region with one subject");
   sim::TrueState state = world->truth->Now();
   const double f = state.optics.focal_length_m;
   state.optics.sensor_distance_m = 1.0 / (1.0 / f - subjects.front().vergence_d);
   auto picture = pictures.At(state.optics);
-  if (!picture) return PassOn(std::move(picture));
+  if (!picture) return PassOn(picture);
 
   FocusFloor floor;
   const double pixel_m = scene.camera.pixel_um * 1e-6;

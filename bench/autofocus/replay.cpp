@@ -18,7 +18,7 @@ using nlohmann::json;
 
 Result<drivers::Frame> LoadFrame(const std::string& path, double gamma) {
   auto image = io::ReadPng(path);
-  if (!image) return PassOn(std::move(image));
+  if (!image) return PassOn(image);
   if (image->channels != 1) return Fail(Code::BadData, path + ": a stack's pictures must be grey");
   drivers::Frame frame;
   frame.width = image->width;
@@ -67,11 +67,11 @@ Result<ReplayRun> RunOnce(const Stack& stack, const std::vector<drivers::Frame>&
   setup.blur_px = 1.0 / (stack.blur_px_per_frame * options.slope_error);
   const drivers::Region shown = options.crop ? drivers::Region{0.0, 0.0, 1.0, 1.0} : region.region;
   auto session = autofocus::Regions::Create(options.method, setup, {shown}, autofocus::Policy::Nearest);
-  if (!session) return PassOn(std::move(session));
+  if (!session) return PassOn(session);
   double at = start;
   for (;;) {
     auto advice = session->Next(at, frames[static_cast<std::size_t>(at)]);
-    if (!advice) return PassOn(std::move(advice));
+    if (!advice) return PassOn(advice);
     if (const auto* go = std::get_if<autofocus::GoAndLook>(&*advice)) {
       at = std::clamp(std::round(go->position), setup.lowest, setup.highest);
       continue;
@@ -104,7 +104,7 @@ Result<std::vector<Stack>> LoadStacks(const std::string& directory, double gamma
         char number[16];
         std::snprintf(number, sizeof number, "/%02d.png", i);
         auto frame = LoadFrame(directory + "/" + name + number, gamma);
-        if (!frame) return PassOn(std::move(frame));
+        if (!frame) return PassOn(frame);
         stack.frames.push_back(*std::move(frame));
       }
       for (const json& region : content.at("regions")) stack.regions.push_back(RegionFrom(region));
@@ -123,14 +123,14 @@ Result<std::vector<ReplayRun>> Replay(const std::vector<Stack>& stacks, const Re
       std::vector<drivers::Frame> frames = stack.frames;
       if (options.crop) {
         auto window = autofocus::WindowOf(region.region, frames.front().width, frames.front().height);
-        if (!window) return PassOn(std::move(window));
+        if (!window) return PassOn(window);
         for (drivers::Frame& frame : frames) frame = Cropped(frame, *window);
       }
       for (int i = 0; i < options.starts; ++i) {
         const auto last = static_cast<double>(frames.size()) - 1.0;
         const int start = static_cast<int>(std::lround(last * (i + 0.5) / options.starts));
         auto run = RunOnce(stack, frames, region, start, options);
-        if (!run) return PassOn(std::move(run));
+        if (!run) return PassOn(run);
         runs.push_back(*std::move(run));
       }
     }

@@ -57,7 +57,7 @@ Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& picture
   SteppedClock clock;
   sim::WorldOptions options{.seed = Mixed(seed + 1), .focus_start = Native{result.start_steps}, .pictures = pictures};
   auto world = sim::OpenWorld(std::shared_ptr<const sim::Scene>(pictures, &scene), clock, options);
-  if (!world) return PassOn(std::move(world));
+  if (!world) return PassOn(world);
   rig::RigConfig believed;
   believed.optics = world->device.optics;
   if (believed.optics) {
@@ -71,7 +71,7 @@ Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& picture
     believed.axes[drivers::Axis::Focus].latency = wanted.late;
   }
   auto rig = rig::Rig::Create(std::move(believed), std::move(world->device), clock);
-  if (!rig) return PassOn(std::move(rig));
+  if (!rig) return PassOn(rig);
 
   std::optional<Result<rig::AutofocusOutcome>> end;
   rig::AutofocusRequest request;
@@ -83,7 +83,7 @@ Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& picture
   (*rig)->Autofocus(request, note, [&](Result<rig::AutofocusOutcome> outcome) { end = std::move(outcome); });
   while (!end && clock.Now() < Instant{kPatience}) clock.AdvanceTo((*rig)->Step(clock.Now()));
   if (!end) return Fail(Code::Internal, "an autofocus run did not end by itself");
-  if (!*end) return PassOn(*std::move(end));
+  if (!*end) return PassOn(*end);
 
   const rig::AutofocusOutcome& outcome = **end;
   result.end_steps = outcome.position.value;
@@ -129,7 +129,7 @@ Result<std::vector<AutofocusRunResult>> RunAutofocus(const std::shared_ptr<sim::
     for (int i = 1; i < wanted.threads; ++i) threads.emplace_back(work);
     work();
   }
-  if (error) return std::unexpected(*error);
+  if (error) return PassOn(*error);
   return results;
 }
 

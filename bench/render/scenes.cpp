@@ -136,7 +136,7 @@ std::vector<char> BoundaryOf(const Case& tested) {
 /// The scene of a file, in focus at its nearest subject, its farthest and halfway between in vergence.
 Result<std::vector<Case>> CasesOf(const std::string& path) {
   auto scene = sim::LoadScene(path);
-  if (!scene) return PassOn(std::move(scene));
+  if (!scene) return PassOn(scene);
   const std::vector<double> vergence = NearestVergence(*scene);
   const auto [far, near] = std::ranges::minmax(vergence);
   const double f = 1e-3 * scene->lens.min_focal_length_mm;
@@ -174,7 +174,7 @@ Result<std::vector<RenderRow>> SceneRows(const std::string& path) {
                             {Algorithm::March, 4096}, {Algorithm::Rays, 64},  {Algorithm::Rays, 512}};
   std::vector<RenderRow> rows;
   auto cases = path.empty() ? Result<std::vector<Case>>(Cases()) : CasesOf(path);
-  if (!cases) return PassOn(std::move(cases));
+  if (!cases) return PassOn(cases);
   const int truth_rays = path.empty() ? 100000 : 20000;
   for (const Case& tested : *cases) {
     const auto renderer = sim::Renderer::Create(tested.scene);

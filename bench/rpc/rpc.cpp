@@ -185,7 +185,7 @@ Result<std::vector<Way>> WaysTo(const PrivateDaemon& daemon) {
     return Fail(Code::Protocol, "lensd did not answer the plan: " + answer.value_or("no reply"));
   }
   const auto whole_client = varlink::Client::Connect(daemon.socket());
-  if (!whole_client) return std::unexpected(whole_client.error());
+  if (!whole_client) return PassOn(whole_client);
   const auto shared = std::make_shared<varlink::Client>(*varlink::Client::Connect(daemon.socket()));
   std::vector<Way> ways;
   ways.push_back({"socket echo, the plan's bytes", false, SocketEcho(plan, *answer)});

@@ -164,7 +164,7 @@ Result<void> Check(const FramesToCompare& frames, const std::vector<float>& dept
 
 Result<std::vector<SliceBlur>> BlurBetween(const FramesToCompare& frames, const std::vector<float>& depth_m,
                                            std::span<const double> edges_m, double largest_px) {
-  if (auto checked = Check(frames, depth_m, edges_m, largest_px); !checked) return PassOn(std::move(checked));
+  if (auto checked = Check(frames, depth_m, edges_m, largest_px); !checked) return PassOn(checked);
   const Plane& a = frames.reference_a;
   Plane reference{a.width, a.height, a.values};
   for (std::size_t i = 0; i < a.values.size(); ++i) {

@@ -45,7 +45,7 @@ struct Verdict {
 
 Result<Plane> ReadPlane(const std::string& path) {
   const auto image = io::ReadPng(path);
-  if (!image) return std::unexpected(image.error());
+  if (!image) return PassOn(image);
   Plane plane{image->width, image->height, {}};
   // Of colours the green alone: its noise depends on its own level only.
   const std::size_t green = image->channels == 3 ? 1 : 0;
@@ -173,7 +173,8 @@ io::Chart ChartOf(const std::vector<Verdict>& verdicts, const std::vector<SliceB
   io::Chart chart;
   chart.title = "Blur against distance: planned, and measured from the frames";
   chart.subtitle =
-      "measured by blurring a small-aperture frame until it looks like the picture; bars: 95 % where one depth fills a slice";
+      "measured by blurring a small-aperture frame until it looks like the picture; bars: 95 % where one depth fills a "
+      "slice";
   chart.x = {.label = "distance from the lens centre", .unit = "m"};
   chart.y = {.label = "blur diameter", .unit = "px", .low = 0.0};
   io::ChartLine line{.name = "planned (thin lens)"};

@@ -30,38 +30,38 @@ Result<std::optional<double>> ImageDistance(const CameraSystem& system, const Pl
   const Rational f = system.focal_length->ToRational();
   if (optics::thin_lens::BeyondFocalPoint(f, at).is_zero()) return std::nullopt;
   const auto distance = Rounded(optics::thin_lens::ImageDepth(f, at) * 1000);
-  if (!distance) return std::unexpected(distance.error());
+  if (!distance) return PassOn(distance);
   return *distance;
 }
 
 Result<BlurAt> RowAt(const CameraSystem& system, const std::string& text, std::optional<From> from) {
   const auto object = ParseObject(text, "--at");
-  if (!object) return std::unexpected(object.error());
+  if (!object) return PassOn(object);
   const auto centred = system.FromCentre(*object, from);
-  if (!centred) return std::unexpected(centred.error());
+  if (!centred) return PassOn(centred);
   const Place at = PlaceOf(*centred);
   const Rational geometric = system.SignedBlur(at);
   const auto signed_blur = Rounded(geometric * 1'000'000);
-  if (!signed_blur) return std::unexpected(signed_blur.error());
+  if (!signed_blur) return PassOn(signed_blur);
   BlurAt row{*centred, std::abs(*signed_blur), *signed_blur, std::nullopt};
   if (system.wavelength) {
     const auto disk = system.BlurDisk(geometric);
-    if (!disk) return std::unexpected(disk.error());
+    if (!disk) return PassOn(disk);
     row.blur_um = *disk * 1e6;
   }
   const auto image = ImageDistance(system, at);
-  if (!image) return std::unexpected(image.error());
+  if (!image) return PassOn(image);
   row.image_mm = *image;
   return row;
 }
 
 Result<std::vector<BlurAt>> Compute(const BlurText& text, std::optional<From> from) {
   const auto system = ReadSystem(text.system, from);
-  if (!system) return std::unexpected(system.error());
+  if (!system) return PassOn(system);
   std::vector<BlurAt> rows;
   for (const std::string& at : text.at) {
     const auto row = RowAt(*system, at, from);
-    if (!row) return std::unexpected(row.error());
+    if (!row) return PassOn(row);
     rows.push_back(*row);
   }
   return rows;
@@ -80,7 +80,7 @@ varlink::Json RowJson(const BlurAt& row) {
 
 Outcome RunBlur(const BlurText& text, Session& session) {
   const auto rows = Compute(text, session.globals().from);
-  if (!rows) return Refuse(rows);
+  if (!rows) return PassOn(rows);
   if (session.json()) {
     varlink::Json answer = varlink::Json::array();
     for (const BlurAt& row : *rows) answer.push_back(RowJson(row));

@@ -36,7 +36,7 @@ Result<void> ReadDiffraction(const SystemText& text, CameraSystem& system) {
   }
   if (text.wavelength.empty() && system.model != CameraModel::Diffraction) return {};
   const auto wavelength = ParsePositiveLength(text.wavelength.empty() ? "550nm" : text.wavelength, "--wavelength");
-  if (!wavelength) return std::unexpected(wavelength.error());
+  if (!wavelength) return PassOn(wavelength);
   system.wavelength = Metres{wavelength->Nearest().value()};
   return {};
 }
@@ -47,12 +47,12 @@ Result<void> ReadLensOpening(const SystemText& text, CameraSystem& system) {
     return Usage("give the opening once: --f-number or --aperture-diameter");
   }
   auto f = ParseFocalLength(text.focal_length);
-  if (!f) return PassOn(std::move(f));
+  if (!f) return PassOn(f);
   system.focal_length = *f;
   const bool by_number = !text.f_number.empty();
   const auto opening = by_number ? ParseFNumber(text.f_number, "--f-number")
                                  : ParsePositiveLength(text.aperture_diameter, "--aperture-diameter");
-  if (!opening) return std::unexpected(opening.error());
+  if (!opening) return PassOn(opening);
   system.diameter = by_number ? Rational(f->ToRational() / opening->ToRational()) : opening->ToRational();
   return {};
 }
@@ -63,15 +63,15 @@ Result<void> ReadLensPlane(const SystemText& text, std::optional<From> from, Cam
   const Rational f = system.focal_length->ToRational();
   if (!text.focus.empty()) {
     const auto focus = ParseDepth(text.focus, "--focus");
-    if (!focus) return std::unexpected(focus.error());
+    if (!focus) return PassOn(focus);
     const auto centred = FocusFromCentre(*system.focal_length, *focus, ScaleOf(from));
-    if (!centred) return std::unexpected(centred.error());
+    if (!centred) return PassOn(centred);
     system.sensor_distance = f + thin_lens::Extension(f, PlaceOf(*centred));
   } else {
     const bool direct = !text.extension.empty();
     const auto length = direct ? ParseExactLength(text.extension, "--extension")
                                : ParsePositiveLength(text.sensor_distance, "--sensor-distance");
-    if (!length) return std::unexpected(length.error());
+    if (!length) return PassOn(length);
     system.sensor_distance = length->ToRational() + (direct ? f : Rational(0));
   }
   if (system.sensor_distance > 0) return {};
@@ -87,7 +87,7 @@ Result<void> ReadHole(const SystemText& text, CameraSystem& system) {
   }
   if (text.sensor_distance.empty()) return Usage("--model " + text.model + " needs --sensor-distance");
   const auto distance = ParsePositiveLength(text.sensor_distance, "--sensor-distance");
-  if (!distance) return std::unexpected(distance.error());
+  if (!distance) return PassOn(distance);
   system.sensor_distance = distance->ToRational();
   const bool needs_hole = system.model == CameraModel::Aperture || system.wavelength;
   if (needs_hole && text.aperture_diameter.empty()) {
@@ -95,7 +95,7 @@ Result<void> ReadHole(const SystemText& text, CameraSystem& system) {
   }
   if (text.aperture_diameter.empty()) return {};
   const auto diameter = ParsePositiveLength(text.aperture_diameter, "--aperture-diameter");
-  if (!diameter) return std::unexpected(diameter.error());
+  if (!diameter) return PassOn(diameter);
   system.diameter = diameter->ToRational();
   return {};
 }
@@ -120,21 +120,21 @@ Result<double> CameraSystem::BlurDisk(const Rational& geometric) const {
 Result<Depth> CameraSystem::FromCentre(const Depth& object, std::optional<From> from) const {
   if (!object.IsDistance() || ScaleOf(from).from == optics::DistanceFrom::Lens) return object;
   const auto stands = Rounded(sensor_distance);
-  if (!stands) return std::unexpected(stands.error());
+  if (!stands) return PassOn(stands);
   // Focal length plus extension is where the sensor stands, with a lens and without one.
   return ObjectFromCentre(Decimal::Shortest(*stands), Metres{0.0}, object, ScaleOf(from));
 }
 
 Result<CameraSystem> ReadSystem(const SystemText& text, std::optional<From> from) {
   const auto model = ParseModel(text);
-  if (!model) return std::unexpected(model.error());
+  if (!model) return PassOn(model);
   CameraSystem system;
   system.model = *model;
   Result<void> read = ReadDiffraction(text, system);
   const bool lens = *model == CameraModel::Thin || *model == CameraModel::Diffraction;
   if (read) read = lens ? ReadLensOpening(text, system) : ReadHole(text, system);
   if (read && lens) read = ReadLensPlane(text, from, system);
-  if (!read) return std::unexpected(read.error());
+  if (!read) return PassOn(read);
   return system;
 }
 

@@ -20,9 +20,9 @@ struct ConjugateText {
 
 Outcome RunConjugate(const ConjugateText& text, Session& session) {
   const auto f = ParseFocalLength(text.focal_length);
-  if (!f) return Refuse(f);
+  if (!f) return PassOn(f);
   const auto object = ParsePoint(text.point, "--point");
-  if (!object) return Refuse(object);
+  if (!object) return PassOn(object);
   if (session.globals().from.value_or(From::Lens) != From::Lens) {
     return Refuse(Exit::Usage, "conjugate works with points from the lens centre; leave --from out");
   }
@@ -32,11 +32,11 @@ Outcome RunConjugate(const ConjugateText& text, Session& session) {
   std::array<double, 3> image_mm{};
   for (std::size_t i = 0; i < 4; ++i) {
     const auto value = Rounded(image[i]);
-    if (!value) return Refuse(value);
+    if (!value) return PassOn(value);
     point[i] = *value;
     if (i == 3 || !finite) continue;
     const auto millimetres = Rounded(image[i] * 1000 / image[3]);
-    if (!millimetres) return Refuse(millimetres);
+    if (!millimetres) return PassOn(millimetres);
     image_mm[i] = *millimetres;
   }
   if (session.json()) {

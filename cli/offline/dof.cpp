@@ -23,31 +23,31 @@ struct DofInput {
 Result<DofInput> Parse(const DofText& text, std::optional<From> from) {
   DofInput input;
   auto f = ParseFocalLength(text.focal_length);
-  if (!f) return PassOn(std::move(f));
+  if (!f) return PassOn(f);
   auto n = ParseFNumber(text.f_number, "--f-number");
-  if (!n) return PassOn(std::move(n));
+  if (!n) return PassOn(n);
   std::optional<Decimal> pixel;
   if (!text.pixel.empty()) {
     auto pitch = ParsePositiveLength(text.pixel, "--pixel");
-    if (!pitch) return PassOn(std::move(pitch));
+    if (!pitch) return PassOn(pitch);
     pixel = *pitch;
   }
   auto limit = ParseBlurLimit(text.blur_limit, pixel, "--blur-limit");
-  if (!limit) return PassOn(std::move(limit));
+  if (!limit) return PassOn(limit);
   const auto focus = ParseDepth(text.focus, "--focus");
-  if (!focus) return std::unexpected(focus.error());
+  if (!focus) return PassOn(focus);
   if (focus->value < 0.0) {
     return Fail(Code::InvalidArgument,
                 "--focus '" + text.focus + "': past infinity nothing real is in focus; write inf");
   }
   auto centred = FocusFromCentre(*f, *focus, ScaleOf(from));
-  if (!centred) return PassOn(std::move(centred));
+  if (!centred) return PassOn(centred);
   return DofInput{*f, *n, *limit, *centred};
 }
 
 Outcome RunDof(const DofText& text, Session& session) {
   const auto input = Parse(text, session.globals().from);
-  if (!input) return Refuse(input);
+  if (!input) return PassOn(input);
   const Rational f = input->focal_length.ToRational(), n = input->f_number.ToRational();
   const Rational limit = input->blur_limit.ToRational();
   const auto sharp = optics::thin_lens::DepthOfField(f, n, limit, PlaceOf(input->focus));
@@ -57,7 +57,7 @@ Outcome RunDof(const DofText& text, Session& session) {
   const auto far_d = to_infinity ? Result<double>(0.0) : Rounded(sharp.far);
   const auto far_m = to_infinity ? Result<double>(0.0) : Rounded(1 / sharp.far);
   for (const auto* value : {&hyperfocal, &near_d, &near_m, &far_d, &far_m}) {
-    if (!*value) return Refuse(*value);
+    if (!*value) return PassOn(*value);
   }
   if (session.json()) {
     session.PrintJson({{"nearM", *near_m},

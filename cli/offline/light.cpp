@@ -15,7 +15,7 @@ namespace {
 
 Outcome RunLight(const SystemText& text, Session& session) {
   const auto system = ReadSystem(text, session.globals().from);
-  if (!system) return Refuse(system);
+  if (!system) return PassOn(system);
   if (system->diameter.is_zero()) {
     return Refuse(Exit::Usage,
                   "--model pinhole: how much light passes is a matter of its size; give "
@@ -28,7 +28,7 @@ Outcome RunLight(const SystemText& text, Session& session) {
   const auto paraxial = Rounded(optics::thin_lens::ParaxialLight(working));
   const auto exact = Rounded(optics::thin_lens::ExactLight(working));
   for (const auto* value : {&f_number, &working_number, &diameter_mm, &stands_mm, &paraxial, &exact}) {
-    if (!*value) return Refuse(*value);
+    if (!*value) return PassOn(*value);
   }
   const double angle = optics::SubtendedAngle(FNumber{*working_number}) * 180.0 / std::numbers::pi;
   if (session.json()) {

@@ -42,7 +42,7 @@ std::string FramingText(const PlanQuestion& question, std::optional<Metres> exte
 
 Outcome RunStack(const PlanQuestion& question, Session& session) {
   const auto answer = optics::PlanStack(question.request);
-  if (!answer) return Refuse(answer);
+  if (!answer) return PassOn(answer);
   varlink::Json json = StackJson(*answer);
   std::optional<Metres> first;
   if (!answer->shots.empty()) first = answer->shots.front().extension;
@@ -64,7 +64,7 @@ Outcome RunPlan(const PlanText& text, Session& session) {
   if (!question) return RefuseInput(question);
   if (text.stack) return RunStack(*question, session);
   const auto answer = optics::Plan(question->request);
-  if (!answer) return Refuse(answer);
+  if (!answer) return PassOn(answer);
   if (!text.plot.empty()) {
     const auto written = io::WriteSvg(text.plot, PlanPlot(question->request, *answer));
     if (!written) return RefuseOutput(written);

@@ -23,7 +23,7 @@ Result<std::array<Rational, 4>> ParsePoint(const std::string& text, std::string_
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (at_infinity && i == 2) continue;
     const auto number = parts.size() == 4 ? ParseNumber(parts[i], option) : ParseExactLength(parts[i], option);
-    if (!number) return std::unexpected(number.error());
+    if (!number) return PassOn(number);
     point[i] = number->ToRational();
   }
   if (at_infinity) return std::array<Rational, 4>{0, 0, 1, 0};
@@ -38,7 +38,7 @@ Result<std::array<Rational, 2>> ParsePlanePoint(const std::string& text, std::st
   std::array<Rational, 2> point;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const auto number = ParseExactLength(parts[i], option);
-    if (!number) return std::unexpected(number.error());
+    if (!number) return PassOn(number);
     point[i] = number->ToRational();
   }
   return point;

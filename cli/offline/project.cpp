@@ -31,14 +31,14 @@ Result<Shown> In(const Area& area, int per_metre, int diameters_per_metre) {
   const auto x = Rounded(area.x * per_metre), y = Rounded(area.y * per_metre);
   const auto diameter = Rounded(area.diameter * diameters_per_metre);
   for (const auto* value : {&x, &y, &diameter}) {
-    if (!*value) return std::unexpected(value->error());
+    if (!*value) return PassOn(*value);
   }
   return Shown{*x, *y, *diameter};
 }
 
 Result<Shown> Forward(const CameraSystem& system, const std::string& text) {
   const auto point = ParsePoint(text, "--point");
-  if (!point) return std::unexpected(point.error());
+  if (!point) return PassOn(point);
   const auto& [x, y, z, w] = *point;
   if (!(z > 0) || w < 0) {
     return Fail(Code::InvalidArgument,
@@ -50,11 +50,11 @@ Result<Shown> Forward(const CameraSystem& system, const std::string& text) {
 
 Result<Shown> Reverse(const CameraSystem& system, const ProjectText& text, std::optional<From> from) {
   const auto sensor_point = ParsePlanePoint(text.sensor_point, "--sensor-point");
-  if (!sensor_point) return std::unexpected(sensor_point.error());
+  if (!sensor_point) return PassOn(sensor_point);
   const auto object = ParseObject(text.at, "--at");
-  if (!object) return std::unexpected(object.error());
+  if (!object) return PassOn(object);
   const auto centred = system.FromCentre(*object, from);
-  if (!centred) return std::unexpected(centred.error());
+  if (!centred) return PassOn(centred);
   if (centred->IsInfinite()) {
     return Fail(Code::InvalidArgument, "--at '" + text.at + "': at infinity the area has no size; give a distance");
   }
@@ -72,12 +72,12 @@ Outcome RunProject(const ProjectText& text, Session& session) {
                   "area of the scene it sees");
   }
   const auto system = ReadSystem(text.system, session.globals().from);
-  if (!system) return Refuse(system);
+  if (!system) return PassOn(system);
   if (forward && session.globals().from.value_or(From::Lens) != From::Lens) {
     return Refuse(Exit::Usage, "--point starts at the lens centre; leave --from out");
   }
   const auto area = forward ? Forward(*system, text.point) : Reverse(*system, text, session.globals().from);
-  if (!area) return Refuse(area);
+  if (!area) return PassOn(area);
   const auto& [x, y, diameter] = *area;
   if (session.json()) {
     session.PrintJson({{forward ? "imageMm" : "sceneM", {x, y}}, {forward ? "diameterUm" : "diameterMm", diameter}});

@@ -28,7 +28,7 @@ Result<Json> ParseRegion(std::string_view text) {
       return Fail(Code::InvalidArgument, "--roi: say X,Y,W,H as fractions of the frame, such as 0.4,0.4,0.2,0.2");
     }
     auto number = ParseNumber(text.substr(0, comma), "--roi");
-    if (!number) return PassOn(std::move(number));
+    if (!number) return PassOn(number);
     region[kKeys[i]] = *number->Nearest();
     text.remove_prefix(comma == text.npos ? text.size() : comma + 1);
   }
@@ -43,7 +43,7 @@ std::expected<Json, Failure> ParametersOf(const AutofocusOptions& options) {
   Json regions = Json::array();
   for (const std::string& text : options.regions) {
     auto region = ParseRegion(text);
-    if (!region) return Refuse(region);
+    if (!region) return PassOn(region);
     regions.push_back(*std::move(region));
   }
   if (!regions.empty()) parameters["regions"] = std::move(regions);
@@ -52,16 +52,16 @@ std::expected<Json, Failure> ParametersOf(const AutofocusOptions& options) {
 
 Outcome Autofocus(Session& session, const AutofocusOptions& options) {
   auto parameters = ParametersOf(options);
-  if (!parameters) return std::unexpected(parameters.error());
+  if (!parameters) return PassOn(parameters);
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   if (options.track && !options.frames_from.empty()) {
     return Refuse(Exit::Usage, "--track works with the lens' own camera, not with --frames-from");
   }
   if (options.track) return TrackSubject(session, *link, *std::move(parameters));
   auto result = options.frames_from.empty() ? FocusByOwnCamera(*link, *std::move(parameters))
                                             : FocusByCommand(*link, *std::move(parameters), options);
-  if (!result) return std::unexpected(result.error());
+  if (!result) return PassOn(result);
   session.json() ? session.PrintJson(*result) : session.PrintText(AutofocusText(*result));
   return result->value("focused", false) ? Exit::Done : Exit::No;
 }
@@ -93,7 +93,7 @@ std::expected<Json, Failure> FocusByOwnCamera(DaemonClient& link, Json parameter
     if (step.contains("progress") && step["progress"].is_object()) line.Show(AutofocusProgressText(step["progress"]));
     return true;
   });
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   return (*reply)["autofocus"];
 }
 
@@ -116,7 +116,7 @@ Outcome TrackSubject(Session& session, DaemonClient& link, Json parameters) {
   // The ways in which this is meant to end.
   constexpr Exit kEnds[] = {Exit::Interrupted, Exit::Timeout, Exit::Superseded, Exit::Stopped};
   if (!ended && std::ranges::find(kEnds, ended.error().status) == std::end(kEnds)) {
-    return std::unexpected(ended.error());
+    return PassOn(ended);
   }
   std::string last = "tracking ended";
   if (!ended) last += " (" + ended.error().message + ")";

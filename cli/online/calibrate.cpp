@@ -65,11 +65,11 @@ Outcome Show(Session& session, const Json& reply, Shows shows) {
 std::expected<Json, Failure> DepthOf(const std::string& text, const std::string& option) {
   if (text.starts_with("ext:")) {
     auto extension = ParseLength(text.substr(4), option);
-    if (!extension) return Refuse(extension);
+    if (!extension) return PassOn(extension);
     return Json{{"extensionMm", extension->value * 1e3}};
   }
   auto depth = ParseDepth(text, option);
-  if (!depth) return Refuse(depth);
+  if (!depth) return PassOn(depth);
   return Json{{depth->IsDistance() ? "distanceM" : "vergenceD", depth->value}};
 }
 
@@ -79,7 +79,7 @@ std::expected<Json, Failure> PointOf(const std::string& text) {
     return Refuse(Exit::Usage, "--point '" + text + "': write STEPS=DEPTH, such as 1200=0.8m or 0=inf");
   }
   auto steps = ParseNumber(std::string_view(text).substr(0, equals), "--point");
-  if (!steps) return Refuse(steps);
+  if (!steps) return PassOn(steps);
   auto point = DepthOf(text.substr(equals + 1), "--point");
   if (point) (*point)["steps"] = *steps->Nearest();
   return point;
@@ -99,7 +99,7 @@ std::expected<Json, Failure> FocusOnce(Session& session, DaemonClient& link, con
   auto reply = link.Follow(
       MethodOfLens("Autofocus"), {{"lens", lens}}, [](const Json&) { return true; },
       [&] { StopNow(session, lens, nullptr); });
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   return (*reply)["autofocus"];
 }
 
@@ -113,7 +113,7 @@ std::expected<Json, Failure> Guided(Session& session, DaemonClient& link, const 
   }
   Json points = Json::array();
   for (std::size_t i = 0; i < depths.size(); ++i) {
-    if (auto ready = AskFor(session, text.targets[i]); !ready) return std::unexpected(ready.error());
+    if (auto ready = AskFor(session, text.targets[i]); !ready) return PassOn(ready);
     for (int round = 0; round < text.repeat; ++round) {
       auto found = FocusOnce(session, link, lens);
       if (!found) return found;
@@ -147,7 +147,7 @@ Outcome Calibrate(Session& session, const CalibrateText& text) {
   }
   if (!text.error.empty()) {
     auto error = ParseLength(text.error, "--error");
-    if (!error) return Refuse(error);
+    if (!error) return PassOn(error);
     parameters["errorUm"] = error->value * 1e6;
   }
   if (!text.file.empty()) {
@@ -159,19 +159,19 @@ Outcome Calibrate(Session& session, const CalibrateText& text) {
   Json points = Json::array();
   for (const std::string& one : text.points) {
     auto point = PointOf(one);
-    if (!point) return std::unexpected(point.error());
+    if (!point) return PassOn(point);
     points.push_back(*std::move(point));
   }
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   if (text.show) {
     auto reply = link->Ask(MethodOfLens("Calibration"), {{"lens", lens}});
-    if (!reply) return std::unexpected(reply.error());
+    if (!reply) return PassOn(reply);
     return Show(session, *reply, Shows::WholeFile);
   }
   if (!text.targets.empty()) {
     auto found = Guided(session, *link, text, lens);
-    if (!found) return std::unexpected(found.error());
+    if (!found) return PassOn(found);
     points = *std::move(found);
     parameters["made"] = "by autofocus on " + std::to_string(text.targets.size()) + " targets";
   }
@@ -187,7 +187,7 @@ Outcome Calibrate(Session& session, const CalibrateText& text) {
     if (!text.file.empty() && reply.error().status == Exit::Usage) {
       return Refuse(Exit::BadData, text.file + ": " + reply.error().message);
     }
-    return std::unexpected(reply.error());
+    return PassOn(reply);
   }
   return Show(session, *reply, Shows::OneLine);
 }
@@ -217,12 +217,12 @@ Outcome Backlash(Session& session, const BacklashText& text) {
   for (const std::string& word : text.words) parameters[IsAxis(word) ? "axis" : "lens"] = word;
   if (!text.steps.empty()) {
     auto steps = ParseNumber(text.steps, "--steps");
-    if (!steps) return Refuse(steps);
+    if (!steps) return PassOn(steps);
     parameters["steps"] = *steps->Nearest();
   }
   if (text.pairs > 0) parameters["pairs"] = text.pairs;
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   const Json lens = parameters.contains("lens") ? parameters["lens"] : Json(nullptr);
   auto reply = link->Follow(
       MethodOfLens("Backlash"), parameters,
@@ -233,7 +233,7 @@ Outcome Backlash(Session& session, const BacklashText& text) {
         return true;
       },
       [&] { StopNow(session, lens, nullptr); });
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   const Json& result = (*reply)["backlash"];
   session.json() ? session.PrintJson(result) : session.PrintText(BacklashLine(result));
   return result.value("known", false) ? Exit::Done : Exit::No;

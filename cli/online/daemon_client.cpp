@@ -107,14 +107,14 @@ std::expected<DaemonClient, Failure> DaemonClient::Open(const Session& session) 
   if (!client && access(path.c_str(), W_OK) != 0 && errno == EACCES) {
     return Refuse(Exit::NotPermitted, "you may not use the socket " + path + "; ask for membership of its group");
   }
-  if (!client) return Refuse(client);
+  if (!client) return PassOn(client);
   return DaemonClient(*std::move(client), globals.timeout);
 }
 
 std::expected<Json, Failure> DaemonClient::Ask(std::string_view method, Json parameters, Duration patience) {
   client_.SetDeadline(MonotonicClock().Now() + timeout_.value_or(patience));
   auto reply = client_.Invoke(method, WithLease(method, std::move(parameters)));
-  if (!reply) return Refuse(reply);
+  if (!reply) return PassOn(reply);
   if (!reply->error.empty()) return std::unexpected(FailureOf(*reply));
   return std::move(reply->parameters);
 }
@@ -133,14 +133,14 @@ std::expected<Json, Failure> DaemonClient::Follow(std::string_view method, Json 
   call.method = method;
   call.parameters = WithLease(method, std::move(parameters));
   call.more = true;
-  if (auto sent = client_.Send(call); !sent) return Refuse(sent);
+  if (auto sent = client_.Send(call); !sent) return PassOn(sent);
   for (;;) {
     auto reply = client_.Receive();
     const bool by_signal = !reply && reply.error().code == Code::Cancelled;
     const bool given_up = by_signal || (!reply && reply.error().code == Code::Timeout);
     if (given_up && interrupted) interrupted();
     if (by_signal) return Refuse(Exit::Interrupted, reply.error().message);
-    if (!reply) return Refuse(reply);
+    if (!reply) return PassOn(reply);
     if (!reply->error.empty()) return std::unexpected(FailureOf(*reply));
     if (!reply->continues) return std::move(reply->parameters);
     if (!progress(reply->parameters)) return Json::object();

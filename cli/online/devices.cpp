@@ -43,7 +43,7 @@ std::string DeviceText(const Json& device) {
 std::expected<Json, Failure> FindDevices(Session& session) {
   auto link = DaemonClient::Open(session);
   if (link) return link->Ask(MethodOfLens("Devices"), Json::object());
-  if (link.error().status != Exit::Unavailable) return std::unexpected(link.error());
+  if (link.error().status != Exit::Unavailable) return PassOn(link);
   const ProgramEnd end = RunDaemonProgram({"--devices"}, STDOUT_FILENO);
   if (end.status == 127) {
     return Refuse(Exit::Unavailable, link.error().message + "; and lensd is not installed here to look without it");
@@ -98,13 +98,13 @@ std::expected<void, Failure> WriteNew(const std::string& path, const std::string
 
 Outcome Devices(Session& session, const std::string& file) {
   auto reply = FindDevices(session);
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   for (const Json& failed : (*reply)["failed"]) {
     session.Remark("driver " + failed.value("driver", "") + " could not search: " + failed.value("message", ""));
   }
   const Json& devices = (*reply)["devices"];
   if (!file.empty()) {
-    if (auto written = WriteNew(file, Configuration(devices)); !written) return std::unexpected(written.error());
+    if (auto written = WriteNew(file, Configuration(devices)); !written) return PassOn(written);
     session.Remark("wrote " + file + "; lensd --check-config --config " + file + " tries it");
   }
   if (session.json()) {

@@ -106,7 +106,7 @@ std::expected<Json, Failure> Send(DaemonClient& link, const Json& session, Json 
 std::expected<Json, Failure> FocusByCommand(DaemonClient& link, Json parameters, const AutofocusOptions& options) {
   if (!options.pixel.empty()) {
     auto pitch = ParseLength(options.pixel, "--pixel");
-    if (!pitch) return Refuse(pitch);
+    if (!pitch) return PassOn(pitch);
     parameters["pixelUm"] = pitch->value * 1e6;
   }
   if (!parameters.contains("regions")) {
@@ -121,7 +121,7 @@ std::expected<Json, Failure> FocusByCommand(DaemonClient& link, Json parameters,
   while (reply->contains("next")) {
     line.Show(AutofocusStepText((*reply)["next"]));
     auto frame = Take(options.frames_from, spot);
-    if (!frame) return std::unexpected(frame.error());
+    if (!frame) return PassOn(frame);
     reply = Send(link, session, std::move(frame->first), frame->second);
     if (!reply) return reply;
   }

@@ -18,13 +18,13 @@ Outcome Take(Session& session, const std::string& name, const std::string& time)
   Json parameters{{"lens", LensOf(name)}};
   if (!time.empty()) {
     const auto wanted = ParseTime(time, "--for");
-    if (!wanted) return Refuse(wanted);
+    if (!wanted) return PassOn(wanted);
     parameters["forMs"] = std::chrono::duration<double, std::milli>(*wanted).count();
   }
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   const auto taken = link->Ask(MethodOfLens("TakeLease"), parameters);
-  if (!taken) return std::unexpected(taken.error());
+  if (!taken) return PassOn(taken);
   if (session.json()) {
     session.PrintJson(*taken);
   } else {
@@ -35,15 +35,15 @@ Outcome Take(Session& session, const std::string& name, const std::string& time)
   session.Remark("Control-C ends the lease");
   auto ended = link->Follow(MethodOfLens("Monitor"), {{"lens", (*taken)["lens"]}}, [](const Json&) { return true; });
   if (!ended && ended.error().status == Exit::Timeout) return Exit::Done;  // --timeout says how long to hold it
-  if (!ended) return std::unexpected(ended.error());
+  if (!ended) return PassOn(ended);
   return Exit::Done;
 }
 
 Outcome Drop(Session& session, const std::string& name) {
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   const auto dropped = link->Ask(MethodOfLens("DropLease"), {{"lens", LensOf(name)}});
-  if (!dropped) return std::unexpected(dropped.error());
+  if (!dropped) return PassOn(dropped);
   session.json() ? session.PrintJson({{"dropped", true}}) : session.PrintText("dropped");
   return Exit::Done;
 }

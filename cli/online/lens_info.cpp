@@ -9,7 +9,7 @@ using varlink::Json;
 
 std::expected<Json, Failure> FindInfo(DaemonClient& link, const std::string& lens) {
   auto reply = link.Ask(MethodOfLens("List"), Json::object());
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   const Json& lenses = (*reply)["lenses"];
   for (const Json& info : lenses) {
     if (lens.empty() ? lenses.size() == 1 : info.value("name", "") == lens) return info;

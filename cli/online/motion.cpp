@@ -17,7 +17,7 @@ using varlink::Json;
 /// Moves one axis and prints the result. Control-C stops the axis.
 Outcome Move(Session& session, Json lens, const char* axis, Json target, const Json& extra = Json::object()) {
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   Json parameters{{"lens", lens}, {"axis", axis}, {"target", std::move(target)}};
   parameters.update(extra);
   if (const auto& from = session.globals().from) {
@@ -26,7 +26,7 @@ Outcome Move(Session& session, Json lens, const char* axis, Json target, const J
   auto reply = link->Follow(
       MethodOfLens("Move"), std::move(parameters), [](const Json&) { return true; },
       [&] { StopNow(session, lens, axis); });
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   const Json& move = (*reply)["move"];
   session.json() ? session.PrintJson(move) : session.PrintText(MoveText(move));
   return move.value("reached", false) ? Exit::Done : Exit::No;
@@ -35,7 +35,7 @@ Outcome Move(Session& session, Json lens, const char* axis, Json target, const J
 Outcome Focus(Session& session, const std::vector<std::string>& words) {
   const NameAndValue given = SplitNameAndValue(words);
   auto target = ParseFocusTarget(given.value);
-  if (!target) return Refuse(target);
+  if (!target) return PassOn(target);
   return Move(session, given.lens, "focus", *std::move(target));
 }
 
@@ -44,10 +44,10 @@ Outcome Aperture(Session& session, const std::vector<std::string>& words, bool k
   Json extra = Json::object();
   if (keep_brightness) extra["keepBrightness"] = true;
   auto steps = ParseStepTarget(given.value, "N");
-  if (!steps) return Refuse(steps);
+  if (!steps) return PassOn(steps);
   if (*steps) return Move(session, given.lens, "iris", **std::move(steps), extra);
   auto f_number = ParseFNumber(given.value, "N");
-  if (!f_number) return Refuse(f_number);
+  if (!f_number) return PassOn(f_number);
   return Move(session, given.lens, "iris", {{"fNumber", *f_number->Nearest()}}, extra);
 }
 
@@ -60,14 +60,14 @@ struct ZoomText {
 Outcome Zoom(Session& session, const ZoomText& text) {
   const NameAndValue given = SplitNameAndValue(text.words);
   auto steps = ParseStepTarget(given.value, "F");
-  if (!steps) return Refuse(steps);
+  if (!steps) return PassOn(steps);
   if (*steps) return Move(session, given.lens, "zoom", **std::move(steps));  // the motor alone: optics may be unknown
   auto focal_length = ParsePositiveLength(given.value, "F");
-  if (!focal_length) return Refuse(focal_length);
+  if (!focal_length) return PassOn(focal_length);
   Json extra{{"keepFocus", !text.free}};
   if (!text.tolerance.empty()) {
     auto tolerance = ParsePositiveLength(text.tolerance, "--tolerance");
-    if (!tolerance) return Refuse(tolerance);
+    if (!tolerance) return PassOn(tolerance);
     extra["trackingToleranceUm"] = *tolerance->Nearest() * 1e6;
   }
   return Move(session, given.lens, "zoom", {{"focalLengthMm", *focal_length->Nearest() * 1e3}}, extra);
@@ -76,7 +76,7 @@ Outcome Zoom(Session& session, const ZoomText& text) {
 Outcome Filter(Session& session, const std::vector<std::string>& words) {
   const NameAndValue given = SplitNameAndValue(words);
   auto place = ParseNumber(given.value, "K");
-  if (!place) return Refuse(place);
+  if (!place) return PassOn(place);
   return Move(session, given.lens, "filter", {{"native", *place->Nearest()}});
 }
 
@@ -88,12 +88,12 @@ Outcome Home(Session& session, const std::vector<std::string>& words) {
     return Refuse(Exit::Usage, "AXIS '" + given.value + "': say focus, iris, zoom or filter");
   }
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   const Json axis = LensOf(given.value);
   auto reply = link->Follow(
       MethodOfLens("Home"), {{"lens", given.lens}, {"axis", axis}}, [](const Json&) { return true; },
       [&] { StopNow(session, given.lens, axis); });
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   const Json& moves = (*reply)["moves"];
   if (session.json()) session.PrintJson(axis.is_null() ? moves : moves[0]);
   bool all_reached = true;
@@ -106,9 +106,9 @@ Outcome Home(Session& session, const std::vector<std::string>& words) {
 
 Outcome Stop(Session& session, const std::string& name) {
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   auto reply = link->Ask(MethodOfLens("Stop"), {{"lens", LensOf(name)}});
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   session.json() ? session.PrintJson({{"stopped", true}}) : session.PrintText("stopped");
   return Exit::Done;
 }

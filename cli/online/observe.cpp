@@ -14,9 +14,9 @@ using varlink::Json;
 
 Outcome List(Session& session) {
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   auto reply = link->Ask(MethodOfLens("List"), Json::object());
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   const Json& lenses = (*reply)["lenses"];
   if (session.json()) {
     session.PrintJson(lenses);
@@ -29,7 +29,7 @@ Outcome List(Session& session) {
 
 Outcome StatusOnce(Session& session, DaemonClient& link, const std::string& name) {
   auto reply = link.Ask(MethodOfLens("Status"), {{"lens", LensOf(name)}});
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   const Json& lenses = (*reply)["lenses"];
   if (session.json()) {
     session.PrintJson(lenses.size() == 1 ? lenses[0] : lenses);
@@ -44,13 +44,13 @@ Outcome StatusOnce(Session& session, DaemonClient& link, const std::string& name
 Outcome Follow(DaemonClient& link, const char* method, const std::string& name, const DaemonClient::Progress& show) {
   auto ended = link.Follow(MethodOfLens(method), {{"lens", LensOf(name)}}, show);
   if (!ended && ended.error().status == Exit::Timeout) return Exit::Done;  // --timeout says how long to look on
-  if (!ended) return std::unexpected(ended.error());
+  if (!ended) return PassOn(ended);
   return Exit::Done;
 }
 
 Outcome Status(Session& session, const std::string& name, bool watch) {
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   if (!watch) return StatusOnce(session, *link, name);
   return Follow(*link, "Status", name, [&](const Json& reply) {
     for (const Json& lens : reply["lenses"]) {
@@ -69,7 +69,7 @@ std::string EventText(const Json& event) {
 
 Outcome Monitor(Session& session, const std::string& name) {
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   return Follow(*link, "Monitor", name, [&](const Json& reply) {
     const Json& event = reply["event"];
     session.json() ? session.PrintJson(event) : session.PrintText(EventText(event));
@@ -79,9 +79,9 @@ Outcome Monitor(Session& session, const std::string& name) {
 
 Outcome Metrics(Session& session, const std::string& name) {
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   auto reply = link->Ask(MethodOfLens("Metrics"), {{"lens", LensOf(name)}});
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   const Json& lenses = (*reply)["lenses"];
   if (session.json()) {
     session.PrintJson(lenses.size() == 1 ? lenses[0] : lenses);

@@ -17,9 +17,9 @@ using varlink::Json;
 
 Outcome Snapshot(Session& session, const std::string& name, const std::string& path) {
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   const auto frame = SaveSnapshot(*link, LensOf(name), path);
-  if (!frame) return std::unexpected(frame.error());
+  if (!frame) return PassOn(frame);
   if (session.json()) {
     session.PrintJson(*frame);
   } else {
@@ -45,7 +45,7 @@ std::expected<Json, Failure> SaveSnapshot(DaemonClient& link, const Json& lens, 
     return !wrong;
   };
   auto last = link.Follow(MethodOfLens("Snapshot"), {{"lens", lens}}, take);
-  if (!last) return std::unexpected(last.error());
+  if (!last) return PassOn(last);
   if (!wrong) take(*last);
   if (wrong) return std::unexpected(Failure(*wrong));
   if (auto written = io::WriteFileAtomically(path, png.data(), png.size()); !written) return RefuseOutput(written);

@@ -106,9 +106,9 @@ void Print(Session& session, const Json& reply) {
 /// The chart of a plan shows the lens as it is at the position chosen, where its f-number is f(e)/A.
 Outcome Draw(const std::string& path, const Json& reply) {
   const auto text = varlink::Document::Parse(varlink::WriteJson(reply["request"]));
-  if (!text) return Refuse(text);
+  if (!text) return PassOn(text);
   const auto request = proto::PlanRequestFromJson(text->root(), {});
-  if (!request) return Refuse(request);
+  if (!request) return PassOn(request);
   optics::PlanAnswer answer = AnswerOf(reply["plan"]);
   if (answer.feasible) answer.f_number = FNumber{request->focal_length.value / answer.aperture_diameter.value};
   const auto drawn = io::WriteSvg(path, PlanPlot(*request, answer));
@@ -131,10 +131,10 @@ Outcome RunPlanOnline(const PlanText& text, const std::string& lens, bool apply,
     return Refuse(Exit::Usage, "--plot and --apply are for one plan; leave --stack out, or take it with lensctl stack");
   }
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   const auto info = FindInfo(*link, lens);
-  if (!info) return std::unexpected(info.error());
-  if (auto lensless = NothingToPlan(*info)) return std::unexpected(*std::move(lensless));
+  if (!info) return PassOn(info);
+  if (auto lensless = NothingToPlan(*info)) return PassOn(*std::move(lensless));
   auto request = TypedRequest(text, session.globals().from);
   if (!request) return RefuseInput(request);
   const Json name = (*info)["name"];
@@ -144,7 +144,7 @@ Outcome RunPlanOnline(const PlanText& text, const std::string& lens, bool apply,
                                  MethodOfLens("Plan"), std::move(parameters), [](const Json&) { return true; },
                                  [&] { StopNow(session, name, nullptr); })
                            : link->Ask(MethodOfLens("Plan"), std::move(parameters));
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   if (!text.plot.empty()) {
     if (const auto drawn = Draw(text.plot, *reply); !drawn) return drawn;
   }

@@ -46,7 +46,7 @@ class Typed {
     if (!error_) error_ = std::move(error);
   }
   Result<Json> Take() {
-    if (error_) return std::unexpected(*std::move(error_));
+    if (error_) return PassOn(*std::move(error_));
     return std::move(json);
   }
 

@@ -56,9 +56,9 @@ std::string CsvText(const Json& presets) {
 Outcome Save(Session& session, const std::vector<std::string>& words) {
   const NameAndValue given = SplitNameAndValue(words);
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   auto reply = link->Ask(MethodOfLens("PresetSave"), {{"lens", given.lens}, {"label", given.value}});
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   const Json& preset = (*reply)["preset"];
   session.json() ? session.PrintJson(preset) : session.PrintText("saved " + PresetText(preset));
   return Exit::Done;
@@ -67,11 +67,11 @@ Outcome Save(Session& session, const std::vector<std::string>& words) {
 Outcome Recall(Session& session, const std::vector<std::string>& words) {
   const NameAndValue given = SplitNameAndValue(words);
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   auto reply = link->Follow(
       MethodOfLens("PresetRecall"), {{"lens", given.lens}, {"label", given.value}}, [](const Json&) { return true; },
       [&] { StopNow(session, given.lens, nullptr); });
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   const Json& recall = (*reply)["recall"];
   const bool reached = recall.value("reached", false);
   if (session.json()) {
@@ -90,9 +90,9 @@ Outcome Recall(Session& session, const std::vector<std::string>& words) {
 
 Outcome List(Session& session, const std::string& name, bool csv) {
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   auto reply = link->Ask(MethodOfLens("PresetList"), {{"lens", LensOf(name)}});
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   const Json& presets = (*reply)["presets"];
   if (csv) {
     session.PrintText(CsvText(presets));
@@ -108,9 +108,9 @@ Outcome List(Session& session, const std::string& name, bool csv) {
 Outcome Remove(Session& session, const std::vector<std::string>& words) {
   const NameAndValue given = SplitNameAndValue(words);
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   auto reply = link->Ask(MethodOfLens("PresetRemove"), {{"lens", given.lens}, {"label", given.value}});
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   session.json() ? session.PrintJson({{"removed", given.value}}) : session.PrintText("removed " + given.value);
   return Exit::Done;
 }

@@ -28,7 +28,7 @@ Outcome Call(Session& session, const CallOptions& options) {
     return Refuse(Exit::Usage, "JSON: the parameters must be one JSON object, such as '{\"lens\": \"a\"}'");
   }
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   const std::string method = FullName(options.method);
   const auto print = [&](const Json& reply) {
     session.PrintJson(reply);
@@ -36,17 +36,17 @@ Outcome Call(Session& session, const CallOptions& options) {
   };
   auto reply =
       options.more ? link->Follow(method, *std::move(parameters), print) : link->Ask(method, *std::move(parameters));
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   print(*reply);
   return Exit::Done;
 }
 
 Outcome Introspect(Session& session, const std::string& interface) {
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   if (interface.empty()) {
     auto info = link->Ask("org.varlink.service.GetInfo", Json::object());
-    if (!info) return std::unexpected(info.error());
+    if (!info) return PassOn(info);
     if (session.json()) {
       session.PrintJson(*info);
       return Exit::Done;
@@ -56,7 +56,7 @@ Outcome Introspect(Session& session, const std::string& interface) {
   }
   const std::string wanted = interface.empty() ? std::string(proto::kLensInterface) : interface;
   auto reply = link->Ask("org.varlink.service.GetInterfaceDescription", {{"interface", wanted}});
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   session.json() ? session.PrintJson(*reply) : session.PrintText(reply->value("description", ""));
   return Exit::Done;
 }

@@ -22,7 +22,7 @@ std::expected<void, Failure> MoveTo(Session& session, DaemonClient& link, const 
   const auto reply = link.Follow(
       MethodOfLens("Move"), {{"lens", lens}, {"axis", axis}, {"target", std::move(target)}},
       [](const Json&) { return true; }, [&] { StopNow(session, lens, axis); });
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   const Json& move = (*reply)["move"];
   if (move.value("reached", false)) return {};
   return Refuse(Exit::Unavailable, std::string(axis) + " did not arrive: " + move.value("reason", ""));
@@ -35,7 +35,7 @@ std::expected<Json, Failure> Shoot(Session& session, DaemonClient& link, const J
     const auto native = shot.find(place);
     if (native == shot.end() || native->is_null()) continue;
     const auto moved = MoveTo(session, link, lens, axis, {{"native", *native}});
-    if (!moved) return std::unexpected(moved.error());
+    if (!moved) return PassOn(moved);
   }
   return SaveSnapshot(link, lens, path);
 }
@@ -45,15 +45,15 @@ std::expected<Json, Failure> Shoot(Session& session, DaemonClient& link, const J
 Outcome RunStackOnline(PlanText text, const std::string& lens, const std::string& folder, Session& session) {
   text.stack = true;
   auto link = DaemonClient::Open(session);
-  if (!link) return std::unexpected(link.error());
+  if (!link) return PassOn(link);
   const auto info = FindInfo(*link, lens);
-  if (!info) return std::unexpected(info.error());
-  if (auto lensless = NothingToPlan(*info)) return std::unexpected(*std::move(lensless));
+  if (!info) return PassOn(info);
+  if (auto lensless = NothingToPlan(*info)) return PassOn(*std::move(lensless));
   auto request = TypedRequest(text, session.globals().from);
   if (!request) return RefuseInput(request);
   const Json name = (*info)["name"];
   const auto reply = link->Ask(MethodOfLens("Plan"), {{"lens", name}, {"request", *std::move(request)}});
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   Json plan = (*reply)["plan"];
   if (!plan.value("feasible", false)) {
     session.json() ? session.PrintJson(plan) : session.PrintText(StackText(plan));
@@ -65,7 +65,7 @@ Outcome RunStackOnline(PlanText text, const std::string& lens, const std::string
   for (std::size_t i = 0; i < plan["shots"].size(); ++i) {
     const std::string path = folder + "/shot-" + std::to_string(i + 1) + ".png";
     const auto frame = Shoot(session, *link, name, plan["shots"][i], path);
-    if (!frame) return std::unexpected(frame.error());
+    if (!frame) return PassOn(frame);
     plan["shots"][i]["frame"] = *frame;
     session.Remark(path);
   }

@@ -12,12 +12,12 @@ using varlink::Json;
 
 Result<double> Native(std::string_view text, std::string_view option = "TARGET") {
   auto number = ParseNumber(text, option);
-  if (!number) return PassOn(std::move(number));
+  if (!number) return PassOn(number);
   return *number->Nearest();
 }
 
 Result<Json> Field(const char* name, Result<double> value, double scale = 1.0) {
-  if (!value) return PassOn(std::move(value));
+  if (!value) return PassOn(value);
   return Json{{name, *value * scale}};
 }
 
@@ -29,7 +29,7 @@ Result<std::optional<Json>> ParseStepTarget(std::string_view text, std::string_v
   const bool relative = (text.starts_with('+') || text.starts_with('-')) && ParseNumber(text, option);
   if (!absolute && !relative) return std::nullopt;
   auto number = Native(absolute ? text.substr(1) : text, option);
-  if (!number) return PassOn(std::move(number));
+  if (!number) return PassOn(number);
   return Json{{absolute ? "native" : "relative", *number}};
 }
 
@@ -37,15 +37,15 @@ Result<Json> ParseFocusTarget(std::string_view text) {
   if (text.starts_with("near:")) return Field("nearer", Native(text.substr(5)));
   if (text.starts_with("far:")) return Field("nearer", Native(text.substr(4)), -1.0);
   auto steps = ParseStepTarget(text, "TARGET");
-  if (!steps) return PassOn(std::move(steps));
+  if (!steps) return PassOn(steps);
   if (*steps) return **std::move(steps);
   if (text.starts_with("ext:")) {
     auto extension = ParseLength(text.substr(4), "TARGET");
-    if (!extension) return PassOn(std::move(extension));
+    if (!extension) return PassOn(extension);
     return Json{{"extensionMm", extension->value * 1e3}};
   }
   auto depth = ParseDepth(text, "TARGET");
-  if (!depth) return PassOn(std::move(depth));
+  if (!depth) return PassOn(depth);
   return Json{{depth->IsDistance() ? "distanceM" : "vergenceD", depth->value}};
 }
 

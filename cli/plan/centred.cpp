@@ -54,9 +54,9 @@ Result<optics::DepthInterval> IntervalFromCentre(const Depth& near, const Depth&
                             : ObjectFromCentre(reading.focal_length, extension, depth, scale);
   };
   const auto nearer = centred(near);
-  if (!nearer) return std::unexpected(nearer.error());
+  if (!nearer) return PassOn(nearer);
   const auto farther = centred(far);
-  if (!farther) return std::unexpected(farther.error());
+  if (!farther) return PassOn(farther);
   return optics::DepthInterval{PlanDepthOf(*nearer), PlanDepthOf(*farther)};
 }
 
@@ -97,13 +97,13 @@ Result<PlanRequest> Centred(const Reading& reading, const optics::FocusScale& sc
   if (reading.focus) {
     const auto focus =
         FocusFromCentre(reading.focal_length, *reading.focus, scale, Metres{reading.request.extensions.high.value});
-    if (!focus) return std::unexpected(focus.error());
+    if (!focus) return PassOn(focus);
     request.focus = PlanDepthOf(*focus);
   }
   for (std::size_t i = 0; i < reading.limits.size(); ++i) {
     const NamedLimit& limit = reading.limits[i];
     auto depths = DepthsOf(i, reading, scale, extension);
-    if (!depths) return PassOn(std::move(depths));
+    if (!depths) return PassOn(depths);
     request.limits.push_back({.name = limit.written.name,
                               .kind = limit.kind,
                               .depths = *std::move(depths),
@@ -117,7 +117,7 @@ Result<PlanRequest> Centred(const Reading& reading, const optics::FocusScale& sc
 /// relaxed just enough. Nothing where even that does not exist.
 Result<std::optional<Metres>> AnswerExtension(PlanRequest request) {
   auto answer = optics::Plan(request);
-  if (!answer) return PassOn(std::move(answer));
+  if (!answer) return PassOn(answer);
   if (answer->feasible) return answer->extension;
   if (!answer->relax) return std::nullopt;
   const double factor = *answer->relax * (1.0 + 1e-9);
@@ -125,7 +125,7 @@ Result<std::optional<Metres>> AnswerExtension(PlanRequest request) {
     limit.limit = Number(limit.kind == LimitKind::Sharp ? limit.limit.value * factor : limit.limit.value / factor);
   }
   auto relaxed = optics::Plan(request);
-  if (!relaxed) return PassOn(std::move(relaxed));
+  if (!relaxed) return PassOn(relaxed);
   return relaxed->feasible ? std::optional(relaxed->extension) : std::nullopt;
 }
 
@@ -137,7 +137,7 @@ Result<PlanRequest> SettledFromSensor(const Reading& reading, const optics::Focu
   auto request = Centred(reading, scale, extension);
   for (int round = 0; round < kMostRounds && request; ++round) {
     const auto moved = AnswerExtension(*request);
-    if (!moved) return std::unexpected(moved.error());
+    if (!moved) return PassOn(moved);
     if (!*moved || **moved == extension) break;
     extension = **moved;
     request = Centred(reading, scale, extension);
@@ -155,9 +155,9 @@ Result<PlanRequest> RequestFromCentre(const Reading& reading, const optics::Focu
   if (reading.focus) {
     const auto focus =
         FocusFromCentre(reading.focal_length, *reading.focus, scale, Metres{reading.request.extensions.high.value});
-    if (!focus) return std::unexpected(focus.error());
+    if (!focus) return PassOn(focus);
     const auto stands = Rounded(optics::thin_lens::Extension(reading.focal_length.ToRational(), PlaceOf(*focus)));
-    if (!stands) return std::unexpected(stands.error());
+    if (!stands) return PassOn(stands);
     return Centred(reading, scale, Metres{*stands});
   }
   const bool moves = scale.from == optics::DistanceFrom::Sensor && !reading.in_focus;

@@ -50,7 +50,7 @@ Result<std::optional<io::Image>> ReadMask(const std::string& path, const io::Ima
                                           const std::string& depth_map) {
   if (path.empty()) return std::nullopt;
   auto classes = ReadGrey(path, 8, "a mask");
-  if (!classes) return std::unexpected(classes.error());
+  if (!classes) return PassOn(classes);
   if (classes->width != depths.width || classes->height != depths.height) {
     return Fail(Code::BadData, path + ": the mask is " + Size(*classes) + " px, but the depth map " + depth_map +
                                    " is " + Size(depths) + " px");
@@ -63,9 +63,9 @@ Result<std::optional<io::Image>> ReadMask(const std::string& path, const io::Ima
 Result<std::map<int, OccupiedDepths>> ReadDepthClasses(const std::string& depth_map, const std::string& mask,
                                                        const std::vector<WantedClass>& wanted) {
   const auto depths = ReadGrey(depth_map, 16, "a depth map");
-  if (!depths) return std::unexpected(depths.error());
+  if (!depths) return PassOn(depths);
   const auto read = ReadMask(mask, *depths, depth_map);
-  if (!read) return std::unexpected(read.error());
+  if (!read) return PassOn(read);
   const io::Image* classes = *read ? &**read : nullptr;
   std::map<int, OccupiedDepths> found;
   for (const auto& [number, every_depth] : wanted) {

@@ -29,7 +29,7 @@ template <class Parse, class Place>
 Result<void> Optional(const std::string& text, std::string_view option, Parse parse, Place place) {
   if (text.empty()) return {};
   auto value = parse(text, option);
-  if (!value) return PassOn(std::move(value));
+  if (!value) return PassOn(value);
   place(*std::move(value));
   return {};
 }
@@ -43,16 +43,16 @@ Result<void> FrameField(const PlanText& text, const Span<Decimal>& zoom, const o
                  "--sensor-width W");
   }
   const auto typed = ParseField(text.field, "--field");
-  if (!typed) return std::unexpected(typed.error());
+  if (!typed) return PassOn(typed);
   const optics::Field field{Metres{typed->width.Nearest().value()}, Metres{typed->distance.Nearest().value()}, scale};
   const auto width = ParsePositiveLength(text.sensor_width, "--sensor-width");
-  if (!width) return std::unexpected(width.error());
+  if (!width) return PassOn(width);
   const Metres sensor_width{width->Nearest().value()};
   const auto f =
       optics::FramingFocalLength(field, sensor_width, {{zoom.low.Nearest().value()}, {zoom.high.Nearest().value()}});
-  if (!f) return std::unexpected(f.error());
+  if (!f) return PassOn(f);
   const auto place = optics::DepthInFocus(scale, *f, field.distance);
-  if (!place) return std::unexpected(place.error());
+  if (!place) return PassOn(place);
   reading.focal_length = Decimal::Shortest(f->value);
   reading.framing = Framing{sensor_width, place->distance().value_or(field.distance)};
   return {};
@@ -61,7 +61,7 @@ Result<void> FrameField(const PlanText& text, const Span<Decimal>& zoom, const o
 Result<void> ReadFocalLength(const PlanText& text, const optics::FocusScale& scale, Reading& reading) {
   if (text.focal_length.empty()) return Usage("--focal-length is required, such as 50mm");
   const auto range = ParseLengthRange(text.focal_length, "--focal-length");
-  if (!range) return std::unexpected(range.error());
+  if (!range) return PassOn(range);
   if (!range->low.IsPositive()) return Usage("--focal-length '" + text.focal_length + "': must be greater than zero");
   if (range->low < range->high) return FrameField(text, *range, scale, reading);
   reading.focal_length = range->low;
@@ -79,7 +79,7 @@ Result<void> ReadOpenings(const PlanText& text, PlanRequest& request) {
   }
   const auto openings = request.apertures_are_diameters ? ParseDiameters(text.aperture_diameter, "--aperture-diameter")
                                                         : ParseFNumbers(text.f_number, "--f-number");
-  if (!openings) return std::unexpected(openings.error());
+  if (!openings) return PassOn(openings);
   request.f_numbers = RangeOf(openings->range);
   for (const Decimal& stop : openings->stops) request.stops.push_back(NumberOf(stop));
   return {};
@@ -95,7 +95,7 @@ Result<void> ReadExtensions(const PlanText& text, const Decimal& focal_length, P
   const bool direct = !text.extension.empty();
   auto range = direct ? ParseLengthRange(text.extension, "--extension")
                       : ParseLengthRange(text.sensor_distance, "--sensor-distance");
-  if (!range) return PassOn(std::move(range));
+  if (!range) return PassOn(range);
   if (!direct) range = Span<Decimal>{range->low - focal_length, range->high - focal_length};
   request.extensions = RangeOf(*range);
   return {};
@@ -156,7 +156,7 @@ Result<void> ReadBlurs(Reading& reading) {
     }
     const BlurSize blur = limit.written.limit.value_or(BlurSize{Decimal(1, 0), true});
     auto metres = BlurInMetres(blur, limit.text, reading.pixel, option);
-    if (!metres) return PassOn(std::move(metres));
+    if (!metres) return PassOn(metres);
     reading.blurs.push_back(*std::move(metres));
   }
   return {};
@@ -175,14 +175,14 @@ Result<Reading> ReadOptions(const PlanText& text, const optics::FocusScale& scal
   if (done) done = ReadDiffraction(text, request);
   if (done) done = ReadObjective(text, reading.pixel, request);
   if (done) done = ReadTolerances(text, request);
-  if (!done) return PassOn(std::move(done));
+  if (!done) return PassOn(done);
   auto limits = NamedLimits(text);
-  if (!limits) return PassOn(std::move(limits));
+  if (!limits) return PassOn(limits);
   reading.limits = *std::move(limits);
   done = ReadBlurs(reading);
-  if (!done) return PassOn(std::move(done));
+  if (!done) return PassOn(done);
   auto classes = ReadClasses(text, reading.limits);
-  if (!classes) return PassOn(std::move(classes));
+  if (!classes) return PassOn(classes);
   reading.classes = *std::move(classes);
   request.focal_length = NumberOf(reading.focal_length);
   if (reading.pixel) request.pixel = Metres{reading.pixel->Nearest().value()};
@@ -195,9 +195,9 @@ Result<FieldText> ParseField(std::string_view text, std::string_view option) {
   const auto at = text.find('@');
   if (at == std::string_view::npos) return Wrong(option, text, "write WIDTH@DISTANCE, such as 1.2m@3m");
   auto width = ParsePositiveLength(text.substr(0, at), option);
-  if (!width) return PassOn(std::move(width));
+  if (!width) return PassOn(width);
   auto distance = ParsePositiveLength(text.substr(at + 1), option);
-  if (!distance) return PassOn(std::move(distance));
+  if (!distance) return PassOn(distance);
   return FieldText{*std::move(width), *std::move(distance)};
 }
 
@@ -208,7 +208,7 @@ Result<std::vector<NamedLimit>> NamedLimits(const PlanText& text) {
     const std::string prefix = kind == LimitKind::Sharp ? "sharp" : "blurred";
     for (std::size_t i = 0; i < texts.size(); ++i) {
       auto written = ParseLimit(texts[i], kind);
-      if (!written) return PassOn(std::move(written));
+      if (!written) return PassOn(written);
       if (written->name.empty()) written->name = prefix + "[" + std::to_string(i) + "]";
       limits.push_back({*std::move(written), texts[i], kind});
     }
@@ -238,9 +238,9 @@ Result<std::map<int, OccupiedDepths>> ReadClasses(const PlanText& text, const st
 Result<PlanQuestion> ReadPlan(const PlanText& text, std::optional<From> from) {
   const optics::FocusScale scale = ScaleOf(from);
   const auto reading = ReadOptions(text, scale);
-  if (!reading) return std::unexpected(reading.error());
+  if (!reading) return PassOn(reading);
   auto request = RequestFromCentre(*reading, scale);
-  if (!request) return PassOn(std::move(request));
+  if (!request) return PassOn(request);
   return PlanQuestion{*std::move(request), reading->framing};
 }
 

@@ -54,7 +54,7 @@ Result<TiltedPlane> ParsePlane(std::string_view where, std::string_view option, 
   Decimal* const places[] = {&plane.u0, &plane.ux, &plane.uy};
   for (std::size_t i = 0; i < 3; ++i) {
     auto term = ParsePlaneTerm(terms[i], option, text);
-    if (!term) return PassOn(std::move(term));
+    if (!term) return PassOn(term);
     *places[i] = *std::move(term);
   }
   return plane;
@@ -73,15 +73,15 @@ Result<void> ParseWhere(std::string_view where, std::string_view option, std::st
   if (where.empty()) return Wrong(option, text, "say where: NEAR..FAR, one distance, plane(U0,UX,UY) or @CLASS");
   if (where.starts_with("plane(")) {
     auto plane = ParsePlane(where, option, text);
-    if (!plane) return PassOn(std::move(plane));
+    if (!plane) return PassOn(plane);
     limit.where = *std::move(plane);
   } else if (where[0] == '@') {
     auto mask_class = ParseClass(where, option, text);
-    if (!mask_class) return PassOn(std::move(mask_class));
+    if (!mask_class) return PassOn(mask_class);
     limit.where = *mask_class;
   } else {
     auto range = ParseDepthRange(where, option);
-    if (!range) return PassOn(std::move(range));
+    if (!range) return PassOn(range);
     limit.where = *std::move(range);
   }
   return {};
@@ -95,12 +95,12 @@ Result<WrittenLimit> ParseLimit(std::string_view text, LimitKind kind) {
   auto rest = text;
   if (const auto equals = text.find('='); equals != std::string_view::npos) {
     auto name = CheckedName(text.substr(0, equals), option, text);
-    if (!name) return PassOn(std::move(name));
+    if (!name) return PassOn(name);
     written.name = *std::move(name);
     rest.remove_prefix(equals + 1);
   }
   auto parts = Split(rest, ':');
-  if (const auto where = ParseWhere(parts[0], option, text, written); !where) return std::unexpected(where.error());
+  if (const auto where = ParseWhere(parts[0], option, text, written); !where) return PassOn(where);
   if (parts.size() > 1 && (parts.back() == "behind" || parts.back() == "front")) {
     if (kind == LimitKind::Sharp) return Wrong(option, text, "a side is for --blurred only");
     written.side = parts.back() == "behind" ? Side::Behind : Side::Front;
@@ -109,7 +109,7 @@ Result<WrittenLimit> ParseLimit(std::string_view text, LimitKind kind) {
   if (parts.size() > 2) return Wrong(option, text, "write [NAME=]WHERE[:LIMIT][:behind|:front]");
   if (parts.size() == 2) {
     auto limit = ParseBlur(parts[1], option);
-    if (!limit) return PassOn(std::move(limit));
+    if (!limit) return PassOn(limit);
     written.limit = *std::move(limit);
   }
   return written;

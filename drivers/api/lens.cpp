@@ -36,14 +36,14 @@ Result<const AxisCapabilities*> Lens::Find(Axis axis) const {
 
 Result<void> Lens::StartHome(Axis axis) {
   const auto found = Find(axis);
-  if (!found) return std::unexpected(found.error());
+  if (!found) return PassOn(found);
   if (!(*found)->can_home) return Fail(Code::Unsupported, std::string(AxisName(axis)) + " has no reference to home to");
   return Noted(DoStartHome(axis));
 }
 
 Result<void> Lens::StartMove(Axis axis, Native target) {
   const auto found = Find(axis);
-  if (!found) return std::unexpected(found.error());
+  if (!found) return PassOn(found);
   if (!std::isfinite(target.value)) return Fail(Code::InvalidArgument, "a target must be a finite number");
   const AxisCapabilities& can = **found;
   if (target < can.minimum || target > can.maximum) {
@@ -61,7 +61,7 @@ Result<LensState> Lens::Read() {
 
 Result<void> Lens::Stop(Axis axis) {
   const auto found = Find(axis);
-  if (!found) return std::unexpected(found.error());
+  if (!found) return PassOn(found);
   if (!(*found)->can_stop) return Fail(Code::Unsupported, std::string(AxisName(axis)) + " cannot stop midway");
   return Noted(DoStop(axis));
 }
@@ -72,7 +72,7 @@ Result<void> Lens::DoResetFault(Axis axis) {
 
 Result<void> Lens::ResetFault(Axis axis) {
   const auto found = Find(axis);
-  if (!found) return std::unexpected(found.error());
+  if (!found) return PassOn(found);
   return Noted(DoResetFault(axis));
 }
 

@@ -38,11 +38,6 @@ constexpr Latch kLatches[] = {
     {"GevTimestampControlLatch", "GevTimestampValue", "GevTimestampTickFrequency"},
 };
 
-bool Has(ArvCamera* camera, const char* feature) {
-  CallError error;
-  return arv_camera_is_feature_available(camera, feature, error.out()) != 0 && !error;
-}
-
 std::optional<std::uint64_t> IntegerOf(ArvCamera* camera, const char* feature) {
   CallError error;
   const gint64 value = arv_camera_get_integer(camera, feature, error.out());
@@ -144,7 +139,7 @@ Result<void> AravisCamera::Begin(ArvCamera* camera, const CameraConfig& config, 
                                  const std::shared_ptr<Mailbox>& mailbox) {
   const auto reading = ReadClock(camera);
   auto stream = Stream::Start(camera, config, mailbox);
-  if (!stream) return PassOn(std::move(stream));
+  if (!stream) return PassOn(stream);
   const std::lock_guard lock(shared.mutex);
   if (reading) shared.clock.Latched(reading->device_ns, reading->before);
   shared.stream = *std::move(stream);
@@ -219,7 +214,7 @@ Result<std::optional<Frame>> AravisCamera::DoPoll() {
   triggered_at_.reset();
   auto frame = Develop(*raw);
   stream->Return(std::move(raw->buffer));
-  if (!frame) return PassOn(std::move(frame));
+  if (!frame) return PassOn(frame);
   return std::optional<Frame>(*std::move(frame));
 }
 
@@ -248,7 +243,7 @@ Result<Frame> AravisCamera::Develop(const RawFrame& raw) {
     return Fail(Code::Protocol, "the camera sent a picture of another size or format than it was set to");
   }
   auto luma = LumaOf(format_, {data, size}, width, height, x_padding);
-  if (!luma) return PassOn(std::move(luma));
+  if (!luma) return PassOn(luma);
   Frame frame;
   frame.width = width;
   frame.height = height;

@@ -81,9 +81,9 @@ Result<std::optional<Condition>> AravisLens::ReadCondition(ArvCamera* camera, co
 Result<AxisState> AravisLens::ReadAxis(ArvCamera* camera, Axis axis, std::optional<Condition> controller) {
   const AxisFeature& feature = *facts_.axes[axis];
   auto own = ReadCondition(camera, feature.status);
-  if (!own) return PassOn(std::move(own));
+  if (!own) return PassOn(own);
   auto position = ReadPosition(camera, feature);
-  if (!position) return PassOn(std::move(position));
+  if (!position) return PassOn(position);
   const Way& way = ways_[axis];
   AxisState state;
   state.position = *position;
@@ -140,11 +140,11 @@ Result<LensState> AravisLens::ReadAll(ArvCamera* camera) {
   LensState state;
   state.sampled_at = clock_.Now();
   auto controller = ReadCondition(camera, facts_.status);
-  if (!controller) return PassOn(std::move(controller));
+  if (!controller) return PassOn(controller);
   for (const Axis axis : kAxes) {
     if (!facts_.axes[axis]) continue;
     auto read = ReadAxis(camera, axis, *controller);
-    if (!read) return PassOn(std::move(read));
+    if (!read) return PassOn(read);
     state.axes[axis] = *std::move(read);
   }
   if (!facts_.temperature.empty() && (!temperature_ || state.sampled_at > temperature_read_ + kTemperatureEvery)) {
@@ -175,7 +175,7 @@ Result<void> AravisLens::DoStartMove(Axis axis, Native target) {
     const AxisFeature& feature = *facts_.axes[axis];
     for (const std::string* status : {&feature.status, &facts_.status}) {
       const auto condition = ReadCondition(camera, *status);
-      if (!condition) return std::unexpected(condition.error());
+      if (!condition) return PassOn(condition);
       if (*condition == Condition::NotInitialized) {
         return Fail(Code::NotHomed, std::string(AxisName(axis)) + " is not initialized: home it first");
       }

@@ -17,11 +17,6 @@ Result<void> Do(const std::string& doing, Function function, Arguments... argume
   return error.Check(doing);
 }
 
-bool Has(ArvCamera* camera, const char* feature) {
-  CallError error;
-  return arv_camera_is_feature_available(camera, feature, error.out()) != 0 && !error;
-}
-
 std::string Text(const char* text) {
   return text == nullptr ? "" : text;
 }
@@ -30,7 +25,7 @@ std::string Text(const char* text) {
 Result<const PixelFormat*> SetPixelFormat(ArvCamera* camera, const std::string& wanted) {
   if (!wanted.empty()) {
     auto set = Do("setting pixel_format " + wanted, arv_camera_set_pixel_format_from_string, camera, wanted.c_str());
-    if (!set) return PassOn(std::move(set));
+    if (!set) return PassOn(set);
     return FindPixelFormat(wanted);
   }
   CallError error;
@@ -46,7 +41,7 @@ Result<const PixelFormat*> SetPixelFormat(ArvCamera* camera, const std::string& 
     for (guint i = 0; i < count; ++i) {
       if (codes[i] != format.code) continue;
       auto set = Do("setting the pixel format", arv_camera_set_pixel_format, camera, format.code);
-      if (!set) return PassOn(std::move(set));
+      if (!set) return PassOn(set);
       return &format;
     }
   }
@@ -151,15 +146,15 @@ Result<CameraFacts> SetUpCamera(ArvCamera* camera, const CameraConfig& config) {
   arv_camera_stop_acquisition(camera, ignored.out());
   CameraFacts facts;
   for (const auto step : {SetTransport, SetRegion}) {
-    if (auto done = step(camera, config); !done) return PassOn(std::move(done));
+    if (auto done = step(camera, config); !done) return PassOn(done);
   }
   auto format = SetPixelFormat(camera, config.pixel_format);
-  if (!format) return PassOn(std::move(format));
+  if (!format) return PassOn(format);
   facts.format = *format;
   for (const auto step : {SetPace, SetLight}) {
-    if (auto done = step(camera, config); !done) return PassOn(std::move(done));
+    if (auto done = step(camera, config); !done) return PassOn(done);
   }
-  if (auto done = ReadFacts(camera, config, facts); !done) return PassOn(std::move(done));
+  if (auto done = ReadFacts(camera, config, facts); !done) return PassOn(done);
   return facts;
 }
 

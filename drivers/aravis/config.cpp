@@ -79,7 +79,7 @@ Result<DriverConfig> ReadDriverConfig(const Settings& settings) {
   config.deadline = std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(deadline_ms));
   config.camera = ReadCamera(read);
   config.lens = ReadLens(read);
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return config;
 }
 

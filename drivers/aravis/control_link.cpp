@@ -43,7 +43,7 @@ Result<std::shared_ptr<AravisLink>> AravisLink::Open(const DriverConfig& config,
   if (!link->answered_.wait_for(lock, kOpenDeadline, [&] { return link->state_.opened.has_value(); })) {
     return Fail(Code::Timeout, "the camera with " + config.Named() + " could not be opened in time");
   }
-  if (!*link->state_.opened) return std::unexpected(link->state_.opened->error());
+  if (!*link->state_.opened) return PassOn(*link->state_.opened);
   lock.unlock();
   return link;
 }
@@ -230,7 +230,7 @@ Result<Handle<ArvCamera>> AravisLink::Find() {
 
 Result<void> AravisLink::OpenCamera() {
   auto found = Find();
-  if (!found) return PassOn(std::move(found));
+  if (!found) return PassOn(found);
   camera_.handle = std::move(*found);
   ArvDevice* device = arv_camera_get_device(camera_.handle.get());
   arv_device_set_range_check_policy(device, ARV_RANGE_CHECK_POLICY_ENABLE);

@@ -129,7 +129,7 @@ Result<T> AravisLink::Call(Work<T> work) {
   const std::lock_guard lock(mutex_);
   if (slot->answer) return std::move(*slot->answer);
   slot->given_up = true;
-  return std::unexpected(waited.error());
+  return PassOn(waited);
 }
 
 }  // namespace lensd::drivers::aravis

@@ -21,10 +21,10 @@ struct Found {
 
 Result<void> SetUp(ArvCamera* camera, const DriverConfig& config, Found& found) {
   auto facts = SetUpCamera(camera, config.camera);
-  if (!facts) return PassOn(std::move(facts));
+  if (!facts) return PassOn(facts);
   if (!found.camera) {
     auto lens = FindLens(camera, config.lens);
-    if (!lens) return PassOn(std::move(lens));
+    if (!lens) return PassOn(lens);
     found.camera = *std::move(facts);
     found.lens = *std::move(lens);
     return {};
@@ -43,17 +43,17 @@ Result<void> SetUp(ArvCamera* camera, const DriverConfig& config, Found& found) 
 
 Result<void> CheckAravis(const Settings& settings) {
   const auto config = ReadDriverConfig(settings);
-  if (!config) return std::unexpected(config.error());
+  if (!config) return PassOn(config);
   return {};
 }
 
 Result<Device> OpenAravis(const Settings& settings, const Clock& clock) {
   auto config = ReadDriverConfig(settings);
-  if (!config) return PassOn(std::move(config));
+  if (!config) return PassOn(config);
   const auto found = std::make_shared<Found>();
   auto link =
       AravisLink::Open(*config, [found, config = *config](ArvCamera* camera) { return SetUp(camera, config, *found); });
-  if (!link) return PassOn(std::move(link));
+  if (!link) return PassOn(link);
   Device device;
   device.camera = std::make_unique<AravisCamera>(*link, *config, *found->camera, clock);
   if (found->lens->any()) {

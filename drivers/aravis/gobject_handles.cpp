@@ -89,4 +89,10 @@ std::string TakeWarning() {
   return std::exchange(newest_warning, {});
 }
 
+bool Has(ArvCamera* camera, std::string_view feature) {
+  if (feature.empty()) return false;
+  CallError error;
+  return arv_camera_is_feature_available(camera, std::string(feature).c_str(), error.out()) != 0 && !error;
+}
+
 }  // namespace lensd::drivers::aravis

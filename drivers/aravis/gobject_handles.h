@@ -7,6 +7,7 @@
 
 #include "base/result.h"
 
+using ArvCamera = struct _ArvCamera;
 using GError = struct _GError;
 
 namespace lensd::drivers::aravis {
@@ -36,6 +37,9 @@ class CallError {
  private:
   GError* error_ = nullptr;
 };
+
+/// Whether the camera has the feature and can use it now; a camera that does not answer has none.
+bool Has(ArvCamera* camera, std::string_view feature);
 
 /// Once a process: no message of GLib or Aravis ends it or reaches the terminal; the newest warning is kept.
 void TameGlib();

@@ -12,12 +12,6 @@ namespace {
 
 constexpr double kFloatSteps = 4096.0;  ///< positions of an axis of real numbers that states no increment
 
-bool Has(ArvCamera* camera, std::string_view feature) {
-  if (feature.empty()) return false;
-  CallError error;
-  return arv_camera_is_feature_available(camera, std::string(feature).c_str(), error.out()) != 0 && !error;
-}
-
 bool CanWrite(ArvCamera* camera, const std::string& feature) {
   const ArvGcAccessMode mode = arv_device_get_feature_access_mode(arv_camera_get_device(camera), feature.c_str());
   return mode == ARV_GC_ACCESS_MODE_RW || mode == ARV_GC_ACCESS_MODE_WO;
@@ -90,7 +84,7 @@ Result<AxisFeature> Describe(ArvCamera* camera, const AxisCandidate& candidate, 
   axis.can.can_home = !axis.initialize.empty();
   axis.can.needs_home = axis.can.can_home && (Uninitialized(camera, axis.status) || Uninitialized(camera, lens.status));
   axis.can.can_stop = !lens.abort.empty();
-  if (auto read = ReadLimits(camera, candidate, axis); !read) return PassOn(std::move(read));
+  if (auto read = ReadLimits(camera, candidate, axis); !read) return PassOn(read);
   return axis;
 }
 
@@ -113,7 +107,7 @@ Result<void> FindAxis(ArvCamera* camera, Axis axis, const LensNames& names, Lens
     if (!Has(camera, wanted)) return Fail(Code::Unsupported, "this camera has no " + key);
     if (!CanWrite(camera, wanted)) return Fail(Code::Unsupported, "this camera does not let " + key + " be written");
     auto described = Describe(camera, Overridden(axis, wanted), lens, names);
-    if (!described) return PassOn(std::move(described));
+    if (!described) return PassOn(described);
     lens.axes[axis] = *std::move(described);
     return {};
   }
@@ -147,11 +141,11 @@ Result<void> FindController(ArvCamera* camera, const LensNames& names, LensFacts
   const auto found = std::ranges::find_if(candidates, there);
   const ControllerCandidate controller = found == candidates.end() ? ControllerCandidate{} : *found;
   auto status = Chosen(camera, names.status, controller.status, "status_feature");
-  if (!status) return PassOn(std::move(status));
+  if (!status) return PassOn(status);
   auto initialize = Chosen(camera, names.initialize, controller.initialize, "initialize_feature");
-  if (!initialize) return PassOn(std::move(initialize));
+  if (!initialize) return PassOn(initialize);
   auto abort = Chosen(camera, names.abort, controller.abort, "abort_feature");
-  if (!abort) return PassOn(std::move(abort));
+  if (!abort) return PassOn(abort);
   lens.status = *status;
   lens.initialize = *initialize;
   lens.abort = *abort;
@@ -185,10 +179,10 @@ Result<LensFacts> FindLens(ArvCamera* camera, const LensNames& names) {
     return Fail(Code::Unsupported, "this camera has one optic controller at most; remove optic_controller");
   }
   lens.controller = names.controller;
-  if (auto selected = SelectController(camera, lens); !selected) return PassOn(std::move(selected));
-  if (auto found = FindController(camera, names, lens); !found) return PassOn(std::move(found));
+  if (auto selected = SelectController(camera, lens); !selected) return PassOn(selected);
+  if (auto found = FindController(camera, names, lens); !found) return PassOn(found);
   for (const Axis axis : kAxes) {
-    if (auto found = FindAxis(camera, axis, names, lens); !found) return PassOn(std::move(found));
+    if (auto found = FindAxis(camera, axis, names, lens); !found) return PassOn(found);
   }
   return lens;
 }

@@ -70,7 +70,7 @@ Result<void> Cp2112::Configure() {
   if (auto set = transport_->SetFeature(kConfiguration); !set) return set;
   std::array<std::uint8_t, 64> taken{kSmbusConfiguration};
   const auto count = transport_->GetFeature(taken);
-  if (!count) return std::unexpected(count.error());
+  if (!count) return PassOn(count);
   // Each field that the chip dislikes is ignored for itself, silently.
   if (*count < kConfiguration.size() || !std::equal(kConfiguration.begin(), kConfiguration.end(), taken.begin())) {
     return Fail(Code::Protocol, "the USB bridge did not take its bus settings");
@@ -122,7 +122,7 @@ Result<void> Cp2112::Output(std::span<const std::uint8_t> report) {
 Result<void> Cp2112::Drain(Duration quiet) {
   for (int i = 0; i < kMostStray; ++i) {
     const auto count = transport_->Read(buffer_, quiet);
-    if (!count) return std::unexpected(count.error());
+    if (!count) return PassOn(count);
     if (*count == 0) return {};
     if (buffer_[0] == kReadResponse) ++answers_;
   }
@@ -136,7 +136,7 @@ Result<std::span<const std::uint8_t>> Cp2112::Await(std::uint8_t id, Duration pa
     const Duration left = until - clock_.Now();
     if (left <= Duration::zero()) break;
     const auto count = transport_->Read(buffer_, left);
-    if (!count) return std::unexpected(count.error());
+    if (!count) return PassOn(count);
     if (*count > 0 && buffer_[0] == id) return std::span<const std::uint8_t>(buffer_, *count);
   }
   return Fail(Code::Timeout, "the USB bridge of the lens does not answer");
@@ -144,9 +144,9 @@ Result<std::span<const std::uint8_t>> Cp2112::Await(std::uint8_t id, Duration pa
 
 Result<Cp2112::Status> Cp2112::AskStatus() {
   const std::array<std::uint8_t, 2> request{kStatusRequest, 0x01};
-  if (auto sent = Output(request); !sent) return std::unexpected(sent.error());
+  if (auto sent = Output(request); !sent) return PassOn(sent);
   const auto reply = Await(kStatusResponse, kReply);
-  if (!reply) return std::unexpected(reply.error());
+  if (!reply) return PassOn(reply);
   if (reply->size() < 3 || (*reply)[1] > 3) return Fail(Code::Protocol, "the USB bridge sent a status of no meaning");
   return Status{static_cast<Status::Phase>((*reply)[1]), (*reply)[2]};
 }
@@ -158,8 +158,8 @@ Result<void> Cp2112::AwaitTransfer() {
   for (int i = 0; i < kPolls; ++i) {
     const auto status = AskStatus();
     if (!status && status.error().code == Code::Timeout && ++unanswered < kQuestions) continue;
-    if (!status) return std::unexpected(status.error());
-    if (status->phase == Status::Phase::Failed) return std::unexpected(status->ToError());
+    if (!status) return PassOn(status);
+    if (status->phase == Status::Phase::Failed) return PassOn(status->ToError());
     if (status->phase != Status::Phase::Busy) return {};
   }
   return Fail(Code::Timeout, "the USB bridge of the lens stays busy");
@@ -169,7 +169,7 @@ Result<void> Cp2112::Collect(std::span<std::uint8_t> data) {
   std::size_t filled = 0;
   while (filled < data.size()) {
     const auto reply = Await(kReadResponse, kReply);
-    if (!reply) return std::unexpected(reply.error());
+    if (!reply) return PassOn(reply);
     if (reply->size() < 3) return Fail(Code::Protocol, "the USB bridge sent a cut-off answer");
     const std::size_t count = (*reply)[2];
     // The status byte may say idle already (it was told before): the length decides.

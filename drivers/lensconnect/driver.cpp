@@ -57,21 +57,21 @@ Result<Device> OpenLensConnect(const Settings& settings, const Clock& clock) {
   SettingsReader read(settings, "[[lens]]");
   const hotplug::Wanted wanted = WantedOf(read);
   const Config config = ReadConfig(read);
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   const auto nodes = Lenses();
-  if (!nodes) return std::unexpected(nodes.error());
+  if (!nodes) return PassOn(nodes);
   const auto node = hotplug::Pick(*nodes, wanted, kWhat);
-  if (!node) return std::unexpected(node.error());
+  if (!node) return PassOn(node);
   auto transport = OpenHidraw(node->path);
-  if (!transport) return PassOn(std::move(transport));
+  if (!transport) return PassOn(transport);
   auto lens = LensConnectLens::Open(*std::move(transport), config, node->serial, clock);
-  if (!lens) return PassOn(std::move(lens));
+  if (!lens) return PassOn(lens);
   return Device{.lens = *std::move(lens), .camera = nullptr, .optics = std::nullopt};
 }
 
 Result<std::vector<FoundDevice>> ProbeLensConnect() {
   const auto nodes = Lenses();
-  if (!nodes) return std::unexpected(nodes.error());
+  if (!nodes) return PassOn(nodes);
   std::vector<FoundDevice> found;
   for (const hotplug::Node& node : *nodes) {
     found.push_back({.model = node.name,

@@ -28,7 +28,7 @@ class HidrawTransport final : public Transport {
   Result<void> Write(std::span<const std::uint8_t> report) override {
     errno = 0;
     if (hid_write(device_.get(), report.data(), report.size()) >= 0) return {};
-    return std::unexpected(Why("writing a report"));
+    return PassOn(Why("writing a report"));
   }
 
   Result<std::size_t> Read(std::span<std::uint8_t> buffer, Duration patience) override {
@@ -46,14 +46,14 @@ class HidrawTransport final : public Transport {
   Result<void> SetFeature(std::span<const std::uint8_t> report) override {
     errno = 0;
     if (hid_send_feature_report(device_.get(), report.data(), report.size()) >= 0) return {};
-    return std::unexpected(Why("setting a feature report"));
+    return PassOn(Why("setting a feature report"));
   }
 
   Result<std::size_t> GetFeature(std::span<std::uint8_t> buffer) override {
     errno = 0;
     const int count = hid_get_feature_report(device_.get(), buffer.data(), buffer.size());
     if (count >= 0) return static_cast<std::size_t>(count);
-    return std::unexpected(Why("getting a feature report"));
+    return PassOn(Why("getting a feature report"));
   }
 
   void Interrupt() override { interrupted_ = true; }

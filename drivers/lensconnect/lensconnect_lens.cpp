@@ -86,7 +86,7 @@ Result<void> LensConnectLens::Take(Track& track, Command command) {
 
 Result<void> LensConnectLens::LookWhoIsBusy() {
   const auto busy = registers_->Read(address::kStatus1);
-  if (!busy) return std::unexpected(busy.error());
+  if (!busy) return PassOn(busy);
   busy_ = 0;
   for (const Axis axis : kAxes) {
     if (tracks_[axis]) busy_ |= static_cast<std::uint16_t>(*busy & tracks_[axis]->motor.mask);
@@ -107,7 +107,7 @@ bool LensConnectLens::MayStart(const Track& track) const {
 Result<void> LensConnectLens::Issue(Track& track, Command command) {
   if (!command.home) {
     const auto position = ReadSettled(track.motor.base + address::kPosition, track.position);
-    if (!position) return std::unexpected(position.error());
+    if (!position) return PassOn(position);
     track.position = *position;
     if (track.position == command.target) return {};
   }
@@ -149,13 +149,13 @@ Result<void> LensConnectLens::WriteStop(Track& track) {
 Result<LensState> LensConnectLens::DoRead() {
   BeginCall();
   const Instant sampled_at = clock_.Now();
-  if (auto looked = LookWhoIsBusy(); !looked) return std::unexpected(looked.error());
+  if (auto looked = LookWhoIsBusy(); !looked) return PassOn(looked);
   for (const Axis axis : kAxes) {
     if (!tracks_[axis]) continue;
-    if (auto followed = Follow(*tracks_[axis]); !followed) return std::unexpected(followed.error());
+    if (auto followed = Follow(*tracks_[axis]); !followed) return PassOn(followed);
   }
-  if (auto started = StartQueued(); !started) return std::unexpected(started.error());
-  if (auto looked = LookAtRest(); !looked) return std::unexpected(looked.error());
+  if (auto started = StartQueued(); !started) return PassOn(started);
+  if (auto looked = LookAtRest(); !looked) return PassOn(looked);
   return State(sampled_at);
 }
 
@@ -166,7 +166,7 @@ Result<void> LensConnectLens::Follow(Track& track) {
   if (!track.running && !is_busy && !track.astray) return {};
   track.astray = !track.running && is_busy;
   const auto position = registers_->Read(track.motor.base + address::kPosition);
-  if (!position) return std::unexpected(position.error());
+  if (!position) return PassOn(position);
   track.position = *position;
   if (!track.running) return {};  // somebody else moves it, or it still brakes
   const bool late = clock_.Now() - track.issued_at > config_.start_timeout;
@@ -196,9 +196,9 @@ Result<void> LensConnectLens::Conclude(Track& track) {
   if (auto looked = LookWhoIsBusy(); !looked) return looked;
   if ((busy_ & track.motor.mask) != 0) return {};
   const auto position = ReadSettled(track.motor.base + address::kPosition, track.position);
-  if (!position) return std::unexpected(position.error());
+  if (!position) return PassOn(position);
   const auto lost = registers_->Read(address::kStatus2);
-  if (!lost) return std::unexpected(lost.error());
+  if (!lost) return PassOn(lost);
   track.position = *position;
   track.homed = (*lost & track.motor.mask) == 0;
   const Command ended = *std::exchange(track.running, std::nullopt);
@@ -245,13 +245,13 @@ Result<void> LensConnectLens::LookAtRest() {
     if (!track->running) resting |= track->motor.mask;
   }
   const auto lost = ReadSettled(address::kStatus2, known_lost);
-  if (!lost) return std::unexpected(lost.error());
+  if (!lost) return PassOn(lost);
   if (moving && ((*lost ^ known_lost) & resting) == 0) return {};
   for (const Axis axis : kAxes) {
     auto& track = tracks_[axis];
     if (!track || track->running || (busy_ & track->motor.mask) != 0) continue;
     const auto position = ReadSettled(track->motor.base + address::kPosition, track->position);
-    if (!position) return std::unexpected(position.error());
+    if (!position) return PassOn(position);
     track->position = *position;
     const bool homed = (*lost & track->motor.mask) == 0;
     if (track->homed && !homed) track->fault = "lost its reference (was the lens without power?)";
@@ -261,7 +261,7 @@ Result<void> LensConnectLens::LookAtRest() {
   const Instant now = clock_.Now();
   if (!felt_at_ || now - *felt_at_ >= kFeelPeriod) {
     const auto kelvin = registers_->Read(address::kTemperature);
-    if (!kelvin) return std::unexpected(kelvin.error());
+    if (!kelvin) return PassOn(kelvin);
     const bool sensible = *kelvin > kColdest && *kelvin < kHottest;
     temperature_ = sensible ? std::optional(Celsius{*kelvin - kZeroCelsius}) : std::nullopt;
     felt_at_ = now;

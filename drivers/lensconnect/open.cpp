@@ -8,12 +8,12 @@ namespace lensd::drivers::lensconnect {
 namespace {
 
 constexpr int kOpenTimeouts = 10;  ///< opening takes some hundred transfers: so many times the I/O time-out in all
-constexpr int kAgree = 6;
+constexpr int kSameTwice = 6;
 constexpr std::size_t kNameLength = 24;
 
 Result<std::uint16_t> ReadTwice(Registers& registers, std::uint16_t where) {
   auto before = registers.Read(where);
-  for (int i = 0; before && i < kAgree; ++i) {
+  for (int i = 0; before && i < kSameTwice; ++i) {
     auto value = registers.Read(where);
     if (!value || *value == *before) return value;
     before = value;
@@ -32,7 +32,7 @@ class Asking {
     if (value) {
       into = *value;
     } else {
-      ended_ = std::unexpected(std::move(value).error());
+      ended_ = PassOn(value);
     }
   }
   const Result<void>& ended() const { return ended_; }
@@ -58,9 +58,9 @@ Result<LensConnectLens::Track> LensConnectLens::AskMotor(Registers& registers, c
   }
   ask(motor.base + (zoom ? address::kOpticalMaximum : address::kMechanicalMaximum), track.maximum);
   ask(motor.base + address::kInitialPosition, track.home_position);
-  if (!ask.ended()) return std::unexpected(ask.ended().error());
+  if (!ask.ended()) return PassOn(ask.ended().error());
   const auto position = registers.Read(motor.base + address::kPosition);  // once: it may be moving
-  if (!position) return std::unexpected(position.error());
+  if (!position) return PassOn(position);
   track.position = *position;
   if (track.minimum >= track.maximum) {
     return Fail(Code::Protocol, "the lens says that its " + std::string(AxisName(motor.axis)) + " goes from " +
@@ -81,7 +81,7 @@ Result<AxisCapabilities> LensConnectLens::AskSpeed(Registers& registers, const T
   const std::string name(AxisName(motor.axis));
   if (config.backlash_cancel) {
     auto set = registers.Write(motor.base + address::kBacklashCancel, *config.backlash_cancel ? 1 : 0);
-    if (!set) return std::unexpected(set.error());
+    if (!set) return PassOn(set);
   }
   std::uint16_t slowest = 0, fastest = 0, speed = 0;
   Asking ask(registers);
@@ -94,11 +94,11 @@ Result<AxisCapabilities> LensConnectLens::AskSpeed(Registers& registers, const T
     }
     if (ask.ended()) {
       auto set = registers.Write(motor.base + address::kSpeed, *wanted);
-      if (!set) return std::unexpected(set.error());
+      if (!set) return PassOn(set);
     }
   }
   ask(motor.base + address::kSpeed, speed);
-  if (!ask.ended()) return std::unexpected(ask.ended().error());
+  if (!ask.ended()) return PassOn(ask.ended().error());
   if (config.speed[motor.axis] && speed != *config.speed[motor.axis]) {
     return Fail(Code::Protocol, "the lens did not take " + name + "_pps and keeps " + std::to_string(speed));
   }
@@ -110,27 +110,27 @@ Result<std::unique_ptr<Lens>> LensConnectLens::Open(std::unique_ptr<Transport> t
                                                     std::string serial, const Clock& clock) {
   auto registers = std::make_unique<Registers>(std::move(transport), clock);
   registers->BeginCall(clock.Now() + kOpenTimeouts * config.io_timeout);
-  if (auto opened = registers->Open(); !opened) return std::unexpected(opened.error());
+  if (auto opened = registers->Open(); !opened) return PassOn(opened);
   std::uint16_t present = 0, lost = 0;
   Asking ask(*registers);
   ask(address::kCapabilities, present);
   ask(address::kStatus2, lost);
-  if (!ask.ended()) return std::unexpected(ask.ended().error());
+  if (!ask.ended()) return PassOn(ask.ended().error());
   Capabilities can{.driver = "lensconnect", .model = {}, .serial = std::move(serial), .axes = {}};
   PerAxis<std::optional<Track>> tracks;
   for (const Motor& motor : kMotors) {
     if ((present & motor.mask) == 0) continue;
     auto track = AskMotor(*registers, motor, config);
-    if (!track) return std::unexpected(track.error());
+    if (!track) return PassOn(track);
     track->homed = (lost & motor.mask) == 0;
     auto axis = AskSpeed(*registers, *track, config);
-    if (!axis) return std::unexpected(axis.error());
+    if (!axis) return PassOn(axis);
     can.axes[motor.axis] = *axis;
     tracks[motor.axis] = *std::move(track);
   }
   if ((present & kAnyMotor) == 0) return Fail(Code::Protocol, "the lens says that it has no motors");
   auto model = registers->ReadText(address::kModelName, kNameLength);
-  if (!model) return std::unexpected(model.error());
+  if (!model) return PassOn(model);
   can.model = model->empty() ? "LensConnect" : *model;
   return std::unique_ptr<Lens>(
       new LensConnectLens(std::move(can), std::move(registers), std::move(tracks), config, clock));

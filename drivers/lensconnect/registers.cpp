@@ -59,13 +59,13 @@ Result<void> Registers::ReadOnce(std::uint16_t where, std::span<std::uint8_t> da
 
 Result<std::uint16_t> Registers::Read(std::uint16_t where) {
   std::array<std::uint8_t, 2> data{};
-  if (auto read = Attempt([&] { return ReadOnce(where, data); }, {}); !read) return std::unexpected(read.error());
+  if (auto read = Attempt([&] { return ReadOnce(where, data); }, {}); !read) return PassOn(read);
   return static_cast<std::uint16_t>(data[0] << 8 | data[1]);
 }
 
 Result<std::string> Registers::ReadText(std::uint16_t where, std::size_t length) {
   std::vector<std::uint8_t> data(length);
-  if (auto read = Attempt([&] { return ReadOnce(where, data); }, {}); !read) return std::unexpected(read.error());
+  if (auto read = Attempt([&] { return ReadOnce(where, data); }, {}); !read) return PassOn(read);
   std::string text;
   for (const std::uint8_t byte : data) {
     if (byte == 0) break;

@@ -152,7 +152,7 @@ Result<std::vector<Sample>> Bus::Look(std::span<const std::unique_ptr<BusSlot>> 
   answers_.wait_until(lock, now + kFreshWait, settled);
   if (!settled() && !std::ranges::all_of(seats, recent)) answers_.wait_until(lock, now + IoDeadline(), settled);
   for (std::size_t i = 0; i < seats.size(); ++i) {
-    if (answered(i) && !seats[i]->look_answer) return std::unexpected(seats[i]->look_answer.error());
+    if (answered(i) && !seats[i]->look_answer) return PassOn(seats[i]->look_answer);
   }
   if (interrupts.count != before) return Fail(Code::Cancelled, "interrupted");
   std::vector<Sample> samples;
@@ -254,7 +254,7 @@ Result<void> Bus::Ask(BusSlot& seat, bool urgent, const Exchange& exchange) {
   if (!urgent) {
     if (auto turn = WaitForTurn(seat); !turn) return turn;
     if (seat.failures >= kLostAfter && clock_.Now() < seat.retry_at) {
-      return std::unexpected(Named(*seat.drive, {Code::Disconnected, "does not answer any more"}));
+      return PassOn(Named(*seat.drive, {Code::Disconnected, "does not answer any more"}));
     }
   }
   if (auto connected = Connect(urgent); !connected) return connected;
@@ -353,11 +353,11 @@ Result<void> Bus::Note(BusSlot& seat, Result<void> result, Instant sent_at) {
       if (seat.failures >= kLostAfter) {
         seat.retry_at = now + kLostPause;
         seat.drive->Forget();
-        return std::unexpected(Named(*seat.drive, {Code::Disconnected, "does not answer any more"}));
+        return PassOn(Named(*seat.drive, {Code::Disconnected, "does not answer any more"}));
       }
       break;
   }
-  if (!result) return std::unexpected(Named(*seat.drive, result.error()));
+  if (!result) return PassOn(Named(*seat.drive, result.error()));
   return result;
 }
 

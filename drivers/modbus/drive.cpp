@@ -21,14 +21,14 @@ constexpr int kTries = 3;
 Result<std::int64_t> RegisterAccess::ReadNumber(const Place& place, WordOrder order) {
   std::array<std::uint16_t, 2> registers{};
   const std::span used = std::span(registers).first(static_cast<std::size_t>(RegistersOf(place.type)));
-  if (auto read = Read(place.address, used); !read) return PassOn(std::move(read));
+  if (auto read = Read(place.address, used); !read) return PassOn(read);
   return NumberAt(used, place.type, order);
 }
 
 Result<void> RegisterAccess::Run(const Sequence& sequence, const Profile& profile, std::int64_t target) {
   for (const WriteStep& step : sequence) {
     const auto registers = RegistersOf(step, profile, target);
-    if (!registers) return std::unexpected(registers.error());
+    if (!registers) return PassOn(registers);
     if (auto written = Write(step.function, step.address, *registers); !written) return written;
   }
   return {};
@@ -46,7 +46,7 @@ Result<Drive::Seen> Drive::ReadStatus(RegisterAccess& talk) {
     const Place& place = flag->place;
     if (!numbers.contains(place.address)) {
       const auto number = talk.ReadNumber(place, profile.word_order);
-      if (!number) return std::unexpected(number.error());
+      if (!number) return PassOn(number);
       numbers[place.address] = *number;
     }
     seen.*member = ((numbers[place.address] >> flag->bit) & 1) != (flag->inverted ? 1 : 0);
@@ -59,7 +59,7 @@ Result<std::string> Drive::ReadAlarm(RegisterAccess& talk) {
   std::string text;
   if (config_.profile.alarm) {
     const auto alarm = talk.ReadNumber(*config_.profile.alarm, config_.profile.word_order);
-    if (!alarm) return std::unexpected(alarm.error());
+    if (!alarm) return PassOn(alarm);
     text = AlarmText(config_.profile, *alarm);
   }
   return text.empty() ? "the drive reports a fault" : text;
@@ -72,10 +72,10 @@ Result<void> Drive::Execute(const Order& order, RegisterAccess& talk) {
     return talk.Run(config_.profile.reset, config_.profile, 0);
   }
   const auto seen = ReadStatus(talk);
-  if (!seen) return std::unexpected(seen.error());
+  if (!seen) return PassOn(seen);
   if (seen->fault) {
     auto alarm = ReadAlarm(talk);
-    if (!alarm) return PassOn(std::move(alarm));
+    if (!alarm) return PassOn(alarm);
     return Fail(Code::Unsupported, label_ + " does not move before its fault is reset: " + *alarm);
   }
   if (order.kind == Order::Kind::Move && config_.profile.homing_required && !Homed(*seen)) {
@@ -139,21 +139,21 @@ void Drive::Forget() {
 
 Result<Sample> Drive::Look(RegisterAccess& talk) {
   if (stop_.repeat) {
-    if (auto stopped = talk.Run(config_.profile.stop, config_.profile, 0); !stopped) return PassOn(std::move(stopped));
+    if (auto stopped = talk.Run(config_.profile.stop, config_.profile, 0); !stopped) return PassOn(stopped);
     stop_.repeat = false;
   }
   Sample sample{.at = clock_.Now(), .state = {}};
   auto seen = ReadStatus(talk);
-  if (!seen) return PassOn(std::move(seen));
+  if (!seen) return PassOn(seen);
   const auto position = talk.ReadNumber(config_.profile.position, config_.profile.word_order);
-  if (!position) return std::unexpected(position.error());
+  if (!position) return PassOn(position);
   const double counts = static_cast<double>(*position) * config_.profile.position_scale;
   seen->position = static_cast<std::int64_t>(counts < 0 ? counts - 0.5 : counts + 0.5);
   sample.state.position = Native{counts * config_.scale};
   sample.state.homed = Homed(*seen);
   if (seen->fault) {
     auto alarm = ReadAlarm(talk);
-    if (!alarm) return PassOn(std::move(alarm));
+    if (!alarm) return PassOn(alarm);
     sample.state.fault = *std::move(alarm);
   }
   sample.state.moving = Follow(*seen, talk) || seen->moving;

@@ -88,11 +88,11 @@ Result<DriveConfig> ReadDrive(const Settings& table, Axis axis) {
     read.Reject("profile", "is missing: one of " + std::string(ShippedProfileNames()) + ", or a file");
   if (profile != nullptr) {
     auto known = ReadProfile(*profile);
-    if (!known) return PassOn(std::move(known));
+    if (!known) return PassOn(known);
     drive.profile = *std::move(known);
   }
-  if (auto overrides = ReadOverrides(read, drive); !overrides) return PassOn(std::move(overrides));
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto overrides = ReadOverrides(read, drive); !overrides) return PassOn(overrides);
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return drive;
 }
 
@@ -103,7 +103,7 @@ Result<std::vector<DriveConfig>> ReadDrives(const Settings& table) {
     const Settings* own = read.Table(AxisName(axis));
     if (own == nullptr) continue;
     auto drive = ReadDrive(*own, axis);
-    if (!drive) return PassOn(std::move(drive));
+    if (!drive) return PassOn(drive);
     for (const DriveConfig& other : drives) {
       if (other.unit == drive->unit) {
         return Fail(Code::BadData, own->where().Text() + ": unit " + std::to_string(drive->unit) + " turns " +
@@ -112,7 +112,7 @@ Result<std::vector<DriveConfig>> ReadDrives(const Settings& table) {
     }
     drives.push_back(*std::move(drive));
   }
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   if (drives.empty()) return Fail(Code::BadData, table.where().Text() + ": no axis has a drive");
   return drives;
 }
@@ -125,12 +125,12 @@ Result<LensSettings> ReadSettings(const Settings& settings) {
   if (bus == nullptr) read.Reject("bus", "is missing: the name of a [[bus]]");
   const Settings* drives = read.Table("drives");
   if (drives == nullptr) read.Reject("drives", "is missing: [lens.drives.focus] with unit, profile and range");
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   auto bus_config = ReadBusConfig(*bus);
-  if (!bus_config) return PassOn(std::move(bus_config));
+  if (!bus_config) return PassOn(bus_config);
   lens.bus = *std::move(bus_config);
   auto read_drives = ReadDrives(*drives);
-  if (!read_drives) return PassOn(std::move(read_drives));
+  if (!read_drives) return PassOn(read_drives);
   lens.drives = *std::move(read_drives);
   return lens;
 }
@@ -154,7 +154,7 @@ class BusesInUse {
  public:
   Result<std::shared_ptr<Bus>> Open(const LensSettings& lens) {
     const auto parity = ParityOf(lens);
-    if (!parity) return std::unexpected(parity.error());
+    if (!parity) return PassOn(parity);
     const std::lock_guard lock(mutex_);
     std::weak_ptr<Bus>& known = buses_[lens.bus.Endpoint()];
     if (auto bus = known.lock()) {
@@ -195,15 +195,15 @@ Result<void> Greet(drivers::Lens& lens) {
 
 Result<void> CheckModbus(const Settings& settings) {
   const auto config = ReadSettings(settings);
-  if (!config) return std::unexpected(config.error());
+  if (!config) return PassOn(config);
   return {};
 }
 
 Result<drivers::Device> OpenModbus(const Settings& settings, const Clock& clock) {
   auto lens = ReadSettings(settings);
-  if (!lens) return PassOn(std::move(lens));
+  if (!lens) return PassOn(lens);
   auto bus = Buses().Open(*lens);
-  if (!bus) return PassOn(std::move(bus));
+  if (!bus) return PassOn(bus);
   for (const DriveConfig& drive : lens->drives) {
     if (const auto other = (*bus)->WhoIs(drive.unit)) {
       return Fail(Code::BadData, lens->where.Text() + ": " + *other + " is another lens' already");
@@ -211,7 +211,7 @@ Result<drivers::Device> OpenModbus(const Settings& settings, const Clock& clock)
   }
   drivers::Device device;
   device.lens = std::make_unique<ModbusLens>(*std::move(bus), std::move(lens->drives), clock);
-  if (auto greeted = Greet(*device.lens); !greeted) return PassOn(std::move(greeted));
+  if (auto greeted = Greet(*device.lens); !greeted) return PassOn(greeted);
   return device;
 }
 
@@ -234,7 +234,7 @@ Result<std::vector<drivers::FoundDevice>> ProbeModbus() {
 
 Result<void> CheckBus(const Settings& bus) {
   auto config = ReadBusConfig(bus);
-  if (!config) return PassOn(std::move(config));
+  if (!config) return PassOn(config);
   return {};
 }
 

@@ -143,7 +143,7 @@ Result<BusConfig> ReadBusConfig(const Settings& table) {
   for (const char* key : {"baud", "parity", "stop_bits"}) {
     if (!config.serial() && read.Has(key)) read.Reject(key, "is for serial ports, and this is a host");
   }
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return config;
 }
 
@@ -203,7 +203,7 @@ Result<void> ModbusLink::Judge(int returned) {
   } else if (!IsRefusal(error)) {
     outcome_ = Outcome::Bad;
   }
-  return std::unexpected(FromErrno(error));
+  return PassOn(FromErrno(error));
 }
 
 Result<void> ModbusLink::Read(int unit, int function, std::uint16_t address, std::span<std::uint16_t> registers) {

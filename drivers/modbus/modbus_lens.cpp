@@ -79,7 +79,7 @@ Result<void> ModbusLens::DoStartMove(Axis axis, Native target) {
 
 Result<drivers::LensState> ModbusLens::DoRead() {
   auto samples = bus_->Look(seats_, interrupts_);
-  if (!samples) return PassOn(std::move(samples));
+  if (!samples) return PassOn(samples);
   drivers::LensState state;
   state.sampled_at = std::ranges::min(*samples, {}, &Sample::at).at;
   for (std::size_t i = 0; i < seats_.size(); ++i) {

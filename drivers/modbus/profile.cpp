@@ -92,11 +92,11 @@ Result<WriteStep> ReadStep(const Settings& table, const std::string& what, const
       array != nullptr && array->size() == 1 && std::holds_alternative<std::int64_t>(array->front().value());
   step.function = static_cast<int>(read.Integer("function", one_integer ? 6 : 16));
   if (step.function != 6 && step.function != 16) read.Reject("function", "must be 6 or 16");
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   int registers = 0;
   for (const Settings& value : *array) {
     auto field = ReadField(value, profile);
-    if (!field) return PassOn(std::move(field));
+    if (!field) return PassOn(field);
     registers += modbus::RegistersOf(field->type);
     step.fields.push_back(*std::move(field));
   }
@@ -110,7 +110,7 @@ Result<Sequence> ReadSequence(SettingsReader& read, std::string_view key, const 
   Sequence sequence;
   for (const Settings* table : read.Tables(key)) {
     auto step = ReadStep(*table, "[[" + std::string(key) + "]]", profile);
-    if (!step) return PassOn(std::move(step));
+    if (!step) return PassOn(step);
     sequence.push_back(*std::move(step));
   }
   return sequence;
@@ -128,7 +128,7 @@ Result<std::optional<Flag>> ReadFlag(SettingsReader& read, std::string_view key,
     const double bits = 16 * modbus::RegistersOf(flag.place.type);
     flag.bit = static_cast<int>(own.Integer("bit", 0, {0, bits - 1}));
     flag.inverted = own.Boolean("inverted", false);
-    if (auto done = own.Finish(); !done) return PassOn(std::move(done));
+    if (auto done = own.Finish(); !done) return PassOn(done);
     return std::optional(flag);
   }
   if (!status) read.Reject(key, "is a bit of a status number whose address is missing");
@@ -146,7 +146,7 @@ Result<void> ReadStatus(const Settings& table, Profile& profile) {
       {"fault", &Profile::fault},   {"homed", &Profile::homed}, {"homing", &Profile::homing}};
   for (const auto& [key, member] : flags) {
     auto flag = ReadFlag(read, key, status);
-    if (!flag) return PassOn(std::move(flag));
+    if (!flag) return PassOn(flag);
     profile.*member = *std::move(flag);
   }
   if (!profile.moving && !profile.in_position) read.Reject("moving", "is missing, and so is in_position");
@@ -228,7 +228,7 @@ Result<void> ReadTables(SettingsReader& read, Profile& profile) {
       {"reset", &Profile::reset}};
   for (const auto& [key, member] : sequences) {
     auto sequence = ReadSequence(read, key, profile);
-    if (!sequence) return PassOn(std::move(sequence));
+    if (!sequence) return PassOn(sequence);
     profile.*member = *std::move(sequence);
   }
   return {};
@@ -254,12 +254,12 @@ Result<Profile> ReadProfile(const Settings& table) {
   profile.stop_to_retarget = read.Choice("retarget", {"stop-first", "direct"}, 0) == 0;
   profile.arrival_counts = read.Integer("arrival_counts", 2, {0, 1e6});
   profile.homing_required = read.Choice("homing", {"not-needed", "required"}, 0) == 1;
-  if (auto tables = ReadTables(read, profile); !tables) return PassOn(std::move(tables));
+  if (auto tables = ReadTables(read, profile); !tables) return PassOn(tables);
   for (const std::string_view needed : {"position", "status", "move"}) {
     if (!read.Has(needed)) read.Reject(needed, "is missing");
   }
   if (profile.homing_required && profile.home.empty()) read.Reject("homing", "is required, and [[home]] is missing");
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return profile;
 }
 

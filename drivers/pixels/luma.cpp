@@ -172,7 +172,7 @@ Result<std::shared_ptr<const Samples>> LumaReader::Read(const RawFormat& format,
   Samples samples;
   if (format.packing == Packing::Jpeg) {
     auto decoded = ReadJpeg(picture);
-    if (!decoded) return PassOn(std::move(decoded));
+    if (!decoded) return PassOn(decoded);
     samples = std::move(*decoded);
   } else {
     const std::size_t row_bytes = RowBytes(format, picture.width);

@@ -12,7 +12,7 @@ namespace lensd::drivers::uvc {
 
 Result<Selection> Select(std::span<const std::uint8_t> configuration, const UvcConfig& config) {
   auto functions = ParseConfiguration(configuration);
-  if (!functions) return PassOn(std::move(functions));
+  if (!functions) return PassOn(functions);
   for (const VideoFunction& function : *functions) {
     for (const CameraTerminal& terminal : function.terminals) {
       if (!config.terminal || *config.terminal == terminal.id) return Selection{function, terminal};
@@ -31,14 +31,14 @@ Result<Device> MakeDevice(const std::shared_ptr<Session>& session, const UvcConf
     auto lens = UvcLens::Open(session, config.lens_config);
     if (lens) device.lens = *std::move(lens);
     // A camera without a lens is a camera, unless the lens is what was asked for.
-    if (!lens && (lens.error().code != Code::Unsupported || !config.camera)) return PassOn(std::move(lens));
+    if (!lens && (lens.error().code != Code::Unsupported || !config.camera)) return PassOn(lens);
   }
   if (config.camera) {
     auto camera = UvcCamera::Open(session, config.camera_config);
     if (camera) device.camera = *std::move(camera);
     const CameraConfig& asked = config.camera_config;
     const bool wanted = asked.format || asked.width || !device.lens;
-    if (!camera && (camera.error().code != Code::Unsupported || wanted)) return PassOn(std::move(camera));
+    if (!camera && (camera.error().code != Code::Unsupported || wanted)) return PassOn(camera);
   }
   return device;
 }

@@ -12,7 +12,7 @@ Result<void> Automatics::TakeFocus() {
   if (!terminal_.Has(kFocusAuto.bit)) return {};
   const std::string what = "automatic focus";
   auto now = controls_.Get(kGetCur, At(kFocusAuto), 1, what);
-  if (!now) return PassOn(std::move(now));
+  if (!now) return PassOn(now);
   if ((*now)[0] == 0) return {};
   if (!focus_before_) focus_before_ = (*now)[0];
   constexpr std::array<std::uint8_t, 1> kOff = {0};
@@ -32,11 +32,11 @@ Result<void> Automatics::TakeExposure() {
 Result<void> Automatics::TakeMode(std::uint8_t good, std::initializer_list<std::uint8_t> modes, const char* what) {
   if (!terminal_.Has(kAeMode.bit)) return {};
   auto now = controls_.Get(kGetCur, At(kAeMode), 1, what);
-  if (!now) return PassOn(std::move(now));
+  if (!now) return PassOn(now);
   if (((*now)[0] & good) != 0) return {};
   // The resolution of this bitmap is the set of modes there are.
   auto all = controls_.Get(kGetRes, At(kAeMode), 1, what);
-  if (!all) return PassOn(std::move(all));
+  if (!all) return PassOn(all);
   for (const std::uint8_t mode : modes) {
     if (((*all)[0] & mode) == 0) continue;
     if (!mode_before_) mode_before_ = (*now)[0];

@@ -12,7 +12,7 @@ namespace {
 Result<std::optional<std::int64_t>> Ask(Controls& controls, std::uint8_t request, ControlAddress at,
                                         std::uint16_t length, const std::string& what) {
   auto bytes = controls.TryGet(request, at, length, what);
-  if (!bytes) return PassOn(std::move(bytes));
+  if (!bytes) return PassOn(bytes);
   if (!*bytes) return std::nullopt;
   return FromLittle(**bytes);
 }
@@ -32,7 +32,7 @@ Result<ControlRange> ReadRange(Controls& controls, ControlAddress at, const Term
   for (std::size_t i = 0; i < std::size(kRequests); ++i) {
     const auto length = kRequests[i] == kGetInfo ? std::uint16_t{1} : control.length;
     auto answer = Ask(controls, kRequests[i], at, length, what);
-    if (!answer) return PassOn(std::move(answer));
+    if (!answer) return PassOn(answer);
     answers[i] = *answer;
   }
   const auto& [info, minimum, maximum, resolution, current] = answers;

@@ -67,7 +67,7 @@ Result<UvcConfig> ReadConfig(const Settings& settings) {
   config.controls.read_error_code = read.Boolean("read_error_code", true);
   config.lens_config = ReadLens(read);
   config.camera_config = ReadCamera(read);
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return config;
 }
 

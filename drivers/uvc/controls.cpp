@@ -75,7 +75,7 @@ Error Controls::Explain(Reply::Outcome outcome, const std::string& what) {
 Result<std::vector<std::uint8_t>> Controls::Get(std::uint8_t request, ControlAddress at, std::uint16_t length,
                                                 const std::string& what) {
   Reply reply = Run(kGetInterface, request, at, length, {});
-  if (reply.outcome != Reply::Outcome::Done) return std::unexpected(Explain(reply.outcome, what));
+  if (reply.outcome != Reply::Outcome::Done) return PassOn(Explain(reply.outcome, what));
   if (reply.data.size() != length) {
     return Fail(Code::Protocol, what + ": the camera sent " + std::to_string(reply.data.size()) + " bytes where " +
                                     std::to_string(length) + " were due");
@@ -87,7 +87,7 @@ Result<std::optional<std::vector<std::uint8_t>>> Controls::TryGet(std::uint8_t r
                                                                   std::uint16_t length, const std::string& what) {
   Reply reply = Run(kGetInterface, request, at, length, {});
   if (reply.outcome == Reply::Outcome::Stalled) return std::nullopt;
-  if (reply.outcome != Reply::Outcome::Done) return std::unexpected(ErrorOf(reply.outcome, what));
+  if (reply.outcome != Reply::Outcome::Done) return PassOn(ErrorOf(reply.outcome, what));
   if (reply.data.size() != length) return std::nullopt;
   return std::move(reply.data);
 }
@@ -99,7 +99,7 @@ Result<void> Controls::Set(ControlAddress at, std::span<const std::uint8_t> byte
   set_without_effect_ = outcome == Reply::Outcome::NotSent || outcome == Reply::Outcome::Stalled;
   if (outcome != Reply::Outcome::NotSent) last_set_ = clock_.Now();
   if (reply.outcome == Reply::Outcome::Done) return {};
-  return std::unexpected(Explain(reply.outcome, what));
+  return PassOn(Explain(reply.outcome, what));
 }
 
 }  // namespace lensd::drivers::uvc

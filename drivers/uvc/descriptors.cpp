@@ -34,7 +34,7 @@ class Walk {
       if (bytes.size() < 2 || length < 2 || length > bytes.size()) {
         return Fail(Code::Protocol, "the camera's configuration descriptor is cut short or has a wrong length inside");
       }
-      if (auto taken = Take(bytes.first(length)); !taken) return PassOn(std::move(taken));
+      if (auto taken = Take(bytes.first(length)); !taken) return PassOn(taken);
       bytes = bytes.subspan(length);
     }
     return Assemble();

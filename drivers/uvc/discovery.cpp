@@ -60,7 +60,7 @@ std::vector<std::uint8_t> ActiveConfiguration(std::span<const std::uint8_t> all,
 
 Result<std::vector<UsbCamera>> ListCameras() {
   auto nodes = hotplug::ListNodes("usb");
-  if (!nodes) return PassOn(std::move(nodes));
+  if (!nodes) return PassOn(nodes);
   std::vector<UsbCamera> found;
   for (hotplug::Node& node : *nodes) {
     auto configuration = ConfigurationOf(node.path);

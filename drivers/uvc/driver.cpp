@@ -28,14 +28,14 @@ std::string ModelOf(const hotplug::Node& node) {
 
 Result<UsbCamera> Find(const UvcConfig& config) {
   auto all = ListCameras();
-  if (!all) return PassOn(std::move(all));
+  if (!all) return PassOn(all);
   std::vector<hotplug::Node> nodes;
   for (const UsbCamera& camera : *all) {
     if (config.product.empty() || ProductOf(camera.node) == config.product) nodes.push_back(camera.node);
   }
   const std::string what = config.product.empty() ? "USB camera" : "USB camera " + config.product;
   auto node = hotplug::Pick(nodes, {config.serial, config.id_path}, what);
-  if (!node) return PassOn(std::move(node));
+  if (!node) return PassOn(node);
   return *std::ranges::find(*all, node->path, [](const UsbCamera& camera) { return camera.node.path; });
 }
 
@@ -60,19 +60,19 @@ bool HasLens(const CameraTerminal& terminal) {
 
 Result<void> CheckUvc(const Settings& settings) {
   const auto config = ReadConfig(settings);
-  if (!config) return std::unexpected(config.error());
+  if (!config) return PassOn(config);
   return {};
 }
 
 Result<Device> OpenUvc(const Settings& settings, const Clock& clock) {
   auto config = ReadConfig(settings);
-  if (!config) return PassOn(std::move(config));
+  if (!config) return PassOn(config);
   auto device = Find(*config);
-  if (!device) return PassOn(std::move(device));
+  if (!device) return PassOn(device);
   auto selection = Select(device->configuration, *config);
-  if (!selection) return PassOn(std::move(selection));
+  if (!selection) return PassOn(selection);
   auto link = OpenLink(LinkTo(*device, selection->function, config->camera));
-  if (!link) return PassOn(std::move(link));
+  if (!link) return PassOn(link);
   const auto session =
       std::make_shared<Session>(*std::move(link), clock, std::move(selection->function), selection->terminal,
                                 Identity{ModelOf(device->node), device->node.serial}, config->controls);
@@ -81,7 +81,7 @@ Result<Device> OpenUvc(const Settings& settings, const Clock& clock) {
 
 Result<std::vector<FoundDevice>> ProbeUvc() {
   auto all = ListCameras();
-  if (!all) return PassOn(std::move(all));
+  if (!all) return PassOn(all);
   std::vector<hotplug::Node> nodes;
   for (const UsbCamera& camera : *all) nodes.push_back(camera.node);
   std::vector<FoundDevice> found;

@@ -88,7 +88,7 @@ Result<void> RelativeFocus::Stop() {
 
 Result<AxisState> RelativeFocus::Read() {
   if (direction_ != 0 && clock_.Now() >= due_) {
-    if (auto halted = Halt(); !halted) return std::unexpected(halted.error());
+    if (auto halted = Halt(); !halted) return PassOn(halted);
     if (homing_) {
       homing_ = false;
       homed_ = true;
@@ -98,7 +98,7 @@ Result<AxisState> RelativeFocus::Read() {
   AxisState state;
   if (direction_ == 0 && homed_ && target_ms_ && std::abs(*target_ms_ - position_ms_) > 0.5 * resolution_ms_) {
     if (++corrections_ <= kMostCorrections) {
-      if (auto again = Continue(); !again) return std::unexpected(again.error());
+      if (auto again = Continue(); !again) return PassOn(again);
     } else {
       state.fault = "stops too late to arrive";
     }

@@ -147,9 +147,9 @@ Result<StreamPipe> Negotiate(Session& session, const StreamChoice& choice) {
   ask[2] = choice.format_index;
   ask[3] = choice.frame_index;
   std::ranges::copy(ToLittle(choice.interval, 4), ask.begin() + 4);
-  if (auto set = session.controls.Set(probe, ask, what); !set) return PassOn(std::move(set));
+  if (auto set = session.controls.Set(probe, ask, what); !set) return PassOn(set);
   auto agreed = session.controls.Get(kGetCur, probe, length, what);
-  if (!agreed) return PassOn(std::move(agreed));
+  if (!agreed) return PassOn(agreed);
   if ((*agreed)[2] != choice.format_index || (*agreed)[3] != choice.frame_index) {
     return Fail(Code::Unsupported,
                 "the camera does not agree to the picture it offers: ask for another size or format");
@@ -160,7 +160,7 @@ Result<StreamPipe> Negotiate(Session& session, const StreamChoice& choice) {
   auto pipe = PipeFor(*stream, payload_bytes);
   if (!pipe) return pipe;
   if (auto set = session.controls.Set({kVsCommit, 0, choice.interface}, *agreed, what); !set) {
-    return PassOn(std::move(set));
+    return PassOn(set);
   }
   return pipe;
 }

@@ -121,9 +121,9 @@ Result<void> UsbLink::Open() {
 Result<void> UsbLink::Connect() {
   // Not told to leave discovery out (LIBUSB_OPTION_NO_DEVICE_DISCOVERY), although the node is known: before 1.0.27 that
   // holds for every context of the process, and other libraries look for their cameras through libusb.
-  if (const int code = libusb_init(&usb_.context); code != 0) return std::unexpected(ErrorFromUsb(code, "libusb"));
+  if (const int code = libusb_init(&usb_.context); code != 0) return PassOn(ErrorFromUsb(code, "libusb"));
   if (const int code = libusb_wrap_sys_device(usb_.context, usb_.fd, &usb_.handle); code != 0) {
-    return std::unexpected(ErrorFromUsb(code, options_.node));
+    return PassOn(ErrorFromUsb(code, options_.node));
   }
   events_ = std::jthread([this] {
     while (!stop_events_) {
@@ -134,7 +134,7 @@ Result<void> UsbLink::Connect() {
   libusb_set_auto_detach_kernel_driver(usb_.handle, 1);
   for (const std::uint8_t interface : options_.interfaces) {
     if (const int code = libusb_claim_interface(usb_.handle, interface); code != 0) {
-      return std::unexpected(ErrorFromUsb(code, "interface " + std::to_string(interface) + " of " + options_.node));
+      return PassOn(ErrorFromUsb(code, "interface " + std::to_string(interface) + " of " + options_.node));
     }
     usb_.claimed.push_back(interface);
   }
@@ -291,7 +291,7 @@ Result<std::unique_ptr<Stream>> UsbLink::MakeStream(const StreamPipe& pipe) {
                               this, 0);
   }
   if (const int code = libusb_submit_transfer(stream->transfer.get()); code != 0) {
-    return std::unexpected(ErrorFromUsb(code, "stream"));
+    return PassOn(ErrorFromUsb(code, "stream"));
   }
   stream->in_flight = true;
   return stream;
@@ -301,7 +301,7 @@ Result<void> UsbLink::StartStream(const StreamPipe& pipe, PayloadSink& sink) {
   StopStream();
   if (pipe.isochronous) {
     const int code = libusb_set_interface_alt_setting(usb_.handle, pipe.interface, pipe.alternate);
-    if (code != 0) return std::unexpected(ErrorFromUsb(code, "stream"));
+    if (code != 0) return PassOn(ErrorFromUsb(code, "stream"));
   } else {
     libusb_clear_halt(usb_.handle, pipe.endpoint);
   }
@@ -315,7 +315,7 @@ Result<void> UsbLink::StartStream(const StreamPipe& pipe, PayloadSink& sink) {
     if (!stream) {
       lock.unlock();
       StopStream();
-      return PassOn(std::move(stream));
+      return PassOn(stream);
     }
     pictures_.transfers.push_back(*std::move(stream));
   }
@@ -380,7 +380,7 @@ void UsbLink::StopStream() {
 
 Result<std::shared_ptr<Transport>> OpenLink(const LinkOptions& options) {
   auto link = std::make_shared<UsbLink>(options);
-  if (auto opened = link->Open(); !opened) return PassOn(std::move(opened));
+  if (auto opened = link->Open(); !opened) return PassOn(opened);
   return std::shared_ptr<Transport>(std::move(link));
 }
 

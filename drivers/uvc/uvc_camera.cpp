@@ -34,7 +34,7 @@ std::size_t MostBytes(const StreamChoice& choice) {
 Result<std::unique_ptr<Camera>> UvcCamera::Open(std::shared_ptr<Session> session, const CameraConfig& config) {
   session->transport().BeginCall();
   auto choice = Choose(session->function, config);
-  if (!choice) return PassOn(std::move(choice));
+  if (!choice) return PassOn(choice);
   const bool exposure = session->terminal.id != 0 && session->terminal.Has(kExposureAbsolute.bit);
   CameraCapabilities can;
   can.driver = "uvc";
@@ -66,7 +66,7 @@ UvcCamera::~UvcCamera() {
 Result<Duration> UvcCamera::ReadExposure() {
   if (!exposure_control_) return period_;
   auto bytes = session_->controls.TryGet(kGetCur, session_->At(kExposureAbsolute), 4, "exposure");
-  if (!bytes) return PassOn(std::move(bytes));
+  if (!bytes) return PassOn(bytes);
   return *bytes ? FromLittle(**bytes) * kExposureUnit : period_;
 }
 
@@ -80,10 +80,10 @@ Result<void> UvcCamera::DoStart() {
   session_->transport().BeginCall();
   if (streaming_) return {};
   auto exposure = ReadExposure();
-  if (!exposure) return PassOn(std::move(exposure));
+  if (!exposure) return PassOn(exposure);
   exposure_ = *exposure;
   auto pipe = Negotiate(*session_, choice_);
-  if (!pipe) return PassOn(std::move(pipe));
+  if (!pipe) return PassOn(pipe);
   assembler_.Restart();
   if (auto started = session_->transport().StartStream(*pipe, assembler_); !started) return started;
   streaming_ = true;
@@ -130,7 +130,7 @@ Result<void> UvcCamera::DoSetExposure(Duration exposure) {
   session_->transport().BeginCall();
   const ControlAddress at = session_->At(kExposureAbsolute);
   auto range = ReadRange(session_->controls, at, kExposureAbsolute, "exposure");
-  if (!range) return PassOn(std::move(range));
+  if (!range) return PassOn(range);
   const double units = static_cast<double>(exposure.count()) / static_cast<double>(kExposureUnit.count());
   if (std::llround(units) < range->minimum || std::llround(units) > range->maximum) {
     std::ostringstream message;

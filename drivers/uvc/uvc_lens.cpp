@@ -52,7 +52,7 @@ Result<std::optional<UvcLens::AbsoluteAxis>> UvcLens::FindAxis(Session& session,
   auto range = ReadRange(session.controls, session.At(control), control, NameOf(axis));
   // A control that is listed and does not work is a control that is not there.
   if (!range && range.error().code == Code::Unsupported) return std::nullopt;
-  if (!range) return PassOn(std::move(range));
+  if (!range) return PassOn(range);
   if (!range->can_set) return std::nullopt;
   AbsoluteAxis absolute;
   absolute.control = control;
@@ -65,9 +65,9 @@ Result<std::optional<UvcLens::AbsoluteAxis>> UvcLens::FindAxis(Session& session,
 Result<std::unique_ptr<Lens>> UvcLens::Open(std::shared_ptr<Session> session, const LensConfig& config) {
   session->transport().BeginCall();
   if (session->terminal.id == 0) return Fail(Code::Unsupported, "this camera has no camera terminal, so no lens");
-  if (auto taken = session->automatics.TakeFocus(); !taken) return PassOn(std::move(taken));
+  if (auto taken = session->automatics.TakeFocus(); !taken) return PassOn(taken);
   if (session->terminal.Has(kIrisAbsolute.bit)) {
-    if (auto taken = session->automatics.TakeIris(); !taken) return PassOn(std::move(taken));
+    if (auto taken = session->automatics.TakeIris(); !taken) return PassOn(taken);
   }
   Capabilities can;
   can.driver = "uvc";
@@ -77,7 +77,7 @@ Result<std::unique_ptr<Lens>> UvcLens::Open(std::shared_ptr<Session> session, co
   bool any = false;
   for (const Axis axis : kAbsoluteAxes) {
     auto found = FindAxis(*session, axis, config);
-    if (!found) return PassOn(std::move(found));
+    if (!found) return PassOn(found);
     axes[axis] = *found;
     if (!axes[axis]) continue;
     any = true;
@@ -162,14 +162,14 @@ Result<void> UvcLens::SetOnce(Axis axis, const AbsoluteAxis& absolute, std::int6
 
 Result<std::int64_t> UvcLens::ReadCurrent(Axis axis, const AbsoluteAxis& absolute) {
   auto bytes = session_->controls.Get(kGetCur, session_->At(absolute.control), absolute.control.length, NameOf(axis));
-  if (!bytes) return PassOn(std::move(bytes));
+  if (!bytes) return PassOn(bytes);
   return FromLittle(*bytes);
 }
 
 Result<AxisState> UvcLens::ReadAxis(Axis axis, AbsoluteAxis& absolute) {
   const std::int64_t before = absolute.current;
   auto read = ReadCurrent(axis, absolute);
-  if (!read) return PassOn(std::move(read));
+  if (!read) return PassOn(read);
   const std::int64_t now = *read;
   absolute.current = now;
   if (now != before) absolute.changed_at = session_->clock.Now();
@@ -199,12 +199,12 @@ Result<LensState> UvcLens::DoRead() {
   for (const Axis axis : kAbsoluteAxes) {
     if (!axes_[axis]) continue;
     auto one = ReadAxis(axis, *axes_[axis]);
-    if (!one) return PassOn(std::move(one));
+    if (!one) return PassOn(one);
     state.axes[axis] = *std::move(one);
   }
   if (relative_) {
     auto one = relative_->Read();
-    if (!one) return PassOn(std::move(one));
+    if (!one) return PassOn(one);
     state.axes[Axis::Focus] = *std::move(one);
   }
   return state;
@@ -214,7 +214,7 @@ Result<void> UvcLens::DoStop(Axis axis) {
   session_->transport().BeginCall();
   if (axis == Axis::Focus && relative_) return relative_->Stop();
   auto here = ReadCurrent(axis, *axes_[axis]);
-  if (!here) return PassOn(std::move(here));
+  if (!here) return PassOn(here);
   return SetTo(axis, *here);
 }
 

@@ -74,12 +74,12 @@ class Dw9714 final : public Actuator {
 Result<std::optional<std::int64_t>> ControlActuator::Read() {
   if (control_.readable) {
     const auto value = GetControl(*node_, control_);
-    if (!value) return std::unexpected(value.error());
+    if (!value) return PassOn(value);
     return *value;
   }
   // Asking what the control is disturbs nothing and tells whether the device is still there.
   const auto found = FindControl(*node_, control_.id);
-  if (!found) return std::unexpected(found.error());
+  if (!found) return PassOn(found);
   return std::optional<std::int64_t>();
 }
 
@@ -87,7 +87,7 @@ Result<std::unique_ptr<Actuator>> OpenDw9714(Kernel& kernel, const std::string& 
   std::ostringstream name;
   name << "the DW9714 at 0x" << std::hex << address << " of " << bus;
   auto node = Node::Open(kernel, bus);
-  if (!node) return std::unexpected(node.error());
+  if (!node) return PassOn(node);
   unsigned long offers = 0;
   if (const int status = node->Ioctl(I2C_FUNCS, &offers); status < 0) {
     return Fail(Code::Unsupported, bus + " is no I2C bus: " + std::strerror(-status));
@@ -100,7 +100,7 @@ Result<std::unique_ptr<Actuator>> OpenDw9714(Kernel& kernel, const std::string& 
   }
   if (status < 0) return KernelError(-status, name.str());
   auto chip = std::make_unique<Dw9714>(std::move(*node), name.str(), (offers & I2C_FUNC_I2C) != 0);
-  if (const auto answer = chip->Read(); !answer) return std::unexpected(answer.error());
+  if (const auto answer = chip->Read(); !answer) return PassOn(answer);
   return chip;
 }
 

@@ -70,7 +70,7 @@ Result<Config> ReadConfig(const Settings& settings) {
   config.range = static_cast<VideoRange>(read.Choice("range", {"auto", "full", "limited"}, 0));
   if (const auto ms = read.OptionalNumber("latency_ms", {0.0, 10e3})) config.latency = Milliseconds(*ms);
   config.buffers = static_cast<int>(read.Integer("buffers", 4, {2, 32}));
-  if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+  if (auto done = read.Finish(); !done) return PassOn(done);
   return config;
 }
 

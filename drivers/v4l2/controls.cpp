@@ -95,10 +95,10 @@ std::vector<ControlEvent> TakeEvents(const Node& node) {
 
 Result<void> Automatics::Hold(std::uint32_t id, std::int64_t value) {
   const auto control = FindControl(*node_, id);
-  if (!control) return std::unexpected(control.error());
+  if (!control) return PassOn(control);
   if (!*control || !(*control)->readable) return {};
   const auto now = GetControl(*node_, **control);
-  if (!now) return std::unexpected(now.error());
+  if (!now) return PassOn(now);
   if (*now == value) return {};
   if (auto set = SetControl(*node_, **control, value); !set) return set;
   const bool known = std::ranges::find(before_, id, [](const Before& one) { return one.control.id; }) != before_.end();

@@ -67,10 +67,10 @@ class NodeChanges final : public Changes {
 /// Automatic exposure moves the iris, or refuses that others do, but for the modes that set only the exposure time.
 Result<void> HoldIris(const Node& node, Automatics& automatics) {
   const auto control = FindControl(node, V4L2_CID_EXPOSURE_AUTO);
-  if (!control) return std::unexpected(control.error());
+  if (!control) return PassOn(control);
   if (!*control || !(*control)->readable) return {};
   const auto mode = GetControl(node, **control);
-  if (!mode) return std::unexpected(mode.error());
+  if (!mode) return PassOn(mode);
   if (*mode == V4L2_EXPOSURE_MANUAL || *mode == V4L2_EXPOSURE_APERTURE_PRIORITY) return {};
   auto held = automatics.Hold(V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_APERTURE_PRIORITY);
   if (held || held.error().code == Code::Disconnected) return held;
@@ -84,7 +84,7 @@ Result<std::unique_ptr<drivers::Lens>> LensOn(std::shared_ptr<const Node> node, 
   std::vector<AxisParts> axes;
   for (const AxisControl& one : kAxisControls) {
     auto control = FindControl(*node, one.id);
-    if (!control) return std::unexpected(control.error());
+    if (!control) return PassOn(control);
     if (!*control || (*control)->minimum >= (*control)->maximum) continue;
     AxisConfig axis = config.axes[one.axis];
     if (coil && !axis.speed) axis.speed = kCoilSpeed * axis.scale;
@@ -93,9 +93,9 @@ Result<std::unique_ptr<drivers::Lens>> LensOn(std::shared_ptr<const Node> node, 
   }
   if (axes.empty()) return std::unique_ptr<drivers::Lens>();
   // Before anything is written: while the device focuses by itself it refuses or ignores what it is told.
-  if (auto held = automatics->Hold(V4L2_CID_FOCUS_AUTO, 0); !held) return PassOn(std::move(held));
+  if (auto held = automatics->Hold(V4L2_CID_FOCUS_AUTO, 0); !held) return PassOn(held);
   if (std::ranges::find(axes, Axis::Iris, &AxisParts::axis) != axes.end()) {
-    if (auto held = HoldIris(*node, *automatics); !held) return PassOn(std::move(held));
+    if (auto held = HoldIris(*node, *automatics); !held) return PassOn(held);
   }
   return CodeLens::Make(std::move(who), std::move(axes), std::move(automatics), std::make_unique<NodeChanges>(node),
                         clock);
@@ -103,7 +103,7 @@ Result<std::unique_ptr<drivers::Lens>> LensOn(std::shared_ptr<const Node> node, 
 
 Result<drivers::Device> OpenCoil(Kernel& kernel, const Config& config, const Clock& clock) {
   auto chip = OpenDw9714(kernel, config.i2c_bus, config.i2c_address);
-  if (!chip) return std::unexpected(chip.error());
+  if (!chip) return PassOn(chip);
   std::vector<AxisParts> axes;
   AxisConfig axis = config.axes[Axis::Focus];
   if (!axis.speed) axis.speed = kCoilSpeed * axis.scale;
@@ -112,7 +112,7 @@ Result<drivers::Device> OpenCoil(Kernel& kernel, const Config& config, const Clo
   drivers::Capabilities who{
       .driver = "v4l2", .model = "DW9714 voice coil on " + config.i2c_bus, .serial = "", .axes = {}};
   auto lens = CodeLens::Make(std::move(who), std::move(axes), nullptr, nullptr, clock);
-  if (!lens) return std::unexpected(lens.error());
+  if (!lens) return PassOn(lens);
   return drivers::Device{.lens = std::move(*lens), .camera = nullptr, .optics = std::nullopt};
 }
 
@@ -131,13 +131,13 @@ Result<Place> FindPlace(Kernel& kernel, const Config& config) {
   if (!config.device.empty()) return Place{config.device, ""};
   if (!config.sensor.empty()) {
     const auto path = FindLensOfSensor(kernel, config.sensor);
-    if (!path) return std::unexpected(path.error());
+    if (!path) return PassOn(path);
     return Place{*path, ""};
   }
   const auto nodes = PictureNodes(kernel);
-  if (!nodes) return std::unexpected(nodes.error());
+  if (!nodes) return PassOn(nodes);
   const auto node = drivers::hotplug::Pick(*nodes, {config.serial, config.id_path}, "video device");
-  if (!node) return std::unexpected(node.error());
+  if (!node) return PassOn(node);
   return Place{node->path, node->serial};
 }
 
@@ -146,12 +146,12 @@ Result<Place> FindPlace(Kernel& kernel, const Config& config) {
 Result<drivers::Device> OpenOn(Kernel& kernel, const Config& config, const Clock& clock) {
   if (!config.i2c_bus.empty()) return OpenCoil(kernel, config, clock);
   const auto place = FindPlace(kernel, config);
-  if (!place) return std::unexpected(place.error());
+  if (!place) return PassOn(place);
   auto opened = Node::Open(kernel, place->path);
-  if (!opened) return std::unexpected(opened.error());
+  if (!opened) return PassOn(opened);
   const auto node = std::make_shared<const Node>(std::move(*opened));
   const auto info = AskNode(*node);
-  if (!info && info.error().code != Code::Unsupported) return std::unexpected(info.error());
+  if (!info && info.error().code != Code::Unsupported) return PassOn(info);
   const bool coil = !info;  // a sub-device: nothing but controls
   const auto automatics = std::make_shared<Automatics>(node);
   drivers::Device device;
@@ -159,12 +159,12 @@ Result<drivers::Device> OpenOn(Kernel& kernel, const Config& config, const Clock
     const std::string model = coil ? "lens sub-device " + place->path : info->card + " (" + info->driver + ")";
     auto lens = LensOn(node, automatics, {.driver = "v4l2", .model = model, .serial = place->serial, .axes = {}}, coil,
                        config, clock);
-    if (!lens) return std::unexpected(lens.error());
+    if (!lens) return PassOn(lens);
     device.lens = std::move(*lens);
   }
   if (config.parts != Parts::Lens && !coil && info->capture) {
     auto camera = StreamCamera::Make(node, automatics, *info, place->serial, config, clock);
-    if (!camera) return std::unexpected(camera.error());
+    if (!camera) return PassOn(camera);
     device.camera = std::move(*camera);
   }
   if (!device.lens && !device.camera) {
@@ -178,20 +178,20 @@ Result<drivers::Device> OpenOn(Kernel& kernel, const Config& config, const Clock
 
 Result<void> CheckV4l2(const Settings& settings) {
   const auto config = ReadConfig(settings);
-  if (!config) return std::unexpected(config.error());
+  if (!config) return PassOn(config);
   return {};
 }
 
 Result<drivers::Device> OpenV4l2(const Settings& settings, const Clock& clock) {
   const auto config = ReadConfig(settings);
-  if (!config) return std::unexpected(config.error());
+  if (!config) return PassOn(config);
   return OpenOn(RealKernel(), *config, clock);
 }
 
 Result<std::vector<drivers::FoundDevice>> ProbeV4l2() {
   Kernel& kernel = RealKernel();
   const auto nodes = PictureNodes(kernel);
-  if (!nodes) return std::unexpected(nodes.error());
+  if (!nodes) return PassOn(nodes);
   std::vector<drivers::FoundDevice> found;
   for (const drivers::hotplug::Node& node : *nodes) {
     drivers::FoundDevice device;

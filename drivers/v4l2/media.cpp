@@ -98,9 +98,9 @@ Result<std::string> FindLensOfSensor(Kernel& kernel, const std::string& sensor) 
   std::string known;
   for (const std::string& path : kernel.List("/dev", "media")) {
     const auto node = Node::Open(kernel, path);
-    if (!node) return std::unexpected(node.error());
+    if (!node) return PassOn(node);
     const auto graph = ReadGraph(*node);
-    if (!graph) return std::unexpected(graph.error());
+    if (!graph) return PassOn(graph);
     for (const auto* entity : EntitiesOf(*graph, MEDIA_ENT_F_CAM_SENSOR)) {
       const std::string name = NameOf(*entity);
       known += (known.empty() ? "" : ", ") + ("\"" + name + "\"");

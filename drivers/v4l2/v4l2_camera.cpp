@@ -176,11 +176,11 @@ Result<std::unique_ptr<drivers::Camera>> StreamCamera::Make(std::shared_ptr<cons
                                                             const NodeInfo& info, const std::string& serial,
                                                             const Config& config, const Clock& clock) {
   const auto format = Negotiate(*node, info, config);
-  if (!format) return std::unexpected(format.error());
+  if (!format) return PassOn(format);
   const auto rate = SetRate(*node, info, config.frame_rate_hz);
-  if (!rate) return std::unexpected(rate.error());
+  if (!rate) return PassOn(rate);
   auto exposure = FindControl(*node, V4L2_CID_EXPOSURE_ABSOLUTE);
-  if (!exposure) return std::unexpected(exposure.error());
+  if (!exposure) return PassOn(exposure);
   drivers::CameraCapabilities can;
   can.driver = "v4l2";
   can.model = info.card + " (" + info.driver + ")";
@@ -286,7 +286,7 @@ Result<std::optional<StreamCamera::Filled>> StreamCamera::Dequeue() const {
   if (status == -EAGAIN) return std::nullopt;
   if (status < 0) {
     // A device that is pulled out fails its stream first, with an error of any kind.
-    if (const auto still = AskNode(*node_); !still) return std::unexpected(still.error());
+    if (const auto still = AskNode(*node_); !still) return PassOn(still);
     return KernelError(-status, node_->path() + ", waiting for a frame");
   }
   if (one.buffer.index >= buffers_.size())
@@ -315,17 +315,17 @@ Result<std::optional<drivers::Frame>> StreamCamera::DoPoll() {
   std::optional<Filled> last;
   for (std::size_t i = 0; i < buffers_.size(); ++i) {
     const auto filled = Dequeue();
-    if (!filled) return std::unexpected(filled.error());
+    if (!filled) return PassOn(filled);
     if (!*filled) break;
     if (last) {
-      if (auto queued = Queue(last->index); !queued) return PassOn(std::move(queued));
+      if (auto queued = Queue(last->index); !queued) return PassOn(queued);
     }
     last = **filled;
     if (!last->damaged) counter_.Came(last->sequence, last->stamp.value_or(now));
   }
   if (!last) return newest;
   auto picture = Picture(*last);
-  if (auto queued = Queue(last->index); !queued) return PassOn(std::move(queued));
+  if (auto queued = Queue(last->index); !queued) return PassOn(queued);
   return picture;
 }
 
@@ -389,7 +389,7 @@ Result<void> StreamCamera::DoSetExposure(Duration exposure) {
   exposure_ = units * kExposureUnit;
   if (!exposure_control_->readable) return {};
   const auto applied = GetControl(*node_, *exposure_control_);
-  if (!applied) return std::unexpected(applied.error());
+  if (!applied) return PassOn(applied);
   exposure_ = *applied * kExposureUnit;
   if (*applied == units) return {};
   return Fail(Code::OutOfRange, "the camera took an exposure of " +

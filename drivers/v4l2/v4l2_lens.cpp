@@ -76,7 +76,7 @@ struct CodeLens::AxisRun {
   /// What the device says now. Fails where it is gone.
   Result<void> Look(Instant now) {
     const auto read = actuator->Read();
-    if (!read) return std::unexpected(read.error());
+    if (!read) return PassOn(read);
     if (*read != seen) changed = now;
     seen = *read;
     if (!seen || ramping()) return {};
@@ -115,7 +115,7 @@ Result<std::unique_ptr<drivers::Lens>> CodeLens::Make(drivers::Capabilities who,
     run.codes_per_s = parts.config.speed.value_or(0.0) / parts.config.scale;
     run.actuator = std::move(parts.actuator);
     const auto read = run.actuator->Read();
-    if (!read) return std::unexpected(read.error());
+    if (!read) return PassOn(read);
     const CodeRange range = run.actuator->range();
     run.known = read->has_value();
     run.seen = *read;
@@ -173,9 +173,9 @@ Result<drivers::LensState> CodeLens::DoRead() {
   TakeChanges();
   for (AxisRun& run : axes_) {
     if (run.ramping()) {
-      if (auto done = run.Write(run.Due(now), now); !done) return PassOn(std::move(done));
+      if (auto done = run.Write(run.Due(now), now); !done) return PassOn(done);
     }
-    if (auto looked = run.Look(now); !looked) return PassOn(std::move(looked));
+    if (auto looked = run.Look(now); !looked) return PassOn(looked);
   }
   drivers::LensState state;
   state.sampled_at = clock_.Now();

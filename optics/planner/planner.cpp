@@ -122,7 +122,7 @@ std::optional<Solution> Relax(const SideAssignments& cases, const PlanRequest& r
 }  // namespace
 
 Result<PlanAnswer> Plan(const PlanRequest& request) {
-  if (std::optional<Error> error = Check(request)) return std::unexpected(*std::move(error));
+  if (std::optional<Error> error = Check(request)) return PassOn(*std::move(error));
   const SideAssignments cases(request);
   const Outcome outcome = SolveAll(cases, request);
   PlanAnswer answer;

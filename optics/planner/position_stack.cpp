@@ -143,10 +143,10 @@ std::string WhyNot(const Cover<double>& cover, const std::vector<Need<double>>& 
 
 Result<PositionStack> StackOnPositions(const PlanRequest& request, const LensPositions& lens,
                                        const DistanceOrigin& origin) {
-  if (auto error = CheckStack(request)) return std::unexpected(*std::move(error));
+  if (auto error = CheckStack(request)) return PassOn(*std::move(error));
   const PositionBlur blur(request, lens, origin);
   PlanRequest checked = blur.AtPosition(lens.focus[lens.focus.size() / 2], lens.iris.front(), true);
-  if (auto error = Check(checked)) return std::unexpected(*std::move(error));
+  if (auto error = Check(checked)) return PassOn(*std::move(error));
   const std::vector<Need<double>> needs = NeedsOf(request, lens, origin);
   PositionChoice choice = ChoiceOf(request, lens, blur);
   KeepSteady(choice.focus, lens, blur);

@@ -282,7 +282,7 @@ Result<PositionPlan> PlanOnPositions(const PlanRequest& request, const LensPosit
                                      const DistanceOrigin& origin) {
   const PositionBlur blur(request, lens, origin);
   const Point middle{lens.focus.size() / 2, lens.iris.size() / 2, 0.0};
-  if (auto error = Check(WithRanges(blur, request, lens, middle))) return std::unexpected(*std::move(error));
+  if (auto error = Check(WithRanges(blur, request, lens, middle))) return PassOn(*std::move(error));
   PositionSearch search(request, lens, blur);
   const Point point = search.Best();
   PositionPlan answer{.plan = {},
@@ -295,7 +295,7 @@ Result<PositionPlan> PlanOnPositions(const PlanRequest& request, const LensPosit
   answer.plan.feasible = answer.plan.feasible && search.focus_reachable();
   if (!answer.plan.feasible) {
     auto continuous = Plan(ranges);
-    if (!continuous) return PassOn(std::move(continuous));
+    if (!continuous) return PassOn(continuous);
     answer.continuous_feasible = continuous->feasible;
     if (!continuous->feasible) answer.plan = *std::move(continuous);
     if (!answer.continuous_feasible) return answer;
@@ -309,7 +309,7 @@ Result<PositionPlan> PlanOnPositions(const PlanRequest& request, const LensPosit
 Result<PlanAnswer> CheckPosition(const PlanRequest& request, const LensPositions& lens, const DistanceOrigin& origin) {
   const PositionBlur blur(request, lens, origin);
   const PlanRequest there = blur.AtPosition(lens.focus.front(), lens.iris.front(), true);
-  if (auto error = Check(there)) return std::unexpected(*std::move(error));
+  if (auto error = Check(there)) return PassOn(*std::move(error));
   PlanAnswer answer = DescribePoint(blur, request, lens, {});
   answer.feasible = answer.worst_ratio <= 1.0;
   const ChosenModel model = ModelFor(there);

@@ -179,9 +179,9 @@ Result<Renderer> Renderer::Create(const Scene& scene) {
 }
 
 Result<Rendered> Renderer::Render(const OpticalState& state, const RenderOptions& options) const {
-  if (Result<void> checked = CheckState(state); !checked) return PassOn(std::move(checked));
+  if (Result<void> checked = CheckState(state); !checked) return PassOn(checked);
   const Result<PixelRect> region = RegionOf(prepared_->camera, options);
-  if (!region) return std::unexpected(region.error());
+  if (!region) return PassOn(region);
   const CameraSettings& camera = prepared_->camera;
   std::vector<Canvas> magnified;
   if (state.magnification != 1.0) {
@@ -190,7 +190,7 @@ Result<Rendered> Renderer::Render(const OpticalState& state, const RenderOptions
   const View view{magnified.empty() ? prepared_->canvases : magnified, BlurLineOf(camera, state), *region,
                   prepared_->shape, options.stop};
   const Result<const Way*> way = Choose(view, options);
-  if (!way) return std::unexpected(way.error());
+  if (!way) return PassOn(way);
   Made made = Make(view, **way, options);
   if (options.stop.stop_requested()) return Fail(Code::Cancelled, "rendering was called off");
   for (float& light : made.image.values) light = std::max(light, 0.0f);  // what a band-limited picture overshoots black

@@ -31,8 +31,8 @@ int LinesFor(double diameter, double range) {
   return lines;
 }
 
-constexpr int kLevels = 8;      // lines of light a cell row
-constexpr double kSharp = 0.1;  // px of blur that nothing shows
+constexpr int kLevels = 8;           // lines of light a cell row
+constexpr double kSharpPlane = 0.1;  // px of blur that nothing shows
 
 using Three = std::array<double, 3>;
 
@@ -224,8 +224,9 @@ Raster RenderPlane(const View& view) {
         const double d = view.line.At(canvas.PlaneVergence(x + 0.5, y + 0.5)), sign = d < 0.0 ? -1.0 : 1.0;
         const Ellipse ellipse{std::abs(d), sign * tilt.gx, sign * tilt.gy};
         image.Row(y)[x - all.x] =
-            ellipse.d < kSharp ? light.At(x, y)
-                               : static_cast<float>(LightOf(moments, ellipse, x, y, left, LinesFor(ellipse.d, range)));
+            ellipse.d < kSharpPlane
+                ? light.At(x, y)
+                : static_cast<float>(LightOf(moments, ellipse, x, y, left, LinesFor(ellipse.d, range)));
       }
     }
   }

@@ -12,10 +12,10 @@ class SimStand final : public contract::SteppedStand {
  public:
   Result<drivers::Device> Open() override {
     auto world = OpenWorld(std::make_shared<const Scene>(SceneFromHere()), clock_, {});
-    if (!world) return PassOn(std::move(world));
+    if (!world) return PassOn(world);
     // An open simulated device that is unplugged says so when it is first asked, as any.
     if (unplugged_) {
-      if (auto read = world->device.lens->Read(); !read) return PassOn(std::move(read));
+      if (auto read = world->device.lens->Read(); !read) return PassOn(read);
     }
     return std::move(world->device);
   }

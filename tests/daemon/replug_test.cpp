@@ -46,7 +46,7 @@ class TestLens final : public drivers::Lens {
   Result<void> DoStartMove(Axis, Native) override { return Answer(); }
   Result<void> DoStop(Axis) override { return Answer(); }
   Result<drivers::LensState> DoRead() override {
-    if (auto answer = Answer(); !answer) return std::unexpected(answer.error());
+    if (auto answer = Answer(); !answer) return PassOn(answer);
     drivers::LensState state;
     state.axes[Axis::Focus] = drivers::AxisState{.fault = {}};
     state.axes[Axis::Iris] = drivers::AxisState{.fault = {}};

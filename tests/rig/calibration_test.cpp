@@ -245,7 +245,7 @@ TEST(OpticsTable, BreathingChangesTheFocalLengthAndThePlane) {
 
 Result<Calibration> Read(const std::string& text) {
   auto settings = io::ParseToml(text, "lens.toml");
-  if (!settings) return PassOn(std::move(settings));
+  if (!settings) return PassOn(settings);
   return ReadCalibration(*settings);
 }
 

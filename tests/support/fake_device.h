@@ -108,7 +108,7 @@ class FakeLens final : public drivers::Lens {
 
   Result<drivers::LensState> DoRead() override {
     ++controls_->reads;
-    if (auto answer = Answer(); !answer) return PassOn(std::move(answer));
+    if (auto answer = Answer(); !answer) return PassOn(answer);
     if (controls_->lost_read_replies > 0 && controls_->lost_read_replies-- > 0) return Fail(Code::Timeout, "no reply");
     if (controls_->stale) return last_;
     if (controls_->counts_anew) {

@@ -57,7 +57,7 @@ class FaultyCamera final : public drivers::Camera {
 
   Result<std::optional<drivers::Frame>> DoPoll() override {
     const std::lock_guard lock(mutex_);
-    if (!connected_) return std::unexpected(Gone().error());
+    if (!connected_) return PassOn(Gone().error());
     if (timeouts_ > 0) {
       --timeouts_;
       return Fail(Code::Timeout, "the camera did not answer in time");

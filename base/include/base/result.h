@@ -40,10 +40,15 @@ using Result = std::expected<T, Error>;
   return std::unexpected(Error{code, std::move(message)});
 }
 
-/// Passes an error on from one Result to a Result of another type.
-template <class T>
-[[nodiscard]] std::unexpected<Error> PassOn(Result<T>&& failed) {
-  return std::unexpected(std::move(failed).error());
+/// `if (!x) return PassOn(x);` passes the error of one Result on to a Result of another type.
+template <class T, class E>
+[[nodiscard]] std::unexpected<E> PassOn(const std::expected<T, E>& failed) {
+  return std::unexpected(failed.error());
+}
+/// The same of an error that stands alone.
+template <class E>
+[[nodiscard]] std::unexpected<E> PassOn(E error) {
+  return std::unexpected(std::move(error));
 }
 
 }  // namespace lensd

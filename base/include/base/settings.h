@@ -62,7 +62,7 @@ inline constexpr Range kNonNegative{0.0, std::numeric_limits<double>::max()};
 ///
 ///   SettingsReader read(table, "lens");
 ///   config.steps = read.Integer("steps", 8192, {2, 1e9});
-///   if (auto done = read.Finish(); !done) return PassOn(std::move(done));
+///   if (auto done = read.Finish(); !done) return PassOn(done);
 class SettingsReader {
  public:
   /// `what` names the table in messages, for instance "[lens]".

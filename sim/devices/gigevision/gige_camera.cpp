@@ -336,7 +336,7 @@ void GigeCamera::Body::Fill(ArvBuffer* buffer, std::uint32_t gain_db, std::uint3
 }
 
 Result<std::unique_ptr<GigeCamera>> GigeCamera::Start(const GigeOptions& options, const Clock& clock) {
-  if (auto free = CheckAddress(options.interface); !free) return PassOn(std::move(free));
+  if (auto free = CheckAddress(options.interface); !free) return PassOn(free);
   if (options.serial.empty() || options.serial.size() > 15) {
     return Fail(Code::InvalidArgument, "a serial number has 1 to 15 characters");
   }
@@ -344,17 +344,17 @@ Result<std::unique_ptr<GigeCamera>> GigeCamera::Start(const GigeOptions& options
     return Fail(Code::InvalidArgument, "the part of lost packets is between 0 and 1");
   }
   auto scene = LoadScene(options.scene);
-  if (!scene) return PassOn(std::move(scene));
+  if (!scene) return PassOn(scene);
   auto body = std::make_unique<Body>();
   body->options = options;
   body->scene = std::make_shared<const Scene>(std::move(*scene));
   WorldOptions world_options;
   world_options.seed = options.seed;
   auto world = OpenWorld(body->scene, clock, world_options);
-  if (!world) return PassOn(std::move(world));
+  if (!world) return PassOn(world);
   body->world = std::move(*world);
-  if (auto described = body->Describe(); !described) return PassOn(std::move(described));
-  if (auto served = body->Serve(); !served) return PassOn(std::move(served));
+  if (auto described = body->Describe(); !described) return PassOn(described);
+  if (auto served = body->Serve(); !served) return PassOn(served);
   return std::unique_ptr<GigeCamera>(new GigeCamera(std::move(body)));
 }
 

@@ -122,11 +122,11 @@ std::optional<int> Parse(int argc, char** argv, Options& options) {
 
 Result<std::string> Serve(ModbusBus& bus, const Options& options, std::optional<int>& port) {
   if (!options.rtu.empty()) {
-    if (auto served = bus.ServeRtu(options.rtu); !served) return std::unexpected(served.error());
+    if (auto served = bus.ServeRtu(options.rtu); !served) return PassOn(served);
     return "listening on " + options.rtu;
   }
   const auto served = bus.ServeTcp(port.value_or(*options.tcp));
-  if (!served) return std::unexpected(served.error());
+  if (!served) return PassOn(served);
   port = *served;
   return "listening on 127.0.0.1:" + std::to_string(*served);
 }

@@ -41,7 +41,7 @@ class UvcCamera::Server {
     if (thread_.joinable() && running_) return {};
     Join();
     auto socket = usbip::Attach();
-    if (!socket) return PassOn(std::move(socket));
+    if (!socket) return PassOn(socket);
     socket_ = *socket;
     running_ = true;
     stop_ = false;
@@ -221,7 +221,7 @@ class UvcCamera::Server {
 Result<std::unique_ptr<UvcCamera>> UvcCamera::Create(std::shared_ptr<const Scene> scene, const Clock& clock,
                                                      const UvcOptions& options) {
   auto model = UvcModel::Create(std::move(scene), clock, options);
-  if (!model) return PassOn(std::move(model));
+  if (!model) return PassOn(model);
   return std::unique_ptr<UvcCamera>(new UvcCamera(std::make_unique<Server>(*std::move(model), clock)));
 }
 

@@ -109,7 +109,7 @@ int main(int argc, char** argv) {
   }
   const lensd::MonotonicClock clock;
   auto camera = UvcCamera::Create(std::make_shared<const lensd::sim::Scene>(*std::move(scene)), clock, options);
-  auto plugged = camera ? (*camera)->Plug() : lensd::Result<void>(std::unexpected(camera.error()));
+  auto plugged = camera ? (*camera)->Plug() : lensd::Result<void>(PassOn(camera));
   if (!plugged) {
     std::cerr << "sim-uvc: " << plugged.error().message << "\n";
     return 69;

@@ -44,7 +44,7 @@ std::uint32_t Little(std::span<const std::uint8_t> bytes) {
   return value;
 }
 
-std::vector<std::uint8_t> Bytes(std::uint32_t value, std::size_t length) {
+std::vector<std::uint8_t> LittleBytes(std::uint32_t value, std::size_t length) {
   std::vector<std::uint8_t> bytes;
   Append(bytes, value, static_cast<int>(length));
   return bytes;
@@ -64,7 +64,7 @@ Result<std::unique_ptr<UvcModel>> UvcModel::Create(std::shared_ptr<const Scene> 
                                                    const UvcOptions& options) {
   if (scene->lens.steps > 65536) return Fail(Code::InvalidArgument, "a UVC focus has at most 65536 steps");
   auto world = OpenWorld(scene, clock, {});
-  if (!world) return PassOn(std::move(world));
+  if (!world) return PassOn(world);
   return std::unique_ptr<UvcModel>(new UvcModel(std::move(scene), *std::move(world), options));
 }
 
@@ -187,7 +187,7 @@ UvcModel::Answer UvcModel::Terminal(const Request& request) {
 std::optional<UvcModel::Answer> UvcModel::Describe(const Request& request, const Range& range, std::uint8_t info,
                                                    std::size_t length) {
   const auto number = [&](std::uint32_t value) {
-    auto bytes = Bytes(value, length);
+    auto bytes = LittleBytes(value, length);
     bytes.resize(std::min<std::size_t>(bytes.size(), request.length));
     return Reply(std::move(bytes));
   };
@@ -204,7 +204,7 @@ std::optional<UvcModel::Answer> UvcModel::Describe(const Request& request, const
     case 0x84:
       return number(range.resolution);
     case 0x85:
-      return Reply(Bytes(static_cast<std::uint32_t>(length), 2));
+      return Reply(LittleBytes(static_cast<std::uint32_t>(length), 2));
     case 0x86:
       return Reply({info});
     case 0x87:
@@ -275,7 +275,7 @@ UvcModel::Answer UvcModel::Absolute(const Request& request, Axis axis) {
   if (request.code == 0x81) {
     // The iris has coarser steps than its control: it shows the setting once it is as near as it gets.
     const bool shows_setting = options_.echo || axis == Axis::Iris;
-    return Reply(Bytes(shows_setting ? set_[axis] : Current(axis), 2));
+    return Reply(LittleBytes(shows_setting ? set_[axis] : Current(axis), 2));
   }
   const std::uint32_t value = Little(request.out);
   if (!ByHand(axis)) return Refuse(kWrongState);
@@ -290,7 +290,7 @@ UvcModel::Answer UvcModel::Exposure(const Request& request) {
   const Range range{1, 10000, 1, static_cast<std::uint32_t>(std::lround(scene_->camera.exposure_ms * 10))};
   const bool by_hand = ae_mode_ == kManual || ae_mode_ == kShutterPriority;
   if (auto answer = Describe(request, range, by_hand ? 0x03 : 0x07, 4)) return *answer;
-  if (request.code == 0x81) return Reply(Bytes(exposure_, 4));
+  if (request.code == 0x81) return Reply(LittleBytes(exposure_, 4));
   const std::uint32_t value = Little(request.out);
   if (!by_hand) return Refuse(kWrongState);
   if (value < range.minimum || value > range.maximum) return Refuse(kOutOfRange);
@@ -337,7 +337,7 @@ std::vector<std::uint8_t> UvcModel::Negotiated(std::span<const std::uint8_t> ask
   if (agreed[2] < 1 || agreed[2] > (options_.grey_bits > 0 ? 3 : 2)) agreed[2] = 1;
   agreed[3] = 1;
   const auto put = [&](std::size_t at, std::uint32_t value) {
-    std::ranges::copy(Bytes(value, 4), agreed.begin() + static_cast<std::ptrdiff_t>(at));
+    std::ranges::copy(LittleBytes(value, 4), agreed.begin() + static_cast<std::ptrdiff_t>(at));
   };
   put(4, FrameInterval(scene_->camera));
   put(18, static_cast<std::uint32_t>(scene_->camera.width * scene_->camera.height * 2));
@@ -350,7 +350,7 @@ UvcModel::Answer UvcModel::Streaming(const Request& request) {
   constexpr std::uint8_t kProbe = 0x01, kCommit = 0x02;
   if (request.entity != 0 || (request.selector != kProbe && request.selector != kCommit))
     return Refuse(kInvalidControl);
-  if (request.code == 0x85) return Reply(Bytes(kProbeLength, 2));
+  if (request.code == 0x85) return Reply(LittleBytes(kProbeLength, 2));
   if (request.code == 0x86) return Reply({0x03});
   if (request.code != 0x01) {
     auto bytes = stream_;

@@ -74,12 +74,12 @@ Result<std::optional<std::vector<std::uint8_t>>> UvcStream::Next(std::size_t mos
     sent_ = 0;
   }
   if (!streaming_) {
-    if (auto started = model_.camera().Start(); !started) return PassOn(std::move(started));
+    if (auto started = model_.camera().Start(); !started) return PassOn(started);
     streaming_ = true;
   }
   if (sent_ == picture_.size()) {
     auto frame = model_.camera().Poll();
-    if (!frame) return PassOn(std::move(frame));
+    if (!frame) return PassOn(frame);
     if (!*frame) return std::nullopt;
     picture_ = Encode(**frame);
     sent_ = 0;

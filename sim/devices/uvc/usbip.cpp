@@ -95,7 +95,7 @@ std::optional<int> FreePort() {
 
 Result<Command> ReadCommand(int socket) {
   std::array<std::uint8_t, kHeader> header{};
-  if (auto read = ReadAll(socket, header); !read) return PassOn(std::move(read));
+  if (auto read = ReadAll(socket, header); !read) return PassOn(read);
   Command command;
   const std::uint32_t kind = Big(header, 0);
   command.sequence = Big(header, 4);
@@ -111,7 +111,7 @@ Result<Command> ReadCommand(int socket) {
   if (kind != kSubmit || command.length > kMostBytes) return Fail(Code::Protocol, "not a USB/IP command");
   std::ranges::copy(std::span(header).subspan(40), command.setup.begin());
   const bool isochronous = packets > 0 && packets <= kMostPackets;
-  if (auto read = ReadRest(socket, command, isochronous ? packets : 0); !read) return PassOn(std::move(read));
+  if (auto read = ReadRest(socket, command, isochronous ? packets : 0); !read) return PassOn(read);
   return command;
 }
 

@@ -32,7 +32,7 @@ class ModelTransport final : public drivers::lensconnect::Transport {
   Result<std::size_t> Read(std::span<std::uint8_t> buffer, Duration patience) override {
     const Instant until = clock_.Now() + patience;
     for (;;) {
-      if (!model_->plugged) return std::unexpected(Gone().error());
+      if (!model_->plugged) return PassOn(Gone().error());
       if (interrupted_.exchange(false)) return Fail(Code::Cancelled, "interrupted");
       if (const auto report = model_->lens.TakeInput()) {
         const std::size_t count = std::min(buffer.size(), report->size());
@@ -50,7 +50,7 @@ class ModelTransport final : public drivers::lensconnect::Transport {
     return {};
   }
   Result<std::size_t> GetFeature(std::span<std::uint8_t> buffer) override {
-    if (!model_->plugged) return std::unexpected(Gone().error());
+    if (!model_->plugged) return PassOn(Gone().error());
     const auto report = model_->lens.GetFeature(buffer[0]);
     std::copy_n(report.begin(), std::min(report.size(), buffer.size()), buffer.begin());
     return report.size();

@@ -100,7 +100,7 @@ class TcpStand : public contract::RealStand {
     const auto settings = io::ParseToml(
         "[bus]\nname = \"bench\"\nhost = \"127.0.0.1:" + program_.port + "\"\n" + kPatient + "\n" + drives_,
         "bench.toml");
-    if (!settings) return std::unexpected(settings.error());
+    if (!settings) return PassOn(settings);
     return OpenModbus(WithShippedProfiles(*settings), clock());
   }
   bool Unplug() override {

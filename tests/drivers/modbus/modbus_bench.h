@@ -78,7 +78,7 @@ class Bench {
     const std::string where =
         serial_ ? "device = \"" + port() + "\"" : "host = \"127.0.0.1:" + std::to_string(port_) + "\"";
     const auto settings = io::ParseToml("[bus]\nname = \"bench\"\n" + where + "\n" + bus + "\n" + drives, "bench.toml");
-    if (!settings) return std::unexpected(settings.error());
+    if (!settings) return PassOn(settings);
     return OpenModbus(WithShippedProfiles(*settings), clock);
   }
 

@@ -100,7 +100,7 @@ inline Result<Device> OpenOnModel(const std::shared_ptr<ModelTransport>& transpo
                                   SteppedClock& clock, const UvcConfig& config) {
   const auto configuration = model.Configuration();
   auto selection = Select(configuration, config);
-  if (!selection) return PassOn(std::move(selection));
+  if (!selection) return PassOn(selection);
   if (transport->Gone()) return Fail(Code::Disconnected, "unplugged");
   return MakeDevice(std::make_shared<Session>(transport, clock, selection->function, selection->terminal,
                                               Identity{"Simulated UVC camera", "SIM1"}, config.controls),

@@ -99,7 +99,7 @@ class UsbStand : public contract::RealStand {
   }
   Result<Device> Open() override {
     if (!unplugged_) {
-      if (auto plugged = PlugIn(options_); !plugged) return PassOn(std::move(plugged));
+      if (auto plugged = PlugIn(options_); !plugged) return PassOn(plugged);
     }
     return OpenUvc(settings_, clock());
   }

@@ -62,7 +62,7 @@ std::string NodeOfCamera() {
 }
 
 Result<drivers::Device> OpenIt(const std::string& more = "") {
-  if (auto plugged = TheCamera().Plug(); !plugged) return PassOn(std::move(plugged));
+  if (auto plugged = TheCamera().Plug(); !plugged) return PassOn(plugged);
   TheCamera().SetFaults(UvcFaults{});
   if (!Eventually([] { return !NodeOfCamera().empty(); })) return Fail(Code::Timeout, "uvcvideo did not bind");
   return OpenV4l2(*io::ParseToml("serial = \"" + std::string(kSerial) + "\"\n" + more, "test.toml"), Now());
