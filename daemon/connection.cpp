@@ -12,6 +12,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <utility>
 
 namespace lensd::daemon {
@@ -51,6 +52,17 @@ Result<std::unique_ptr<Connection>> Connection::Create(ConnectionHost& host, int
 Connection::Connection(ConnectionHost& host, int socket, Restriction restriction, Closed closed)
     : host_(host), socket_(socket), restriction_(std::move(restriction)), closed_(std::move(closed)) {
   inbox_.last_read = Now();
+}
+
+std::string Connection::caller() const {
+  ucred peer{};
+  socklen_t size = sizeof peer;
+  if (getsockopt(socket_, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return "an unknown client";
+  std::string program;
+  std::getline(std::ifstream("/proc/" + std::to_string(peer.pid) + "/comm"), program);
+  if (program.empty()) program = "process";  // ended, or of another container
+  std::ranges::replace_if(program, [](char c) { return c < ' ' || c > '~'; }, '?');
+  return program + "[" + std::to_string(peer.pid) + "] of user " + std::to_string(peer.uid);
 }
 
 Connection::~Connection() {

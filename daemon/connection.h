@@ -73,6 +73,8 @@ class Connection {
   void AtClose(std::uint64_t key, std::move_only_function<void()> closed);
   /// Bytes sent that the client has not read.
   std::size_t unread() const;
+  /// Which program of which user connected, for people.
+  std::string caller() const;
   /// Reads what has come already.
   void Start() { OnSocket(nullptr, socket_, EPOLLIN, this); }
   void Close(std::string_view reason);

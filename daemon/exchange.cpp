@@ -14,6 +14,10 @@ std::size_t Exchange::unread() const {
   return connection_ == nullptr ? 0 : connection_->unread();
 }
 
+std::string Exchange::caller() const {
+  return connection_ == nullptr ? "a client that is gone" : connection_->caller();
+}
+
 void Exchange::Continue(std::string_view parameters) {
   if (connection_ != nullptr && in_turn_) connection_->Send(varlink::EncodeReply(parameters, /*continues=*/true));
 }

@@ -43,6 +43,8 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   std::size_t unread() const;
   /// Which client called: equal for calls of one connection that is still open; null for oneway calls.
   const void* peer() const { return peer_; }
+  /// The program and the user behind the client, for people: "lensctl[4711] of user 1000".
+  std::string caller() const;
   /// Called when the client's connection closes, also after the last reply; once, from the event loop. An empty
   /// function forgets what was left under `key`.
   void AtClose(std::uint64_t key, std::move_only_function<void()> closed);

@@ -79,7 +79,7 @@ void Autofocus(ServedLens& lens, const ExchangePointer& exchange) {
                   });
   };
   lens.Ask<rig::AutofocusOutcome>(std::move(run), [&lens, exchange](const Result<rig::AutofocusOutcome>& outcome) {
-    if (!outcome) return Refuse(exchange, outcome.error());
+    if (!outcome) return Refuse(exchange, lens, outcome.error());
     const varlink::Json result = AutofocusJson(lens.name(), *outcome);
     exchange->Finish(Wrap("autofocus", varlink::WriteJson(result)));
     lens.watchers().Announce(lens, "autofocus", result);

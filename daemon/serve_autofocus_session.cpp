@@ -201,7 +201,7 @@ void FrameSessions::Begin(const ExchangePointer& exchange) {
 void FrameSessions::Conclude(const FrameSessionPointer& session, const ExchangePointer& exchange) {
   exchange->AtClose(static_cast<std::uint64_t>(session->number), {});
   sessions_.erase(session->number);
-  if (!*session->end) return Refuse(exchange, session->end->error());
+  if (!*session->end) return Refuse(exchange, *session->lens, session->end->error());
   exchange->Finish(varlink::WriteJson(Json{{"autofocus", AutofocusJson(session->lens->name(), **session->end)}}));
 }
 
@@ -241,7 +241,7 @@ void FrameSessions::Give(const FrameSessionPointer& session, const ExchangePoint
     if (taken || session->waiting != exchange) return;
     if (session->end) return Conclude(session, std::exchange(session->waiting, nullptr));
     session->waiting = nullptr;
-    Refuse(exchange, taken.error());
+    Refuse(exchange, *session->lens, taken.error());
   });
 }
 

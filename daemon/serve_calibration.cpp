@@ -228,7 +228,7 @@ void MeasureBacklash(ServedLens& lens, const ExchangePointer& exchange) {
                          });
   };
   lens.Ask<rig::BacklashOutcome>(measure, [exchange, &lens](const Result<rig::BacklashOutcome>& outcome) {
-    if (!outcome) return Refuse(exchange, outcome.error());
+    if (!outcome) return Refuse(exchange, lens, outcome.error());
     FinishBacklash(lens, exchange, Axis::Focus, *outcome);
   });
   exchange->OnGone([&lens, ended] { StopUnlessEnded(lens, ended, {}); });

@@ -1,6 +1,7 @@
 // TakeLease, DropLease, and whom a lease keeps from moving a lens.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <random>
 
@@ -37,6 +38,24 @@ bool Holds(const Lease& lease, const ExchangePointer& exchange) {
   return (lease.owner != nullptr && lease.owner == exchange->peer()) || (key && key->text() == lease.key);
 }
 
+/// Ends a call that the lease of somebody else stands against: who has it, and for how long.
+void RefuseLeased(LensService& service, const ExchangePointer& exchange, const ServedLens& lens,
+                  const std::string& what_then) {
+  const Lease& lease = *lens.lease();
+  Json remaining = nullptr;
+  std::string how_long = "until it lets go";
+  if (lease.until) {
+    const double ms = std::chrono::duration<double, std::milli>(*lease.until - service.clock().Now()).count();
+    remaining = ms;
+    how_long = "for another " + std::to_string(std::lround(std::ceil(1e-3 * ms))) + " s";
+  }
+  exchange->Refuse(ErrorName(Code::Leased), {{"message", "lens \"" + lens.name() + "\" is leased to " + lease.holder +
+                                                             " " + how_long + "; " + what_then},
+                                             {"lens", lens.name()},
+                                             {"holder", lease.holder},
+                                             {"remainingMs", remaining}});
+}
+
 void TakeLease(LensService& service, const ExchangePointer& exchange) {
   ServedLens* const lens = service.Find(exchange);
   if (lens == nullptr) return;
@@ -48,9 +67,9 @@ void TakeLease(LensService& service, const ExchangePointer& exchange) {
     return Refuse(exchange, {Code::InvalidArgument, "a lease has an answer: it cannot be taken by a oneway call"});
   }
   if (lens->lease() != nullptr && lens->lease()->owner != exchange->peer()) {
-    return Refuse(exchange, {Code::Leased, "lens \"" + lens->name() + "\" is leased to somebody else already"});
+    return RefuseLeased(service, exchange, *lens, "it can be taken then");
   }
-  Lease lease{.key = NewKey(), .owner = nullptr, .until = std::nullopt};
+  Lease lease{.key = NewKey(), .holder = exchange->caller(), .owner = nullptr, .until = std::nullopt};
   if (for_ms != nullptr) {
     const std::chrono::duration<double, std::milli> time(for_ms->get<double>());
     lease.until = service.clock().Now() + std::chrono::duration_cast<Duration>(time);
@@ -71,8 +90,7 @@ void DropLease(LensService& service, const ExchangePointer& exchange) {
   ServedLens* const lens = service.Find(exchange);
   if (lens == nullptr) return;
   if (const Lease* lease = lens->lease(); lease != nullptr && !Holds(*lease, exchange)) {
-    return Refuse(exchange,
-                  {Code::Leased, "the lease of lens \"" + lens->name() + "\" is somebody else's; give its key"});
+    return RefuseLeased(service, exchange, *lens, "its key ends it before");
   }
   lens->SetLease({});
   exchange->Finish("{}");
@@ -90,7 +108,7 @@ bool MayDrive(LensService& service, const Method& method, const ExchangePointer&
   }
   const Lease* const lease = lens->lease();
   if (lease == nullptr || Holds(*lease, exchange)) return true;
-  Refuse(exchange, {Code::Leased, "lens \"" + lens->name() + "\" is leased to somebody else, who alone may move it"});
+  RefuseLeased(service, exchange, *lens, "only who gives its key may move it before");
   return false;
 }
 

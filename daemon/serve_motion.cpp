@@ -83,7 +83,7 @@ void ShowProgress(const ServedLens& lens, const ExchangePointer& exchange, Axis 
 /// The end of a move: nothing is said of its progress after it.
 void FinishMove(const ServedLens& lens, const ExchangePointer& exchange, const Result<Json>& move) {
   lens.watchers().Remove(exchange);
-  if (!move) return Refuse(exchange, move.error());
+  if (!move) return Refuse(exchange, lens, move.error());
   exchange->Finish(Wrap("move", varlink::WriteJson(*move)));
   lens.watchers().Announce(lens, "move", *move);
 }
@@ -158,7 +158,7 @@ void Home(ServedLens& lens, const ExchangePointer& exchange) {
   const auto only = axes.empty() ? std::nullopt : std::optional(axes.front());
   const auto home = [only](rig::Rig& rig, MovesCallback done) { HomeAxes(rig, only, std::move(done)); };
   lens.Ask<Moves>(home, [&lens, exchange](const Result<Moves>& moves) {
-    if (!moves) return Refuse(exchange, moves.error());
+    if (!moves) return Refuse(exchange, lens, moves.error());
     const Json json = MovesJson(lens.name(), *moves);
     lens.watchers().AnnounceMoves(lens, json);
     exchange->Finish(Wrap("moves", varlink::WriteJson(json)));

@@ -91,7 +91,7 @@ void Apply(ServedLens& lens, const ExchangePointer& exchange, const Question& qu
     group->Complete();
   };
   lens.Ask<Moves>(move, [exchange, &lens, question, plan](const Result<Moves>& moves) {
-    if (!moves) return Refuse(exchange, moves.error());
+    if (!moves) return Refuse(exchange, lens, moves.error());
     const Json applied = MovesJson(lens.name(), *moves);
     lens.watchers().AnnounceMoves(lens, applied);
     const rig::Status& now = lens.status();
@@ -130,7 +130,7 @@ void PlanNow(ServedLens& lens, const ExchangePointer& exchange) {
     done(PlanningForZoom(rig, lens.config().rig, question.asked));
   };
   lens.Ask<ZoomedPlanning>(choose, [&lens, exchange, question](const Result<ZoomedPlanning>& zoomed) {
-    if (!zoomed) return Refuse(exchange, zoomed.error());
+    if (!zoomed) return Refuse(exchange, lens, zoomed.error());
     Question there = question;
     there.asked.plan = zoomed->request;
     Answer(lens, exchange, there, zoomed->planning);

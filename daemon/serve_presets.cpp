@@ -64,7 +64,7 @@ void Keep(ServedLens& lens, const ExchangePointer& exchange, rig::Preset preset)
 void Save(ServedLens& lens, const ExchangePointer& exchange) {
   const auto take = [label = LabelOf(exchange)](rig::Rig& rig, auto done) { done(rig::TakePreset(rig, label)); };
   lens.Ask<rig::Preset>(take, [exchange, &lens](const Result<rig::Preset>& taken) {
-    if (!taken) return Refuse(exchange, taken.error());
+    if (!taken) return Refuse(exchange, lens, taken.error());
     Keep(lens, exchange, *taken);
   });
 }
@@ -92,7 +92,7 @@ void Recall(ServedLens& lens, const ExchangePointer& exchange) {
   if (preset == nullptr) return;
   const auto recall = [preset = *preset](rig::Rig& rig, auto done) { rig::RecallPreset(rig, preset, std::move(done)); };
   lens.Ask<rig::RecallOutcome>(recall, [exchange, &lens](const Result<rig::RecallOutcome>& outcome) {
-    if (!outcome) return Refuse(exchange, outcome.error());
+    if (!outcome) return Refuse(exchange, lens, outcome.error());
     const Json json = RecallJson(lens.name(), LabelOf(exchange), *outcome);
     lens.watchers().AnnounceMoves(lens, json["moves"]);
     exchange->Finish(varlink::WriteJson({{"recall", json}}));

@@ -24,9 +24,10 @@ constexpr std::string_view kBeingOpened = "its device is being opened";
 constexpr std::size_t kMostParked = 64;
 constexpr int kMostDoublings = 6;
 
-bool AllHomed(const rig::Status& status) {
-  return std::ranges::all_of(drivers::kAxes,
-                             [&](drivers::Axis axis) { return !status.axes[axis] || status.axes[axis]->homed; });
+std::optional<drivers::Axis> FirstNotHomed(const rig::Status& status) {
+  const auto* const found = std::ranges::find_if(
+      drivers::kAxes, [&](drivers::Axis axis) { return status.axes[axis] && !status.axes[axis]->homed; });
+  return found == drivers::kAxes.end() ? std::nullopt : std::optional(*found);
 }
 
 /// Whether an error of opening says that the device is not there or not usable yet; else it is not the one configured.
@@ -39,6 +40,17 @@ bool MayComeYet(Code code) {
 
 void Refuse(const ExchangePointer& exchange, const Error& error) {
   exchange->Refuse(ErrorName(error.code), {{"message", error.message}});
+}
+
+void Refuse(const ExchangePointer& exchange, const ServedLens& lens, const Error& error) {
+  if (error.code != Code::NotHomed) return Refuse(exchange, error);
+  Json axis = nullptr;
+  if (const auto asked = exchange->view().Given("axis")) {
+    axis = asked->text();
+  } else if (const auto unhomed = FirstNotHomed(lens.status())) {
+    axis = drivers::AxisName(*unhomed);
+  }
+  exchange->Refuse(ErrorName(error.code), {{"message", error.message}, {"lens", lens.name()}, {"axis", axis}});
 }
 
 ServedLens::ServedLens(LensConfig config, const LensSurroundings& surroundings, Open open)
@@ -272,7 +284,7 @@ void ServedLens::Update(std::shared_ptr<const rig::Status> status, std::string t
   if (shown_.status->connected != was_connected) {
     if (shown_.status->connected) {
       Log(Severity::Info, Event::LensReady, "the lens answers", name());
-      if (config_.home_at_start && !AllHomed(*shown_.status)) HomeAtStart();
+      if (config_.home_at_start && FirstNotHomed(*shown_.status)) HomeAtStart();
     } else {
       Log(Severity::Warning, Event::LensLost, shown_.status->problem, name());
     }

@@ -38,6 +38,7 @@ struct LensSurroundings {
 /// Who alone may move a lens.
 struct Lease {
   std::string key;
+  std::string holder;            ///< who took it, for people
   const void* owner = nullptr;   ///< its connection; null: it ends with a time
   std::optional<Instant> until;  ///< when it ends
 };
@@ -228,7 +229,9 @@ void Reply<Answer>::operator()(Result<Answer> answer) {
   lens_->Later([then = std::exchange(then_, nullptr), answer = std::move(answer)]() mutable { then(answer); });
 }
 
-/// Ends a call with an error of the rig.
+/// Ends a call with an error.
 void Refuse(const ExchangePointer& exchange, const Error& error);
+/// The same with one of this lens' rig.
+void Refuse(const ExchangePointer& exchange, const ServedLens& lens, const Error& error);
 
 }  // namespace lensd::daemon

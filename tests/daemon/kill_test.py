@@ -49,7 +49,9 @@ class KillTest(unittest.TestCase):
         self.assertEqual(self.focus(client)["homed"], expected)
         if expected:
             return
-        self.assertEqual(self.move(client, 100)["error"], LENS + "NotHomed")
+        refused = self.move(client, 100)
+        self.assertEqual(refused["error"], LENS + "NotHomed")
+        self.assertEqual((refused["parameters"]["lens"], refused["parameters"]["axis"]), ("a", "focus"))
         reply = client.call(LENS + "Home", {"lens": "a", "axis": "focus"})
         self.assertTrue(reply["parameters"]["moves"][0]["reached"], reply)
         self.assertTrue(self.focus(client)["homed"])
@@ -116,7 +118,14 @@ class KillTest(unittest.TestCase):
             file.write('{"version": 1, "ax')
         daemon = self.start()
         try:
+            asked = daemon.lensctl("focus", "a", "@100", "--json")
+            told = json.loads(asked.stdout)
+            self.assertEqual((asked.returncode, told["error"], told["lens"], told["axis"]),
+                             (7, "not-homed", "a", "focus"))
             with daemon.client() as client:
+                refused = client.call(LENS + "Autofocus", {"lens": "a"})  # names no axis
+                self.assertEqual(refused["error"], LENS + "NotHomed")
+                self.assertEqual((refused["parameters"]["lens"], refused["parameters"]["axis"]), ("a", "focus"))
                 self.home_if_unknown(client, False)
             self.assertIn("a.position.json", daemon.log())
             self.assertFalse(self.remembered()["inMotion"])

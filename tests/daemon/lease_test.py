@@ -1,8 +1,10 @@
 """A lease keeps everybody else from moving a lens, and ends with its connection or its time."""
 import json
 import os
+import random
 import signal
 import subprocess
+import time
 import unittest
 
 from harness import BIN, LENS, DaemonTest
@@ -50,6 +52,27 @@ class Lease(DaemonTest):
             self.assertEqual(self.move(other, 10)["error"], LENS + "Leased")
             self.wait_for(lambda: "error" not in self.move(other, 10))
 
+    def test_the_refused_hear_who_has_it_and_for_how_long(self):
+        me = f"[{os.getpid()}] of user {os.getuid()}"
+        with open("/proc/self/comm", encoding="utf-8") as file:
+            me = file.read().rstrip("\n") + me
+        with self.daemon.client() as owner, self.daemon.client() as other:
+            self.take(owner)
+            for reply in (self.move(other, 10), other.call(LENS + "TakeLease", {"lens": "a"}),
+                          other.call(LENS + "DropLease", {"lens": "a"})):
+                told = reply["parameters"]
+                self.assertEqual((told["lens"], told["holder"], told["remainingMs"]), ("a", me, None))
+                self.assertIn(me + " until it lets go", told["message"])
+            for _ in range(20):
+                time_ms = 10 ** random.uniform(3.5, 7.9)
+                begun = time.monotonic()
+                key = self.take(owner, forMs=time_ms)
+                told = self.move(other, 10)["parameters"]
+                passed_ms = 1e3 * (time.monotonic() - begun)
+                self.assertEqual((told["lens"], told["holder"]), ("a", me))
+                self.assertTrue(time_ms - passed_ms <= told["remainingMs"] <= time_ms, told)
+                owner.call(LENS + "DropLease", {"lens": "a", "lease": key})
+
     def test_a_key_drops_it_from_anywhere(self):
         with self.daemon.client() as owner, self.daemon.client() as other:
             key = self.take(owner, forMs=60000)
@@ -68,6 +91,13 @@ class Lease(DaemonTest):
         key = json.loads(taken.stdout)["lease"]
         refused = self.daemon.lensctl("focus", "a", "@70")
         self.assertEqual((refused.returncode, refused.stdout), (9, ""))
+        refused = self.daemon.lensctl("focus", "a", "@70", "--json")
+        self.assertEqual(refused.returncode, 9)
+        told = json.loads(refused.stdout)
+        self.assertEqual((told["error"], told["lens"]), ("leased", "a"))
+        self.assertRegex(told["holder"], rf"^lensctl\[\d+\] of user {os.getuid()}$")
+        self.assertTrue(50e3 < told["remainingMs"] <= 60e3, told)
+        self.assertIn(told["holder"], refused.stderr)
         environment = {**os.environ, "LENSD_LEASE": key}
         self.assertEqual(self.daemon.lensctl("focus", "a", "@70", env=environment).returncode, 0)
         self.assertEqual(self.daemon.lensctl("lease", "drop", "a").returncode, 9)
