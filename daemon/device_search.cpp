@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "drivers_table.h"
+#include "lens_json.h"
 
 namespace lensd::daemon {
 
@@ -47,12 +48,12 @@ std::string DevicesReply(const DeviceSearch& search, const UserOfDevice& user_of
     if (device.lens) ++lenses;
     devices.push_back({{"driver", found.driver},
                        {"model", device.model},
-                       {"serial", device.serial},
-                       {"node", device.node},
+                       {"serial", TextOrNull(device.serial)},
+                       {"node", TextOrNull(device.node)},
                        {"lens", device.lens},
                        {"camera", device.camera},
                        {"config", ConfigOf(found, user.value_or("lens-" + std::to_string(lenses)))},
-                       {"problem", device.problem.empty() ? Json(nullptr) : Json(device.problem)},
+                       {"problem", TextOrNull(device.problem)},
                        {"usedBy", user ? Json(*user) : Json(nullptr)}});
   }
   return varlink::WriteJson({{"devices", std::move(devices)}, {"failed", search.failed}});

@@ -103,7 +103,7 @@ Json CameraJson(const drivers::CameraCapabilities& camera) {
   const auto positive = [](double value) { return value > 0.0 ? varlink::NumberOrNull(value) : Json(nullptr); };
   return {{"driver", camera.driver},
           {"model", camera.model},
-          {"serial", camera.serial},
+          {"serial", TextOrNull(camera.serial)},
           {"widthPx", camera.width},
           {"heightPx", camera.height},
           {"bits", camera.bits},
@@ -112,6 +112,10 @@ Json CameraJson(const drivers::CameraCapabilities& camera) {
 }
 
 }  // namespace
+
+Json TextOrNull(std::string text) {
+  return text.empty() ? Json(nullptr) : Json(std::move(text));
+}
 
 Json NativeJson(double value) {
   if (std::abs(value) < 1e15 && value == std::floor(value)) return static_cast<std::int64_t>(value);
@@ -124,14 +128,14 @@ Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig
   return {{"name", name},
           {"driver", lens.driver},
           {"model", lens.model},
-          {"serial", lens.serial},
+          {"serial", TextOrNull(lens.serial)},
           {"axes", AxesInfoJson(rig)},
           {"optics", planning ? OpticsJson(*rig.optics(), config, *planning, calibration_file) : Json(nullptr)},
           {"camera", rig.camera() ? CameraJson(*rig.camera()) : Json(nullptr)}};
 }
 
 Json AbsentInfoJson(const std::string& name, std::string_view driver) {
-  return {{"name", name},          {"driver", driver},  {"model", ""},      {"serial", ""},
+  return {{"name", name},          {"driver", driver},  {"model", nullptr}, {"serial", nullptr},
           {"axes", Json::array()}, {"optics", nullptr}, {"camera", nullptr}};
 }
 
@@ -155,9 +159,9 @@ Json StatusJson(const std::string& name, const rig::Status& status) {
                     {"moving", now->moving},
                     {"homed", now->homed},
                     {"lastKnown", now->last_known},
-                    {"bound", now->last_known ? Json(nullptr) : NativeJson(now->bound.value)},
+                    {"positionBound", now->last_known ? Json(nullptr) : NativeJson(now->bound.value)},
                     {"movedBy", MovedBy(*now)},
-                    {"fault", now->fault}});
+                    {"fault", TextOrNull(now->fault)}});
   }
   return {{"name", name},
           {"connected", status.connected},
@@ -167,7 +171,7 @@ Json StatusJson(const std::string& name, const rig::Status& status) {
           {"stepsExpected", status.activity.of},
           {"axes", std::move(axes)},
           {"vergenceD", Optional(status.vergence)},
-          {"focusM", DistanceJson(status.vergence)},
+          {"focalPlaneM", DistanceJson(status.vergence)},
           {"extensionMm", Optional(status.extension, kMmPerMetre)},
           {"fNumber", Optional(status.f_number)},
           {"focalLengthMm", Optional(status.focal_length, kMmPerMetre)},
@@ -184,11 +188,12 @@ Json MoveJson(const std::string& name, const rig::MoveOutcome& outcome) {
             {"reached", outcome.reached},
             {"settled", outcome.settled},
             {"verified", outcome.verified},
-            {"steps", NativeJson(outcome.position.value)},
+            {"position", NativeJson(outcome.position.value)},
             {"extensionMm", Optional(outcome.extension, kMmPerMetre)},
+            {"positionBound", NativeJson(outcome.bound.value)},
             {"missed", outcome.missed},
             {"movedBy", outcome.moved_by_another ? "external" : "lensd"},
-            {"reason", outcome.reason},
+            {"reason", TextOrNull(outcome.reason)},
             {"elapsedMs", Milliseconds(outcome.elapsed)}};
   if (outcome.axis == Axis::Focus) move["vergenceD"] = Optional(outcome.vergence);
   if (outcome.axis == Axis::Iris) move["fNumber"] = Optional(outcome.f_number);
@@ -197,25 +202,21 @@ Json MoveJson(const std::string& name, const rig::MoveOutcome& outcome) {
     move["focalLengthMm"] = Optional(outcome.focal_length, kMmPerMetre);
     move["focalLengthBoundMm"] = Optional(outcome.focal_length_bound, kMmPerMetre);
   }
-  if (outcome.extension_bound) {
-    move["boundUm"] = Optional(outcome.extension_bound, kUmPerMetre);
-  } else {
-    move["bound"] = NativeJson(outcome.bound.value);
-  }
+  if (outcome.extension_bound) move["extensionBoundUm"] = Optional(outcome.extension_bound, kUmPerMetre);
   return move;
 }
 
 Json PresetJson(const rig::Preset& preset) {
   return {{"label", preset.label},
           {"saved", preset.saved},
-          {"focusSteps", Optional(preset.native[Axis::Focus])},
-          {"irisSteps", Optional(preset.native[Axis::Iris])},
-          {"zoomSteps", Optional(preset.native[Axis::Zoom])},
-          {"filter", Optional(preset.native[Axis::Filter])},
+          {"focusPosition", Optional(preset.native[Axis::Focus])},
+          {"irisPosition", Optional(preset.native[Axis::Iris])},
+          {"zoomPosition", Optional(preset.native[Axis::Zoom])},
+          {"filterPosition", Optional(preset.native[Axis::Filter])},
           {"approachUp", preset.approach_up},
           {"vergenceD", Optional(preset.vergence)},
           {"vergenceBoundD", Optional(preset.vergence_bound)},
-          {"focusM", DistanceJson(preset.vergence)},
+          {"focalPlaneM", DistanceJson(preset.vergence)},
           {"fNumber", Optional(preset.f_number)},
           {"focalLengthMm", Optional(preset.focal_length, kMmPerMetre)},
           {"temperatureC", Optional(preset.temperature)},
@@ -232,7 +233,7 @@ Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome
   Json candidates = Json::array();
   for (const rig::AutofocusCandidate& candidate : outcome.candidates) {
     candidates.push_back({{"region", candidate.region},
-                          {"steps", NativeJson(candidate.position.value)},
+                          {"position", NativeJson(candidate.position.value)},
                           {"vergenceD", Optional(candidate.vergence)}});
   }
   Json json{{"lens", name},
@@ -243,9 +244,9 @@ Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome
             {"elapsedMs", Milliseconds(outcome.elapsed)},
             {"vergenceD", Optional(outcome.vergence)},
             {"sigmaD", Optional(outcome.sigma)},
-            {"steps", NativeJson(outcome.position.value)},
+            {"position", NativeJson(outcome.position.value)},
             {"confidence", outcome.confidence},
-            {"reason", outcome.reason}};
+            {"reason", TextOrNull(outcome.reason)}};
   if (!candidates.empty()) json["candidates"] = std::move(candidates);
   return json;
 }

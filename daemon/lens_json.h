@@ -17,17 +17,19 @@ const varlink::Json* Given(const varlink::Json& object, std::string_view key);
 /// `json` as the only field of an object.
 std::string Wrap(std::string_view field, const std::string& json);
 
-/// LensInfo.
+/// What is absent is null and never "".
+varlink::Json TextOrNull(std::string text);
 /// Native positions are mostly whole steps: those read better without a decimal point.
 varlink::Json NativeJson(double value);
 
+/// LensInfo.
 varlink::Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config,
                        const std::optional<Planning>& planning, const std::string& calibration_file);
 /// LensInfo of a lens that has not been there yet.
 varlink::Json AbsentInfoJson(const std::string& name, std::string_view driver);
 /// Counters of the interface.
 varlink::Json CountersJson(const drivers::Counters& counters);
-/// LensStatus without readAtMs: equal values mean that nothing changed.
+/// LensStatus without readAtNs: equal values mean that nothing changed.
 varlink::Json StatusJson(const std::string& name, const rig::Status& status);
 /// MoveResult.
 varlink::Json MoveJson(const std::string& name, const rig::MoveOutcome& outcome);

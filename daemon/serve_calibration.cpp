@@ -1,4 +1,4 @@
-// Calibration, Calibrate, Backlash: what is known of a lens, how it comes to be known, and where it is kept.
+// GetCalibration, Calibrate, MeasureBacklash: what is known of a lens, how it comes to be known, and where it is kept.
 #include <ctime>
 #include <utility>
 
@@ -43,7 +43,7 @@ Result<optics::FocusScale> ScaleOf(const Json& parameters, optics::FocusScale sc
 }
 
 Result<rig::FocusPoint> PointOf(const Json& json, const optics::FocusScale& scale, Metres focal_length) {
-  rig::FocusPoint point{Native{json["steps"].get<double>()}, {}, {}};
+  rig::FocusPoint point{Native{json["position"].get<double>()}, {}, {}};
   if (const Json* mm = Given(json, "extensionMm")) point.extension = Metres{mm->get<double>() * 1e-3};
   if (const Json* vergence = Given(json, "vergenceD")) point.vergence = Dioptres{vergence->get<double>()};
   if (const Json* metres = Given(json, "distanceM")) {
@@ -114,11 +114,11 @@ Json BacklashJson(const std::string& lens, Axis axis, const rig::BacklashOutcome
               {"measured", outcome.measured && outcome.backlash.measured},
               {"frames", outcome.frames},
               {"elapsedMs", std::chrono::duration<double, std::milli>(outcome.elapsed).count()},
-              {"reason", outcome.reason}};
+              {"reason", TextOrNull(outcome.reason)}};
   if (outcome.measured) {
-    result["steps"] = varlink::NumberOrNull(outcome.backlash.steps);
-    result["lowSteps"] = varlink::NumberOrNull(outcome.backlash.low);
-    result["highSteps"] = varlink::NumberOrNull(outcome.backlash.high);
+    result["size"] = varlink::NumberOrNull(outcome.backlash.steps);
+    result["sizeLow"] = varlink::NumberOrNull(outcome.backlash.low);
+    result["sizeHigh"] = varlink::NumberOrNull(outcome.backlash.high);
   }
   return result;
 }
@@ -238,8 +238,8 @@ void Backlash(ServedLens& lens, const ExchangePointer& exchange) {
   const Json& parameters = exchange->parameters();
   const Json* named = Given(parameters, "axis");
   const Axis axis = named != nullptr ? *drivers::AxisFromName(named->get_ref<const std::string&>()) : Axis::Focus;
-  const Json* steps = Given(parameters, "steps");
-  if (steps == nullptr) {
+  const Json* size = Given(parameters, "size");
+  if (size == nullptr) {
     if (axis == Axis::Focus) return MeasureBacklash(lens, exchange);
     return Refuse(exchange, {Code::Unsupported,
                              "only the backlash of focus can be measured by looking; say how many "
@@ -247,17 +247,17 @@ void Backlash(ServedLens& lens, const ExchangePointer& exchange) {
   }
   rig::BacklashOutcome said;
   said.measured = true;
-  said.backlash.steps = said.backlash.low = said.backlash.high = steps->get<double>();
-  if (!(said.backlash.steps >= 0.0)) return Refuse(exchange, {Code::InvalidArgument, "steps must not be negative"});
+  said.backlash.steps = said.backlash.low = said.backlash.high = size->get<double>();
+  if (!(said.backlash.steps >= 0.0)) return Refuse(exchange, {Code::InvalidArgument, "size must not be negative"});
   FinishBacklash(lens, exchange, axis, std::move(said));
 }
 
 }  // namespace
 
 MethodTable CalibrationMethods(LensService& service) {
-  return {{"Calibration", service.ForLens(Calibration)},
+  return {{"GetCalibration", service.ForLens(Calibration)},
           {"Calibrate", service.ForLens(Calibrate), NeedsLease::No, MayChangeState::Yes},
-          {"Backlash", service.ForLens(Backlash), NeedsLease::Yes, MayChangeState::Yes}};
+          {"MeasureBacklash", service.ForLens(Backlash), NeedsLease::Yes, MayChangeState::Yes}};
 }
 
 }  // namespace lensd::daemon

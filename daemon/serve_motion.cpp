@@ -31,7 +31,7 @@ constexpr std::array kTargetFields = {
     TargetField{"extensionMm", rig::Target::Kind::Extension, 1e-3},
     TargetField{"fNumber", rig::Target::Kind::FNumber, 1.0},
     TargetField{"focalLengthMm", rig::Target::Kind::FocalLength, 1e-3},
-    TargetField{"native", rig::Target::Kind::Native, 1.0},
+    TargetField{"position", rig::Target::Kind::Native, 1.0},
     TargetField{"relative", rig::Target::Kind::NativeRelative, 1.0},
     TargetField{"nearer", rig::Target::Kind::TowardNear, 1.0},
 };
@@ -120,7 +120,7 @@ void MoveIris(ServedLens& lens, const ExchangePointer& exchange, const rig::Targ
       move["brightnessRatio"] = varlink::NumberOrNull(outcome.exposure->ratio);
     }
     const std::string before = outcome.move.reason;
-    move["reason"] = before + (before.empty() || outcome.reason.empty() ? "" : "; ") + outcome.reason;
+    move["reason"] = TextOrNull(before + (before.empty() || outcome.reason.empty() ? "" : "; ") + outcome.reason);
     return move;
   });
 }

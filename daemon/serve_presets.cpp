@@ -38,9 +38,9 @@ Json RecallJson(const std::string& lens, const std::string& label, const rig::Re
           {"label", label},
           {"reached", outcome.reached},
           {"vergenceBoundD", number(outcome.vergence_bound)},
-          {"bound", number(outcome.native_bound)},
+          {"positionBound", number(outcome.native_bound)},
           {"moves", MovesJson(lens, outcome.moves)},
-          {"remark", outcome.remark}};
+          {"note", TextOrNull(outcome.remark)}};
 }
 
 std::string LabelOf(const ExchangePointer& exchange) {

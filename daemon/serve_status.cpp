@@ -7,8 +7,8 @@
 namespace lensd::daemon {
 namespace {
 
-constexpr double kSlowestHz = 0.1;
-constexpr double kFastestHz = 100.0;
+constexpr double kLeastIntervalMs = 10.0;
+constexpr double kMostIntervalMs = 10e3;
 
 std::string StatusEvent(const std::string& text) {
   return "{\"event\":{\"status\":" + text + "}}";
@@ -76,11 +76,11 @@ void Monitor(LensService& service, const ExchangePointer& exchange) {
   if (!lenses) return;
   if (!exchange->call().more) return exchange->Refuse(varlink::kExpectedMore, varlink::Json::object());
   Duration period = Watcher::kDefaultPeriod;
-  if (const auto rate = exchange->view().Given("rateHz")) {
-    if (!(rate->number() >= kSlowestHz && rate->number() <= kFastestHz)) {
-      return Refuse(exchange, {Code::InvalidArgument, "rateHz is from 0.1 to 100"});
+  if (const auto least = exchange->view().Given("minIntervalMs")) {
+    if (!(least->number() >= kLeastIntervalMs && least->number() <= kMostIntervalMs)) {
+      return Refuse(exchange, {Code::InvalidArgument, "minIntervalMs is from 10 to 10000"});
     }
-    period = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(1.0 / rate->number()));
+    period = std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(least->number()));
   }
   for (const ServedLens* lens : *lenses) exchange->Continue(StatusEvent(lens->text()));
   const auto tell = [](const ServedLens& lens) { return StatusEvent(lens.text()); };

@@ -64,7 +64,7 @@ std::string ServedLens::StatusText(Json json, std::string_view connection, const
   json["connection"] = connection;
   json["latched"] = stop_.latched.load();
   json["warnings"] = shown_.warnings;
-  json["readAtMs"] = std::chrono::duration<double, std::milli>(status.sampled_at.time_since_epoch()).count();
+  json["readAtNs"] = status.sampled_at.time_since_epoch().count();
   return varlink::WriteJson(json);
 }
 

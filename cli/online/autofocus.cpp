@@ -108,7 +108,7 @@ Outcome TrackSubject(Session& session, DaemonClient& link, Json parameters) {
     line.Clear();
     const Json& result = step["autofocus"];
     ++(result.value("focused", false) ? focused : refused);
-    stands = NumberText(result, "steps", 8, "");
+    stands = NumberText(result, "position", 8, "");
     session.json() ? session.PrintJson(result) : session.PrintText(AutofocusText(result));
     return true;
   });

@@ -81,7 +81,7 @@ std::expected<Json, Failure> PointOf(const std::string& text) {
   auto steps = ParseNumber(std::string_view(text).substr(0, equals), "--point");
   if (!steps) return PassOn(steps);
   auto point = DepthOf(text.substr(equals + 1), "--point");
-  if (point) (*point)["steps"] = *steps->Nearest();
+  if (point) (*point)["position"] = *steps->Nearest();
   return point;
 }
 
@@ -118,13 +118,13 @@ std::expected<Json, Failure> Guided(Session& session, DaemonClient& link, const 
       auto found = FocusOnce(session, link, lens);
       if (!found) return found;
       if (!found->value("focused", false)) {
-        return Refuse(Exit::No, "at " + text.targets[i] + ": autofocus refuses: " + found->value("reason", "") +
+        return Refuse(Exit::No, "at " + text.targets[i] + ": autofocus refuses: " + TextOf(*found, "reason") +
                                     "; nothing has been changed");
       }
       Json point = depths[i];
-      point["steps"] = (*found)["steps"];
+      point["position"] = (*found)["position"];
       points.push_back(point);
-      session.Remark("  " + text.targets[i] + ": position " + NumberText(point, "steps", 8, "") + " after " +
+      session.Remark("  " + text.targets[i] + ": position " + NumberText(point, "position", 8, "") + " after " +
                      NumberText(*found, "frames", 4, " frames"));
       // Somewhere else, so that the next round finds it anew.
       const double aside = round % 2 == 0 ? 40.0 : -40.0;
@@ -165,7 +165,7 @@ Outcome Calibrate(Session& session, const CalibrateText& text) {
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
   if (text.show) {
-    auto reply = link->Ask(MethodOfLens("Calibration"), {{"lens", lens}});
+    auto reply = link->Ask(MethodOfLens("GetCalibration"), {{"lens", lens}});
     if (!reply) return PassOn(reply);
     return Show(session, *reply, Shows::WholeFile);
   }
@@ -200,15 +200,15 @@ struct BacklashText {
 
 std::string BacklashLine(const Json& result) {
   std::string line = result.value("lens", "") + ": " + result.value("axis", "") + " backlash ";
-  if (!result.value("known", false)) return line + "not measured: " + result.value("reason", "");
-  line += NumberText(result, "steps", 5, " steps");
+  if (!result.value("known", false)) return line + "not measured: " + TextOf(result, "reason");
+  line += NumberText(result, "size", 5, " steps");
   if (result.value("measured", false)) {
-    line += ", 95 % between " + NumberText(result, "lowSteps", 5, " and ") + NumberText(result, "highSteps", 5, "") +
+    line += ", 95 % between " + NumberText(result, "sizeLow", 5, " and ") + NumberText(result, "sizeHigh", 5, "") +
             ", by " + NumberText(result, "frames", 6, " frames");
   } else {
     line += ", as you said";
   }
-  const std::string reason = result.value("reason", "");
+  const std::string reason = TextOf(result, "reason");
   return line + (reason.empty() ? "" : "; " + reason);
 }
 
@@ -218,14 +218,14 @@ Outcome Backlash(Session& session, const BacklashText& text) {
   if (!text.steps.empty()) {
     auto steps = ParseNumber(text.steps, "--steps");
     if (!steps) return PassOn(steps);
-    parameters["steps"] = *steps->Nearest();
+    parameters["size"] = *steps->Nearest();
   }
   if (text.pairs > 0) parameters["pairs"] = text.pairs;
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
   const Json lens = parameters.contains("lens") ? parameters["lens"] : Json(nullptr);
   auto reply = link->Follow(
-      MethodOfLens("Backlash"), parameters,
+      MethodOfLens("MeasureBacklash"), parameters,
       [&](const Json& part) {
         if (!part.contains("progress")) return true;
         const Json& now = part["progress"];

@@ -47,8 +47,8 @@ constexpr std::array kKnownErrors = {
 
 /// Methods that move a lens take the key of its lease, which $LENSD_LEASE hands from one command to the next.
 Json WithLease(std::string_view method, Json parameters) {
-  constexpr std::array<std::string_view, 8> kDriving = {"Move",           "Home",     "Plan",         "Autofocus",
-                                                        "AutofocusBegin", "Backlash", "PresetRecall", "DropLease"};
+  constexpr std::array<std::string_view, 8> kDriving = {
+      "Move", "Home", "Plan", "Autofocus", "AutofocusBegin", "MeasureBacklash", "PresetRecall", "DropLease"};
   const char* const key = std::getenv("LENSD_LEASE");
   const auto name = method.substr(method.rfind('.') + 1);
   const bool takes_it =

@@ -12,6 +12,7 @@
 #include "cli/online/commands.h"
 #include "cli/online/daemon_client.h"
 #include "cli/online/daemon_program.h"
+#include "cli/online/texts.h"
 #include "varlink/json.h"
 
 namespace lensd::cli {
@@ -20,7 +21,7 @@ namespace {
 using varlink::Json;
 
 std::string DeviceText(const Json& device) {
-  const auto text = [&](const char* key) { return device.value(key, ""); };
+  const auto text = [&](const char* key) { return TextOf(device, key); };
   std::string line = text("driver") + ": " + text("model");
   if (!text("serial").empty()) line += ", serial " + text("serial");
   if (!text("node").empty()) line += ", " + text("node");
@@ -61,7 +62,7 @@ std::string Configuration(const Json& devices) {
   std::string file = "version = 1\n";
   std::set<std::string> serials;
   for (const Json& device : devices) {
-    const std::string serial = device.value("serial", "");
+    const std::string serial = TextOf(device, "serial");
     const bool again = !serial.empty() && !serials.insert(serial).second;
     const bool lens = device.value("lens", false);
     std::string model = device.value("model", "");  // as the device writes it

@@ -12,6 +12,7 @@
 #include "cli/online/commands.h"
 #include "cli/online/daemon_client.h"
 #include "cli/online/daemon_program.h"
+#include "cli/online/texts.h"
 #include "proto/interfaces.h"
 
 namespace lensd::cli {
@@ -190,7 +191,7 @@ void CheckLens(const Json& lens, Findings& findings) {
   bool fine = CheckCounters(lens, findings);
   for (const Json& axis : lens["axes"]) {
     const std::string name = axis.value("axis", "");
-    if (const std::string fault = axis.value("fault", ""); !fault.empty()) {
+    if (const std::string fault = TextOf(axis, "fault"); !fault.empty()) {
       findings.Problem(check, name + " says: " + fault,
                        "look what holds it, then: lensctl home " + lens.value("name", "") + " " + name);
       fine = false;

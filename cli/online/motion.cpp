@@ -77,7 +77,7 @@ Outcome Filter(Session& session, const std::vector<std::string>& words) {
   const NameAndValue given = SplitNameAndValue(words);
   auto place = ParseNumber(given.value, "K");
   if (!place) return PassOn(place);
-  return Move(session, given.lens, "filter", {{"native", *place->Nearest()}});
+  return Move(session, given.lens, "filter", {{"position", *place->Nearest()}});
 }
 
 Outcome Home(Session& session, const std::vector<std::string>& words) {

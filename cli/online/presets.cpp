@@ -15,23 +15,23 @@ using varlink::Json;
 std::string PresetText(const Json& preset) {
   std::string line = preset.value("label", "") + ":";
   if (preset["vergenceD"].is_number()) {
-    line += preset["focusM"].is_number() ? " focus " + NumberText(preset, "focusM", 5, " m")
-                                         : " focus " + NumberText(preset, "vergenceD", 4, " D");
+    line += preset["focalPlaneM"].is_number() ? " focus " + NumberText(preset, "focalPlaneM", 5, " m")
+                                              : " focus " + NumberText(preset, "vergenceD", 4, " D");
     if (preset["vergenceBoundD"].is_number()) line += " within " + NumberText(preset, "vergenceBoundD", 2, " D");
     line += ",";
   }
-  if (preset["focusSteps"].is_number()) line += " position " + NumberText(preset, "focusSteps", 8, ",");
+  if (preset["focusPosition"].is_number()) line += " position " + NumberText(preset, "focusPosition", 8, ",");
   if (preset["fNumber"].is_number()) line += " f/" + NumberText(preset, "fNumber", 4, ",");
   if (preset["focalLengthMm"].is_number()) line += " " + NumberText(preset, "focalLengthMm", 5, " mm,");
-  if (preset["filter"].is_number()) line += " filter " + NumberText(preset, "filter", 4, ",");
+  if (preset["filterPosition"].is_number()) line += " filter " + NumberText(preset, "filterPosition", 4, ",");
   if (preset["temperatureC"].is_number()) line += " " + NumberText(preset, "temperatureC", 4, " C,");
   return line + " " + preset.value("grade", "") + ", saved " + preset.value("saved", "");
 }
 
 /// Columns of the CSV export, in the interface's own names.
-constexpr const char* kColumns[] = {"label",         "saved",        "focusSteps",     "irisSteps", "zoomSteps",
-                                    "filter",        "vergenceD",    "vergenceBoundD", "focusM",    "fNumber",
-                                    "focalLengthMm", "temperatureC", "approachUp",     "grade"};
+constexpr const char* kColumns[] = {"label",          "saved",        "focusPosition",  "irisPosition", "zoomPosition",
+                                    "filterPosition", "vergenceD",    "vergenceBoundD", "focalPlaneM",  "fNumber",
+                                    "focalLengthMm",  "temperatureC", "approachUp",     "grade"};
 
 /// Labels hold neither commas nor quotes.
 std::string CsvText(const Json& presets) {
@@ -82,9 +82,10 @@ Outcome Recall(Session& session, const std::vector<std::string>& words) {
   std::string line = recall.value("lens", "") + (reached ? ": recalled " : ": NOT at ") + given.value;
   if (recall["vergenceBoundD"].is_number())
     line += ", the same plane within " + NumberText(recall, "vergenceBoundD", 2, " D");
-  if (recall["bound"].is_number()) line += ", the same place within " + NumberText(recall, "bound", 3, " steps");
-  const std::string remark = recall.value("remark", "");
-  session.PrintText(line + (remark.empty() ? "" : "; " + remark));
+  if (recall["positionBound"].is_number())
+    line += ", the same place within " + NumberText(recall, "positionBound", 3, " steps");
+  const std::string note = TextOf(recall, "note");
+  session.PrintText(line + (note.empty() ? "" : "; " + note));
   return reached ? Exit::Done : Exit::No;
 }
 

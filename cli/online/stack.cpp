@@ -9,6 +9,7 @@
 #include "cli/online/pictures.h"
 #include "cli/online/plan.h"
 #include "cli/online/plan_request.h"
+#include "cli/online/texts.h"
 #include "cli/plan/stack_answer.h"
 
 namespace lensd::cli {
@@ -25,7 +26,7 @@ std::expected<void, Failure> MoveTo(Session& session, DaemonClient& link, const 
   if (!reply) return PassOn(reply);
   const Json& move = (*reply)["move"];
   if (move.value("reached", false)) return {};
-  return Refuse(Exit::Unavailable, std::string(axis) + " did not arrive: " + move.value("reason", ""));
+  return Refuse(Exit::Unavailable, std::string(axis) + " did not arrive: " + TextOf(move, "reason"));
 }
 
 /// To where the daemon planned the shot, in the lens' own units.
@@ -34,7 +35,7 @@ std::expected<Json, Failure> Shoot(Session& session, DaemonClient& link, const J
   for (const auto& [axis, place] : {std::pair("iris", "irisPosition"), std::pair("focus", "focusPosition")}) {
     const auto native = shot.find(place);
     if (native == shot.end() || native->is_null()) continue;
-    const auto moved = MoveTo(session, link, lens, axis, {{"native", *native}});
+    const auto moved = MoveTo(session, link, lens, axis, {{"position", *native}});
     if (!moved) return PassOn(moved);
   }
   return SaveSnapshot(link, lens, path);

@@ -30,7 +30,7 @@ Result<std::optional<Json>> ParseStepTarget(std::string_view text, std::string_v
   if (!absolute && !relative) return std::nullopt;
   auto number = Native(absolute ? text.substr(1) : text, option);
   if (!number) return PassOn(number);
-  return Json{{absolute ? "native" : "relative", *number}};
+  return Json{{absolute ? "position" : "relative", *number}};
 }
 
 Result<Json> ParseFocusTarget(std::string_view text) {

@@ -14,11 +14,6 @@ bool Has(const Json& object, const char* key) {
   return object.contains(key) && !object[key].is_null();
 }
 
-std::string Text(const Json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_string() ? found->get<std::string>() : "";
-}
-
 bool True(const Json& object, const char* key) {
   return object.value(key, false);
 }
@@ -33,6 +28,11 @@ std::string FocusText(const Json& object) {
 
 }  // namespace
 
+std::string TextOf(const Json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
 std::string NumberText(const Json& object, const char* key, int digits, const char* unit) {
   if (!Has(object, key)) return "?";
   const double value = object[key].get<double>();
@@ -42,10 +42,10 @@ std::string NumberText(const Json& object, const char* key, int digits, const ch
 }
 
 std::string InfoText(const Json& info) {
-  std::string line = Text(info, "name") + ": " + Text(info, "driver") + " " + Text(info, "model");
+  std::string line = TextOf(info, "name") + ": " + TextOf(info, "driver") + " " + TextOf(info, "model");
   for (const Json& axis : info["axes"]) {
-    line += ", " + Text(axis, "axis") + " " + NumberText(axis, "minimum", 8, "") + ".." +
-            NumberText(axis, "maximum", 8, " ") + Text(axis, "unit");
+    line += ", " + TextOf(axis, "axis") + " " + NumberText(axis, "minimum", 8, "") + ".." +
+            NumberText(axis, "maximum", 8, " ") + TextOf(axis, "unit");
   }
   if (Has(info, "optics")) {
     const Json& optics = info["optics"];
@@ -53,7 +53,7 @@ std::string InfoText(const Json& info) {
             ".." + NumberText(optics, "fNumberMax", 4, "");
   }
   if (Has(info, "optics") && Has(info["optics"], "grade")) {
-    line += ", " + Text(info["optics"], "grade");
+    line += ", " + TextOf(info["optics"], "grade");
     if (Has(info["optics"], "calibrationErrorUm")) {
       line += " within " + NumberText(info["optics"], "calibrationErrorUm", 3, " um");
     }
@@ -66,27 +66,28 @@ std::string InfoText(const Json& info) {
 }
 
 std::string StatusText(const Json& status) {
-  std::string line = Text(status, "name") + ": ";
-  line += True(status, "connected") ? Text(status, "activity") : "disconnected";
+  std::string line = TextOf(status, "name") + ": ";
+  line += True(status, "connected") ? TextOf(status, "activity") : "disconnected";
   if (status.value("stepsExpected", 0) > 0) {
     line += " " + NumberText(status, "step", 9, "") + " of " + NumberText(status, "stepsExpected", 9, "");
   }
   line += FocusText(status);
   if (Has(status, "grade")) {
-    line += " (" + Text(status, "grade");
+    line += " (" + TextOf(status, "grade");
     line += Has(status, "calibrationErrorUm") ? " within " + NumberText(status, "calibrationErrorUm", 3, " um)") : ")";
   }
   if (Has(status, "fNumber")) line += ", f/" + NumberText(status, "fNumber", 4, "");
   for (const Json& axis : status["axes"]) {
-    line += ", " + Text(axis, "axis") + (Has(axis, "lastKnown") && True(axis, "lastKnown") ? " last known at " : " ") +
+    line += ", " + TextOf(axis, "axis") +
+            (Has(axis, "lastKnown") && True(axis, "lastKnown") ? " last known at " : " ") +
             NumberText(axis, "position", 8, "");
     if (True(axis, "moving")) line += " -> " + NumberText(axis, "target", 8, "");
     if (!True(axis, "homed")) line += " (not homed)";
-    if (Has(axis, "movedBy") && Text(axis, "movedBy") == "external") line += " (moved by another program)";
-    if (!Text(axis, "fault").empty()) line += " (" + Text(axis, "fault") + ")";
+    if (Has(axis, "movedBy") && TextOf(axis, "movedBy") == "external") line += " (moved by another program)";
+    if (!TextOf(axis, "fault").empty()) line += " (" + TextOf(axis, "fault") + ")";
   }
   if (Has(status, "temperatureC")) line += ", " + NumberText(status, "temperatureC", 4, " C");
-  if (Has(status, "error")) line += "; " + Text(status, "error");
+  if (Has(status, "error")) line += "; " + TextOf(status, "error");
   if (Has(status, "warnings")) {
     for (const Json& warning : status["warnings"]) line += "\n  " + warning.get<std::string>();
   }
@@ -96,7 +97,7 @@ std::string StatusText(const Json& status) {
 std::string MetricsText(const Json& metrics) {
   const auto count = [](const Json& of, const char* key) { return std::to_string(of.value(key, std::int64_t{0})); };
   const Json& counters = metrics["counters"];
-  return Text(metrics, "lens") + ": " + count(metrics, "moves") + " moves, " + count(metrics, "movesReached") +
+  return TextOf(metrics, "lens") + ": " + count(metrics, "moves") + " moves, " + count(metrics, "movesReached") +
          " reached, " + count(metrics, "movesVerified") + " verified; " + count(metrics, "autofocuses") +
          " searches for focus, " + count(metrics, "autofocusesFocused") + " focused; " + count(metrics, "frames") +
          " frames, " + count(counters, "framesLost") + " lost, " + count(counters, "framesLate") + " late; packets " +
@@ -105,24 +106,27 @@ std::string MetricsText(const Json& metrics) {
 }
 
 std::string MoveText(const Json& move) {
-  std::string line = Text(move, "lens") + ": " + Text(move, "axis");
+  std::string line = TextOf(move, "lens") + ": " + TextOf(move, "axis");
   line += True(move, "reached") ? " at " : " NOT at its target but at ";
-  line += NumberText(move, "steps", 8, "") + FocusText(move);
+  line += NumberText(move, "position", 8, "") + FocusText(move);
   if (Has(move, "extensionMm")) line += ", extension " + NumberText(move, "extensionMm", 6, " mm");
   if (Has(move, "fNumber")) line += ", f/" + NumberText(move, "fNumber", 4, "");
   if (Has(move, "focalLengthMm")) {
     line += ", " + NumberText(move, "focalLengthMm", 6, " mm") + " within " +
             NumberText(move, "focalLengthBoundMm", 2, " mm");
   }
-  if (Has(move, "boundUm")) line += " within " + NumberText(move, "boundUm", 3, " um");
-  if (Has(move, "bound")) line += " within " + NumberText(move, "bound", 3, " steps");
+  if (Has(move, "extensionBoundUm")) {
+    line += " within " + NumberText(move, "extensionBoundUm", 3, " um");
+  } else if (Has(move, "positionBound")) {
+    line += " within " + NumberText(move, "positionBound", 3, " steps");
+  }
   line += True(move, "verified") ? ", verified" : ", not verified";
   if (Has(move, "trackingBoundUm")) {
     line += ", in focus all the way within " + NumberText(move, "trackingBoundUm", 3, " um");
   }
   if (Has(move, "exposureMs")) line += ", exposure now " + NumberText(move, "exposureMs", 4, " ms");
   line += " after " + NumberText(move, "elapsedMs", 4, " ms");
-  if (!Text(move, "reason").empty()) line += ": " + Text(move, "reason");
+  if (!TextOf(move, "reason").empty()) line += ": " + TextOf(move, "reason");
   return line;
 }
 
@@ -140,25 +144,25 @@ std::string AutofocusStepText(const Json& step) {
 }
 
 std::string AutofocusText(const Json& result) {
-  std::string line = Text(result, "lens") + ": ";
+  std::string line = TextOf(result, "lens") + ": ";
   const std::string focus = FocusText(result);
   if (!True(result, "focused")) {
     line += "refused, and back where it was" + focus;
   } else {
     line += focus.empty() ? "focused" : focus.substr(2);  // ", focused at ..." says it already
   }
-  line += ", position " + NumberText(result, "steps", 8, "");
+  line += ", position " + NumberText(result, "position", 8, "");
   if (Has(result, "sigmaD")) line += ", sigma " + NumberText(result, "sigmaD", 3, " D");
   line += ", confidence " + NumberText(result, "confidence", 3, "") + ", " +
           NumberText(result, "frames", 6, " frames, ") + NumberText(result, "moves", 6, " moves, ") +
-          NumberText(result, "elapsedMs", 5, " ms by ") + Text(result, "method");
-  if (!Text(result, "reason").empty()) {
-    line += (True(result, "focused") ? "\n  why: " : "\n  why not: ") + Text(result, "reason");
+          NumberText(result, "elapsedMs", 5, " ms by ") + TextOf(result, "method");
+  if (!TextOf(result, "reason").empty()) {
+    line += (True(result, "focused") ? "\n  why: " : "\n  why not: ") + TextOf(result, "reason");
   }
   if (Has(result, "candidates")) {
     for (const Json& candidate : result["candidates"]) {
       line += "\n  in region " + std::to_string(candidate.value("region", 0) + 1) + " at position " +
-              NumberText(candidate, "steps", 8, "") + FocusText(candidate);
+              NumberText(candidate, "position", 8, "") + FocusText(candidate);
     }
   }
   return line;

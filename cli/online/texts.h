@@ -7,6 +7,8 @@
 
 namespace lensd::cli {
 
+/// A string; empty where it is null or absent.
+std::string TextOf(const varlink::Json& object, const char* key);
 /// A number with at most `digits` significant digits and its unit; "?" where it is null or absent.
 std::string NumberText(const varlink::Json& object, const char* key, int digits, const char* unit);
 /// One line of LensInfo.

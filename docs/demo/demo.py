@@ -107,7 +107,7 @@ def plan_and_apply(bench, summary):
     summary["applied"] = applied
     for move in applied["applied"]:
         where = f"f/{move['fNumber']:.4g}" if move["axis"] == "iris" else f"{1 / move['vergenceD']:.4g} m"
-        say(f"   {move['axis']} at {move['steps']:g} steps, {where}: reached {move['reached']}, verified {move['verified']},"
+        say(f"   {move['axis']} at {move['position']:g} steps, {where}: reached {move['reached']}, verified {move['verified']},"
             f" {move['elapsedMs']:.0f} ms")
         if not move["reached"]:
             raise Failed(f"{move['axis']} did not arrive: {move['reason']}")
@@ -223,7 +223,7 @@ def main():
     try:
         status = bench.lensctl("status", "bike")
         say(f"   it stands at f/{status['fNumber']:.3g}, focused at "
-            + (f"{status['focusM']:.3g} m" if status["focusM"] else "infinity"))
+            + (f"{status['focalPlaneM']:.3g} m" if status["focalPlaneM"] else "infinity"))
         plan_and_apply(bench, summary)
         measure(bench, summary)
         autofocus(bench, summary)

@@ -71,7 +71,7 @@ class Session(DaemonTest):
 
     def move(self, native):
         with self.daemon.client() as client:
-            client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": native}})
+            client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": native}})
 
     def activity(self):
         with self.daemon.client() as client:
@@ -145,7 +145,7 @@ class Session(DaemonTest):
         self.assertRegex(err, r"^tracking ended \(.*\): focused 1 time, refused 0; the lens stays, last answer at "
                               r"position [0-9.]+\n$")
         self.wait_for(lambda: self.activity() == "idle")
-        self.assertEqual(self.position()["position"], first["steps"])
+        self.assertEqual(self.position()["position"], first["position"])
 
     def test_a_lens_is_focused_while_it_moves(self):
         self.move(3500)
@@ -169,7 +169,7 @@ class Session(DaemonTest):
                 self.assertNotIn("error", answer)
                 reply = answer["parameters"]
             self.assertTrue(reply["autofocus"]["focused"], reply)
-            self.assertAlmostEqual(reply["autofocus"]["steps"], 2000, delta=10)
+            self.assertAlmostEqual(reply["autofocus"]["position"], 2000, delta=10)
 
     def test_what_makes_no_sense_is_refused_and_the_frame_stays_wanted(self):
         frame = {"widthPx": 64, "heightPx": 64, "format": "mono8", "data": base64.b64encode(bytes(4096)).decode()}

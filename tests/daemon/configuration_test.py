@@ -84,7 +84,7 @@ class Configuration(unittest.TestCase):
         self.addCleanup(daemon.stop)
         with daemon.client() as client:
             self.assertEqual(client.call(LENS + "List"), {"parameters": {"lenses": []}})
-            self.assertEqual(client.call(LENS + "Move", {"axis": "focus", "target": {"native": 1}})["error"],
+            self.assertEqual(client.call(LENS + "Move", {"axis": "focus", "target": {"position": 1}})["error"],
                              LENS + "LensNotFound")
         for arguments, status in ((["list"], 0), (["status"], 0), (["focus", "1m"], 68)):
             self.assertEqual(daemon.lensctl(*arguments).returncode, status)
@@ -106,7 +106,7 @@ class Configuration(unittest.TestCase):
                     self.assertIsNotNone(client.call(LENS + "Status")["parameters"]["lenses"][0]["error"])
                     plan = client.call(LENS + "Plan", {"request": {"limits": []}})
                     self.assertTrue(plan["parameters"]["plan"]["feasible"])
-                    move = client.call(LENS + "Move", {"axis": "focus", "target": {"native": 5}})
+                    move = client.call(LENS + "Move", {"axis": "focus", "target": {"position": 5}})
                     self.assertEqual(move["error"], LENS + "Disconnected")
             finally:
                 self.assertEqual(daemon.stop(), 0)

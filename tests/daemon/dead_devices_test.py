@@ -85,12 +85,12 @@ class DeadDevices(unittest.TestCase):
             self.assertEqual(len(self.status(client)), 16)
             first = time.monotonic() - began
             # A call that comes while its lens is being opened waits for that.
-            moved = client.call(LENS + "Move", {"lens": "b", "axis": "focus", "target": {"native": 50}})
+            moved = client.call(LENS + "Move", {"lens": "b", "axis": "focus", "target": {"position": 50}})
             self.assertTrue(moved["parameters"]["move"]["reached"])
             took = []
             with daemon.client() as mover:
                 for number in range(100):
-                    mover.send(LENS + "Move", {"lens": LIVE[number % 8], "axis": "focus", "target": {"native": 4000}},
+                    mover.send(LENS + "Move", {"lens": LIVE[number % 8], "axis": "focus", "target": {"position": 4000}},
                                oneway=True)
                     time.sleep(0.01)
                     at = time.monotonic()
@@ -136,9 +136,9 @@ class DeadDevices(unittest.TestCase):
                     stuck = self.status(client)["stuck"]
                     self.assertEqual((stuck["connection"], stuck["connected"]), ("absent", False))
                     self.assertIn("has not answered for 15 s", stuck["error"])
-                    refused = client.call(LENS + "Move", {"lens": "stuck", "axis": "focus", "target": {"native": 1}})
+                    refused = client.call(LENS + "Move", {"lens": "stuck", "axis": "focus", "target": {"position": 1}})
                     self.assertEqual(refused["error"], LENS + "Disconnected")
-                    moved = client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": 50}})
+                    moved = client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 50}})
                     self.assertTrue(moved["parameters"]["move"]["reached"])
             finally:
                 at = time.monotonic()

@@ -66,7 +66,7 @@ class NoCallKillsTheDaemon(DaemonTest):
     def test_counts_are_refused_not_cut_to_32_bits(self):
         for pairs in (2 ** 32 + 3, 2 ** 31, -2 ** 63, 2 ** 63 - 1, 101, 2, 0, -1):
             with self.subTest(pairs=pairs):
-                self.assertEqual(self.call("Backlash", {"lens": "a", "pairs": pairs})["error"], INVALID_REQUEST)
+                self.assertEqual(self.call("MeasureBacklash", {"lens": "a", "pairs": pairs})["error"], INVALID_REQUEST)
 
     def test_numbers_at_the_ends_of_double(self):
         """Whatever a curve is made of: it is refused, or the lens moves by it or says why not."""
@@ -75,8 +75,8 @@ class NoCallKillsTheDaemon(DaemonTest):
                    {"vergenceD": EPSILON}, {"vergenceD": 1.7e308}, {"extensionMm": -1.7e308}, {"distanceM": EPSILON}]
         for steps in extremes:
             for mm in extremes:
-                points = [{"steps": 0, "extensionMm": 0.0}, {"steps": steps, "extensionMm": mm},
-                          {"steps": 2000, "extensionMm": 0.8}, {"steps": 4000, "extensionMm": 1.6}]
+                points = [{"position": 0, "extensionMm": 0.0}, {"position": steps, "extensionMm": mm},
+                          {"position": 2000, "extensionMm": 0.8}, {"position": 4000, "extensionMm": 1.6}]
                 with self.subTest(steps=steps, mm=mm), self.daemon.client(timeout=30 * PATIENCE) as client:
                     client.call(LENS + "Calibrate", {"lens": "a", "points": points, "errorUm": 1.0})
                     for target in targets:
@@ -134,10 +134,10 @@ class StopIsNeverLate(DaemonTest):
         with self.daemon.client() as client:
             client.call(LENS + "ResetFaults", {"lens": "a"})
             client.call(LENS + "Stop", {})
-            client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": 0}})
+            client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 0}})
 
     def go_far(self, client, lens="a", **flags):
-        client.send(LENS + "Move", {"lens": lens, "axis": "focus", "target": {"native": 4000}}, **flags)
+        client.send(LENS + "Move", {"lens": lens, "axis": "focus", "target": {"position": 4000}}, **flags)
         self.wait_for(lambda: self.position(lens)["moving"])
 
     def timed_stop(self, client, parameters=None):
@@ -186,7 +186,7 @@ class StopIsNeverLate(DaemonTest):
     def test_calls_read_before_a_stop_never_move_anything(self):
         with self.daemon.client() as client:
             move = {"method": LENS + "Move",
-                    "parameters": {"lens": "a", "axis": "focus", "target": {"native": 4000}}}
+                    "parameters": {"lens": "a", "axis": "focus", "target": {"position": 4000}}}
             stop = {"method": LENS + "Stop", "parameters": {"lens": "a"}}
             client.send_bytes(b"".join(json.dumps(call).encode() + b"\0" for call in [move] * 5 + [stop]))
             for _ in range(5):
@@ -198,18 +198,18 @@ class StopIsNeverLate(DaemonTest):
     def test_a_latch_holds_until_it_is_reset(self):
         with self.daemon.client() as client:
             client.call(LENS + "Stop", {"lens": "a", "latch": True})
-            for method, parameters in (("Move", {"axis": "focus", "target": {"native": 10}}), ("Home", {}),
+            for method, parameters in (("Move", {"axis": "focus", "target": {"position": 10}}), ("Home", {}),
                                        ("Autofocus", {}), ("PresetRecall", {"label": "x"})):
                 self.assertEqual(client.call(LENS + method, {"lens": "a", **parameters})["error"], LENS + "Cancelled")
             self.assertIn("move", client.call(LENS + "Move", {"lens": "b", "axis": "focus",
-                                                              "target": {"native": 10}})["parameters"])
+                                                              "target": {"position": 10}})["parameters"])
             client.call(LENS + "ResetFaults", {"lens": "a"})
-            moved = client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": 10}})
+            moved = client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 10}})
             self.assertTrue(moved["parameters"]["move"]["reached"])
 
     def test_refused_moves_leave_nothing_behind(self):
         before = memory_of(self.daemon.process)
-        refused = {"lens": "a", "axis": "focus", "target": {"native": 1e9}}
+        refused = {"lens": "a", "axis": "focus", "target": {"position": 1e9}}
         with self.daemon.client() as client, self.daemon.client() as stopper:
             for _ in range(4000):
                 reply = client.call(LENS + "Move", {**refused, "keepBrightness": True}, more=True)
@@ -231,12 +231,12 @@ class StopIsNeverLate(DaemonTest):
         with self.daemon.client() as monitor, self.daemon.client() as mover:
             monitor.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
             monitor.send(LENS + "Monitor", {"lens": "a"}, more=True)
-            mover.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": 3000}})
+            mover.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 3000}})
             time.sleep(2.0)
             with self.daemon.client() as reader:
-                now = reader.call(LENS + "Status", {"lens": "a"})["parameters"]["lenses"][0]["readAtMs"]
+                now = reader.call(LENS + "Status", {"lens": "a"})["parameters"]["lenses"][0]["readAtNs"]
             waiting = 0
-            while monitor.receive()["parameters"]["event"].get("status", {"readAtMs": 0})["readAtMs"] < now:
+            while monitor.receive()["parameters"]["event"].get("status", {"readAtNs": 0})["readAtNs"] < now:
                 waiting += 1
             self.assertLess(waiting, 60)  # 25 a second would be no backlog, every reading would be 1,000
             with self.daemon.client() as stopper:
@@ -257,7 +257,7 @@ class SlowDisk(unittest.TestCase):
                         for client in savers:
                             client.send(LENS + "PresetSave", {"lens": "a", "label": f"p{number % 5}"}, oneway=True)
                         mover.send(LENS + "Move", {"lens": "a", "axis": "focus",
-                                                   "target": {"native": 100 + number * 50}}, oneway=True)
+                                                   "target": {"position": 100 + number * 50}}, oneway=True)
                         time.sleep(0.01 * (number % 5))
                         began = time.monotonic()
                         assert stopper.call(LENS + "Stop") == {"parameters": {}}
@@ -276,7 +276,7 @@ def hostile_clients(path, number, seconds):
     os.sched_setaffinity(0, {sorted(os.sched_getaffinity(0))[0]})
     chance = random.Random(5)
     selector = selectors.DefaultSelector()
-    move = lambda: {"lens": chance.choice("abcdefghijklmnop"), "axis": "focus", "target": {"native": chance.randrange(4000)}}
+    move = lambda: {"lens": chance.choice("abcdefghijklmnop"), "axis": "focus", "target": {"position": chance.randrange(4000)}}
     kinds = [lambda: ("Move", move(), {"oneway": True}), lambda: ("Devices", {}, {"oneway": True}),
              lambda: ("Status", {}, {}), lambda: ("List", {}, {}),
              lambda: ("Move", {**move(), "keepBrightness": True}, {"oneway": True}),
@@ -370,7 +370,7 @@ class Signals(unittest.TestCase):
         for harmless in (signal.SIGPIPE, signal.SIGUSR1, signal.SIGUSR2, signal.SIGHUP):
             daemon.process.send_signal(harmless)
         with daemon.client() as mover, daemon.client() as other:
-            mover.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": 4000}})
+            mover.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 4000}})
             time.sleep(0.3)
             self.assertIn("parameters", other.call(LENS + "Status"))
             began = time.monotonic()

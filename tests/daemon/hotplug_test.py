@@ -44,7 +44,7 @@ class AbsentLens(unittest.TestCase):
         self.assertEqual((gone["driver"], gone["axes"], gone["camera"]), ("lensconnect", [], None))
 
     def test_every_command_answers_disconnected(self):
-        calls = [("Move", {"axis": "focus", "target": {"native": 5}}), ("Home", {}), ("Stop", {}), ("Autofocus", {}),
+        calls = [("Move", {"axis": "focus", "target": {"position": 5}}), ("Home", {}), ("Stop", {}), ("Autofocus", {}),
                  ("Plan", {"request": {}})]
         with self.daemon.client() as client:
             for method, parameters in calls:
@@ -55,7 +55,7 @@ class AbsentLens(unittest.TestCase):
 
     def test_the_other_lens_moves(self):
         with self.daemon.client() as client:
-            move = client.call(LENS + "Move", {"lens": "here", "axis": "focus", "target": {"native": 40}})
+            move = client.call(LENS + "Move", {"lens": "here", "axis": "focus", "target": {"position": 40}})
         self.assertTrue(move["parameters"]["move"]["reached"], move)
 
     def test_lensctl_exits_unavailable(self):

@@ -42,7 +42,7 @@ class KillTest(unittest.TestCase):
 
     @staticmethod
     def move(client, to):
-        return client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": to}})
+        return client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": to}})
 
     def home_if_unknown(self, client, expected):
         """The axis is known exactly if expected; where not it takes no target before it is homed."""
@@ -67,7 +67,7 @@ class KillTest(unittest.TestCase):
                 return False, place
             # Half a second away: still under way when the axe falls.
             away = 3500 if self.focus(client)["position"] < 1500 else 0
-            client.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": away}})
+            client.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": away}})
             time.sleep(chance.choice([0, chance.uniform(0, 0.003), chance.uniform(0, 0.1)]))
             if chance.random() < 0.5:
                 return (True, None) if self.focus(watcher)["moving"] else (None, None)

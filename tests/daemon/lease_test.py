@@ -12,7 +12,7 @@ from harness import BIN, LENS, DaemonTest
 
 class Lease(DaemonTest):
     def move(self, client, native, **parameters):
-        return client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": native}, **parameters})
+        return client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": native}, **parameters})
 
     def take(self, client, **parameters):
         return client.call(LENS + "TakeLease", {"lens": "a", **parameters})["parameters"]["lease"]
@@ -33,7 +33,7 @@ class Lease(DaemonTest):
             self.assertEqual(self.move(other, 40, lease="wrong")["error"], LENS + "Leased")
             self.assertEqual(other.call(LENS + "TakeLease", {"lens": "a"})["error"], LENS + "Leased")
             self.assertEqual(other.call(LENS + "DropLease", {"lens": "a"})["error"], LENS + "Leased")
-            moved = other.call(LENS + "Move", {"lens": "b", "axis": "focus", "target": {"native": 5}})
+            moved = other.call(LENS + "Move", {"lens": "b", "axis": "focus", "target": {"position": 5}})
             self.assertTrue(moved["parameters"]["move"]["reached"])  # another lens is not concerned
             self.assertEqual(owner.call(LENS + "DropLease", {"lens": "a"}), {"parameters": {}})
             self.assertTrue(self.move(other, 50)["parameters"]["move"]["reached"])

@@ -46,10 +46,10 @@ class Metrics(unittest.TestCase):
             reached = verified = 0
             for _ in range(12):
                 target = draw.randrange(0, 300)
-                move = client.call(LENS + "Move", {"lens": "good", "axis": "focus", "target": {"native": target}})
+                move = client.call(LENS + "Move", {"lens": "good", "axis": "focus", "target": {"position": target}})
                 reached += move["parameters"]["move"]["reached"]
                 verified += move["parameters"]["move"]["verified"]
-            superseded = {"lens": "good", "axis": "focus", "target": {"native": 4000}}
+            superseded = {"lens": "good", "axis": "focus", "target": {"position": 4000}}
             with self.daemon.client() as other:
                 other.send(LENS + "Move", superseded)
                 self.assertEqual(client.call(LENS + "Stop", {"lens": "good"}), {"parameters": {}})

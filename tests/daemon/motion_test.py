@@ -11,7 +11,7 @@ import unittest
 
 from harness import BIN, LENS, PATIENCE, DaemonTest
 
-FAR_AWAY = {"native": 4000}
+FAR_AWAY = {"position": 4000}
 # What the rig asks of the simulated lens while it moves, plus what two connections and a thread cost.
 POLL_PERIOD_S = 0.02
 
@@ -21,7 +21,7 @@ class Motion(DaemonTest):
     def setUp(self):
         with self.daemon.client() as client:
             client.call(LENS + "Stop", {"lens": "a"})
-            client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": 0}})
+            client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 0}})
 
     def start_far_move(self, client, **flags):
         client.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": FAR_AWAY}, **flags)
@@ -37,15 +37,15 @@ class Motion(DaemonTest):
         step_mm = 1.6 / 4000
         self.assertAlmostEqual(move["extensionMm"], extension_mm, delta=0.51 * step_mm)
         self.assertAlmostEqual(1 / move["vergenceD"], 1.2, delta=0.001)
-        self.assertLess(abs(move["extensionMm"] - extension_mm) * 1e3, move["boundUm"] * 1.001)
+        self.assertLess(abs(move["extensionMm"] - extension_mm) * 1e3, move["extensionBoundUm"] * 1.001)
         self.assertGreater(move["elapsedMs"], 1000.0 * extension_mm / step_mm / 1000 * 0.9)
 
     def test_the_newest_command_wins(self):
         with self.daemon.client() as first, self.daemon.client() as second:
             self.start_far_move(first)
-            second.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": 300}})
+            second.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 300}})
             self.assertEqual(first.receive()["error"], LENS + "Superseded")
-            self.assertEqual(second.receive()["parameters"]["move"]["steps"], 300)
+            self.assertEqual(second.receive()["parameters"]["move"]["position"], 300)
 
     def test_stop_from_a_second_client_ends_a_move_within_a_poll_period(self):
         took = []
@@ -83,7 +83,7 @@ class Motion(DaemonTest):
         self.wait_for(lambda: not self.position()["moving"])
         with self.daemon.client() as client:
             self.assertIn("move", client.call(LENS + "Move", {"lens": "a", "axis": "focus",
-                                                              "target": {"native": 0}})["parameters"])
+                                                              "target": {"position": 0}})["parameters"])
 
     def test_control_c_stops_what_lensctl_moves(self):
         mover = subprocess.Popen([os.path.join(BIN, "lensctl"), "--socket", self.daemon.socket, "focus", "a", "@4000"],
@@ -97,13 +97,13 @@ class Motion(DaemonTest):
 
     def test_progress_comes_before_the_result(self):
         with self.daemon.client() as client:
-            client.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": 500}}, more=True)
+            client.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 500}}, more=True)
             positions = []
             reply = client.receive()
             while reply.get("continues"):
                 positions.append(reply["parameters"]["progress"]["position"])
                 reply = client.receive()
-            self.assertEqual(reply["parameters"]["move"]["steps"], 500)
+            self.assertEqual(reply["parameters"]["move"]["position"], 500)
             self.assertGreater(len(positions), 3)
             self.assertEqual(positions, sorted(positions))
 
@@ -113,11 +113,11 @@ class Motion(DaemonTest):
             first = monitor.receive()
             self.assertTrue(first["continues"])
             self.assertEqual(first["parameters"]["event"]["status"]["name"], "a")
-            mover.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": 100}})
+            mover.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 100}})
             events = []
             while not events or "move" not in events[-1]:
                 events.append(monitor.receive()["parameters"]["event"])
-            self.assertEqual(events[-1]["move"]["steps"], 100)
+            self.assertEqual(events[-1]["move"]["position"], 100)
             self.assertEqual(events[-2]["status"]["axes"][0]["position"], 100)  # the state is new before the result
 
     def test_snapshot_is_a_png_in_pieces(self):
@@ -138,7 +138,7 @@ class Motion(DaemonTest):
     def test_a_frame_says_that_the_lens_moved_during_it(self):
         with self.daemon.client() as mover, self.daemon.client() as viewer:
             start = self.position()["position"]
-            mover.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"native": 4000 if start < 2000 else 0}})
+            mover.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 4000 if start < 2000 else 0}})
             self.wait_for(lambda: self.position()["moving"])
             viewer.send(LENS + "Snapshot", {"lens": "a", "inMotion": True}, more=True)
             frame = viewer.receive()["parameters"]["frame"]
@@ -203,7 +203,7 @@ class Motion(DaemonTest):
             try:
                 with self.daemon.client() as client:
                     for turn in range(30):
-                        target = {"native": (number * 37 + turn * 11) % 200}
+                        target = {"position": (number * 37 + turn * 11) % 200}
                         reply = client.call(LENS + ("Move" if turn % 3 else "Status"), {
                             "lens": "ab"[number % 2], **({"axis": "focus", "target": target} if turn % 3 else {})})
                         if reply is None or reply.get("error", LENS + "Superseded") != LENS + "Superseded":

@@ -232,7 +232,7 @@ class RandomLenses(unittest.TestCase):
         tally["missed"] += possible and not reached["feasible"]
         for key in ("focalLengthMm", "extensionMm", "fNumber"):
             self.assertAlmostEqual(plan[key], now[key], delta=1e-9 * abs(now[key]) + 1e-12, msg=context)
-        if not (at["focus"]["bound"] < lens.backlash + 0.6 and at["iris"]["bound"] < lens.iris_backlash + 0.6):
+        if not (at["focus"]["positionBound"] < lens.backlash + 0.6 and at["iris"]["positionBound"] < lens.iris_backlash + 0.6):
             return  # its backlash is not taken up: where the mechanism stands cannot be seen from here
         truth = lens.state(at["focus"]["position"], at["iris"]["position"], zoom_mm)
         for limit, said in zip(limits, reached["limits"]):

@@ -112,7 +112,7 @@ class IrisBacklash(PlanState):
             return
         # The iris came from the other side and stands 9 of its steps farther closed than it counts.
         iris = next(a for a in self.status()["axes"] if a["axis"] == "iris")
-        smallest = 1.4 * (16 / 1.4) ** ((iris["position"] + iris["bound"]) / 99)
+        smallest = 1.4 * (16 / 1.4) ** ((iris["position"] + iris["positionBound"]) / 99)
         truth = blur_um({**self.status(), "fNumber": smallest}, 1 / 0.9)
         self.assertLessEqual(plan["reached"]["limits"][1]["worstUm"], truth * (1 + 1e-9))
         self.assertEqual(plan["reached"]["feasible"], truth >= 300.0)

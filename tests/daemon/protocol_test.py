@@ -129,8 +129,8 @@ class Protocol(DaemonTest):
                 (LENS + "Status", {"lens": 3}, {}, "InvalidParameter", {"parameter": "lens"}),
                 (LENS + "Move", {"lens": "a", "axis": "focus"}, {}, "InvalidParameter", {"parameter": "target"}),
                 (LENS + "Move", {"axis": "nose", "target": {}}, {}, "InvalidParameter", {"parameter": "axis"}),
-                (LENS + "Move", {"axis": "focus", "target": {"native": "1"}}, {}, "InvalidParameter",
-                 {"parameter": "target.native"}),
+                (LENS + "Move", {"axis": "focus", "target": {"position": "1"}}, {}, "InvalidParameter",
+                 {"parameter": "target.position"}),
                 (LENS + "Plan", {"request": {"limits": [{"kind": "sharp", "limitUm": 1, "depths": [], "x": 1}]}}, {},
                  "InvalidParameter", {"parameter": "request.limits.x"}),
                 (LENS + "Monitor", None, {}, "ExpectedMore", None),
@@ -142,14 +142,14 @@ class Protocol(DaemonTest):
                 self.assertEqual(reply.get("parameters") or None, details)
 
     def test_errors_of_the_lenses(self):
-        for parameters, error in (({"lens": "nope", "axis": "focus", "target": {"native": 1}}, "LensNotFound"),
-                                  ({"axis": "focus", "target": {"native": 1}}, "InvalidRequest"),
+        for parameters, error in (({"lens": "nope", "axis": "focus", "target": {"position": 1}}, "LensNotFound"),
+                                  ({"axis": "focus", "target": {"position": 1}}, "InvalidRequest"),
                                   ({"lens": "a", "axis": "focus", "target": {}}, "InvalidRequest"),
-                                  ({"lens": "a", "axis": "focus", "target": {"native": 1, "nearer": 1}},
+                                  ({"lens": "a", "axis": "focus", "target": {"position": 1, "nearer": 1}},
                                    "InvalidRequest"),
-                                  ({"lens": "a", "axis": "focus", "target": {"native": 1e9}}, "OutOfRange"),
+                                  ({"lens": "a", "axis": "focus", "target": {"position": 1e9}}, "OutOfRange"),
                                   ({"lens": "a", "axis": "focus", "target": {"distanceM": 0.01}}, "OutOfRange"),
-                                  ({"lens": "a", "axis": "zoom", "target": {"native": 1}}, "Unsupported")):
+                                  ({"lens": "a", "axis": "zoom", "target": {"position": 1}}, "Unsupported")):
             with self.subTest(parameters=parameters), self.daemon.client() as client:
                 reply = client.call(LENS + "Move", parameters)
                 self.assertEqual(reply["error"], LENS + error)

@@ -185,7 +185,7 @@ class LiquidLensTest(GigeTest):
         answer = self.ask("plan", "--sharp", "wall=1.1m..1.3m:8um", "--apply")
         self.assertTrue(answer["reached"]["feasible"], answer)
         self.assertAlmostEqual(answer["sensorDistanceMm"], 25, places=9)
-        power_d = next(move["steps"] for move in answer["applied"] if move["axis"] == "focus")
+        power_d = next(move["position"] for move in answer["applied"] if move["axis"] == "focus")
         # The plane in focus is that of the power above 1/Zs, and both ends of the wall are as blurred as A allows.
         self.assertAlmostEqual(power_d - 40, answer["focalPlaneD"], places=6)
         aperture_m = answer["apertureDiameterMm"] * 1e-3

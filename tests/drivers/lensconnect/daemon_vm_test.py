@@ -70,11 +70,11 @@ class Plugged(unittest.TestCase):
             return client.call(LENS + method, {"lens": "usb", **parameters})
 
     def move(self, axis, native):
-        return self.call("Move", axis=axis, target={"native": native})
+        return self.call("Move", axis=axis, target={"position": native})
 
     def check_the_other_lens(self, native):
         with self.daemon.client(timeout=60 * PATIENCE) as client:
-            reply = client.call(LENS + "Move", {"lens": "here", "axis": "focus", "target": {"native": native}})
+            reply = client.call(LENS + "Move", {"lens": "here", "axis": "focus", "target": {"position": native}})
         self.assertTrue(reply["parameters"]["move"]["reached"], reply)
 
     def test_a_life(self):
@@ -100,7 +100,7 @@ class Plugged(unittest.TestCase):
             self.assertEqual(self.tell(f"position {number}"), str(target))
         # It goes in mid-move.
         with self.daemon.client(timeout=60 * PATIENCE) as mover:
-            mover.send(LENS + "Move", {"lens": "usb", "axis": "focus", "target": {"native": 0}})
+            mover.send(LENS + "Move", {"lens": "usb", "axis": "focus", "target": {"position": 0}})
             self.wait_for(lambda: self.axis("focus")["moving"] and self.axis("focus")["position"] < 2450)
             self.tell("unplug")
             self.assertEqual(mover.receive()["error"], LENS + "Disconnected")

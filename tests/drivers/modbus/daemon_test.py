@@ -92,10 +92,10 @@ class AnyWire:
         self.lensctl("home")
         moved = json.loads(self.lensctl("focus", "@5000", "--json"))
         self.assertTrue(moved["reached"] and moved["verified"])
-        self.assertEqual(moved["steps"], 5000)
+        self.assertEqual(moved["position"], 5000)
         self.assertEqual(self.simulator.tell("position 1"), "5000")
         with self.daemon.client() as client:
-            iris = client.call(LENS + "Move", {"axis": "iris", "target": {"native": 1234}})["parameters"]["move"]
+            iris = client.call(LENS + "Move", {"axis": "iris", "target": {"position": 1234}})["parameters"]["move"]
         self.assertTrue(iris["reached"])
         self.assertEqual(self.simulator.tell("position 2"), "1234")
         self.assertEqual(self.simulator.tell("position 1"), "5000")
@@ -105,7 +105,7 @@ class AnyWire:
         for command, axis, unit in (("focus", "focus", 1), ("aperture", "iris", 2), ("zoom", "zoom", 3)):
             for words, there in (("@1200", 1200), ("+34", 1234), ("-200.0", 1034), ("@0", 0)):
                 moved = json.loads(self.lensctl(command, "ring", words, "--json"))
-                self.assertEqual((moved["axis"], moved["reached"], moved["steps"]), (axis, True, there))
+                self.assertEqual((moved["axis"], moved["reached"], moved["position"]), (axis, True, there))
                 self.assertEqual(self.simulator.tell(f"position {unit}"), str(there))
             self.assertIn("steps", self.lensctl(command, "@6000000", status=6))
             self.lensctl(command, "@", status=64)
@@ -117,7 +117,7 @@ class AnyWire:
     def test_stop_ends_a_move(self):
         self.lensctl("home")
         with self.daemon.client() as mover:
-            mover.send(LENS + "Move", {"axis": "focus", "target": {"native": 20000}})
+            mover.send(LENS + "Move", {"axis": "focus", "target": {"position": 20000}})
             self.wait_for(lambda: self.axis()[0]["position"] > 100)
             self.lensctl("stop")
             self.assertEqual(mover.receive()["error"], LENS + "Cancelled")
@@ -127,7 +127,7 @@ class AnyWire:
     def test_after_a_kill_in_mid_move_the_motors_are_stopped(self):
         self.lensctl("home")
         with self.daemon.client() as mover:
-            mover.send(LENS + "Move", {"axis": "focus", "target": {"native": 20000}})
+            mover.send(LENS + "Move", {"axis": "focus", "target": {"position": 20000}})
             self.wait_for(lambda: int(self.simulator.tell("position 1")) > 100)
             self.daemon.process.kill()
             self.daemon.process.wait(timeout=30)
@@ -157,9 +157,9 @@ class AnyWire:
         self.simulator.tell("alarm 1 0x30")
         self.wait_for(lambda: self.axis()[0]["fault"] == "alarm 0x30: overload")
         self.assertIn("overload", self.lensctl("focus", "@200", status=8))
-        self.assertEqual(self.axis("iris")[0]["fault"], "")
+        self.assertEqual(self.axis("iris")[0]["fault"], None)
         self.lensctl("call", LENS + "ResetFaults", '{"axis": "focus"}')
-        self.wait_for(lambda: self.axis()[0]["fault"] == "")
+        self.wait_for(lambda: self.axis()[0]["fault"] is None)
         self.lensctl("focus", "@200")
 
     def test_a_drive_that_ignores_its_commands_is_not_said_to_have_obeyed(self):

@@ -103,7 +103,7 @@ range = [-100000, 100000]
                 home = client.call(LENS + "Home", {"axis": "focus"})["parameters"]["moves"][0]
                 self.assertTrue(home["reached"])
                 for target in (70000, -70000, 1):
-                    reply = client.call(LENS + "Move", {"axis": "focus", "target": {"native": target}})
+                    reply = client.call(LENS + "Move", {"axis": "focus", "target": {"position": target}})
                     self.assertTrue(reply["parameters"]["move"]["reached"], reply)
                     position = self.block.getValues(2, 2)
                     self.assertEqual(position, [target >> 16 & 0xFFFF, target & 0xFFFF])
