@@ -2,6 +2,11 @@
 #include "drivers/api/counters.h"
 
 namespace lensd::drivers {
+namespace {
+
+constexpr double kLatePeriods = 1.0;  ///< the frame after it is due by then; less than that, resends cost every day
+
+}  // namespace
 
 FrameCounter::FrameCounter(double rate_hz) : rate_hz_(rate_hz) {}
 
@@ -17,7 +22,7 @@ void FrameCounter::Came(std::uint64_t sequence, Instant at) {
     const std::uint64_t steps = sequence - last_->sequence;
     counts_.frames_lost += steps - 1;
     const double periods = std::chrono::duration<double>(at - last_->at).count() * rate_hz_;
-    if (rate_hz_ > 0.0 && periods > static_cast<double>(steps) + 0.5) ++counts_.frames_late;
+    if (rate_hz_ > 0.0 && periods > static_cast<double>(steps) + kLatePeriods) ++counts_.frames_late;
   }
   last_ = {sequence, at};
 }

@@ -151,13 +151,15 @@ TEST(FrameCounter, GapsInNumbersAreLossesAndGapsInTimeDelays) {
     for (int i = 0; i < frames; ++i) {
       counter.Came(number, at);
       const std::uint64_t missing = random() % 5 == 0 ? random() % 4 : 0;
-      const double delay = random() % 5 == 0 ? std::uniform_real_distribution(0.6, 3.0)(random) : 0.4;
+      const bool is_late = random() % 5 == 0;
+      const double delay = is_late ? std::uniform_real_distribution(1.05, 3.0)(random)
+                                   : std::uniform_real_distribution(0.0, 0.95)(random);
       number += missing + 1;
       at += std::chrono::duration_cast<Duration>(
           std::chrono::duration<double>((static_cast<double>(missing + 1) + delay) / rate));
       if (i + 1 == frames) break;  // what follows the last one nobody knows yet
       lost += missing;
-      if (delay > 0.5) ++late;
+      if (is_late) ++late;
     }
     const drivers::Counters counts = counter.counts();
     EXPECT_EQ(counts.frames, static_cast<std::uint64_t>(frames));

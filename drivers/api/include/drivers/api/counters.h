@@ -14,7 +14,7 @@ namespace lensd::drivers {
 struct Counters {
   std::uint64_t frames = 0;          ///< that came whole
   std::uint64_t frames_lost = 0;     ///< damaged, incomplete, or missing between two that came
-  std::uint64_t frames_late = 0;     ///< came more than half a frame time later than the one before says
+  std::uint64_t frames_late = 0;     ///< came a frame time or more after they were due by the one before
   std::uint64_t packets_lost = 0;    ///< of a network; those that came when asked for again are not among them
   std::uint64_t packets_resent = 0;  ///< of a network, that came when asked for again
   std::uint64_t bus_errors = 0;      ///< questions not answered, or answered against the rules, repeated ones included
