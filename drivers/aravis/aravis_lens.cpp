@@ -13,7 +13,9 @@ namespace {
 
 constexpr Duration kTemperatureEvery = std::chrono::seconds(2);
 constexpr Duration kShowsBusy = std::chrono::milliseconds(250);  ///< by then a lens that is to move says Busy, if ever
-constexpr Duration kStill = std::chrono::milliseconds(600);      ///< a position that does not change for so long rests
+constexpr int kShowsMotion = 3;        ///< readings in a row, each nearer: one or two may be false answers
+constexpr int kShowsBusyReadings = 2;  ///< in a row, for the same reason
+constexpr Duration kStill = std::chrono::milliseconds(600);  ///< a position that does not change for so long rests
 
 Capabilities CapabilitiesOf(const LensFacts& facts, const std::string& serial) {
   Capabilities can;
@@ -105,7 +107,17 @@ void AravisLens::Told(Axis axis, std::optional<Native> target) {
   way.from = rested ? way.seen : std::nullopt;
   way.target = target;
   way.commanded = way.changed = now;
-  way.busy_seen = way.assumed = false;
+  way.busy_seen = way.assumed = way.there_at_once = way.watched = false;
+  way.approaching = way.busy_readings = 0;
+}
+
+/// Whether a reading lies on the way, and nearer than the one before where that did so too.
+bool AravisLens::Approaches(const Way& way, Native position, double resolution) {
+  if (!way.target || !way.from) return false;
+  const double to_go = std::abs((*way.target - position).value), all = std::abs((*way.target - *way.from).value);
+  const double gone = std::abs((position - *way.from).value);
+  if (to_go <= resolution || gone <= resolution || to_go + gone > all + resolution) return false;
+  return way.approaching == 0 || !way.seen || std::abs((*way.target - *way.seen).value) > to_go;
 }
 
 /// Busy comes a little after the command, or never, and a position may repeat the target at once: arrival is believed
@@ -114,20 +126,25 @@ bool AravisLens::Moves(Axis axis, Native position, bool busy, Instant now) {
   Way& way = ways_[axis];
   const double resolution = facts_.axes[axis]->can.resolution;
   const auto near = [&](Native a, Native b) { return std::abs((a - b).value) <= resolution; };
-  if (!way.seen || !near(*way.seen, position)) way.changed = now;
-  way.seen = position;
-  if (way.target && way.from) {
-    const auto [low, high] = std::minmax(*way.from, *way.target);
-    way.live = way.live || (low < position && position < high && !near(position, low) && !near(position, high));
+  if (!way.seen || !near(*way.seen, position)) {
+    way.changed = now;
+    way.approaching = Approaches(way, position, resolution) ? way.approaching + 1 : 0;
+    way.watched = way.watched || way.approaching >= kShowsMotion;
+    way.live = way.live || way.watched;
   }
+  way.seen = position;
   if (busy) {
+    if (++way.busy_readings < kShowsBusyReadings) return true;
+    if (way.there_at_once) way.live = false;  // it was only setting out
     way.busy_seen = true;
     way.commanded.reset();
     return true;
   }
+  way.busy_readings = 0;
   if (way.busy_seen || !(way.target || way.commanded)) return false;
   const bool arrived = way.target && near(position, *way.target);
-  if (!(arrived && way.live)) {
+  way.there_at_once = way.there_at_once || arrived;
+  if (!(arrived && way.watched)) {
     const bool quiet = !way.commanded || now >= *way.commanded + kShowsBusy;
     if (!quiet || (!arrived && now < way.changed + kStill)) return true;
     way.assumed = !way.live;

@@ -68,10 +68,15 @@ class AravisLens final : public Lens {
     std::optional<Native> from;        ///< where it rested before that
     std::optional<Native> seen;        ///< last read
     Instant changed{};                 ///< when that last did
-    bool live = false;                 ///< it has been read between a target and where it came from: no echo
+    int approaching = 0;               ///< readings in a row on the way to the target, each nearer
+    int busy_readings = 0;             ///< in a row
+    bool live = false;                 ///< it has been read on its way to a target: no echo
+    bool watched = false;              ///< the same since the command
+    bool there_at_once = false;        ///< the target was read before Busy was, since the command
     bool busy_seen = false;            ///< since the command
     bool assumed = false;              ///< nothing has been seen of the last motion
   };
+  static bool Approaches(const Way& way, Native position, double resolution);
   bool Moves(Axis axis, Native position, bool busy, Instant now);
   void Told(Axis axis, std::optional<Native> target);
 

@@ -58,6 +58,7 @@ class GigeStand : public contract::RealStand {
     if (!camera) throw std::runtime_error(camera.error().message);
     camera_ = *std::move(camera);
   }
+  bool plugged() const { return camera_ != nullptr; }
   sim::GigeCamera& camera() { return *camera_; }
 
  private:
