@@ -88,9 +88,9 @@ Advice Moving::Conclude() {
     return GoAndLook{from_};
   }
   if (!known) {
-    return Refuse(
-        "the lens' place is not known well enough where it is sharpest: backlash not yet taken up, or readings too "
-        "rare");
+    return Refuse({Cause::PlaceUnknown,
+                   "the lens' place is not known well enough where it is sharpest: backlash not yet taken up, or "
+                   "readings too rare"});
   }
   const double step = std::max(gap, stride_);
   return JudgePeak(setup_, curve_, all, *top, std::max(HalfWidth(all, *top), kLeastStrides * step), step);

@@ -105,6 +105,9 @@ std::vector<std::size_t> Regions::Agreeing(std::size_t with) const {
 
 Verdict Regions::RefuseAll() const {
   Verdict verdict;
+  const Cause first = verdicts_.front().cause;
+  const bool alike = std::ranges::all_of(verdicts_, [&](const Verdict& one) { return one.cause == first; });
+  verdict.cause = alike ? first : Cause::Unclear;
   verdict.reason = "no region could be focused";
   for (std::size_t i = 0; i < verdicts_.size(); ++i) verdict.reason += "; " + Ordinal(i) + ": " + verdicts_[i].reason;
   return verdict;

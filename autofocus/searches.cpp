@@ -185,7 +185,7 @@ Advice ContrastScan(const Setup& setup, Points points) {
     } else {
       at_most = VertexOf(scan);
       if (!up) {
-        if (least > kRatio * most) return Refuse("contrast changes too little over the scan");
+        if (least > kRatio * most) return Refuse({Cause::NoTexture, "contrast changes too little over the scan"});
         return Claim(setup, at_most, fine);
       }
       up = false;

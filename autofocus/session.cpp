@@ -17,12 +17,6 @@ namespace {
 constexpr int kSmallestWindow = 16;  ///< px
 constexpr int kMostMovesOn = 3;      ///< of an answer to a sharper frame beside it
 
-Verdict NotFocused(std::string reason) {
-  Verdict verdict;
-  verdict.reason = std::move(reason);
-  return verdict;
-}
-
 struct MethodRow {
   std::string_view name;
   bool needs_optics;      ///< pictures, and what a step does to their blur
@@ -233,7 +227,7 @@ Advice Session::Prove(double stands) {
   // A frame beside it that is sharper takes its place.
   if (const auto better = SharperBeside()) {
     if (++proof_->moves_on > kMostMovesOn)
-      return NotFocused("frames beside the answer are sharper wherever it is sought");
+      return Refuse({Cause::Unclear, "frames beside the answer are sharper wherever it is sought"});
     verdict.sigma = std::max(verdict.sigma, 0.5 * std::abs(*better - answer));
     verdict.position = *better;
     verdict.subject.reset();
@@ -315,10 +309,11 @@ Verdict Session::Check() const {
   const auto sharpness = curve_->Taken();
   const CurvePoint& last = sharpness.back();
   Verdict verdict = proof_->verdict;
-  const auto refuse = [&](std::string reason) {
+  const auto refuse = [&](Why why) {
     verdict.focused = false;
     verdict.confidence = 0.0;
-    verdict.reason = std::move(reason);
+    verdict.cause = why.cause;
+    verdict.reason = why.reason;
     return verdict;
   };
   const auto clearly_below = [&](const CurvePoint& other, double share) {
@@ -326,10 +321,12 @@ Verdict Session::Check() const {
   };
   const auto dullest = std::ranges::min_element(sharpness, {}, &CurvePoint::value);
   if (last.value - dullest->value < kClearRise * std::hypot(last.sigma, dullest->sigma)) return refuse(kNoPeak);
-  if (clearly_below(sharpness.front(), 1.0)) return refuse("the check frame is less sharp than the first frame was");
+  if (clearly_below(sharpness.front(), 1.0)) {
+    return refuse({Cause::Unclear, "the check frame is less sharp than the first frame was"});
+  }
   const auto sharpest = std::ranges::max_element(sharpness, {}, &CurvePoint::value);
   if (clearly_below(*sharpest, kSharpestShare)) {
-    return refuse("the check frame is less sharp than the search promised");
+    return refuse({Cause::Unclear, "the check frame is less sharp than the search promised"});
   }
   const auto [least, most, wanted] = ReachOfSides(setup_);
   for (const double sign : {1.0, -1.0}) {
@@ -338,8 +335,9 @@ Verdict Session::Check() const {
     const SideSeen seen = SeenOnSide(sharpness, last, sign * least, sign * most);
     if (seen == SideSeen::LessSharp) continue;
     if (room < 2.0 * least) return refuse(kAtTheEnd);
-    return refuse(seen == SideSeen::Sharper ? "a frame beside the answer is sharper than it"
-                                            : "frames beside the answer are as sharp as it: no top was seen");
+    return refuse({Cause::Unclear, seen == SideSeen::Sharper
+                                       ? "a frame beside the answer is sharper than it"
+                                       : "frames beside the answer are as sharp as it: no top was seen"});
   }
   return verdict;
 }

@@ -72,9 +72,10 @@ std::string Reason(double prominence, const PeakChoice* choice) {
 
 }  // namespace
 
-Verdict Refuse(std::string reason) {
+Verdict Refuse(Why why) {
   Verdict verdict;
-  verdict.reason = std::move(reason);
+  verdict.cause = why.cause;
+  verdict.reason = why.reason;
   return verdict;
 }
 
@@ -273,16 +274,18 @@ Verdict JudgePeak(const Setup& setup, const SharpnessCurve& curve, const std::ve
   if (curve.Overexposed()) return Refuse(kTooBright);
   const double allowed = std::max(setup.blur_px ? kHalfDepthOfFieldPx * *setup.blur_px : 2 * step, setup.resolution);
   const bool at_end = AtTheEnd(setup, points, highest);
-  std::string trouble = kAtTheEnd;
+  Why trouble = kAtTheEnd;
+  std::string no_shape;  // `trouble` may refer to it
   std::optional<PeakChoice> peak;
   if (!at_end) {
     auto choice = ChoosePeak(Around(points, highest.position, reach));
     if (!choice) {
-      trouble = std::move(choice.error());
+      no_shape = std::move(choice.error());
+      trouble = {Cause::Unclear, no_shape};
     } else if (kSigmas * choice->sigma > allowed) {
-      trouble = "noise leaves open where the sharpest place is";
+      trouble = {Cause::Unclear, "noise leaves open where the sharpest place is"};
     } else if (std::abs(choice->position - highest.position) > 2 * step) {
-      trouble = "the sharpest frames do not agree on one peak";
+      trouble = {Cause::Unclear, "the sharpest frames do not agree on one peak"};
     } else {
       peak = *choice;
     }
@@ -310,7 +313,8 @@ Verdict JudgePeak(const Setup& setup, const SharpnessCurve& curve, const std::ve
     verdict.candidates.push_back({depth, 0.0, 0});
   }
   if (!verdict.candidates.empty()) {
-    verdict.reason = kSeveralDepths;
+    verdict.cause = kSeveralDepths.cause;
+    verdict.reason = kSeveralDepths.reason;
     return verdict;
   }
   verdict.focused = true;

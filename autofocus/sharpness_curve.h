@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "autofocus/method.h"
@@ -72,12 +73,17 @@ SideReach ReachOfSides(const Setup& setup);
 /// The depths that the parts come to, where too many of them are sharpest far from `best`; empty: they agree.
 std::vector<double> SeveralDepths(const Setup& setup, const std::vector<PartPeak>& peaks, double best);
 
-/// Why an answer is refused whose parts disagree, for people.
-inline constexpr const char* kSeveralDepths =
-    "parts of the region are in focus at different distances: choose a smaller region";
-inline constexpr const char* kTooBright = "parts of the region are too bright for the sensor, and too little is left";
-inline constexpr const char* kAtTheEnd =
-    "sharpest at the end of the travel: the subject may lie beyond what this lens reaches";
+/// Why an answer is refused, for programs and for people.
+struct Why {
+  Cause cause;
+  std::string_view reason;
+};
+inline constexpr Why kSeveralDepths{Cause::SeveralDepths,
+                                    "parts of the region are in focus at different distances: choose a smaller region"};
+inline constexpr Why kTooBright{Cause::TooBright,
+                                "parts of the region are too bright for the sensor, and too little is left"};
+inline constexpr Why kAtTheEnd{Cause::EndOfTravel,
+                               "sharpest at the end of the travel: the subject may lie beyond what this lens reaches"};
 
 /// The top of a curve that stands out of the noise.
 struct CurveTop {
@@ -89,10 +95,10 @@ struct CurveTop {
 std::optional<CurveTop> TopOf(const std::vector<CurvePoint>& points);
 
 /// Why TopOf() finds nothing, for people.
-inline constexpr const char* kNoPeak =
-    "nothing in the region changes with focus: no texture, too much noise, or too little light";
+inline constexpr Why kNoPeak{
+    Cause::NoTexture, "nothing in the region changes with focus: no texture, too much noise, or too little light"};
 
-Verdict Refuse(std::string reason);
+Verdict Refuse(Why why);
 
 /// Whether the top is one of the ends of the travel, or so near to one that noise and flicker may have put it there.
 bool AtTheEnd(const Setup& setup, const std::vector<CurvePoint>& points, const CurvePoint& top);

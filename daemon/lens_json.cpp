@@ -1,5 +1,7 @@
 #include "lens_json.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -47,16 +49,30 @@ Json MovedBy(const rig::AxisStatus& axis) {
   return axis.moved_by_us ? Json("lensd") : Json(nullptr);
 }
 
-std::string_view OriginName(optics::DistanceFrom from) {
-  switch (from) {
-    case optics::DistanceFrom::Lens:
-      return "lens";
-    case optics::DistanceFrom::Sensor:
-      return "sensor";
-    case optics::DistanceFrom::Front:
-      return "front";
-  }
-  return "lens";
+constexpr std::array<std::string_view, 3> kOrigins = {"lens", "sensor", "front"};
+
+/// The name of an enumeration's value from a list in the same order.
+template <std::size_t N, class Value>
+std::string_view NameIn(const std::array<std::string_view, N>& names, Value value) {
+  return names.at(static_cast<std::size_t>(value));
+}
+
+std::string_view UnitName(drivers::NativeUnit unit) {
+  return unit == drivers::NativeUnit::FNumber ? "fNumber" : drivers::NativeUnitName(unit);
+}
+
+Json MoveCauseName(rig::MoveCause cause) {
+  static constexpr std::array<std::string_view, 12> kNames = {"",         "counted", "noFeedback",  "positionUnknown",
+                                                              "backlash", "missed",  "external",    "fault",
+                                                              "stalled",  "late",    "noReference", "focusLost"};
+  return TextOrNull(std::string(NameIn(kNames, cause)));
+}
+
+std::string_view AutofocusCauseName(const rig::AutofocusOutcome& outcome) {
+  static constexpr std::array<std::string_view, 11> kNames = {
+      "noTexture", "tooBright",    "severalDepths", "endOfTravel", "subjectMoved", "ambiguous",
+      "unclear",   "uncalibrated", "placeUnknown",  "deadline",    "missed"};
+  return outcome.focused ? "found" : NameIn(kNames, outcome.cause);
 }
 
 Json AxesInfoJson(const rig::Rig& rig) {
@@ -66,7 +82,7 @@ Json AxesInfoJson(const rig::Rig& rig) {
     if (!can) continue;
     const auto [lowest, highest] = rig.SoftLimits(axis);
     axes.push_back({{"axis", drivers::AxisName(axis)},
-                    {"unit", drivers::NativeUnitName(can->unit)},
+                    {"unit", UnitName(can->unit)},
                     {"minimum", NativeJson(lowest.value)},
                     {"maximum", NativeJson(highest.value)},
                     {"resolution", NativeJson(can->resolution)},
@@ -88,7 +104,7 @@ Json OpticsJson(const rig::OpticsTable& table, const rig::RigConfig& config, con
           {"extensionMaxMm", planning.defaults.extensions.high.value * kMmPerMetre},
           {"principalGapMm", config.scale.principal_gap.value * kMmPerMetre},
           {"pupilFactor", config.pupil_factor},
-          {"distanceFrom", OriginName(config.scale.from)},
+          {"distanceFrom", NameIn(kOrigins, config.scale.from)},
           {"sensorToleranceUm", planning.defaults.sensor_tolerance.value * kUmPerMetre},
           {"fNumberTolerance", planning.defaults.f_number_tolerance.value},
           {"focalLengthMaxMm",
@@ -115,6 +131,19 @@ Json CameraJson(const drivers::CameraCapabilities& camera) {
 
 Json TextOrNull(std::string text) {
   return text.empty() ? Json(nullptr) : Json(std::move(text));
+}
+
+std::optional<optics::DistanceFrom> OriginOf(const Json& parameters) {
+  const Json* from = Given(parameters, "distanceFrom");
+  if (from == nullptr) return std::nullopt;
+  const auto* const found = std::ranges::find(kOrigins, from->get_ref<const std::string&>());
+  return static_cast<optics::DistanceFrom>(found - kOrigins.begin());
+}
+
+std::string_view BacklashCauseName(rig::BacklashCause cause) {
+  static constexpr std::array<std::string_view, 8> kNames = {"",         "notFocused", "noPeak", "noRoom",
+                                                             "tooLarge", "unsteady",   "missed", "configured"};
+  return NameIn(kNames, cause);
 }
 
 Json NativeJson(double value) {
@@ -193,6 +222,7 @@ Json MoveJson(const std::string& name, const rig::MoveOutcome& outcome) {
             {"positionBound", NativeJson(outcome.bound.value)},
             {"missed", outcome.missed},
             {"movedBy", outcome.moved_by_another ? "external" : "lensd"},
+            {"cause", MoveCauseName(outcome.cause)},
             {"reason", TextOrNull(outcome.reason)},
             {"elapsedMs", Milliseconds(outcome.elapsed)}};
   if (outcome.axis == Axis::Focus) move["vergenceD"] = Optional(outcome.vergence);
@@ -246,7 +276,8 @@ Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome
             {"sigmaD", Optional(outcome.sigma)},
             {"position", NativeJson(outcome.position.value)},
             {"confidence", outcome.confidence},
-            {"reason", TextOrNull(outcome.reason)}};
+            {"cause", AutofocusCauseName(outcome)},
+            {"reason", outcome.reason}};
   if (!candidates.empty()) json["candidates"] = std::move(candidates);
   return json;
 }

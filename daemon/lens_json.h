@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "planning.h"
+#include "rig/backlash.h"
 #include "rig/presets.h"
 #include "rig/rig.h"
 #include "varlink/json.h"
@@ -21,6 +22,10 @@ std::string Wrap(std::string_view field, const std::string& json);
 varlink::Json TextOrNull(std::string text);
 /// Native positions are mostly whole steps: those read better without a decimal point.
 varlink::Json NativeJson(double value);
+
+/// Where distances of a call start, as its distanceFrom says.
+std::optional<optics::DistanceFrom> OriginOf(const varlink::Json& parameters);
+std::string_view BacklashCauseName(rig::BacklashCause cause);
 
 /// LensInfo.
 varlink::Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config,

@@ -17,6 +17,9 @@ enum class MayChangeState { No, Yes };
 /// Whether a call waits for those of its connection before it, or acts as soon as it is read (its reply waits anyway).
 enum class Acts { InTurn, WhenRead };
 
+/// Whether a call may be made with `more`, or must be.
+enum class Streams { No, Yes, Only };
+
 /// One row.
 struct Method {
   std::string_view name;
@@ -25,6 +28,7 @@ struct Method {
   NeedsLease needs_lease = NeedsLease::No;
   MayChangeState may_change_state = MayChangeState::No;
   Acts acts = Acts::InTurn;
+  Streams streams = Streams::No;
 };
 using MethodTable = std::vector<Method>;
 

@@ -71,6 +71,12 @@ void Router::Dispatch(const ExchangePointer& exchange) const {
   if (definition == &own_) return ServeOwn(method, exchange);
   const Served& served = services_.find(interface)->second;
   const Method& row = *served.methods.at(method);
+  if (exchange->call().more && row.streams == Streams::No) {
+    return exchange->Refuse(varlink::kInvalidParameter, {{"parameter", "more"}});
+  }
+  if (!exchange->call().more && row.streams == Streams::Only) {
+    return exchange->Refuse(varlink::kExpectedMore, Json::object());
+  }
   // Nobody is told what it finds, and it does nothing else.
   if (exchange->call().oneway && row.may_change_state == MayChangeState::No) return exchange->Finish("{}");
   const auto thrown = Guarded(std::string(full), [&] {

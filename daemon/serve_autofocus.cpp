@@ -98,7 +98,7 @@ void StopUnlessEnded(ServedLens& lens, std::shared_ptr<const bool> ended, std::v
 }
 
 MethodTable AutofocusMethods(LensService& service) {
-  return {{"Autofocus", service.ForLens(Autofocus), NeedsLease::Yes, MayChangeState::Yes}};
+  return {{"Autofocus", service.ForLens(Autofocus), NeedsLease::Yes, MayChangeState::Yes, Acts::InTurn, Streams::Yes}};
 }
 
 }  // namespace lensd::daemon

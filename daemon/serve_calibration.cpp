@@ -27,21 +27,6 @@ std::string Today() {
   return {text, std::strftime(text, sizeof text, "%Y-%m-%d", &utc)};
 }
 
-Result<optics::FocusScale> ScaleOf(const Json& parameters, optics::FocusScale scale) {
-  const Json* from = Given(parameters, "distanceFrom");
-  if (from == nullptr) return scale;
-  const std::string name = from->get<std::string>();
-  if (name == "lens")
-    scale.from = optics::DistanceFrom::Lens;
-  else if (name == "sensor")
-    scale.from = optics::DistanceFrom::Sensor;
-  else if (name == "front")
-    scale.from = optics::DistanceFrom::Front;
-  else
-    return Fail(Code::InvalidArgument, "distanceFrom is lens, sensor or front");
-  return scale;
-}
-
 Result<rig::FocusPoint> PointOf(const Json& json, const optics::FocusScale& scale, Metres focal_length) {
   rig::FocusPoint point{Native{json["position"].get<double>()}, {}, {}};
   if (const Json* mm = Given(json, "extensionMm")) point.extension = Metres{mm->get<double>() * 1e-3};
@@ -65,12 +50,12 @@ Result<std::optional<rig::Calibration>> WithCurve(rig::Calibration calibration, 
   }
   if (!rig.lens().axes[Axis::Focus]) return Fail(Code::Unsupported, "this lens has no motorised focus");
   const Metres focal_length = rig.optics()->focal_length();
-  auto scale = ScaleOf(parameters, config.scale);
-  if (!scale) return PassOn(scale);
-  scale->centre_shift = rig.optics()->centre_shift();
+  optics::FocusScale scale = config.scale;
+  scale.from = OriginOf(parameters).value_or(scale.from);
+  scale.centre_shift = rig.optics()->centre_shift();
   std::vector<rig::FocusPoint> points;
   for (const Json& json : *Given(parameters, "points")) {
-    const auto point = PointOf(json, *scale, focal_length);
+    const auto point = PointOf(json, scale, focal_length);
     if (!point) return PassOn(point);
     points.push_back(*point);
   }
@@ -114,6 +99,7 @@ Json BacklashJson(const std::string& lens, Axis axis, const rig::BacklashOutcome
               {"measured", outcome.measured && outcome.backlash.measured},
               {"frames", outcome.frames},
               {"elapsedMs", std::chrono::duration<double, std::milli>(outcome.elapsed).count()},
+              {"cause", TextOrNull(std::string(BacklashCauseName(outcome.cause)))},
               {"reason", TextOrNull(outcome.reason)}};
   if (outcome.measured) {
     result["size"] = varlink::NumberOrNull(outcome.backlash.steps);
@@ -179,6 +165,7 @@ void FinishBacklash(ServedLens& lens, const ExchangePointer& exchange, Axis axis
   if (!outcome.measured) return tell(outcome);
   const auto& configured = lens.config().rig.axes[axis].backlash;
   if (configured) {
+    outcome.cause = rig::BacklashCause::Configured;
     outcome.reason = "the configuration says backlash = " + std::to_string(static_cast<long>(*configured)) +
                      ", which stays in force: say \"auto\" there to use this";
   }
@@ -255,9 +242,10 @@ void Backlash(ServedLens& lens, const ExchangePointer& exchange) {
 }  // namespace
 
 MethodTable CalibrationMethods(LensService& service) {
-  return {{"GetCalibration", service.ForLens(Calibration)},
-          {"Calibrate", service.ForLens(Calibrate), NeedsLease::No, MayChangeState::Yes},
-          {"MeasureBacklash", service.ForLens(Backlash), NeedsLease::Yes, MayChangeState::Yes}};
+  return {
+      {"GetCalibration", service.ForLens(Calibration)},
+      {"Calibrate", service.ForLens(Calibrate), NeedsLease::No, MayChangeState::Yes},
+      {"MeasureBacklash", service.ForLens(Backlash), NeedsLease::Yes, MayChangeState::Yes, Acts::InTurn, Streams::Yes}};
 }
 
 }  // namespace lensd::daemon

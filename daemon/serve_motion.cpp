@@ -36,15 +36,6 @@ constexpr std::array kTargetFields = {
     TargetField{"nearer", rig::Target::Kind::TowardNear, 1.0},
 };
 
-Result<std::optional<optics::DistanceFrom>> OriginOf(const Json& parameters) {
-  const Json* from = Given(parameters, "distanceFrom");
-  if (from == nullptr) return std::nullopt;
-  if (*from == "lens") return optics::DistanceFrom::Lens;
-  if (*from == "sensor") return optics::DistanceFrom::Sensor;
-  if (*from == "front") return optics::DistanceFrom::Front;
-  return Fail(Code::InvalidArgument, "distanceFrom is lens, sensor or front");
-}
-
 Result<rig::Target> TargetOf(const Json& parameters) {
   std::optional<rig::Target> target;
   for (const TargetField& field : kTargetFields) {
@@ -54,9 +45,7 @@ Result<rig::Target> TargetOf(const Json& parameters) {
     target = rig::Target{field.kind, value->get<double>() * field.scale, std::nullopt};
   }
   if (!target) return Fail(Code::InvalidArgument, "a target has exactly one field");
-  auto from = OriginOf(parameters);
-  if (!from) return PassOn(from);
-  target->from = *from;
+  target->from = OriginOf(parameters);
   return *target;
 }
 
@@ -120,6 +109,7 @@ void MoveIris(ServedLens& lens, const ExchangePointer& exchange, const rig::Targ
       move["brightnessRatio"] = varlink::NumberOrNull(outcome.exposure->ratio);
     }
     const std::string before = outcome.move.reason;
+    if (!outcome.reason.empty()) move["cause"] = "exposure";
     move["reason"] = TextOrNull(before + (before.empty() || outcome.reason.empty() ? "" : "; ") + outcome.reason);
     return move;
   });
@@ -224,7 +214,7 @@ void Stop(LensService& service, const ExchangePointer& exchange) {
 }  // namespace
 
 MethodTable MotionMethods(LensService& service) {
-  return {{"Move", service.ForLens(Move), NeedsLease::Yes, MayChangeState::Yes},
+  return {{"Move", service.ForLens(Move), NeedsLease::Yes, MayChangeState::Yes, Acts::InTurn, Streams::Yes},
           {"Home", service.ForLens(Home), NeedsLease::Yes, MayChangeState::Yes},
           {"Stop", [&service](const ExchangePointer& exchange) { Stop(service, exchange); }, NeedsLease::No,
            MayChangeState::Yes, Acts::WhenRead},

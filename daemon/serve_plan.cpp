@@ -53,7 +53,12 @@ std::string PlanReply(const LensPlan& plan, Metres principal_gap) {
 
 Json StackReply(const LensStack& stack) {
   const optics::StackAnswer& answer = stack.answer.stack;
-  if (!answer.feasible) return {{"feasible", false}, {"shots", Json::array()}, {"reason", answer.reason}};
+  if (!answer.feasible) {
+    return {{"feasible", false},
+            {"shots", Json::array()},
+            {"cause", optics::StackCauseName(answer.cause)},
+            {"reason", answer.reason}};
+  }
   Json shots = Json::array();
   for (std::size_t i = 0; i < answer.shots.size(); ++i) {
     const optics::StackShot& shot = answer.shots[i];

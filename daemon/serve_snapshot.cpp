@@ -78,7 +78,6 @@ void StreamFrame(TaskThread& pictures, EventLoop& loop, const ExchangePointer& e
 void Snapshot(LensService& service, TaskThread& pictures, const ExchangePointer& exchange) {
   ServedLens* const lens = service.FindPresent(exchange);
   if (lens == nullptr) return;
-  if (!exchange->call().more) return exchange->Refuse(varlink::kExpectedMore, Json::object());
   const Json* wish = Given(exchange->parameters(), "inMotion");
   const auto shoot = [in_motion = wish != nullptr && wish->get<bool>()](rig::Rig& rig, rig::SnapshotCallback done) {
     rig.Snapshot(std::move(done), in_motion);
@@ -95,7 +94,8 @@ MethodTable SnapshotMethods(LensService& service) {
   const auto pictures = std::make_shared<TaskThread>();
   return {{"Snapshot", service.ForPresent([&service, pictures](const ExchangePointer& exchange) {
              Snapshot(service, *pictures, exchange);
-           })}};
+           }),
+           NeedsLease::No, MayChangeState::No, Acts::InTurn, Streams::Only}};
 }
 
 }  // namespace lensd::daemon

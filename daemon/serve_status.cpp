@@ -74,7 +74,6 @@ void Metrics(LensService& service, const ExchangePointer& exchange) {
 void Monitor(LensService& service, const ExchangePointer& exchange) {
   const auto lenses = About(service, exchange);
   if (!lenses) return;
-  if (!exchange->call().more) return exchange->Refuse(varlink::kExpectedMore, varlink::Json::object());
   Duration period = Watcher::kDefaultPeriod;
   if (const auto least = exchange->view().Given("minIntervalMs")) {
     if (!(least->number() >= kLeastIntervalMs && least->number() <= kMostIntervalMs)) {
@@ -91,9 +90,11 @@ void Monitor(LensService& service, const ExchangePointer& exchange) {
 
 MethodTable StatusMethods(LensService& service) {
   return {{"List", [&service](const ExchangePointer& exchange) { List(service, exchange); }},
-          {"Status", [&service](const ExchangePointer& exchange) { Status(service, exchange); }},
+          {"Status", [&service](const ExchangePointer& exchange) { Status(service, exchange); }, NeedsLease::No,
+           MayChangeState::No, Acts::InTurn, Streams::Yes},
           {"Metrics", [&service](const ExchangePointer& exchange) { Metrics(service, exchange); }},
-          {"Monitor", [&service](const ExchangePointer& exchange) { Monitor(service, exchange); }}};
+          {"Monitor", [&service](const ExchangePointer& exchange) { Monitor(service, exchange); }, NeedsLease::No,
+           MayChangeState::No, Acts::InTurn, Streams::Only}};
 }
 
 }  // namespace lensd::daemon

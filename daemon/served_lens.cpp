@@ -174,7 +174,7 @@ void ServedLens::OpenAfter(Duration delay) {
 /// A thread that hangs in a driver cannot be helped; it may yet come back.
 void ServedLens::TellIfHung() {
   if (worker_ || opening_.life >= Life::Ending || status().problem != kBeingOpened) return;
-  ShowAbsent("absent", "its device has not answered for 15 s while it was being opened; lensd still waits for it");
+  ShowAbsent("hung", "its device has not answered for 15 s while it was being opened; lensd still waits for it");
   Log(Severity::Warning, Event::LensLost, status().problem, name());
   watchers().Tell(*this);
 }
@@ -199,7 +199,7 @@ bool ServedLens::TryToOpen() {
       StartRig(*std::move(rig), std::move(presets));
       if (!first) Log(Severity::Info, Event::LensReady, "the lens is there", name());
     } else if (shown_.status->problem != rig.error().message) {
-      ShowAbsent(MayComeYet(rig.error().code) ? "absent" : "wrong-device", rig.error().message);
+      ShowAbsent(MayComeYet(rig.error().code) ? "absent" : "wrongDevice", rig.error().message);
       Log(Severity::Warning, Event::LensLost, rig.error().message, name());
     } else {
       return;

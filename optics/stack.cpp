@@ -140,8 +140,24 @@ std::optional<Found> FewestOverRange(const StackTask& task) {
   return found;
 }
 
-StackAnswer Impossible(std::string reason) {
-  return {false, {}, std::move(reason)};
+StackCause CauseOf(CoverEnd end) {
+  switch (end) {
+    case CoverEnd::TooFar:
+      return StackCause::TooFar;
+    case CoverEnd::TooNear:
+      return StackCause::TooNear;
+    case CoverEnd::Tolerance:
+      return StackCause::Tolerance;
+    case CoverEnd::Covered:
+      return StackCause::Diffraction;
+    case CoverEnd::TooMany:
+      break;
+  }
+  return StackCause::TooMany;
+}
+
+StackAnswer Impossible(StackCause cause, std::string reason) {
+  return {false, {}, cause, std::move(reason)};
 }
 
 std::string Reason(const StackTask& task, const Cover<double>& cover) {
@@ -248,14 +264,21 @@ void SetRange(StackTask& task) {
 
 }  // namespace
 
+std::string_view StackCauseName(StackCause cause) {
+  static constexpr std::string_view kNames[] = {"tooFar", "tooNear", "tolerance", "diffraction", "tooMany"};
+  return kNames[static_cast<std::size_t>(cause)];
+}
+
 Result<StackAnswer> PlanStack(const PlanRequest& request) {
   if (auto error = CheckStack(request)) return PassOn(*std::move(error));
   StackTask task{.request = request, .lens = LensOf(request), .needs = NeedsOf(request)};
   SetRange(task);
-  if (task.n_high < task.n_low) return Impossible("at every f-number diffraction alone exceeds a limit");
+  if (task.n_high < task.n_low)
+    return Impossible(StackCause::Diffraction, "at every f-number diffraction alone exceeds a limit");
   const auto found = request.stops.empty() ? FewestOverRange(task) : FewestOverStops(task);
   if (found) return Answer(task, *found);
-  return Impossible(Reason(task, CoverWith(task.needs, task.lens, task.n_low, task.n_high)));
+  const Cover<double> cover = CoverWith(task.needs, task.lens, task.n_low, task.n_high);
+  return Impossible(CauseOf(cover.end), Reason(task, cover));
 }
 
 }  // namespace lensd::optics

@@ -36,7 +36,7 @@ Activity AutofocusRun::activity() const {
 
 void AutofocusRun::CheckDeadline() {
   if (holding() || lens_.Now() < search_.deadline || going_back_with_) return;
-  GoBack(Refusal("no answer by the deadline"));
+  GoBack(Refusal(autofocus::Cause::Deadline, "no answer by the deadline"));
 }
 
 void AutofocusRun::OnFrame(Result<Observation> seen) {
@@ -104,7 +104,7 @@ void AutofocusRun::OnMoved(Result<MoveOutcome> moved) {
   if (going_back_with_) return;
   if (!moved) return GoBack(PassOn(moved));
   stands_ = WithSlack(moved->position);
-  if (!moved->reached) return GoBack(Refusal("the lens did not get where it was sent: " + moved->reason));
+  if (!moved->reached) return GoBack(Missed(*moved));
   RequestFrame();
 }
 
@@ -122,7 +122,7 @@ void AutofocusRun::GoOn(const autofocus::GoAndLook& advice) {
 void AutofocusRun::OnSwept(Result<MoveOutcome> moved) {
   if (sweep_ == Sweep::None || going_back_with_) return;
   if (!moved) return GoBack(PassOn(moved));
-  if (!moved->reached) return GoBack(Refusal("the lens did not get where it was sent: " + moved->reason));
+  if (!moved->reached) return GoBack(Missed(*moved));
   sweep_ = Sweep::Arrived;
 }
 
@@ -139,7 +139,7 @@ void AutofocusRun::GoBack(Result<AutofocusOutcome> answer) {
         back ? "" : "; the lens could not be brought back: " + (moved ? moved->reason : moved.error().message);
     if (!last) return End(Fail(last.error().code, last.error().message + trouble));
     if (moved) stands_ = moved->position;
-    AutofocusOutcome refusal = Refusal(last->reason + trouble);
+    AutofocusOutcome refusal = Refusal(last->cause, last->reason + trouble);
     refusal.candidates = std::move(last->candidates);
     End(std::move(refusal));
   });
@@ -171,8 +171,13 @@ Result<bool> AutofocusRun::Watch(const Observation& seen) {
   return true;
 }
 
-AutofocusOutcome AutofocusRun::Refusal(std::string reason) const {
+AutofocusOutcome AutofocusRun::Missed(const MoveOutcome& moved) const {
+  return Refusal(autofocus::Cause::Missed, "the lens did not get where it was sent: " + moved.reason);
+}
+
+AutofocusOutcome AutofocusRun::Refusal(autofocus::Cause cause, std::string reason) const {
   autofocus::Verdict verdict;
+  verdict.cause = cause;
   verdict.reason = std::move(reason);
   return Outcome(verdict);
 }
@@ -187,6 +192,7 @@ AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const 
   outcome.position = stands_;
   outcome.cpu = search_.cpu;
   outcome.confidence = verdict.confidence;
+  outcome.cause = verdict.cause;
   outcome.reason = verdict.reason;
   if (scale_.optics != nullptr) {
     const Metres extension = scale_.optics->ExtensionFromNative(stands_);

@@ -77,7 +77,8 @@ class AutofocusRun {
   void End(Result<AutofocusOutcome> answer);
   Result<bool> Watch(const Observation& seen);
   AutofocusOutcome Outcome(const autofocus::Verdict& verdict) const;
-  AutofocusOutcome Refusal(std::string reason) const;
+  AutofocusOutcome Missed(const MoveOutcome& moved) const;
+  AutofocusOutcome Refusal(autofocus::Cause cause, std::string reason) const;
 
   FocusActuator& lens_;
   Scale scale_;

@@ -139,7 +139,7 @@ AxisMotion::End AxisMotion::Refused(Error error) {
 
 AxisMotion::End AxisMotion::Follow(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now) {
   if (sampled_at > leg_.commanded_at() && Faulty(state, sampled_at)) {
-    return Failed(state, "the lens reports: " + state.fault, now);
+    return Failed(state, {MoveCause::Fault, "the lens reports: " + state.fault}, now);
   }
   if (sampled_at > leg_.commanded_at() && !next_part()) {
     if (leg_.Done(state, sampled_at)) {
@@ -153,10 +153,10 @@ AxisMotion::End AxisMotion::Follow(Motor& motor, const drivers::AxisState& state
       if (auto end = Elsewhere(motor, state, sampled_at, now); end || attempts_.commands != commands) return end;
     }
   }
-  if (std::string wrong = leg_.WhatIsWrong(state, sampled_at, now, phase_ == Phase::Settling); !wrong.empty()) {
+  if (auto wrong = leg_.WhatIsWrong(state, sampled_at, now, phase_ == Phase::Settling)) {
     // A motor that hums against an obstacle must not go on.
     motor.Halt();
-    return Failed(state, std::move(wrong), now);
+    return Failed(state, *std::move(wrong), now);
   }
   return std::nullopt;
 }
@@ -170,10 +170,10 @@ AxisMotion::End AxisMotion::FollowHoming(Motor& motor, const drivers::AxisState&
     request_.home_first = false;
     return Launch(motor, stands, now);
   }
-  std::string wrong;
-  if (!state.fault.empty() && !state.moving) wrong = "homing failed: " + state.fault;
-  if (leg_.late(now)) wrong = "found no reference in time";
-  if (wrong.empty()) return std::nullopt;
+  Trouble wrong;
+  if (!state.fault.empty() && !state.moving) wrong = {MoveCause::Fault, "homing failed: " + state.fault};
+  if (leg_.late(now)) wrong = {MoveCause::NoReference, "found no reference in time"};
+  if (wrong.cause == MoveCause::None) return std::nullopt;
   motor.Halt();
   return Failed(state, std::move(wrong), now);
 }
@@ -229,7 +229,7 @@ AxisMotion::End AxisMotion::Elsewhere(Motor& motor, const drivers::AxisState& st
   std::ostringstream reason;
   reason << "missed: stands " << leg_.ShortOf(state) << " " << drivers::NativeUnitName(setup_.can.unit)
          << " from the target after " << attempts_.tries << (attempts_.tries == 1 ? " retry" : " retries");
-  MoveOutcome outcome = Failed(state, reason.str(), now);
+  MoveOutcome outcome = Failed(state, {MoveCause::Missed, reason.str()}, now);
   outcome.missed = true;
   return outcome;
 }
@@ -237,15 +237,16 @@ AxisMotion::End AxisMotion::Elsewhere(Motor& motor, const drivers::AxisState& st
 // ---- the truth ----------------------------------------------------------------------------------------------------
 
 MoveOutcome AxisMotion::TakenAway(const drivers::AxisState& state, Instant now) const {
-  MoveOutcome outcome = Failed(state, "moved by another program", now);
+  MoveOutcome outcome = Failed(state, {MoveCause::External, "moved by another program"}, now);
   outcome.moved_by_another = true;
   return outcome;
 }
 
-MoveOutcome AxisMotion::Failed(const drivers::AxisState& state, std::string reason, Instant now) const {
+MoveOutcome AxisMotion::Failed(const drivers::AxisState& state, Trouble trouble, Instant now) const {
   MoveOutcome outcome = Outcome(state, now);
   outcome.reached = outcome.settled = outcome.verified = false;
-  outcome.reason = std::move(reason);
+  outcome.cause = trouble.cause;
+  outcome.reason = std::move(trouble.reason);
   return outcome;
 }
 
@@ -256,7 +257,9 @@ MoveOutcome AxisMotion::Outcome(const drivers::AxisState& state, Instant now) co
   outcome.verified = Measured(state);
   outcome.position = state.position;
   outcome.bound = Native{track_.Bound()};
-  outcome.reason = Remark(state);
+  Trouble remark = Remark(state);
+  outcome.cause = remark.cause;
+  outcome.reason = std::move(remark.reason);
   outcome.elapsed = now - began_at_;
   return outcome;
 }
@@ -268,14 +271,22 @@ bool AxisMotion::Measured(const drivers::AxisState& state) const {
 }
 
 /// What a reader of a good result should know all the same.
-std::string AxisMotion::Remark(const drivers::AxisState& state) const {
-  if (setup_.can.feedback == drivers::Feedback::None) return "no position feedback";
-  if (setup_.can.feedback == drivers::Feedback::Echo) return "no position feedback: the device repeats its target";
-  if (!track_.known() || !state.homed) return "the position is not known: no reference";
-  if (state.assumed) return "nothing has shown that it moved: the position may repeat the target";
+Trouble AxisMotion::Remark(const drivers::AxisState& state) const {
+  if (setup_.can.feedback == drivers::Feedback::None) return {MoveCause::NoFeedback, "no position feedback"};
+  if (setup_.can.feedback == drivers::Feedback::Echo) {
+    return {MoveCause::NoFeedback, "no position feedback: the device repeats its target"};
+  }
+  if (!track_.known() || !state.homed) {
+    return {MoveCause::PositionUnknown, "the position is not known: no reference"};
+  }
+  if (state.assumed) {
+    return {MoveCause::NoFeedback, "nothing has shown that it moved: the position may repeat the target"};
+  }
   std::ostringstream remark;
   if (!Measured(state)) remark << "steps counted, not measured";
-  if (homing() || track_.slack().residue() <= 0.0) return remark.str();
+  if (homing() || track_.slack().residue() <= 0.0) {
+    return {Measured(state) ? MoveCause::None : MoveCause::Counted, remark.str()};
+  }
   if (!Measured(state)) remark << "; ";
   if (setup_.backlash_known) {
     remark << track_.slack().residue() << " " << drivers::NativeUnitName(setup_.can.unit)
@@ -283,7 +294,7 @@ std::string AxisMotion::Remark(const drivers::AxisState& state) const {
   } else {
     remark << "backlash not known: the bound allows for 10 % of the range";
   }
-  return remark.str();
+  return {MoveCause::Backlash, remark.str()};
 }
 
 }  // namespace lensd::rig

@@ -107,9 +107,9 @@ class AxisMotion {
   bool Faulty(const drivers::AxisState& state, Instant sampled_at);
   bool Measured(const drivers::AxisState& state) const;
   MoveOutcome TakenAway(const drivers::AxisState& state, Instant now) const;
-  MoveOutcome Failed(const drivers::AxisState& state, std::string reason, Instant now) const;
+  MoveOutcome Failed(const drivers::AxisState& state, Trouble trouble, Instant now) const;
   MoveOutcome Outcome(const drivers::AxisState& state, Instant now) const;
-  std::string Remark(const drivers::AxisState& state) const;
+  Trouble Remark(const drivers::AxisState& state) const;
 
   const AxisSetup& setup_;
   const AxisTrack& track_;

@@ -81,7 +81,7 @@ class BacklashRun : public std::enable_shared_from_this<BacklashRun> {
   std::vector<autofocus::CurvePoint> Points() const;
   std::optional<autofocus::PeakFit> Peak() const;
   void Conclude();
-  void Refuse(std::string reason);
+  void Refuse(BacklashCause cause, std::string reason);
   void GoBack(Result<BacklashOutcome> answer);
   double run_up() const { return kMostBacklash * (range_.highest - range_.lowest); }
 
@@ -111,7 +111,7 @@ void BacklashRun::OnFocused(const Result<AutofocusOutcome>& focused) {
   if (!focused) return done_(PassOn(focused));
   counts_.frames += focused->frames;
   place_.home = place_.upward = focused->position.value;
-  if (!focused->focused) return Refuse("there is nothing to focus on: " + focused->reason);
+  if (!focused->focused) return Refuse(BacklashCause::NotFocused, "there is nothing to focus on: " + focused->reason);
   place_.half_width = kNarrow * (range_.highest - range_.lowest);
   const Status status = rig_.GetStatus();
   const double pixel_m = rig_.camera()->pixel_um * 1e-6;
@@ -150,7 +150,9 @@ void BacklashRun::Next() {
   guard_.Move(Axis::Focus, {.kind = Target::Kind::Native, .value = to, .from = {}, .take_up = 0.0},
               [self = shared_from_this()](Result<MoveOutcome> moved) {
                 if (!moved) return self->done_(PassOn(moved));
-                if (!moved->reached) return self->Refuse("the lens did not get where it was sent: " + moved->reason);
+                if (!moved->reached)
+                  return self->Refuse(BacklashCause::Missed,
+                                      "the lens did not get where it was sent: " + moved->reason);
                 if (std::exchange(self->sweep_.running_up, false)) return self->Next();
                 self->TakeFrame();
               });
@@ -218,7 +220,7 @@ void BacklashRun::FinishSweep() {
 void BacklashRun::FinishUpward(const std::optional<autofocus::PeakFit>& peak) {
   if (!peak) {
     if (++counts_.widenings > kMostWidenings)
-      return Refuse("the sharpness has no clear peak: more texture or light is needed");
+      return Refuse(BacklashCause::NoPeak, "the sharpness has no clear peak: more texture or light is needed");
     const auto points = Points();
     if (!points.empty()) place_.upward = std::ranges::max_element(points, {}, &autofocus::CurvePoint::value)->position;
     place_.half_width = std::min(1.5 * place_.half_width, 0.25 * (range_.highest - range_.lowest));
@@ -234,11 +236,12 @@ void BacklashRun::FinishUpward(const std::optional<autofocus::PeakFit>& peak) {
 
 void BacklashRun::FinishCoarse() {
   const auto points = Points();
-  if (points.empty()) return Refuse("the soft limits leave no room to come from above");
+  if (points.empty()) return Refuse(BacklashCause::NoRoom, "the soft limits leave no room to come from above");
   const auto top = std::ranges::max_element(points, {}, &autofocus::CurvePoint::value);
   if (top == points.end() - 1) {
-    return Refuse("coming from above, the focus was not found within " + std::to_string(std::lround(run_up())) +
-                  " steps: the backlash is larger than that, or the soft limits are too near");
+    return Refuse(BacklashCause::TooLarge,
+                  "coming from above, the focus was not found within " + std::to_string(std::lround(run_up())) +
+                      " steps: the backlash is larger than that, or the soft limits are too near");
   }
   place_.backlash = std::max(0.0, place_.upward - top->position);
   counts_.widenings = 0;
@@ -255,10 +258,11 @@ void BacklashRun::StartPair() {
 /// what the fit makes of its shape cancels.
 void BacklashRun::FinishPair(const std::optional<autofocus::PeakFit>& peak) {
   if (!peak) {
-    if (++counts_.widenings > kMostWidenings) return Refuse("the sharpness has no clear peak in one of the sweeps");
+    if (++counts_.widenings > kMostWidenings)
+      return Refuse(BacklashCause::NoPeak, "the sharpness has no clear peak in one of the sweeps");
     const auto points = Points();
     const auto top = std::ranges::max_element(points, {}, &autofocus::CurvePoint::value);
-    if (points.empty()) return Refuse("the soft limits leave no room for the sweeps");
+    if (points.empty()) return Refuse(BacklashCause::NoRoom, "the soft limits leave no room for the sweeps");
     stage_ == Stage::PairDown ? place_.backlash = std::max(0.0, place_.upward - top->position)
                               : place_.upward = top->position;
     place_.half_width =
@@ -278,7 +282,7 @@ void BacklashRun::FinishPair(const std::optional<autofocus::PeakFit>& peak) {
   if (aligned) {
     found_.push_back(found);
   } else if (++counts_.widenings > kMostWidenings) {
-    return Refuse("the sweeps disagree about the backlash from one to the next");
+    return Refuse(BacklashCause::Unsteady, "the sweeps disagree about the backlash from one to the next");
   }
   static_cast<int>(found_.size()) < request_.pairs ? StartPair() : Conclude();
 }
@@ -290,8 +294,9 @@ void BacklashRun::Conclude() {
   GoBack(outcome);
 }
 
-void BacklashRun::Refuse(std::string reason) {
+void BacklashRun::Refuse(BacklashCause cause, std::string reason) {
   BacklashOutcome outcome;
+  outcome.cause = cause;
   outcome.reason = std::move(reason);
   GoBack(outcome);
 }

@@ -126,21 +126,23 @@ bool Leg::LedAway(const drivers::AxisState& state) {
   return approach_.readings_away >= 2;
 }
 
-std::string Leg::WhatIsWrong(const drivers::AxisState& state, Instant sampled_at, Instant now, bool settling) {
+std::optional<Trouble> Leg::WhatIsWrong(const drivers::AxisState& state, Instant sampled_at, Instant now,
+                                        bool settling) {
   if (std::abs((state.position - progress_.position).value) >= std::max(setup_->can.resolution, Scatter(*setup_))) {
     progress_ = {state.position, std::max(sampled_at, commanded_at_)};
   }
   std::ostringstream wrong;
-  if (setup_->can.follows() && !settling && now - progress_.at > kStallTime) {
+  const bool stalled = setup_->can.follows() && !settling && now - progress_.at > kStallTime;
+  if (stalled) {
     wrong << "stalled: no progress for " << std::chrono::duration<double>(kStallTime).count() << " s, ";
   } else if (late(now)) {
     wrong << "not there by the deadline, ";
   } else {
-    return "";
+    return std::nullopt;
   }
   wrong << ShortOf(state) << " " << drivers::NativeUnitName(setup_->can.unit) << " short of the target";
   if (!state.fault.empty()) wrong << " (the lens says: " << state.fault << ")";
-  return wrong.str();
+  return Trouble{stalled ? MoveCause::Stalled : MoveCause::Late, wrong.str()};
 }
 
 }  // namespace lensd::rig

@@ -8,6 +8,7 @@
 #include "axis_setup.h"
 #include "base/clock.h"
 #include "drivers/api/lens.h"
+#include "rig/motion.h"
 
 namespace lensd::rig {
 
@@ -53,7 +54,7 @@ class Leg {
   /// commands it.
   bool LedAway(const drivers::AxisState& state);
   /// Why it will not get there; empty while it may. `settling`: it has been there already.
-  std::string WhatIsWrong(const drivers::AxisState& state, Instant sampled_at, Instant now, bool settling);
+  std::optional<Trouble> WhatIsWrong(const drivers::AxisState& state, Instant sampled_at, Instant now, bool settling);
 
  private:
   /// What readings have shown of the way to its end.

@@ -202,7 +202,9 @@ void ZoomRun::OnMoved(Axis axis, Result<MoveOutcome> moved) {
   for (MoveOutcome* one : {&outcome_.zoom, &*outcome_.focus}) {
     if (one->reached) continue;
     outcome_.zoom.reached = false;
-    if (outcome_.zoom.reason.empty()) outcome_.zoom.reason = "focus could not follow: " + one->reason;
+    if (one == &outcome_.zoom) return Answer();
+    outcome_.zoom.cause = MoveCause::FocusLost;
+    outcome_.zoom.reason = "focus could not follow: " + one->reason;
     return Answer();
   }
   ++next_;
@@ -225,6 +227,7 @@ void ZoomRun::Finish() {
     self->outcome_.focus = *moved;
     if (!moved->reached) {
       self->outcome_.zoom.reached = false;
+      self->outcome_.zoom.cause = MoveCause::FocusLost;
       self->outcome_.zoom.reason = "focus could not follow: " + moved->reason;
     }
     self->Answer();

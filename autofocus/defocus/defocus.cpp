@@ -25,9 +25,9 @@ constexpr double kMostLeftOut = 0.8;  // of the region
 constexpr double kFewLeft = 0.5;      // less is no judge of several depths
 constexpr double kClearMotion = 1.5;  // px sideways
 constexpr double kWorthNaming = 0.1;  // of all probability: a distance that cannot be told from the others
-constexpr const char* kMoved = "the subject or the camera moved between the frames";
-constexpr const char* kRestless =
-    "the picture changes while the lens is said to stand: it still moves, or the subject does";
+constexpr Why kMoved{Cause::SubjectMoved, "the subject or the camera moved between the frames"};
+constexpr Why kRestless{Cause::SubjectMoved,
+                        "the picture changes while the lens is said to stand: it still moves, or the subject does"};
 constexpr double kStandsPx = 1.0;   // px of blur between the top and the frame that counts as standing there
 constexpr double kTrustedPx = 3.0;  // px of blur: nearly all probability lies within so much of a trusted estimate
 constexpr double kTrustedMass = 0.9;
@@ -36,8 +36,8 @@ constexpr double kOddSlope = 0.1;  // between frames near and far: more, and som
 constexpr double kClearTop = 1.3;  // over what is seen on either side: without the help of the optics less is no top
 
 /// Where no search for the sharpest place could do better.
-Verdict RefuseForGood(std::string reason) {
-  Verdict verdict = Refuse(std::move(reason));
+Verdict RefuseForGood(Why why) {
+  Verdict verdict = Refuse(why);
   verdict.final = true;
   return verdict;
 }
@@ -57,7 +57,9 @@ bool Repeats(const RingStack& stack) {
 }  // namespace
 
 Advice Defocus::Next(const Look& look) {
-  if (!setup_.blur_px) return Refuse("depth from defocus needs a calibrated lens: blur per step is not known");
+  if (!setup_.blur_px) {
+    return Refuse({Cause::Uncalibrated, "depth from defocus needs a calibrated lens: blur per step is not known"});
+  }
   Take(look);
   if (LeftOut() > kMostLeftOut) return Refuse(kTooBright);
   Register();
@@ -355,20 +357,22 @@ bool Defocus::Beyond(const Posterior& posterior) const {
 
 Verdict Defocus::WhyNot(const RingStack& stack, const Posterior& posterior) const {
   if (!defocus::HasTexture(stack)) {
-    if (!Repeats(stack)) return Refuse("too little texture to tell blur from shading");
-    return RefuseOpen("the texture repeats: several distances leave the same contrast", posterior);
+    if (!Repeats(stack)) return Refuse({Cause::NoTexture, "too little texture to tell blur from shading"});
+    return RefuseOpen({Cause::Ambiguous, "the texture repeats: several distances leave the same contrast"}, posterior);
   }
   if (posterior.misfit() <= kMostMisfit) {
-    return RefuseOpen("the frames leave the distance open: repeating or too little texture, or too little light",
-                      posterior);
+    return RefuseOpen(
+        {Cause::Ambiguous, "the frames leave the distance open: repeating or too little texture, or too little light"},
+        posterior);
   }
   if (moving_ || moved_ > kClearMotion) return Refuse(kMoved);
-  return Refuse("blur alone does not explain the frames: several depths, motion, or light that changed");
+  return Refuse(
+      {Cause::Unclear, "blur alone does not explain the frames: several depths, motion, or light that changed"});
 }
 
 /// Names the distances that the frames cannot tell apart.
-Verdict Defocus::RefuseOpen(std::string reason, const Posterior& posterior) const {
-  Verdict verdict = Refuse(std::move(reason));
+Verdict Defocus::RefuseOpen(Why why, const Posterior& posterior) const {
+  Verdict verdict = Refuse(why);
   for (const double place : posterior.Places(kWorthNaming)) {
     const double position = place * *setup_.blur_px;
     if (position >= setup_.lowest && position <= setup_.highest) verdict.candidates.push_back({position, 0.0, 0});

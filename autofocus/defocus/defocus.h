@@ -64,7 +64,7 @@ class Defocus final : public Method {
   bool BestIsAtAnEnd() const;
   bool Beyond(const defocus::Posterior& posterior) const;
   Verdict WhyNot(const defocus::RingStack& stack, const defocus::Posterior& posterior) const;
-  Verdict RefuseOpen(std::string reason, const defocus::Posterior& posterior) const;
+  Verdict RefuseOpen(Why why, const defocus::Posterior& posterior) const;
 
   Setup setup_;
   Window window_;  ///< where the subject is

@@ -132,7 +132,7 @@ std::expected<Json, Failure> DaemonClient::Follow(std::string_view method, Json 
   varlink::Call call;
   call.method = method;
   call.parameters = WithLease(method, std::move(parameters));
-  call.more = true;
+  call.more = progress != nullptr;
   if (auto sent = client_.Send(call); !sent) return PassOn(sent);
   for (;;) {
     auto reply = client_.Receive();

@@ -26,9 +26,9 @@ class DaemonClient {
 
   /// Called for every reply before the last. False ends the call by closing the connection.
   using Progress = std::function<bool(const varlink::Json&)>;
-  /// A call with `more`; waits as long as it takes unless --timeout says otherwise, and returns the last reply.
-  /// Control-C and SIGTERM end the wait: then `interrupted` is called, for instance to stop a lens, and the command
-  /// fails.
+  /// A call with `more`, unless `progress` is null; waits as long as it takes unless --timeout says otherwise, and
+  /// returns the last reply. Control-C and SIGTERM end the wait: then `interrupted` is called, for instance to stop a
+  /// lens, and the command fails.
   std::expected<varlink::Json, Failure> Follow(std::string_view method, varlink::Json parameters,
                                                const Progress& progress, const std::function<void()>& interrupted = {});
 

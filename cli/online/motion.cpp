@@ -90,9 +90,8 @@ Outcome Home(Session& session, const std::vector<std::string>& words) {
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
   const Json axis = LensOf(given.value);
-  auto reply = link->Follow(
-      MethodOfLens("Home"), {{"lens", given.lens}, {"axis", axis}}, [](const Json&) { return true; },
-      [&] { StopNow(session, given.lens, axis); });
+  auto reply = link->Follow(MethodOfLens("Home"), {{"lens", given.lens}, {"axis", axis}}, nullptr,
+                            [&] { StopNow(session, given.lens, axis); });
   if (!reply) return PassOn(reply);
   const Json& moves = (*reply)["moves"];
   if (session.json()) session.PrintJson(axis.is_null() ? moves : moves[0]);

@@ -140,9 +140,8 @@ Outcome RunPlanOnline(const PlanText& text, const std::string& lens, bool apply,
   const Json name = (*info)["name"];
   Json parameters{
       {"lens", name}, {"request", *std::move(request)}, {"apply", apply}, {"showRequest", !text.plot.empty()}};
-  const auto reply = apply ? link->Follow(
-                                 MethodOfLens("Plan"), std::move(parameters), [](const Json&) { return true; },
-                                 [&] { StopNow(session, name, nullptr); })
+  const auto reply = apply ? link->Follow(MethodOfLens("Plan"), std::move(parameters), nullptr,
+                                          [&] { StopNow(session, name, nullptr); })
                            : link->Ask(MethodOfLens("Plan"), std::move(parameters));
   if (!reply) return PassOn(reply);
   if (!text.plot.empty()) {

@@ -68,9 +68,8 @@ Outcome Recall(Session& session, const std::vector<std::string>& words) {
   const NameAndValue given = SplitNameAndValue(words);
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
-  auto reply = link->Follow(
-      MethodOfLens("PresetRecall"), {{"lens", given.lens}, {"label", given.value}}, [](const Json&) { return true; },
-      [&] { StopNow(session, given.lens, nullptr); });
+  auto reply = link->Follow(MethodOfLens("PresetRecall"), {{"lens", given.lens}, {"label", given.value}}, nullptr,
+                            [&] { StopNow(session, given.lens, nullptr); });
   if (!reply) return PassOn(reply);
   const Json& recall = (*reply)["recall"];
   const bool reached = recall.value("reached", false);

@@ -45,7 +45,8 @@ std::string InfoText(const Json& info) {
   std::string line = TextOf(info, "name") + ": " + TextOf(info, "driver") + " " + TextOf(info, "model");
   for (const Json& axis : info["axes"]) {
     line += ", " + TextOf(axis, "axis") + " " + NumberText(axis, "minimum", 8, "") + ".." +
-            NumberText(axis, "maximum", 8, " ") + TextOf(axis, "unit");
+            NumberText(axis, "maximum", 8, " ") +
+            (TextOf(axis, "unit") == "fNumber" ? "f-number" : TextOf(axis, "unit"));
   }
   if (Has(info, "optics")) {
     const Json& optics = info["optics"];

@@ -7,7 +7,12 @@
 namespace lensd::cli {
 
 varlink::Json StackJson(const optics::StackAnswer& answer) {
-  if (!answer.feasible) return {{"feasible", false}, {"shots", varlink::Json::array()}, {"reason", answer.reason}};
+  if (!answer.feasible) {
+    return {{"feasible", false},
+            {"shots", varlink::Json::array()},
+            {"cause", optics::StackCauseName(answer.cause)},
+            {"reason", answer.reason}};
+  }
   varlink::Json shots = varlink::Json::array();
   for (const optics::StackShot& shot : answer.shots) {
     shots.push_back({{"fNumber", shot.f_number.value},

@@ -125,18 +125,24 @@ void KeepSteady(std::vector<std::size_t>& positions, const LensPositions& lens, 
                 [&, usual = *middle](std::size_t i) { return blur.Bound(lens.focus[i], 0.0) > kFarLarger * usual; });
 }
 
-std::string WhyNot(const Cover<double>& cover, const std::vector<Need<double>>& needs, const PositionReach& reach) {
+StackAnswer WhyNot(const Cover<double>& cover, const std::vector<Need<double>>& needs, const PositionReach& reach) {
+  const auto refuse = [](StackCause cause, std::string reason) {
+    return StackAnswer{false, {}, cause, std::move(reason)};
+  };
   if (cover.end == CoverEnd::TooMany) {
-    return "it would take more than " + std::to_string(kMostShotsOfALens) + " shots";
+    return refuse(StackCause::TooMany, "it would take more than " + std::to_string(kMostShotsOfALens) + " shots");
   }
   const Need<double>& need = needs[cover.need];
   if (reach.HighestFor(need.far, need.limit) < 0.0) {
-    return "the farthest depth asked for is beyond what the farthest focus position keeps sharp";
+    return refuse(StackCause::TooFar,
+                  "the farthest depth asked for is beyond what the farthest focus position keeps sharp");
   }
   if (reach.LowestFor(need.near, need.limit) > reach.last()) {
-    return "the nearest depth asked for is nearer than what the nearest focus position keeps sharp";
+    return refuse(StackCause::TooNear,
+                  "the nearest depth asked for is nearer than what the nearest focus position keeps sharp");
   }
-  return "what the motors and the calibration keep, and diffraction, leave nothing of the depth of focus";
+  return refuse(StackCause::Tolerance,
+                "what the motors and the calibration keep, and diffraction, leave nothing of the depth of focus");
 }
 
 }  // namespace
@@ -157,7 +163,7 @@ Result<PositionStack> StackOnPositions(const PlanRequest& request, const LensPos
     const PositionReach reach(request, lens, blur, origin, choice.focus, blur.FNumbers(lens.iris[*j]));
     const Cover<double> cover = GreedyCover(needs, reach, 0.0, reach.last(), most);
     if (cover.end != CoverEnd::Covered) {
-      if (j == choice.iris.rbegin()) best.stack.reason = WhyNot(cover, needs, reach);
+      if (j == choice.iris.rbegin()) best.stack = WhyNot(cover, needs, reach);
       continue;
     }
     most = cover.extensions.size();

@@ -201,6 +201,7 @@ TEST(DefocusMethod, NamesTheDepthsOfARegionThatHasSeveral) {
   const Ending run = RunSession("auto", picture, -20.0);
   EXPECT_FALSE(run.verdict.focused);
   EXPECT_NE(run.verdict.reason.find("different distances"), std::string::npos) << run.verdict.reason;
+  EXPECT_EQ(run.verdict.cause, Cause::SeveralDepths);
   ASSERT_GE(run.verdict.candidates.size(), 2u);
   EXPECT_NEAR(run.verdict.candidates.front().position, 0.0, 4.0);
   EXPECT_NEAR(run.verdict.candidates.back().position, 16.0, 4.0);
@@ -294,6 +295,7 @@ TEST(DefocusMethod, RefusesABlankWall) {
   const Ending run = RunOn({}, 10.0, 0.0, 0.01);
   EXPECT_FALSE(run.verdict.focused);
   EXPECT_NE(run.verdict.reason.find("too little texture"), std::string::npos);
+  EXPECT_EQ(run.verdict.cause, Cause::NoTexture);
   EXPECT_LE(run.frames, 4);
 }
 
@@ -367,6 +369,7 @@ TEST(DefocusMethod, RefusesLightsTooBrightForTheSensor) {
   const Ending run = RunOn(waves, -20.0, 0.0, 0.005);
   EXPECT_FALSE(run.verdict.focused);
   EXPECT_NE(run.verdict.reason.find("too bright"), std::string::npos) << run.verdict.reason;
+  EXPECT_EQ(run.verdict.cause, Cause::TooBright);
 }
 
 TEST(DefocusMethod, NeedsToKnowTheOptics) {

@@ -54,6 +54,7 @@ class Stacks(Case):
         answer = self.answer(*self.LENS, "--sharp", "1m..2m:10um", "--sensor-tolerance", "1mm", status=1)
         self.assertEqual((answer["feasible"], answer["shots"]), (False, []))
         self.assertTrue(answer["reason"])
+        self.assertEqual(answer["cause"], "tolerance")
         self.refused(64, "blurred", *self.LENS, "--sharp", "1m:10um", "--blurred", "2m:10um")
         self.refused(64, "focus", *self.LENS, "--sharp", "1m:10um", "--focus", "1m")
 

@@ -241,6 +241,7 @@ class Session(DaemonTest):
                                                            "exposureEndNs": now})
             self.assertFalse(answer["parameters"]["autofocus"]["focused"])
             self.assertIn("deadline", answer["parameters"]["autofocus"]["reason"])
+            self.assertEqual(answer["parameters"]["autofocus"]["cause"], "deadline")
             for wrong in (0, 1e9):
                 answer = client.call(LENS + "AutofocusBegin", {"lens": "a", "deadlineMs": wrong})
                 self.assertEqual(answer["error"], LENS + "InvalidRequest")

@@ -138,7 +138,7 @@ class CalibrationTest(unittest.TestCase):
         self.daemon = Daemon(config=self.config('calibration = "' + path + '"\n'))
         with self.daemon.client() as client:  # that lens alone is at fault, and says why
             lens = client.call(LENS + "Status")["parameters"]["lenses"][0]
-        self.assertEqual(lens["connection"], "wrong-device")
+        self.assertEqual(lens["connection"], "wrongDevice")
         self.assertIn('unknown key "oops"', lens["error"])
         self.daemon.stop()
         self.daemon = Daemon(config=self.config())
@@ -202,6 +202,7 @@ class CalibrationTest(unittest.TestCase):
         limited = self.ask("aperture", "16", "--keep-brightness")
         self.assertLess(limited["brightnessRatio"], 0.5)
         self.assertIn("darker", limited["reason"])
+        self.assertEqual(limited["cause"], "exposure")
         self.assertEqual(self.daemon.lensctl("filter", "2").returncode, 8)
 
 

@@ -103,7 +103,7 @@ class FilesTest(unittest.TestCase):
         with open(kept, "rb") as file:
             self.assertEqual(file.read(), after)
         if name == "a.calibration.toml":
-            self.assertEqual(a["connection"], "wrong-device")
+            self.assertEqual(a["connection"], "wrongDevice")
             self.assertIn(path, a["error"])
             return "calibration"
         self.assertIn(path, a["warnings"][0])

@@ -32,7 +32,7 @@ class Motion(DaemonTest):
             move = client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"distanceM": 1.2}})
         move = move["parameters"]["move"]
         self.assertTrue(move["reached"] and move["settled"] and not move["verified"])
-        self.assertEqual(move["reason"], "steps counted, not measured")
+        self.assertEqual((move["cause"], move["reason"]), ("counted", "steps counted, not measured"))
         extension_mm = 25.0 ** 2 / (1200.0 - 25.0)
         step_mm = 1.6 / 4000
         self.assertAlmostEqual(move["extensionMm"], extension_mm, delta=0.51 * step_mm)

@@ -133,6 +133,13 @@ class Protocol(DaemonTest):
                  {"parameter": "target.position"}),
                 (LENS + "Plan", {"request": {"limits": [{"kind": "sharp", "limitUm": 1, "depths": [], "x": 1}]}}, {},
                  "InvalidParameter", {"parameter": "request.limits.x"}),
+                (LENS + "Move", {"axis": "focus", "target": {"distanceM": 1}, "distanceFrom": "nose"}, {},
+                 "InvalidParameter", {"parameter": "distanceFrom"}),
+                (LENS + "Autofocus", {"lens": "a", "policy": "any"}, {}, "InvalidParameter", {"parameter": "policy"}),
+                (LENS + "List", None, {"more": True}, "InvalidParameter", {"parameter": "more"}),
+                (LENS + "Home", {"lens": "a"}, {"more": True}, "InvalidParameter", {"parameter": "more"}),
+                (LENS + "Plan", {"request": {}}, {"more": True}, "InvalidParameter", {"parameter": "more"}),
+                (LENS + "PresetList", {"lens": "a"}, {"more": True}, "InvalidParameter", {"parameter": "more"}),
                 (LENS + "Monitor", None, {}, "ExpectedMore", None),
                 (LENS + "Snapshot", {"lens": "a"}, {}, "ExpectedMore", None),
                 (INFO, None, {"upgrade": True}, "MethodNotImplemented", {"method": "GetInfo"})):

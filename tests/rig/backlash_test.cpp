@@ -83,6 +83,7 @@ TEST(Backlash, RefusesWhereThereIsNothingToSee) {
   const BacklashOutcome outcome = Measure(lens, 3, 3000);
   EXPECT_FALSE(outcome.measured);
   EXPECT_NE(outcome.reason.find("nothing to focus on"), std::string::npos) << outcome.reason;
+  EXPECT_EQ(outcome.cause, BacklashCause::NotFocused);
 }
 
 TEST(Backlash, SomebodyElsesCommandEndsIt) {

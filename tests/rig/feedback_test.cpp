@@ -38,6 +38,7 @@ TEST_F(FeedbackTest, OnlyAnEncoderVerifiesAPlainMove) {
     EXPECT_TRUE(moved.reached && moved.settled) << FeedbackName(feedback);
     EXPECT_EQ(moved.verified, feedback == Feedback::Encoder) << FeedbackName(feedback);
     EXPECT_EQ(moved.reason.empty(), moved.verified) << moved.reason;
+    EXPECT_EQ(moved.cause == MoveCause::None, moved.reason.empty()) << moved.reason;
   }
 }
 
@@ -100,6 +101,7 @@ TEST_F(FeedbackTest, AFaultThatStandsEndsAMoveWhateverThePositionSays) {
     const MoveOutcome moved = To(600);
     EXPECT_FALSE(moved.reached || moved.verified);
     EXPECT_EQ(moved.reason, "the lens reports: burnt");
+    EXPECT_EQ(moved.cause, MoveCause::Fault);
     EXPECT_LT(moved.elapsed, 1s);
   }
 }

@@ -202,7 +202,7 @@ void MovesWithFaults(unsigned seed, Endings& endings) {
       bench.Run(500ms);
       continue;
     }
-    const bool stalled = moved->reason.find("stalled") != std::string::npos;
+    const bool stalled = moved->cause == MoveCause::Stalled;
     ++(moved->reached ? endings.reached : stalled ? endings.stalled : endings.other);
     ASSERT_TRUE(moved->reached || !moved->reason.empty());
     if (!moved->reached) continue;

@@ -60,9 +60,25 @@ struct Candidate {
   int region = 0;      ///< index of the region
 };
 
+/// Why a method refuses; Verdict::reason has it in words.
+enum class Cause {
+  NoTexture,  ///< nothing changes with focus
+  TooBright,
+  SeveralDepths,
+  EndOfTravel,
+  SubjectMoved,
+  Ambiguous,  ///< several distances look alike
+  Unclear,    ///< noise or light leave no clear answer
+  Uncalibrated,
+  PlaceUnknown,  ///< of the lens at its frames
+  Deadline,
+  Missed,  ///< the lens did not get where it was sent
+};
+
 /// The end.
 struct Verdict {
   bool focused = false;
+  Cause cause = Cause::Unclear;       ///< where not focused
   double position = 0.0;              ///< best focus, where focused
   double sigma = 0.0;                 ///< standard deviation of `position`
   std::optional<Candidate> subject;   ///< where all frames together place the focus, if better known than by standing

@@ -19,11 +19,23 @@ struct StackShot {
   double magnification = 0;
 };
 
+/// Why there can be no stack.
+enum class StackCause {
+  TooFar,       ///< the farthest depth is out of reach
+  TooNear,      ///< the nearest is
+  Tolerance,    ///< it leaves nothing of the depth of focus
+  Diffraction,  ///< at every f-number it exceeds a limit, or what tolerances leave of one
+  TooMany,      ///< more shots than are counted
+};
+/// "tooFar".
+std::string_view StackCauseName(StackCause cause);
+
 /// The shots from far to near, or why there can be none.
 struct StackAnswer {
   bool feasible = false;
   std::vector<StackShot> shots;
-  std::string reason;  ///< infeasible: one line
+  StackCause cause = StackCause::TooMany;  ///< infeasible
+  std::string reason;                      ///< the same in one line
 };
 
 /// Covers the sharp limits of `request` with the fewest shots at one common f-number; of equal counts the smallest

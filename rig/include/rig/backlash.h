@@ -15,11 +15,15 @@ struct BacklashRequest {
   int pairs = 5;                          ///< of sweeps, at least 3: more of them narrow the interval
 };
 
+/// Why backlash was not measured, or is not in force.
+enum class BacklashCause { None, NotFocused, NoPeak, NoRoom, TooLarge, Unsteady, Missed, Configured };
+
 struct BacklashOutcome {
   bool measured = false;
   Backlash backlash;  ///< where measured
   int frames = 0;     ///< those of autofocus included
   Duration elapsed{};
+  BacklashCause cause = BacklashCause::None;
   std::string reason;  ///< why it was not measured
 };
 

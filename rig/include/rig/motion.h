@@ -31,6 +31,27 @@ struct Target {
   std::optional<double> take_up = {};        ///< native units, instead of the axis' backlash; 0: straight there
 };
 
+/// Why a motion did not arrive, or what its reader should know all the same; `reason` has it in words.
+enum class MoveCause {
+  None,
+  Counted,
+  NoFeedback,
+  PositionUnknown,
+  Backlash,
+  Missed,
+  External,
+  Fault,
+  Stalled,
+  Late,
+  NoReference,
+  FocusLost,
+};
+
+struct Trouble {
+  MoveCause cause = MoveCause::None;
+  std::string reason;  ///< empty: none
+};
+
 /// The end of a motion that was carried out, well or not. A motion that was never carried out (superseded, stopped,
 /// device gone) is an Error instead.
 struct MoveOutcome {
@@ -50,7 +71,8 @@ struct MoveOutcome {
   std::optional<Metres> focal_length_bound;
   bool missed = false;            ///< came to rest elsewhere, as often as it was tried
   bool moved_by_another = false;  ///< somebody else moved the axis meanwhile; it stands where that left it
-  std::string reason;             ///< empty when all is well, else one line for people
+  MoveCause cause = MoveCause::None;
+  std::string reason;  ///< empty when all is well, else one line for people
   Duration elapsed{};
 };
 

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "autofocus/method.h"
 #include "autofocus/regions.h"
 #include "base/clock.h"
 #include "base/result.h"
@@ -109,13 +110,14 @@ struct AutofocusOutcome {
   Duration elapsed{};
   std::optional<Dioptres> vergence;  ///< where the lens now stands, where optics are known
   std::optional<Dioptres> sigma;
-  std::optional<Dioptres> subject;             ///< where all frames together place the focus, where optics are known
-  std::optional<Dioptres> subject_sigma;       ///< of that
-  Native position;                             ///< where the lens now stands
-  Duration cpu{};                              ///< processor time the method itself took
-  double confidence = 0.0;                     ///< 0..1
-  std::string reason;                          ///< why it believes the answer, or why it refuses
-  std::vector<AutofocusCandidate> candidates;  ///< what there was to choose from, where it was more than one
+  std::optional<Dioptres> subject;        ///< where all frames together place the focus, where optics are known
+  std::optional<Dioptres> subject_sigma;  ///< of that
+  Native position;                        ///< where the lens now stands
+  Duration cpu{};                         ///< processor time the method itself took
+  double confidence = 0.0;                ///< 0..1
+  autofocus::Cause cause = autofocus::Cause::Unclear;  ///< of a refusal
+  std::string reason;                                  ///< why it believes the answer, or why it refuses
+  std::vector<AutofocusCandidate> candidates;          ///< what there was to choose from, where it was more than one
 };
 
 using StopCallback = std::move_only_function<void(Result<void>)>;
