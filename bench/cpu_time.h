@@ -1,4 +1,4 @@
-// Time of the calling thread alone: what a single-threaded comparison asks for, whoever else uses the machine.
+// Time of the calling thread alone: what a single-threaded comparison asks for, whatever other programs run.
 #pragma once
 
 #include <ctime>

@@ -273,7 +273,7 @@ void AutofocusJob::ServeExternal() {
   means_.replies.Add(std::move(done), Result<Observation>(std::move(shown)));
 }
 
-/// A frame that waits is told that nobody needs it any more.
+/// A submitted frame that still waits is refused: no run needs it any more.
 void AutofocusJob::EndExternal() {
   if (external_ && external_->submitted()) {
     means_.replies.Add(external_->Refuse(false), Result<void>(Fail(Code::Cancelled, "the autofocus has ended")));

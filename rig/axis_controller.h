@@ -68,7 +68,7 @@ class AxisController final : private Motor {
   std::optional<Result<MoveOutcome>> Advance(Instant sampled_at);
   /// The motion is over; nothing where there was none.
   std::optional<EndedMotion> End(bool reached);
-  /// Stops it, whoever moves it. Unsupported: it cannot, and its motion runs out.
+  /// Stops it, ours or another client's motion. Unsupported: it cannot, and its motion runs out.
   Result<void> Stop();
   bool runs_out() const { return !setup_.can.can_stop && motion_ && motion_->commands() > 0; }
   /// That it cannot be stopped changes nothing.

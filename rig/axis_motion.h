@@ -4,7 +4,7 @@
 // does not depend on ever having seen it busy. Readings taken before the command was given prove nothing and are
 // ignored. What does not get on is reported after kStallTime, what gets on too slowly at the deadline; what comes to
 // rest elsewhere is sent again a few times and then reported as missed; what goes away from where it was sent is
-// somebody else's motion. Arrival is always from one side, with the backlash taken up: where it would not be, the
+// another program's motion. Arrival is always from one side, with the backlash taken up: where it would not be, the
 // motion first overshoots. The rules are those of the EPICS motor record where it has them.
 #pragma once
 

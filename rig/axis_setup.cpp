@@ -5,7 +5,7 @@
 namespace lensd::rig {
 namespace {
 
-/// Of the range: what the backlash of a stepping motor is taken for while nobody has said or measured it.
+/// Of the range: what the backlash of a stepping motor is taken for while it is neither configured nor measured.
 constexpr double kAssumedBacklash = 0.1;
 
 /// Of all travel: what a stepping motor may lose in ordinary use. Knocks are another matter.
@@ -30,7 +30,7 @@ void SetLimits(AxisSetup& setup, Native offset) {
 void SetBacklash(AxisSetup& setup, std::optional<double> backlash) {
   setup.config.backlash = backlash;
   if (!backlash && setup.can.backlash >= 0.0) backlash = setup.can.backlash;
-  // Whoever counts in optical units or in places closes the loop behind its own gears.
+  // A lens that counts in optical units or in places closes the loop behind its own gears.
   setup.backlash_known = backlash || setup.can.unit != drivers::NativeUnit::Steps;
   const double assumed = setup.backlash_known ? 0.0 : kAssumedBacklash * (setup.maximum - setup.minimum).value;
   setup.backlash = backlash.value_or(assumed);

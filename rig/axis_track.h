@@ -47,7 +47,7 @@ class AxisTrack {
   void Note(const drivers::AxisState& state, Instant sampled_at, bool ours);
   /// A command goes out now. `backward`: away from the approach direction, or from an axis that moves.
   void Commanded(bool backward, Instant now);
-  /// The motion ended early: where it turns is anybody's guess.
+  /// The motion ended early: where it turns is not known.
   void Disturbed(Instant now) { slack_.Reset(now); }
   /// The setup's backlash has changed.
   void BacklashChanged();

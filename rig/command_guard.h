@@ -1,4 +1,4 @@
-// For procedures of many commands: the next one is given only if nobody else has given one meanwhile.
+// For procedures of many commands: the next one is given only if no other caller has given one meanwhile.
 #pragma once
 
 #include <utility>
@@ -7,7 +7,7 @@
 
 namespace lensd::rig {
 
-/// Passes commands on to a rig. Once anybody else has commanded a motion, a stop or autofocus, every further command is
+/// Passes commands on to a rig. Once another caller has commanded a motion, a stop or autofocus, each further command is
 /// answered Superseded without touching the rig. On the rig's thread; the rig must outlive it but for callbacks.
 class CommandGuard {
  public:

@@ -16,7 +16,7 @@ namespace {
 using drivers::Axis;
 using Done = std::move_only_function<void(Result<BrightMove>)>;
 
-constexpr double kUnchanged = 0.01;  ///< of brightness: nobody sees that
+constexpr double kUnchanged = 0.01;  ///< of brightness: too little to see
 
 double Milliseconds(Duration duration) {
   return std::chrono::duration<double, std::milli>(duration).count();

@@ -1,4 +1,4 @@
-// One run's dealings with a camera that somebody else drives. A frame counts if its exposure began after the lens had
+// One run's dealings with a camera that a client drives. A frame counts if its exposure began after the lens had
 // come to stand where it was wanted, and a later reading still finds it standing.
 #include "external_camera.h"
 

@@ -9,7 +9,7 @@
 
 namespace lensd::rig {
 
-/// What a run is shown: a frame with the lens during it, and its sharpness where somebody else measured it.
+/// What a run is shown: a frame with the lens during it, and its sharpness where a client measured it.
 struct Observation {
   LensedFrame lensed;  ///< without samples where there is only `score`
   std::optional<autofocus::Sharpness> score;

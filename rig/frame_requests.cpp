@@ -14,7 +14,7 @@ namespace {
 using drivers::Axis;
 
 constexpr Duration kPollPeriod = std::chrono::milliseconds(2);
-constexpr Duration kPatience = std::chrono::seconds(5);  ///< of whoever waits for a frame, beside those below
+constexpr Duration kPatience = std::chrono::seconds(5);  ///< of a request, beside what is below
 constexpr double kSlowFrames = 3.0;                      ///< the one under way, one that is lost, and the next
 
 }  // namespace
@@ -86,7 +86,7 @@ bool FrameRequests::anyone_in_motion() const {
   return std::ranges::any_of(waiting_, &FrameRequest::in_motion_too);
 }
 
-/// When the first frame that can satisfy anybody may be ready: exposed wholly after the lens became steady and somebody
+/// When the first frame that can satisfy a request may be ready: exposed wholly after the lens was steady and a caller
 /// asked, and where the camera keeps its rate, on the beat of the frames before it. Asking earlier would only fetch
 /// frames to throw away.
 Instant FrameRequests::EarliestFrame(Instant steady_since) const {

@@ -21,7 +21,7 @@ struct FrameRequest {
   SnapshotCallback done;
 };
 
-/// Streams only while somebody waits. A frame satisfies everyone whose request came before its exposure began.
+/// Streams only while a request waits. A frame satisfies every request from before its exposure.
 class FrameRequests {
  public:
   /// `camera` may be nullptr. The others must outlive it.
@@ -31,7 +31,7 @@ class FrameRequests {
 
   /// Unsupported: no camera. Timeout: none came.
   void Add(FrameRequest request);
-  /// Takes away whoever waits on behalf of autofocus, without a word.
+  /// Drops the requests of autofocus, without an answer.
   void ForgetAutofocus();
   void FailAll(const Error& error);
   bool anyone() const { return !waiting_.empty(); }
@@ -44,7 +44,7 @@ class FrameRequests {
   bool has_frame() const { return frame_.has_value(); }
   /// After the lens was read: hands out the frame, and ends what has waited too long.
   void Serve(Instant now);
-  /// When to ask again, while somebody waits and the lens is steady.
+  /// When to ask again, while a request waits and the lens is steady.
   Instant NextPoll(Instant now, Instant steady_since) const;
 
  private:

@@ -54,7 +54,7 @@ Rig::Impl::Impl(const RigConfig& config, drivers::Device opened, std::optional<O
   ReadLens();
 }
 
-/// Nobody is left waiting for an answer that will never come.
+/// No caller is left waiting for an answer that will never come.
 Rig::Impl::~Impl() {
   do {
     commanded = false;
@@ -77,7 +77,7 @@ Instant Rig::Impl::Step(Instant now) {
   return NextStep(now);
 }
 
-/// A lens that does not answer is asked again now and then, or because somebody wants something of it.
+/// A lens that does not answer is asked again now and then, or because a command needs it.
 bool Rig::Impl::WantsReading(Instant now) const {
   const bool asked = frames.anyone() || autofocus.judges() ||
                      std::ranges::any_of(drivers::kAxes, [&](Axis axis) { return axes[axis] && axes[axis]->motion(); });
@@ -171,7 +171,7 @@ void Rig::Impl::Home(Axis axis, MoveCallback done) {
   axes[axis]->Start({.target = std::nullopt, .done = std::move(done)});
 }
 
-/// Whoever asked for a motion that cannot be stopped hears of its end when it rests.
+/// The caller of a motion that cannot be stopped hears of its end when it rests.
 void Rig::Impl::Stop(const std::vector<Axis>& named, StopCallback done) {
   const Error cancelled{Code::Cancelled, "stopped"};
   Result<void> answer;

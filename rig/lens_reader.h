@@ -17,7 +17,7 @@ class LensReader {
 
   /// Why the lens does not answer, where this reading has failed for good: nothing that waits for it will be.
   std::optional<Error> Read();
-  /// Reads soon, though nobody waits for it.
+  /// Reads soon, though no caller waits for it.
   void ReadSoon() { next_read_ = clock_.Now(); }
 
   /// Nothing while it answers.

@@ -13,7 +13,7 @@ namespace lensd::rig {
 class Replies {
  public:
   void Add(std::move_only_function<void()> reply) { waiting_.push_back(std::move(reply)); }
-  /// An empty `done` is nobody who wants an answer.
+  /// An empty `done`: no caller wants an answer.
   template <class T>
   void Add(std::move_only_function<void(Result<T>)> done, Result<T> answer) {
     if (!done) return;

@@ -1,4 +1,4 @@
-// Frames made on a thread of their own, so that whoever polls a camera never waits for a renderer.
+// Frames made on a thread of their own, so that a rig which polls a camera never waits for a renderer.
 #pragma once
 
 #include <condition_variable>
@@ -14,7 +14,7 @@ namespace lensd::sim {
 /// and ends with the darkroom.
 class Darkroom {
  public:
-  /// `maker` must outlive the darkroom and not be used by anybody else.
+  /// `maker` must outlive the darkroom and be used by nothing else.
   explicit Darkroom(FrameMaker& maker) : maker_(maker) {}
   /// Cancels what is being made and waits until that has been heard (RenderOptions::stop).
   ~Darkroom();

@@ -1,4 +1,4 @@
-// Exposure times on a grid: the same frame number is always exposed at the same time, whoever asks and when.
+// Exposure times on a grid: the same frame number is always exposed at the same time, whichever rig asks and when.
 #include "frame_grid.h"
 
 #include <algorithm>

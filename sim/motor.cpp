@@ -9,7 +9,7 @@
 namespace lensd::sim {
 namespace {
 
-// A leg holds a few hundred bytes; frames look back by one exposure, within which nobody sends this many commands.
+// A leg holds a few hundred bytes; frames look back by one exposure, within which no rig sends this many commands.
 constexpr std::size_t kMostLegs = 512;
 
 double Seconds(Duration duration) {

@@ -14,7 +14,7 @@
 
 namespace lensd::sim {
 
-/// Renders when polled: a frame that nobody fetches costs nothing. Where `aside`, on a thread of its own: the poll that
+/// Renders when polled: a frame that no rig fetches costs nothing. Where `aside`, on a thread of its own: the poll that
 /// finds a new exposure begins with it and a later one hands it out.
 class SimCamera final : public drivers::Camera {
  public:

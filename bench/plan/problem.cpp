@@ -9,7 +9,7 @@
 namespace lensd::bench {
 namespace {
 
-constexpr double kFinestLimit = 2e-6;  // under a pixel: nobody asks for less
+constexpr double kFinestLimit = 2e-6;  // under a pixel: no plan asks for less
 
 class Draw {
  public:

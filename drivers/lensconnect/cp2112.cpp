@@ -98,7 +98,7 @@ Result<void> Cp2112::Read(std::uint8_t address, std::span<std::uint8_t> data) {
   const std::array<std::uint8_t, 3> force{kForceSend, 0, length};
   if (auto sent = Output(force); !sent) return sent;
   if (auto collected = Collect(data); !collected) return collected;
-  // Two answers to one question: nobody can tell which is ours.
+  // Two answers to one question: which is ours cannot be told.
   const int answers = answers_;
   if (auto drained = Drain(Duration::zero()); !drained) return drained;
   if (answers_ == answers) return {};
@@ -129,7 +129,7 @@ Result<void> Cp2112::Drain(Duration quiet) {
   return Fail(Code::Protocol, "the USB bridge sends without being asked and does not stop");
 }
 
-/// The next report of that number; others were meant for somebody else or come too late.
+/// The next report of that number; others were meant for another program or come too late.
 Result<std::span<const std::uint8_t>> Cp2112::Await(std::uint8_t id, Duration patience) {
   const Instant until = std::min(deadline_, clock_.Now() + patience);
   for (int i = 0; i < kMostStray; ++i) {

@@ -162,16 +162,16 @@ Result<LensState> LensConnectLens::DoRead() {
 /// Where a motor that moves is, and whether it has come to an end.
 Result<void> LensConnectLens::Follow(Track& track) {
   const bool is_busy = (busy_ & track.motor.mask) != 0;
-  // One that somebody else moved is looked at once more when it is done.
+  // One that another program moved is looked at once more when it is done.
   if (!track.running && !is_busy && !track.astray) return {};
   track.astray = !track.running && is_busy;
   const auto position = registers_->Read(track.motor.base + address::kPosition);
   if (!position) return PassOn(position);
   track.position = *position;
-  if (!track.running) return {};  // somebody else moves it, or it still brakes
+  if (!track.running) return {};  // another program moves it, or it still brakes
   const bool late = clock_.Now() - track.issued_at > config_.start_timeout;
   if (is_busy) return FollowBusy(track, late);
-  // Not busy: at its end, not started yet, or that was a reply for somebody else.
+  // Not busy: at its end, not started yet, or that was another program's reply.
   const bool there = !track.running->home && track.position == track.running->target;
   if (there || track.seen_busy) return Conclude(track);
   if (!late) return {};
@@ -231,7 +231,7 @@ Result<void> LensConnectLens::StartQueued() {
   return {};
 }
 
-/// A lens may lose its power, or be turned by somebody else: what stands is looked at too. While a motor moves, only
+/// A lens may lose its power, or be turned by another program: what stands is looked at too. While a motor moves, only
 /// whether the others still have their references: what turns unseen is busy (and followed), or has been without power.
 /// A change has to be seen twice.
 Result<void> LensConnectLens::LookAtRest() {

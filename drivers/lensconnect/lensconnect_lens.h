@@ -25,7 +25,7 @@ struct Config {
 };
 
 /// See drivers/api/lens.h. Busy may rise late, or not at all where a motor is there already or was quick; an end of a
-/// motion counts only when two looks agree on it, because any reply may be somebody else's.
+/// motion counts only when two looks agree on it, because any reply may be another program's.
 class LensConnectLens final : public Lens {
  public:
   /// Sets up the bridge and asks the lens what it has. Disconnected, Timeout, Protocol; OutOfRange: a speed that the
@@ -52,7 +52,7 @@ class LensConnectLens final : public Lens {
     std::optional<Command> queued;   ///< to follow
     bool seen_busy = false;
     bool stopping = false;
-    bool astray = false;  ///< was busy when last looked at, and nobody here had told it to
+    bool astray = false;  ///< was busy when last looked at, without a command of ours
     int issued = 0;
     Instant issued_at{};
 

@@ -1,5 +1,5 @@
 // Asking a lens what it has. Every answer must come twice in a row: right after enumeration a bridge may send reports
-// that nobody asked for (erratum E111), and a limit misread here would stay wrong for the life of the device.
+// that answer no question (erratum E111), and a limit misread here would stay wrong for the life of the device.
 #include <utility>
 
 #include "lensconnect_lens.h"

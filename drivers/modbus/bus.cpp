@@ -181,7 +181,7 @@ void Bus::Run(const std::stop_token& stop) {
   }
 }
 
-/// Whoever has something to be done, the next after the last served first.
+/// A drive with something to be done, the next after the last served first.
 BusSlot* Bus::NextInTurn() {
   for (std::size_t i = 0; i < seats_.size(); ++i) {
     BusSlot* const seat = seats_[(turn_ + i) % seats_.size()];
@@ -295,7 +295,7 @@ Result<void> Bus::Connect(bool urgent) {
   return {};
 }
 
-/// Asks for as many registers as nobody else does, so that the answer cannot be one to anything older.
+/// Asks for as many registers as no other question does, so that the answer cannot be one to anything older.
 Result<void> Bus::Probe(BusSlot& seat) {
   const Profile& profile = seat.drive->config().profile;
   if (!profile.probe) {

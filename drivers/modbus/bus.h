@@ -6,7 +6,7 @@
 //  - received bytes are thrown away before every question, and after a bad exchange nothing is asked for another
 //  response
 //    timeout while what still comes in is thrown away (a stop does not wait for that);
-//  - on a serial line the drive is then suspect, and is first asked for a number of registers that nobody else asks for
+//  - on a serial line the drive is then suspect, and is first asked for a number of registers asked for nowhere else
 //    (the profile's probe, of another length each time). Drives answer in order: once an answer of that length is
 //    there, nothing older is under way. A stop sent to a suspect drive is sent again after that.
 // On TCP libmodbus compares transaction numbers.
@@ -49,7 +49,7 @@ struct BusSlot {
   Result<Sample> look_answer;
   std::optional<Sample> newest;  ///< the last good look, none since the last order
   int in_use = 0;                ///< by the thread
-  bool withdrawn = false;        ///< whoever gave the order in progress has gone
+  bool withdrawn = false;        ///< the caller of the order in progress has gone
   bool interrupted = false;      ///< a stop was served since this order or look was begun
 
   std::atomic<std::uint64_t> bad_exchanges = 0;

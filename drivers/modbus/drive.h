@@ -1,7 +1,7 @@
 // One axis: a drive on a bus, and what is under way with it.
 //
 // A drive is told to go by a few register writes and says through its status how it gets on. What it says cannot be
-// taken at its word: a command may be ignored without an alarm, a short motion may be over before anybody looks, and a
+// taken at its word: a command may be ignored without an alarm, a short motion may be over before the next look, and a
 // bit may still be that of the motion before. So a motion has phases here (see Phase) and counts as under way until the
 // drive has been seen to move and to rest, or stands where it was sent. A command that shows no motion in kStartTime is
 // repeated, and after kTries it is a complaint that Read() reports as the axis' fault. Absolute targets make repeating

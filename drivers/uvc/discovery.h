@@ -1,4 +1,4 @@
-// Finding USB cameras: identity and descriptors out of sysfs, without opening, let alone asking, anybody's device.
+// Finding USB cameras: identity and descriptors out of sysfs, without opening any device, let alone asking it.
 #pragma once
 
 #include <cstdint>

@@ -51,7 +51,7 @@ void FrameAssembler::OnPayload(std::span<const std::uint8_t> payload) {
 
 void FrameAssembler::OnLoss() {
   const std::lock_guard lock(mutex_);
-  // Whether it was part of the picture under way or the gap between two, nobody knows.
+  // Whether it was part of the picture under way or the gap between two is not known.
   building_.damaged = true;
 }
 

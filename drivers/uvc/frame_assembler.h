@@ -1,6 +1,6 @@
 // From payloads to pictures (UVC 1.1 section 2.4.3.3): each payload has a header of its own, whose frame bit toggles
 // with every picture and whose end bit marks the last payload of one. A picture that lost a payload is dropped whole: a
-// torn one would mislead whoever measures its sharpness.
+// torn one would mislead a measure of sharpness.
 #pragma once
 
 #include <cstdint>

@@ -34,7 +34,7 @@ Result<void> RelativeFocus::Run(int direction, Duration how_long) {
     if (!sent.result && sent.without_effect) return sent.result;
     direction_ = direction;
     if (!sent.result) {
-      // Where the answer is lost it may be running: it is stopped at once, but where it is nobody knows.
+      // Where the answer is lost it may be running: it is stopped at once, but where it is is not known.
       due_ = began_;
       homed_ = homing_ = false;
       return sent.result;
@@ -51,7 +51,7 @@ Result<void> RelativeFocus::Run(int direction, Duration how_long) {
 Result<void> RelativeFocus::Halt() {
   const Sent sent = send_(0);
   if (!sent.result) {
-    if (!sent.without_effect) homed_ = homing_ = false;  // when it stopped, if it did, nobody knows
+    if (!sent.without_effect) homed_ = homing_ = false;  // when it stopped, if it did, is not known
     return sent.result;
   }
   position_ms_ = Travelled(clock_.Now());

@@ -372,7 +372,7 @@ void UsbLink::StopStream() {
   if (pictures_.pipe.isochronous) {
     libusb_set_interface_alt_setting(usb_.handle, pictures_.pipe.interface, 0);
   } else {
-    libusb_clear_halt(usb_.handle, pictures_.pipe.endpoint);  // tells a bulk camera that nobody reads any more
+    libusb_clear_halt(usb_.handle, pictures_.pipe.endpoint);  // tells a bulk camera that we read no more
   }
 }
 

@@ -150,7 +150,7 @@ Result<void> UvcLens::SetTo(Axis axis, std::int64_t value) {
       absolute.range.asynchronous && config_.completion_events && session_->function.status_endpoint != 0;
   auto set = SetOnce(axis, absolute, value);
   if (set || session_->controls.last_refusal() != Refusal::WrongState || set.error().code != Code::Busy) return set;
-  // Somebody, or the camera itself, has switched the automatics on again.
+  // Another program, or the camera itself, has switched the automatics on again.
   auto taken = axis == Axis::Iris ? session_->automatics.TakeIris() : session_->automatics.TakeFocus();
   return taken ? SetOnce(axis, absolute, value) : taken;
 }

@@ -56,7 +56,7 @@ class Dw9714 final : public Actuator {
     return std::optional<std::int64_t>();
   }
 
-  /// Drivers of buses disagree on how to say that nobody acknowledged.
+  /// Drivers of buses disagree on how to say that the chip did not acknowledge.
   std::unexpected<Error> Failure(int error) const {
     if (error == ENXIO || error == EREMOTEIO || error == ENODEV) {
       return Fail(Code::Disconnected, name_ + " does not answer: " + std::strerror(error));

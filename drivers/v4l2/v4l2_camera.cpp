@@ -308,7 +308,7 @@ Result<std::optional<StreamCamera::Filled>> StreamCamera::Dequeue() const {
 Result<std::optional<drivers::Frame>> StreamCamera::DoPoll() {
   if (buffers_.empty()) return Fail(Code::InvalidArgument, "the camera is not streaming: start it first");
   std::optional<drivers::Frame> newest;
-  // While nobody looked, the kernel had no buffers left, and what it dropped was not wanted.
+  // While the rig did not poll, the kernel had no buffers left, and what it dropped was not wanted.
   const Instant now = clock_.Now();
   if (now - std::exchange(polled_, now) >= (std::ssize(buffers_) - 1) * Period()) counter_.Restart();
   // Each turn gives a buffer back, so a fast camera could keep us: once through them all is enough.
@@ -358,7 +358,7 @@ Duration StreamCamera::Period() const {
   return rate > 0.0 ? Duration(std::llround(1e9 / rate)) : kUnknownPeriod;
 }
 
-/// The interval is never too short, since whoever moves the lens relies on it: what a driver leaves open counts as
+/// The interval is never too short, since the rig that moves the lens relies on it: what a driver leaves open counts as
 /// exposed.
 void StreamCamera::SetTimes(const Filled& filled, drivers::Frame& frame) const {
   const Duration exposure = exposure_.value_or(Period());

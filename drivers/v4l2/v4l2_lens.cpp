@@ -84,7 +84,7 @@ struct CodeLens::AxisRun {
       confirmed = true;
       fault.clear();
     } else if (confirmed && !actuator->live()) {
-      // It was as written before: somebody else has moved it, and nothing is wrong with that.
+      // It was as written before: another program has moved it, and nothing is wrong with that.
       written = target = *seen;
     } else if (now - changed >= kStoodStill) {
       fault = "it took " + std::to_string(*seen) + " instead of " + std::to_string(written);

@@ -3,7 +3,7 @@
 // A V4L2 control or a voice coil has no busy bit and, nearly always, no position: writing a code is all there is. The
 // rest is bookkeeping. A move is one write, or, where a speed is given, a row of writes along a straight ramp, so that
 // a coil does not click and can be stopped midway; each Read() writes the code that is due. Where the code can be read
-// back it is: what differs was clamped or moved by somebody else. A device that reads back its true position, or takes
+// back it is: what differs was clamped or moved by another program. A device that reads back its true place, or takes
 // its time to show the code, counts as moving until the number stands still.
 #pragma once
 

@@ -1,5 +1,5 @@
 // Depth from defocus in a closed loop: a simulated lens, its mechanics and noise, a renderer that shares nothing with
-// the estimator, textures nobody tuned on, and truth that only the score sees.
+// the estimator, textures not tuned on, and truth that only the score sees.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -72,7 +72,7 @@ End Drive(const Scene& scene, const Setup& setup, double start, unsigned seed, d
   double position = start;
   for (int frames = 0; frames < 500; ++frames) {
     end.visited.push_back(position);
-    // Backlash: whoever arrives going down is not quite there.
+    // Backlash: a lens that arrives going down is not quite there.
     const bool came_down = end.visited.size() > 1 && position < end.visited[end.visited.size() - 2];
     const auto advice = session->Next(position, scene.At(position + (came_down ? backlash : 0.0), random), kWhole);
     EXPECT_TRUE(advice);

@@ -197,7 +197,7 @@ TEST_P(LensContract, UnpluggedInMidMoveIsDisconnected) {
   ASSERT_NO_FATAL_FAILURE(MoveAndRest(axis, TargetAt(axis, 0.5)));
 }
 
-/// Whatever it said last: a rig on a lens that is gone says that it moves nowhere, that nobody knows where it is, and
+/// Whatever it said last: a rig on a lens that is gone says that it moves nowhere, that its place is not known, and
 /// marks where it was.
 TEST_P(LensContract, GoneMeansUnknown) {
   const Axis axis = Axes().front();

@@ -69,7 +69,7 @@ drivers::AxisState LensContract::RestOf(Axis axis) {
   const bool rested = Until([&] {
     const auto state = lens().Read();
     if (!state) {
-      ADD_FAILURE() << "Read() of a lens nobody disturbs: " << state.error().message;
+      ADD_FAILURE() << "Read() of an undisturbed lens: " << state.error().message;
       return true;
     }
     last = *state->axes[axis];

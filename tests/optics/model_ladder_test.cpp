@@ -82,7 +82,7 @@ TEST(ModelLadderTest, NoBoundIsExceededOverRandomScenes) {
   }
 }
 
-// A bound nobody comes near would send every plan up the ladder.
+// A bound far above every error would send every plan up the ladder.
 TEST(ModelLadderTest, BoundsAreReached) {
   LadderRanges r{.focal_length = Metres{0.05},
                  .f_number_low = FNumber{2},

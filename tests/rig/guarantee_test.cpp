@@ -112,7 +112,7 @@ void RandomMoves(unsigned seed, long moves, Tally& tally) {
   focus.latency = wear.latency;
   focus.lost_travel = 2e-3;
   focus.limits = {Native{300}, Native{8000}};
-  // The coefficient of the drift is known; whether it is also corrected is somebody's choice.
+  // The coefficient of the drift is known; whether it is also corrected is the user's choice.
   config.temperature.compensate = seed % 2 == 0;
   config.temperature.metres_per_degree = Metres{1e-6 * scene.lens.drift_um_per_c};
   config.temperature.reference = Celsius{20.0};

@@ -256,7 +256,7 @@ TEST_F(MotionTest, AxesMoveSideBySide) {
   EXPECT_TRUE(iris.only() && iris.only()->reached);
 }
 
-// The last target wins, and everybody is answered once.
+// The last target wins, and every caller is answered once.
 TEST_F(MotionTest, RetargetStorm) {
   Open();
   std::mt19937 random(7);

@@ -1,4 +1,4 @@
-// Autofocus with frames that somebody else's camera takes: the same answer as with the lens' own, frame for frame, and
+// Autofocus with frames that a client's camera takes: the same answer as with the lens' own, frame for frame, and
 // nothing but frames of the lens standing where they were wanted.
 #include <chrono>
 

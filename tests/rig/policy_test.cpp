@@ -175,7 +175,7 @@ RC_GTEST_PROP(PolicyProperty, TheTakeUpStaysWithinTheSoftLimits, ()) {
   }
 }
 
-// ---- somebody else ------------------------------------------------------------------------------------------------
+// ---- another hand on the lens -------------------------------------------------------------------------------------
 
 TEST_F(PolicyTest, AnothersMotionIsSeenAndAdopted) {
   Open(WithBacklash(40), 500);

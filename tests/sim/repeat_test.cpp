@@ -1,4 +1,4 @@
-// Whole frames: the same bits in debug, release and sanitizer builds, and whoever else is at work meanwhile.
+// Whole frames: the same bits in debug, release and sanitizer builds, and with other threads at work meanwhile.
 #include <gtest/gtest.h>
 
 #include <chrono>

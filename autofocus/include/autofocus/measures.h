@@ -19,7 +19,7 @@ struct Window {
   friend bool operator==(const Window&, const Window&) = default;
 };
 
-/// A view of samples that somebody else keeps alive: rows of `width` samples, `stride` samples apart.
+/// A view of samples that the caller keeps alive: rows of `width` samples, `stride` samples apart.
 template <class Sample>
 struct GreyView {
   const Sample* samples = nullptr;
@@ -38,7 +38,7 @@ struct FocusScore {
   double noise = 0.0;
   double saturated_fraction = 0.0;  ///< of all samples of the window, at full scale
   double mean = 0.0;                ///< of all samples of the window
-  /// Standard deviation of gradient_energy from frame to frame where somebody else measured it; 0: follows from
+  /// Standard deviation of gradient_energy from frame to frame where a client gave it; 0: follows from
   /// `noise`.
   double energy_sigma = 0.0;
 };

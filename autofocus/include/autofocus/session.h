@@ -46,7 +46,7 @@ class Session {
   /// InvalidArgument: the window does not fit the frame.
   Result<Advice> Next(const Place& place, const drivers::Frame& frame, const drivers::Region& region);
 
-  /// The same for a sharpness that somebody else measured: any value that rises with focus, > 0, and its standard
+  /// The same for a sharpness that a client measured: any value that rises with focus, > 0, and its standard
   /// deviation from frame to frame, > 0.
   Advice NextScore(double position, const Sharpness& sharpness);
 

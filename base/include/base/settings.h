@@ -58,7 +58,7 @@ inline constexpr Range kPositive{std::numeric_limits<double>::min(), std::numeri
 inline constexpr Range kNonNegative{0.0, std::numeric_limits<double>::max()};
 
 /// Reads one table into a typed struct. Every call names a key and what it must be; the first thing wrong is kept and
-/// reported by Finish(), together with any key that nobody asked for. Until then wrong values read as the fallback.
+/// reported by Finish(), together with any key left unread. Until then wrong values read as the fallback.
 ///
 ///   SettingsReader read(table, "lens");
 ///   config.steps = read.Integer("steps", 8192, {2, 1e9});

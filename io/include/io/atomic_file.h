@@ -1,4 +1,4 @@
-// Files that are always whole: whoever reads one finds the old contents or the new, whatever happened in between.
+// Files that are always whole: a reader finds the old contents or the new, whatever happened in between.
 #pragma once
 
 #include <string>

@@ -35,7 +35,7 @@ struct BacklashProgress {
 };
 
 /// Focuses, then sweeps across the focus from below and from above in turn and compares where each sweep finds it. The
-/// lens ends where autofocus found the subject. Newer commands of anybody end it (Superseded), as does a stop
+/// lens ends where autofocus found the subject. Newer commands of any caller end it (Superseded), as does a stop
 /// (Cancelled). Unsupported: no camera, no focus axis. InvalidArgument: fewer than three pairs, a region outside the
 /// frame. Call it, and destroy the rig, on the rig's thread; callbacks come from Rig::Step().
 void MeasureBacklash(Rig& rig, const BacklashRequest& request, std::function<void(const BacklashProgress&)> progress,

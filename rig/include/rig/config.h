@@ -57,11 +57,11 @@ struct TemperatureConfig {
 /// Everything a rig is told.
 struct RigConfig {
   std::optional<drivers::NominalOptics> optics;  ///< from [lens.optics]; otherwise the driver's, if it knows
-  double pupil_factor = 1.0;                     ///< exit over entrance pupil diameter, for whoever plans
+  double pupil_factor = 1.0;                     ///< exit over entrance pupil diameter, for the planner
   optics::FocusScale scale;                      ///< where configured distances start
   double focal_length_tolerance = 0.0;           ///< relative; enters every bound that a focal length enters
   std::optional<Metres> wavelength;              ///< of the light in use, where the calibration depends on it
-  std::optional<std::string> calibration_path;   ///< of [lens.optics]; whoever makes the rig reads it
+  std::optional<std::string> calibration_path;   ///< of [lens.optics]; the rig's maker reads it
   TemperatureConfig temperature;
   drivers::PerAxis<AxisConfig> axes;
 };

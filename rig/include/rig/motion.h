@@ -70,7 +70,7 @@ struct MoveOutcome {
   std::optional<Metres> focal_length;  ///< zoom with known optics
   std::optional<Metres> focal_length_bound;
   bool missed = false;            ///< came to rest elsewhere, as often as it was tried
-  bool moved_by_another = false;  ///< somebody else moved the axis meanwhile; it stands where that left it
+  bool moved_by_another = false;  ///< another program moved the axis meanwhile; it stands where that left it
   MoveCause cause = MoveCause::None;
   std::string reason;  ///< empty when all is well, else one line for people
   Duration elapsed{};

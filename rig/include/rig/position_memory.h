@@ -1,4 +1,4 @@
-// What is remembered of positions while nobody runs: so that after a crash a position is known exactly when it should
+// What is remembered of positions while no daemon runs: after a crash a position is known exactly when it should
 // be.
 #pragma once
 
@@ -22,7 +22,7 @@ struct AxisMemory {
   double doubt = 0.0;   ///< native units: how far off the position may be besides
 };
 
-/// Where a rig keeps it. One thread. A rig writes before a motor turns and when it has come to rest, before anybody is
+/// Where a rig keeps it. One thread. A rig writes before a motor turns and when it has come to rest, before a caller is
 /// told so.
 class PositionMemory {
  public:

@@ -1,5 +1,5 @@
 // One lens with its optional camera: a state machine that turns commands into device calls and ends each with the
-// truth. It owns no thread: whoever drives it calls Step() again and again, a daemon's worker or a bench on a stepped
+// truth. It owns no thread: its driver calls Step() again and again, a daemon's worker or a bench on a stepped
 // clock.
 #pragma once
 
@@ -56,14 +56,14 @@ struct FrameWanted {
 };
 using WantedCallback = std::function<void(const FrameWanted&)>;
 
-/// A camera that somebody else drives.
+/// A camera that a client drives.
 struct OutsideCamera {
   double pixel_um = 0.0;     ///< pitch of its pixels; 0: not known, so only search methods work
   bool scores_only = false;  ///< it sends no pictures but their sharpness
   WantedCallback wanted;     ///< called from Step() when the lens stands where the next frame is wanted
 };
 
-/// How sharp a frame is by somebody else's measure.
+/// How sharp a frame is by a client's own measure.
 struct OutsideScore {
   double sharpness = 0.0;  ///< > 0, any unit, rises with focus
   double sigma = 0.0;      ///< > 0: its standard deviation from frame to frame
@@ -175,7 +175,7 @@ struct Status {
 /// callback may give the rig further commands but must not destroy it.
 ///
 /// Newest command wins: a motion of an axis displaces the one before (its caller gets Code::Superseded), and any motion
-/// displaces autofocus. Stop goes before everything else; whoever it ends gets Code::Cancelled, and the target becomes
+/// displaces autofocus. Stop goes before everything else; the displaced caller gets Code::Cancelled, and the target becomes
 /// the readback.
 class Rig {
  public:

@@ -28,7 +28,7 @@ struct ZoomOutcome {
 /// Moves the zoom step by step and focus with it, so that what is in focus now stays so; focus ends approached from
 /// its own side. Ends where focus cannot follow, saying how far it came (zoom.reached is false). Unsupported: focal
 /// lengths or focus not known. OutOfRange: the plane cannot be in focus at the end of the way. Superseded, Cancelled:
-/// somebody else commanded the lens. On the rig's thread, as Rig::Move().
+/// another caller commanded the lens. On the rig's thread, as Rig::Move().
 void ZoomKeepingFocus(Rig& rig, const ZoomRequest& request, std::move_only_function<void(Result<ZoomOutcome>)> done);
 
 }  // namespace lensd::rig

@@ -274,7 +274,7 @@ void GigeCamera::Body::LatchClock() {
   Write(registers::kTimestampControl, 0);
 }
 
-/// Takes pictures while somebody streams.
+/// Takes pictures while a client streams.
 void GigeCamera::Body::RunEye(const std::stop_token& stop) {
   drivers::Camera& camera = *world.device.camera;
   std::uint32_t exposure_us = Read(0x120);

@@ -121,7 +121,7 @@ void LensConnect::Queue(Report report, Instant due) {
   input_.emplace(due, std::move(report));
 }
 
-/// Answers somebody would like: there already, nothing busy, complete.
+/// Answers that a client hopes for: there already, nothing busy, complete.
 LensConnect::Report LensConnect::Stray() {
   switch (counts_.strays++ % 3) {
     case 0: {

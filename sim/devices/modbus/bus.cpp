@@ -169,7 +169,7 @@ void ModbusBus::CloseAll() {
     if (*end >= 0) close(*end);
     *end = -1;
   }
-  // The terminal's number may soon be somebody else's.
+  // The terminal's number may soon be another program's.
   if (!line_.link.empty()) unlink(line_.link.c_str());
   line_.link.clear();
   received_.clear();

@@ -108,7 +108,7 @@ TEST_F(UvcBytes, RelativeFocusRunsBackWhatItRanTooFar) {
   clock_.Advance(std::chrono::seconds(1));
   wire_->ExpectOut("21 01 00 07 00 01 02 00", "01 01");
   ASSERT_TRUE((*lens)->StartMove(Axis::Focus, Native{500.0}).has_value());
-  // Nobody looks for 800 ms.
+  // The rig does not look for 800 ms.
   clock_.Advance(std::chrono::milliseconds(800));
   wire_->ExpectOut("21 01 00 07 00 01 02 00", "00 00");
   wire_->ExpectOut("21 01 00 07 00 01 02 00", "FF 01");
@@ -202,7 +202,7 @@ TEST_F(UvcBytes, WrongStateSwitchesTheAutomaticOffAgainAndRepeats) {
   wire_->ExpectOut("21 01 00 08 00 01 01 00", "00");
   wire_->ExpectOut("21 01 00 06 00 01 02 00", "F4 01");
   EXPECT_TRUE((*lens)->StartMove(Axis::Focus, Native{500.0}).has_value());
-  // Somebody wanted it on: it is on again when we leave.
+  // The user had it on: it is on again when we leave.
   wire_->ExpectOut("21 01 00 08 00 01 01 00", "01");
   lens->reset();
   session_.reset();
@@ -360,7 +360,7 @@ TEST_F(UvcBytes, OfSeveralStreamsTheFirstThatHasWhatIsWantedIsTaken) {
   StreamInterface large;
   large.number = 2;
   large.formats.push_back({1, PixelFormat::Mjpeg, 1, 0, {{1, 1920, 1080, 333333, {333333}, false}}});
-  function.streams = {StreamInterface{}, small, large};  // the first has formats that nobody here can read
+  function.streams = {StreamInterface{}, small, large};  // the first has formats that this driver cannot read
   const auto chosen = [&](const CameraConfig& config) {
     const auto choice = Choose(function, config);
     return choice ? int{choice->interface} : -1;

@@ -211,7 +211,7 @@ TEST(Vivid, CountsTheFramesItLost) {
   ASSERT_TRUE(device.has_value());
   ASSERT_TRUE(device->camera->Start().has_value());
   const auto first = NextFrame(*device->camera);
-  // Nobody asks for so long that the buffers run out: the newest of what was kept comes next, then fresh ones.
+  // The rig does not ask for so long that the buffers run out: the newest of what was kept comes next, then fresh ones.
   sleep(3);
   const auto second = NextFrame(*device->camera);
   const auto third = NextFrame(*device->camera);

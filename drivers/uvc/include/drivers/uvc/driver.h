@@ -1,5 +1,5 @@
 // The driver "uvc": the lens behind a USB camera's camera terminal, and the camera itself, through libusb. For what the
-// kernel's uvcvideo does not map, or where it is absent; wherever it is in use by somebody else, the driver "v4l2" is
+// kernel's uvcvideo does not map, or where it is absent; wherever another program uses it, the driver "v4l2" is
 // the right one, since claiming the interfaces takes /dev/video* away.
 #pragma once
 

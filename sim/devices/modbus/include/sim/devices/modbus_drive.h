@@ -105,7 +105,7 @@ class ModbusDrive {
     Refresh(now);
     frozen_until_ = now + how_long;
   }
-  /// Here is now `counts`, as if somebody had told it so.
+  /// Here is now `counts`, as if a client had told it so.
   void SetCount(Duration now, double counts) { shaft_.Call(now, counts); }
   /// As SetCount(0), and that is its reference.
   virtual void Preset(Duration now) { SetCount(now, 0.0); }
