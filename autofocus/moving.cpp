@@ -1,3 +1,4 @@
+// Two states, on the way to the start of a pass and on the pass; what the pass saw is then judged as any other curve.
 #include "moving.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// A weighted parabola through the logarithms of the values, which all must be above zero.
 #include "autofocus/peak_fit.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Least squares by Levenberg and Marquardt for a shape that is held, and a search over the shapes. Everything is in
+// units of a first parabola's height and width, so the constants fit every lens.
 #include "autofocus/peak_model.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// One session at a time sees new frames; the next one is first shown those there are, as far as its method can use
+// them. The policy picks among the answers once every region has one or has refused.
 #include "autofocus/regions.h"
 
 #include <algorithm>

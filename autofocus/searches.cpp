@@ -1,3 +1,5 @@
+// Each search works its whole way through from the frames so far every time it is asked, which is what makes it a pure
+// function. They see sharpness only, and no noise.
 #include "searches.h"
 
 #include <algorithm>

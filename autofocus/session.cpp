@@ -1,3 +1,5 @@
+// A method proposes; the session proves. It asks for the frames beside the answer and at it, compares them with the
+// standard, and under "auto" goes on with the next method after a refusal.
 #include "autofocus/session.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// White noise adds a known share to the mean squared gradient, the constant below; a client's own score is taken as it
+// is.
 #include "autofocus/sharpness.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Three frames make the reference, three in a row outside of the dead zone make a change. It sees frames of a lens at
+// rest only.
 #include "autofocus/tracker.h"
 
 #include <algorithm>

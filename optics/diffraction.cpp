@@ -1,3 +1,4 @@
+// The formulas of diffraction.h on quantities with units.
 #include "optics/diffraction.h"
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// The greedy cover of stack_cover.h on rational numbers, at one f-number and without diffraction.
 #include "stack_exact.h"
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// What the configuration leaves open is taken from the driver; what neither says is assumed, on the safe side.
 #include "axis_setup.h"
 
 #include <algorithm>

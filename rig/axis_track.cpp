@@ -1,3 +1,5 @@
+// Judges only by readings and by what was commanded. Backlash counts as taken up only as far as readings show the axis
+// went its way.
 #include "axis_track.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Reading names the table and key of what is wrong; writing gives numbers the fewest digits that read back the same, so
+// nothing is lost between the two.
 #include "rig/calibration.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// One function a table of the section. Wrong values are named with their line; the driver's own keys are not read here.
 #include "rig/config.h"
 
 #include <string>

@@ -1,3 +1,5 @@
+// Positions to optics and back through the curves of optics_table_lens.h, weighted as the conditions of the moment say.
+// Every conversion is a pure function of the table, so any thread may ask.
 #include "rig/optics_table.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Taking, keeping and recalling a place. A recall is a chain of moves, each begun when the one before has ended;
+// another command given meanwhile ends it.
 #include "rig/presets.h"
 
 #include <algorithm>

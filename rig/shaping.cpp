@@ -1,3 +1,4 @@
+// The published amplitudes and times. Parts add up to 1, the first at time 0.
 #include "shaping.h"
 
 #include <cmath>

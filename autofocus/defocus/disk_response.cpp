@@ -1,3 +1,4 @@
+// The response is tabulated once, on first use, and interpolated; any thread may ask.
 #include "defocus/disk_response.h"
 
 #include <cmath>

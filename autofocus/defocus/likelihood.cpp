@@ -1,3 +1,5 @@
+// The sums over rings for one to four frames, compiled for each number of frames: an estimate evaluates them at many
+// places.
 #include "defocus/likelihood.h"
 
 #include <algorithm>

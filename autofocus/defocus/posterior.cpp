@@ -1,3 +1,5 @@
+// The grid, its weights and the peak on it. Steps grow away from the frames, so each place counts by the width it
+// stands for.
 #include "defocus/posterior.h"
 
 #include <algorithm>

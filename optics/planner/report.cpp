@@ -1,3 +1,4 @@
+// The figures come from the answer's own N and e, with the bounds of limit_bounds.h; nothing is taken from the solver.
 #include "planner/report.h"
 
 #include <algorithm>

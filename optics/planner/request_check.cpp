@@ -1,3 +1,5 @@
+// Everything a request may get wrong, in the order a user would notice it; what passes here the solvers take for
+// granted. Whether a depth lies inside the focal length is decided exactly where doubles cannot.
 #include "planner/request_check.h"
 
 #include <algorithm>

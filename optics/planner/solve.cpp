@@ -1,3 +1,4 @@
+// The one place where it is decided which solver a programme needs.
 #include "planner/solve.h"
 
 #include "planner/solve_diffracted.h"

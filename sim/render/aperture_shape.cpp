@@ -1,3 +1,5 @@
+// Areas and moments of a circle or a regular polygon, by the geometry of its sides; disk diameters may be negative,
+// which mirrors the shape.
 #include "render/aperture_shape.h"
 
 #include <algorithm>

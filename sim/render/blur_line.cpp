@@ -1,3 +1,4 @@
+// The two numbers of the line, from the lens' state; a pinhole blurs nothing.
 #include "render/blur_line.h"
 
 namespace lensd::sim {

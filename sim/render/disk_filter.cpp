@@ -1,3 +1,5 @@
+// Two ways to form the sums: tap by tap for small disks, and by running sums along rows for large ones. Compiled once
+// for every instruction set.
 #include "render/disk_filter.h"
 
 #include <algorithm>

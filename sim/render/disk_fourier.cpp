@@ -1,3 +1,5 @@
+// The transform itself, a vector of columns at a time, and its memory. Compiled once for every instruction set; the
+// picture is padded with zeros, so nothing wraps round as long as the disk fits the padding.
 #include "render/disk_fourier.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Builds the programmes, sorted by vergence, and runs them. Compiled once for every instruction set.
 #include "render/march.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// One ray after the other, in double precision: what the fast renderers are measured against.
 #include "render/ray_tracer.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Checks what is asked, drops what can never be seen, and takes the first renderer of the table that can make the
+// picture within the tolerance. Points of light are added last.
 #include "sim/render.h"
 
 #include <algorithm>

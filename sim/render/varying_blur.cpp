@@ -1,3 +1,5 @@
+// The picture is blurred by each rung of a ladder of diameters where a pixel needs it, and pixels between two rungs mix
+// both. Works tile by tile, so that few rungs are alive at a time.
 #include "render/varying_blur.h"
 
 #include <algorithm>

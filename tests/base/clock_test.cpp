@@ -1,3 +1,4 @@
+// A stepped clock goes where it is told, and never back.
 #include "base/clock.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// Settings are read in full or refused with the line and the key that is wrong.
 #include "base/settings.h"
 
 #include <gtest/gtest.h>

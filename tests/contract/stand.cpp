@@ -1,3 +1,4 @@
+// What the contract's tests share: opening a stand, waiting for rest, moving. Time is the stand's own.
 #include "stand.h"
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// Text that parses as an interface definition is kept word for word.
 #include "varlink/interface_definition.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

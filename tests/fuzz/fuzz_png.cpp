@@ -1,3 +1,4 @@
+// A picture that loads has as many samples as its header says.
 #include "io/png.h"
 #include "memory_file.h"
 

@@ -1,3 +1,4 @@
+// Pictures survive writing and reading; what is no whole PNG is refused.
 #include "io/png.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// Charts are well-formed files that stay inside their frame, whatever the data.
 #include "io/svg.h"
 
 #include <gmock/gmock.h>

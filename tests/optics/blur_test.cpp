@@ -1,3 +1,4 @@
+// The blur formula against exact arithmetic over all legal lenses, and its limits: infinity, macro, no power.
 #include "optics/blur.h"
 
 #include <gtest/gtest.h>

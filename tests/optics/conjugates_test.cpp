@@ -1,3 +1,4 @@
+// Focusing and back, within a few units in the last place; what cannot be focused is refused with the reason.
 #include "optics/conjugates.h"
 
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// The focal length for a framing, from each of the three origins of distance, against the magnification it must give.
 #include "optics/framing.h"
 
 #include <gmock/gmock.h>

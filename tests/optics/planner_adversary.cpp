@@ -1,3 +1,5 @@
+// Every number is a short decimal, held as a rational: limits are computed from a chosen setting, so that it meets them
+// with nothing to spare.
 #include "planner_adversary.h"
 
 #include <algorithm>

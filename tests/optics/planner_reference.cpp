@@ -1,3 +1,4 @@
+// Inequalities in integers, every pair of bounds compared. Clarity before speed.
 #include "planner_reference.h"
 
 #include <algorithm>

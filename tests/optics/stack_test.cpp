@@ -1,3 +1,4 @@
+// Focus stacks against exact arithmetic, brute force over subsets, and scans: no count may be beaten.
 #include "optics/stack.h"
 
 #include <gmock/gmock.h>
@@ -21,8 +22,7 @@ std::string DecimalText(Exact number) {
   std::string sign = number < 0 ? "-" : "";
   number = abs(number);
   int places = 0;
-  while (denominator(number) != 1) {
-    number *= 10;
+  for (; denominator(number) != 1; number *= 10) {
     if (++places > 60) ADD_FAILURE() << "not a finite decimal";
   }
   return sign + numerator(number).str() + "e-" + std::to_string(places);

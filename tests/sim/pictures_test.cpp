@@ -1,3 +1,4 @@
+// Pictures are shared by lens states that look the same, and forgotten within their budget of memory.
 #include "sim/pictures.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// Scene files: defaults, every key, and a refusal with its line for everything that is wrong.
 #include "sim/scene.h"
 
 #include <gtest/gtest.h>

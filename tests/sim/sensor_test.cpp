@@ -1,3 +1,4 @@
+// The sensor's noise has the moments and probabilities that physics asks for, and the same bits in every build.
 #include "sensor.h"
 
 #include <gtest/gtest.h>

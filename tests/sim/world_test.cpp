@@ -1,3 +1,4 @@
+// Lens, light and sensor together: what a frame shows is what the lens was during the exposure.
 #include "sim/world.h"
 
 #include <gtest/gtest.h>

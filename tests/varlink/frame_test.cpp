@@ -1,3 +1,4 @@
+// Messages are cut the same way however the bytes arrive; base64 and a client's refusals besides.
 #include "varlink/frame.h"
 
 #include <gtest/gtest.h>

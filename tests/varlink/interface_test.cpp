@@ -1,3 +1,4 @@
+// Parsing interface definitions, and the promise that io.lensd.Lens documents everything it defines.
 #include <gtest/gtest.h>
 
 #include "proto/interfaces.h"

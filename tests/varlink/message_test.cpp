@@ -1,3 +1,4 @@
+// Calls are taken exactly as the protocol allows, and JSON within its limits.
 #include "varlink/message.h"
 
 #include <gtest/gtest.h>
