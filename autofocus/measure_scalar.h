@@ -72,13 +72,15 @@ LaplacianSums LaplacianOf(GreyView<Sample> view) {
   return sums;
 }
 
+enum class Noise { LeftOut, Summed };
+
 /// FocusSums::gradient, and ::noise if asked.
 template <class Sample>
-FocusSums SlopesOf(GreyView<Sample> view, bool noise) {
+FocusSums SlopesOf(GreyView<Sample> view, Noise noise) {
   FocusSums sums;
   ForInner(view, [&](Patch<Sample> at) {
     sums.gradient += Square(at.SobelX()) + Square(at.SobelY());
-    if (noise) sums.noise += static_cast<std::uint64_t>(std::abs(at.SecondDifference()));
+    if (noise == Noise::Summed) sums.noise += static_cast<std::uint64_t>(std::abs(at.SecondDifference()));
   });
   return sums;
 }
@@ -104,12 +106,12 @@ FocusSums ByBands(GreyView<Sample> view, const Slopes& slopes, const Levels& lev
     const int first = top == 0 ? 0 : top - 1;
     const int last = std::min(top + kRows + 1, view.height);
     if (last - first >= 3) {
-      const bool noise = band % every == 0;
+      const Noise noise = band % every == 0 ? Noise::Summed : Noise::LeftOut;
       const GreyView<Sample> part{view.samples + first * view.stride, view.width, last - first, view.stride};
       const FocusSums more = slopes(part, noise);
       sums.gradient += more.gradient;
       sums.noise += more.noise;
-      if (noise)
+      if (noise == Noise::Summed)
         sums.noise_pixels += static_cast<std::uint64_t>(part.width - 2) * static_cast<std::uint64_t>(part.height - 2);
     }
     for (int y = top; y < std::min(top + kRows, view.height); ++y) levels(view.samples + y * view.stride, sums);

@@ -31,14 +31,14 @@ struct RowSlopes {
   V bend;
 };
 
-template <class Kind, bool kNoise>
+template <class Kind, scalar::Noise kNoise>
 HWY_INLINE auto SlopesAt(const typename Kind::Sample* samples) {
   const auto left = Kind::Load(samples - 1);
   const auto right = Kind::Load(samples + 1);
   const auto twice = hn::ShiftLeft<1>(Kind::Load(samples));
   const auto sides = hn::Add(left, right);
   return RowSlopes<hn::Vec<typename Kind::D>>{hn::Sub(right, left), hn::Add(sides, twice),
-                                              kNoise ? hn::Sub(sides, twice) : sides};
+                                              kNoise == scalar::Noise::Summed ? hn::Sub(sides, twice) : sides};
 }
 
 /// Whether inner columns fill a vector; narrower views are left to scalar sums.
@@ -61,7 +61,7 @@ HWY_INLINE void ForColumns(D d, int first, int count, const Step& step) {
   step(first + count - lanes, [mask](V v) HWY_ATTR { return hn::IfThenElseZero(mask, v); });
 }
 
-template <class Kind, bool kNoise>
+template <class Kind, scalar::Noise kNoise>
 HWY_INLINE FocusSums SumSlopes(GreyView<typename Kind::Sample> view) {
   if (!FillsVectors<Kind>(view)) return scalar::SlopesOf(view, kNoise);
   const typename Kind::D d;
@@ -86,7 +86,7 @@ HWY_INLINE FocusSums SumSlopes(GreyView<typename Kind::Sample> view) {
         const auto below = SlopesAt<Kind, kNoise>(at += view.stride);
         along_x.Add(keep(hn::Add(hn::Add(above.slope, below.slope), hn::ShiftLeft<1>(here.slope))));
         along_y.Add(keep(hn::Sub(below.smooth, above.smooth)));
-        if constexpr (kNoise) {
+        if constexpr (kNoise == scalar::Noise::Summed) {
           const auto bend = hn::Abs(hn::Sub(hn::Add(above.bend, below.bend), hn::ShiftLeft<1>(here.bend)));
           if constexpr (Kind::kRowsInLane == 1) bends.Add(keep(bend));
           noise = hn::Add(noise, bend);
@@ -100,7 +100,7 @@ HWY_INLINE FocusSums SumSlopes(GreyView<typename Kind::Sample> view) {
       }
       along_x.FoldRows();
       along_y.FoldRows();
-      if constexpr (kNoise && Kind::kRowsInLane != 1) bends.Add(keep(noise));
+      if constexpr (kNoise == scalar::Noise::Summed && Kind::kRowsInLane != 1) bends.Add(keep(noise));
       if (++step % kSteps == 0) fold();
     });
     fold();
@@ -182,8 +182,14 @@ void AddByteLevels(const std::uint8_t* row, int width, std::uint8_t full_scale, 
   scalar::AddLevels(row + x, width - x, full_scale, sums);
 }
 
-FocusSums ByteSlopes(GreyView<std::uint8_t> view, bool noise) {
-  return noise ? SumSlopes<Eight, true>(view) : SumSlopes<Eight, false>(view);
+template <class Kind, class Sample>
+FocusSums SumSlopes(GreyView<Sample> view, scalar::Noise noise) {
+  return noise == scalar::Noise::Summed ? SumSlopes<Kind, scalar::Noise::Summed>(view)
+                                        : SumSlopes<Kind, scalar::Noise::LeftOut>(view);
+}
+
+FocusSums ByteSlopes(GreyView<std::uint8_t> view, scalar::Noise noise) {
+  return SumSlopes<Eight>(view, noise);
 }
 LaplacianSums ByteLaplacians(GreyView<std::uint8_t> view) {
   return SumLaplacians<Eight>(view);
@@ -196,7 +202,7 @@ std::uint64_t BytePairs(GreyView<std::uint8_t> view) {
 void AddWordLevels(const std::uint16_t* row, int width, std::uint16_t full_scale, FocusSums& sums) {
   scalar::AddLevels(row, width, full_scale, sums);
 }
-FocusSums WordSlopes(GreyView<std::uint16_t> view, bool noise) {
+FocusSums WordSlopes(GreyView<std::uint16_t> view, scalar::Noise noise) {
   return scalar::SlopesOf(view, noise);
 }
 LaplacianSums WordLaplacians(GreyView<std::uint16_t> view) {
@@ -242,9 +248,8 @@ bool AllTwelve(GreyView<std::uint16_t> view) {
   return rest < 4096 && hn::AllFalse(d, hn::Gt(bits, hn::Set(d, 4095)));
 }
 
-FocusSums WordSlopes(GreyView<std::uint16_t> view, bool noise) {
-  if (AllTwelve(view)) return noise ? SumSlopes<Twelve, true>(view) : SumSlopes<Twelve, false>(view);
-  return noise ? SumSlopes<Sixteen, true>(view) : SumSlopes<Sixteen, false>(view);
+FocusSums WordSlopes(GreyView<std::uint16_t> view, scalar::Noise noise) {
+  return AllTwelve(view) ? SumSlopes<Twelve>(view, noise) : SumSlopes<Sixteen>(view, noise);
 }
 LaplacianSums WordLaplacians(GreyView<std::uint16_t> view) {
   return AllTwelve(view) ? SumLaplacians<Twelve>(view) : SumLaplacians<Sixteen>(view);
@@ -283,7 +288,7 @@ void ForBands(GreyView<std::uint16_t> view, int overlap, const Visit& visit) {
 }  // namespace
 
 std::uint64_t SumGradient(GreyView<std::uint8_t> view) {
-  return HWY_DYNAMIC_DISPATCH(ByteSlopes)(view, false).gradient;
+  return HWY_DYNAMIC_DISPATCH(ByteSlopes)(view, scalar::Noise::LeftOut).gradient;
 }
 
 std::uint64_t SumBrenner(GreyView<std::uint8_t> view) {
@@ -302,8 +307,9 @@ FocusSums SumFocus(GreyView<std::uint8_t> view, std::uint8_t full_scale) {
 
 std::uint64_t SumGradient(GreyView<std::uint16_t> view) {
   std::uint64_t sum = 0;
-  ForBands(view, 2,
-           [&](GreyView<std::uint16_t> part) { sum += HWY_DYNAMIC_DISPATCH(WordSlopes)(part, false).gradient; });
+  ForBands(view, 2, [&](GreyView<std::uint16_t> part) {
+    sum += HWY_DYNAMIC_DISPATCH(WordSlopes)(part, scalar::Noise::LeftOut).gradient;
+  });
   return sum;
 }
 

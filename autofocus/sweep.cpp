@@ -25,13 +25,14 @@ Sweep::Sweep(const Setup& setup) : setup_(setup) {
   const int intervals = std::max(kLeastIntervals, static_cast<int>(std::ceil(range / step)));
   step_ = range / intervals;
   fine_step_ = setup.blur_px ? std::max(kFineBlurPx * *setup.blur_px, setup.resolution) : 0.0;
-  PlanPass(setup.lowest, setup.highest, intervals, true);
+  PlanPass(setup.lowest, setup.highest, intervals, Ends::Included);
 }
 
 /// Positions that divide from..to into intervals, in the direction that takes up the backlash; inside the range.
-void Sweep::PlanPass(double from, double to, int intervals, bool with_ends) {
+void Sweep::PlanPass(double from, double to, int intervals, Ends ends) {
   std::vector<double> positions;
-  for (int i = with_ends ? 0 : 1; i <= (with_ends ? intervals : intervals - 1); ++i) {
+  const int left_out = ends == Ends::Included ? 0 : 1;
+  for (int i = left_out; i <= intervals - left_out; ++i) {
     const double position = std::lerp(from, to, static_cast<double>(i) / intervals);
     if (position >= setup_.lowest && position <= setup_.highest) positions.push_back(position);
   }
@@ -73,9 +74,9 @@ Advice Sweep::Conclude() {
   const double place = points[top->index].position;
   // A motor of few steps is looked at step by step.
   const int division = std::min(kDivision, static_cast<int>(std::lround(step_ / setup_.resolution)));
-  PlanPass(place - step_, place, division, false);
+  PlanPass(place - step_, place, division, Ends::LeftOut);
   std::deque<double> below = std::move(to_visit_);
-  PlanPass(place, place + step_, division, false);
+  PlanPass(place, place + step_, division, Ends::LeftOut);
   if (setup_.ascending)
     below.insert(below.end(), to_visit_.begin(), to_visit_.end());
   else

@@ -25,7 +25,8 @@ class Sweep final : public Method {
   Advice Ask();
   Advice Conclude();
   bool FineEnough(const std::vector<CurvePoint>& curve, std::size_t best) const;
-  void PlanPass(double from, double to, int intervals, bool with_ends);
+  enum class Ends { Included, LeftOut };
+  void PlanPass(double from, double to, int intervals, Ends ends);
 
   Setup setup_;
   double step_ = 0.0;       ///< of the pass being made

@@ -308,10 +308,10 @@ int Defocus::FramesExpected() const {
   return std::max<int>(4, static_cast<int>(taken_.size()));
 }
 
-Advice Defocus::GoTo(double at, bool backlash_open) {
-  asked_loose_ = backlash_open;
+Advice Defocus::GoTo(double at, Backlash backlash) {
+  asked_open_ = backlash == Backlash::Open;
   return GoAndLook{.position = std::clamp(at * *setup_.blur_px, setup_.lowest, setup_.highest),
-                   .backlash_open = backlash_open};
+                   .backlash_open = asked_open_};
 }
 
 /// A good part of the first frame's blur away, to the side where the focus is. One frame seldom tells the side: then
@@ -329,7 +329,7 @@ Advice Defocus::GoToSecond(const Posterior& posterior) {
   if (slack > 0 && back > kClearlyBack) {
     const double past = std::clamp(kPastFocus * distance, kShortestStep + slack, kLongestStep);
     const double room = setup_.ascending ? at - lowest : highest - at;
-    if (room > kShortestStep + slack) return GoTo(setup_.ascending ? at - past : at + past, true);
+    if (room > kShortestStep + slack) return GoTo(setup_.ascending ? at - past : at + past, Backlash::Open);
   }
   bool down = setup_.ascending ? below > kClearlyOneSide : below > 1.0 - kClearlyOneSide;
   if ((down ? at - lowest : highest - at) < kShortestStep) down = !down;

@@ -46,7 +46,8 @@ class Defocus final : public Method {
   std::vector<const Taken*> Nearest(double focus) const;
   defocus::RingStack StackOf(const std::vector<const Taken*>& frames) const;
   defocus::Posterior PosteriorOf(const defocus::RingStack& stack, const std::vector<const Taken*>& frames) const;
-  Advice GoTo(double at, bool backlash_open = false);
+  enum class Backlash { TakenUp, Open };
+  Advice GoTo(double at, Backlash backlash = Backlash::TakenUp);
   Advice GoToSecond(const defocus::Posterior& posterior);
   Advice Decide(const Look& look, const defocus::RingStack& stack, const defocus::Posterior& posterior);
   Advice Climb(const std::vector<CurvePoint>& points, std::size_t best, const defocus::RingStack& stack,
@@ -72,7 +73,7 @@ class Defocus final : public Method {
   defocus::Mask mask_;  ///< of the window: too bright in some frame
   std::vector<Taken> taken_;
   SharpnessCurve curve_;
-  bool asked_loose_ = false;
+  bool asked_open_ = false;
   double focus_ = 0.0;       ///< the newest estimate, pixels of blur
   bool moving_ = false;      ///< between some frames the picture moved farther than can be undone
   bool unlike_ = false;      ///< two frames blurred nearly alike show nothing in common

@@ -37,7 +37,7 @@ void Defocus::Take(const Look& look) {
   defocus::MaskClipped(*look.frame, window_, mask_);
   taken_.push_back({look.position,
                     look.position / *setup_.blur_px,
-                    std::exchange(asked_loose_, false),
+                    std::exchange(asked_open_, false),
                     look.score,
                     *look.frame,
                     {},

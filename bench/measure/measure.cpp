@@ -62,7 +62,7 @@ std::vector<MeasurePeer> OursInWords(const std::vector<std::uint16_t>& twelve,
   };
   const auto one_by_one = [](Wide view) {
     namespace scalar = autofocus::scalar;
-    const auto slopes = [](Wide part, bool noise) { return scalar::SlopesOf(part, noise); };
+    const auto slopes = [](Wide part, scalar::Noise noise) { return scalar::SlopesOf(part, noise); };
     return scalar::ByBands(view, slopes, [&](const std::uint16_t* row, autofocus::FocusSums& sums) {
       scalar::AddLevels(row, view.width, std::uint16_t{4095}, sums);
     });

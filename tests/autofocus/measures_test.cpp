@@ -74,7 +74,7 @@ void ExpectScalarSums(int width, int height, std::uint32_t largest, bool extreme
   }
   const GreyView<Sample> view{samples.data(), width, height, width};
   const auto full = static_cast<Sample>(largest - largest / 50);
-  const auto slopes = [](GreyView<Sample> part, bool noise) { return scalar::SlopesOf(part, noise); };
+  const auto slopes = [](GreyView<Sample> part, scalar::Noise noise) { return scalar::SlopesOf(part, noise); };
   const FocusSums expected = scalar::ByBands(
       view, slopes, [&](const Sample* row, FocusSums& sums) { scalar::AddLevels(row, width, full, sums); });
   EXPECT_EQ(SumFocus(view, full), expected) << width << ' ' << largest;
