@@ -88,15 +88,15 @@ class Rows {
 
 }  // namespace
 
-Solution SolveForNExactly(const Subproblem& task, bool largest) {
+Solution SolveForNExactly(const Subproblem& task, WantedN wanted) {
   // Without both ranges in force only a verdict is asked for, and there is no point (N, e) to try the others on.
-  if (task.rows.size() <= kFew || !task.f_number_binds || !task.extension_binds) return SolveRowsExactly(task, largest);
+  if (task.rows.size() <= kFew || !task.f_number_binds || !task.extension_binds) return SolveRowsExactly(task, wanted);
   Rows rows(task);
   Subproblem some = task;
   std::vector<LimitRow> chosen;
   for (;;) {
     some.rows = chosen;
-    const Solution solved = SolveRowsExactly(some, largest);
+    const Solution solved = SolveRowsExactly(some, wanted);
     if (!solved.feasible || !rows.Add(solved, chosen)) return solved;
   }
 }

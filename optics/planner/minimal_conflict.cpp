@@ -35,14 +35,15 @@ class Minimiser {
     return feasible;
   }
 
+  enum class Kept { Same, Grown };  ///< since the verdict before
   /// The names of `suspects` that are needed beside `kept`, with which they are infeasible.
-  std::vector<int> Needed(const std::vector<int>& kept, bool kept_grew, const std::vector<int>& suspects) const {
-    if (kept_grew && !Feasible(kept)) return {};
+  std::vector<int> Needed(const std::vector<int>& kept, Kept change, const std::vector<int>& suspects) const {
+    if (change == Kept::Grown && !Feasible(kept)) return {};
     if (suspects.size() <= 1) return suspects;
     const auto middle = suspects.begin() + static_cast<std::ptrdiff_t>(suspects.size() / 2);
     const std::vector<int> first(suspects.begin(), middle), second(middle, suspects.end());
-    const std::vector<int> of_second = Needed(Joined(kept, first), true, second);
-    std::vector<int> of_first = Needed(Joined(kept, of_second), !of_second.empty(), first);
+    const std::vector<int> of_second = Needed(Joined(kept, first), Kept::Grown, second);
+    std::vector<int> of_first = Needed(Joined(kept, of_second), of_second.empty() ? Kept::Same : Kept::Grown, first);
     return Joined(of_first, of_second);
   }
 
@@ -66,7 +67,7 @@ std::vector<int> MinimalConflict(const SideAssignments& cases, const PlanRequest
     names = {kFocusName, kFNumberName, kExtensionName, kDepthName};
     for (std::size_t i = 0; i < request.limits.size(); ++i) names.push_back(static_cast<int>(i));
   }
-  return minimiser.Needed({}, false, names);
+  return minimiser.Needed({}, Minimiser::Kept::Same, names);
 }
 
 std::vector<std::string> Spelled(const PlanRequest& request, std::vector<int> names) {

@@ -51,7 +51,7 @@ struct Outcome {
 Outcome SolveThese(const SideAssignments& cases, const PlanRequest& request, const ActiveLimits& in_force) {
   Outcome outcome;
   cases.ForEach(in_force, [&](Subproblem& task) {
-    Solution solved = SolveForN(task, request.objective == Objective::Depth);
+    Solution solved = SolveForN(task, request.objective == Objective::Depth ? WantedN::Largest : WantedN::Smallest);
     outcome.scanned = outcome.scanned || solved.scanned;
     outcome.undecided = outcome.undecided || solved.undecided;
     if (!solved.feasible) {

@@ -172,7 +172,7 @@ OpeningNeed PositionBlur::Need(std::size_t index, const FocusPosition& position)
   return need;
 }
 
-PlanRequest PositionBlur::AtPosition(const FocusPosition& position, const IrisPosition& iris, bool with_limits) const {
+PlanRequest PositionBlur::AtPosition(const FocusPosition& position, const IrisPosition& iris, Limits limits) const {
   PlanRequest request;
   request.liquid = lens_.liquid;
   request.focal_length = lens_.liquid ? position.sensor_distance.value : position.focal_length.value;
@@ -203,7 +203,7 @@ PlanRequest PositionBlur::AtPosition(const FocusPosition& position, const IrisPo
     return PlanDepth::Distance(std::max(depth.number.value - behind, 1.0 / kAtTheLens));
   };
   if (request_.focus) request.focus = centred(*request_.focus);
-  if (!with_limits) return request;
+  if (limits == Limits::LeftOut) return request;
   request.limits = request_.limits;
   for (BlurLimit& limit : request.limits) {
     for (DepthInterval& interval : limit.depths) {

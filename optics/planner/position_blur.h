@@ -42,8 +42,9 @@ class PositionBlur {
   double Bound(const FocusPosition& position, double vergence) const;
 
   /// The request for a lens that has this one position of focus and the f-numbers f(e)/A of the positions of its iris:
-  /// depths from its centre, its tolerances. `limits` can be left out.
-  PlanRequest AtPosition(const FocusPosition& position, const IrisPosition& iris, bool with_limits) const;
+  /// depths from its centre, its tolerances.
+  enum class Limits { LeftOut, Included };
+  PlanRequest AtPosition(const FocusPosition& position, const IrisPosition& iris, Limits limits) const;
   /// f(e)/A over f(0)/A.
   double Breathing(const FocusPosition& position) const;
 

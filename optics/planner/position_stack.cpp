@@ -151,7 +151,8 @@ Result<PositionStack> StackOnPositions(const PlanRequest& request, const LensPos
                                        const DistanceOrigin& origin) {
   if (auto error = CheckStack(request)) return PassOn(*std::move(error));
   const PositionBlur blur(request, lens, origin);
-  PlanRequest checked = blur.AtPosition(lens.focus[lens.focus.size() / 2], lens.iris.front(), true);
+  PlanRequest checked =
+      blur.AtPosition(lens.focus[lens.focus.size() / 2], lens.iris.front(), PositionBlur::Limits::Included);
   if (auto error = Check(checked)) return PassOn(*std::move(error));
   const std::vector<Need<double>> needs = NeedsOf(request, lens, origin);
   PositionChoice choice = ChoiceOf(request, lens, blur);

@@ -183,7 +183,7 @@ class PositionSearch {
     for (const std::size_t j : choice_.iris) {
       const Point point{i, j, WorstRatio(j)};
       if (!nearest || point.ratio < nearest->ratio) nearest = point;
-      const PlanRequest there = blur_.AtPosition(lens_.focus[i], lens_.iris[j], false);
+      const PlanRequest there = blur_.AtPosition(lens_.focus[i], lens_.iris[j], PositionBlur::Limits::LeftOut);
       const FieldDepth field = FieldDepthAt(there, there.f_numbers.low.value, there.extensions.low.value);
       if (point.ratio > kHolds || field.near < field.far || field.near - field.far <= deepest) continue;
       deepest = field.near - field.far;
@@ -243,7 +243,7 @@ PlanAnswer DescribePoint(const PositionBlur& blur, const PlanRequest& request, c
   }
   DescribeLimits(blur, request, position, blur.FNumbers(iris), answer);
   if (request.objective == Objective::Depth) {
-    const PlanRequest there = blur.AtPosition(position, iris, false);
+    const PlanRequest there = blur.AtPosition(position, iris, PositionBlur::Limits::LeftOut);
     const FieldDepth field = FieldDepthAt(there, there.f_numbers.low.value, there.extensions.low.value);
     answer.depth_of_field = DepthInterval{PlanDepth::Vergence(field.near), PlanDepth::Vergence(field.far)};
   }
@@ -254,7 +254,7 @@ PlanAnswer DescribePoint(const PositionBlur& blur, const PlanRequest& request, c
 PlanRequest WithRanges(const PositionBlur& blur, const PlanRequest& asked, const LensPositions& lens,
                        const Point& point) {
   const FocusPosition& position = lens.focus[point.focus];
-  PlanRequest request = blur.AtPosition(position, lens.iris[point.iris], true);
+  PlanRequest request = blur.AtPosition(position, lens.iris[point.iris], PositionBlur::Limits::Included);
   request.extensions = asked.extensions;
   if (lens.liquid) {
     const auto convert = [&](const Number& number) {
@@ -308,7 +308,7 @@ Result<PositionPlan> PlanOnPositions(const PlanRequest& request, const LensPosit
 
 Result<PlanAnswer> CheckPosition(const PlanRequest& request, const LensPositions& lens, const DistanceOrigin& origin) {
   const PositionBlur blur(request, lens, origin);
-  const PlanRequest there = blur.AtPosition(lens.focus.front(), lens.iris.front(), true);
+  const PlanRequest there = blur.AtPosition(lens.focus.front(), lens.iris.front(), PositionBlur::Limits::Included);
   if (auto error = Check(there)) return PassOn(*std::move(error));
   PlanAnswer answer = DescribePoint(blur, request, lens, {});
   answer.feasible = answer.worst_ratio <= 1.0;

@@ -29,11 +29,14 @@ bool TooCloseToTell(const PlanDepth& a, const PlanDepth& b) {
   return std::abs(Vergence(a) - Vergence(b)) <= kUlps * std::max(std::abs(Vergence(a)), std::abs(Vergence(b)));
 }
 
-/// Adds a row for the nearest (or farthest) of the depths, and for those that might be it.
-void AddExtremes(const std::vector<const PlanDepth*>& depths, bool nearest, LimitRow row, std::vector<LimitRow>& rows) {
+enum class Extreme { Nearest, Farthest };
+
+/// Adds a row for that one of the depths, and for those that might be it.
+void AddExtremes(const std::vector<const PlanDepth*>& depths, Extreme which, LimitRow row,
+                 std::vector<LimitRow>& rows) {
   const PlanDepth* extreme = depths.front();
   for (const PlanDepth* depth : depths) {
-    if (nearest ? Nearer(*depth, *extreme) : Nearer(*extreme, *depth)) extreme = depth;
+    if (which == Extreme::Nearest ? Nearer(*depth, *extreme) : Nearer(*extreme, *depth)) extreme = depth;
   }
   row.depth = extreme;
   rows.push_back(row);
@@ -74,12 +77,12 @@ void AddLimit(const BlurLimit& limit, int name, std::vector<const PlanDepth*>& d
   if (limit.kind == LimitKind::Blurred) {
     const bool behind = limit.side == Side::Behind;
     row.kind = behind ? RowKind::Behind : RowKind::Front;
-    AddExtremes(depths, behind, row, rows);
+    AddExtremes(depths, behind ? Extreme::Nearest : Extreme::Farthest, row, rows);
     return;
   }
-  AddExtremes(depths, false, row, rows);
+  AddExtremes(depths, Extreme::Farthest, row, rows);
   row.kind = RowKind::SharpNear;
-  AddExtremes(depths, true, row, rows);
+  AddExtremes(depths, Extreme::Nearest, row, rows);
 }
 
 /// The open intervals of one limit, nearest first, the first `in_front` of them in front of the focal plane. Of those

@@ -9,6 +9,9 @@
 
 namespace lensd::optics {
 
+/// Which end of the f-numbers that meet every limit.
+enum class WantedN { Smallest, Largest };
+
 /// A solved programme. Infeasible: `names` are limits and bounds that are infeasible together, not yet minimal.
 struct Solution {
   bool feasible = false;

@@ -6,8 +6,8 @@
 
 namespace lensd::optics {
 
-Solution SolveForN(const Subproblem& task, bool largest) {
-  return CountsDiffraction(task) ? SolveDiffractedForN(task) : SolveLinearForN(task, largest);
+Solution SolveForN(const Subproblem& task, WantedN wanted) {
+  return CountsDiffraction(task) ? SolveDiffractedForN(task) : SolveLinearForN(task, wanted);
 }
 
 std::optional<Solution> SolveForRatio(const Subproblem& task) {

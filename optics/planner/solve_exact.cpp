@@ -62,7 +62,8 @@ Decimal Magnitude(const Decimal& decimal) {
 
 }  // namespace
 
-Solution SolveRowsExactly(const Subproblem& task, bool largest) {
+Solution SolveRowsExactly(const Subproblem& task, WantedN wanted) {
+  const bool largest = wanted == WantedN::Largest;
   LinearProgram<Rational> programme;
   Write(programme, task, RationalOf);
   Solution solved;

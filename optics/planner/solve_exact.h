@@ -8,7 +8,7 @@
 namespace lensd::optics {
 
 /// Without diffraction, every row of the task taken: verdict and N rational, the ratio to 100 digits.
-Solution SolveRowsExactly(const Subproblem& task, bool largest);
+Solution SolveRowsExactly(const Subproblem& task, WantedN wanted);
 std::optional<Solution> SolveForRatioExactly(const Subproblem& task);
 
 /// With diffraction, to 100 digits, equal within 1e-80 counting as equal. `without`: the solution without it, which is

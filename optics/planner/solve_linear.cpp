@@ -65,11 +65,12 @@ bool FocusIsClear(const LinearProgram<double>& programme, const WidthError& erro
 
 }  // namespace
 
-Solution SolveLinearForN(const Subproblem& task, bool largest) {
+Solution SolveLinearForN(const Subproblem& task, WantedN wanted) {
   LinearProgram<double> programme;
   Write(programme, task, Double);
   const WidthError error(programme);
-  if (!FocusIsClear(programme, error)) return SolveForNExactly(task, largest);
+  if (!FocusIsClear(programme, error)) return SolveForNExactly(task, wanted);
+  const bool largest = wanted == WantedN::Largest;
   Solution solved;
   if (programme.focus_outside) {
     solved.names = NamesOf(programme, SmallestNResult<double>{});
@@ -79,7 +80,7 @@ Solution SolveLinearForN(const Subproblem& task, bool largest) {
   const FeasibleStrip<double> searched = largest ? Mirrored(programme.strip, storage) : programme.strip;
   const SmallestNResult<double> result = SmallestN(searched);
   const Verdict verdict = Certify(programme, searched, result, error);
-  if (verdict == Verdict::Unsure) return SolveForNExactly(task, largest);
+  if (verdict == Verdict::Unsure) return SolveForNExactly(task, wanted);
   if (verdict == Verdict::Infeasible) {
     solved.names = NamesOf(programme, result);
     return solved;
@@ -87,9 +88,9 @@ Solution SolveLinearForN(const Subproblem& task, bool largest) {
   solved.feasible = true;
   solved.n = largest ? -result.n : result.n;
   if (!(solved.n > 0.0) || programme.strip.high_unbounded) return solved;
-  if (!RatioIsGood(programme.strip, error, solved.n)) return SolveForNExactly(task, largest);
+  if (!RatioIsGood(programme.strip, error, solved.n)) return SolveForNExactly(task, wanted);
   const std::optional<LeastRatio<double>> least = LeastRatioAt(programme.strip, solved.n);
-  if (!least) return SolveForNExactly(task, largest);
+  if (!least) return SolveForNExactly(task, wanted);
   solved.e = least->e;
   solved.ratio = least->ratio;
   return solved;

@@ -8,7 +8,7 @@
 namespace lensd::optics {
 
 /// As in solve.h.
-Solution SolveLinearForN(const Subproblem& task, bool largest = false);
+Solution SolveLinearForN(const Subproblem& task, WantedN wanted = WantedN::Smallest);
 std::optional<Solution> SolveLinearForRatio(const Subproblem& task);
 
 /// About the ratio of SolveLinearForRatio(), in double precision, for an order of what to solve first; maybe nothing.

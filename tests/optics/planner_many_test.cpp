@@ -26,7 +26,7 @@ struct Scene {
   double f = 0.05, n_low = 1.4, n_high = 22.0, e_low = 0.0, e_high = 0.008, delta = 1e-6, epsilon = 0.02;
   std::vector<Wish> wishes;
 
-  Scene(std::uint64_t seed, std::size_t count, bool rounded) {
+  Scene(std::uint64_t seed, std::size_t count, bool rounded = false) {
     std::mt19937_64 random(seed);
     const auto draw = [&](double low, double high) {
       const double value = std::uniform_real_distribution(low, high)(random);
@@ -177,7 +177,7 @@ TEST(PlannerMany, ManyLimitsAgreeWithHalving) {
   const long count = testing::ByLevel(3, 12, 60);
   for (long seed = 0; seed < count && !HasFailure(); ++seed) {
     SCOPED_TRACE(seed);
-    Check(Scene(static_cast<std::uint64_t>(seed), 130 + 997 * static_cast<std::size_t>(seed), false));
+    Check(Scene(static_cast<std::uint64_t>(seed), 130 + 997 * static_cast<std::size_t>(seed)));
   }
 }
 
