@@ -104,13 +104,15 @@ std::string Painter::Paint() {
 }
 
 void Painter::CollectLegend() {
-  const auto fill = [this](const std::string& colour, double opacity, bool hatched) {
+  const auto fill = [this](const std::string& colour, double opacity, Fill pattern) {
     return [=, this](Pixel at) {
-      return Filled({at.x, at.y - 6.0, at.x + kSwatchPx, at.y + 6.0}, FillColour(colour), opacity, hatched);
+      return Filled({at.x, at.y - 6.0, at.x + kSwatchPx, at.y + 6.0}, FillColour(colour), opacity, pattern);
     };
   };
-  for (const ChartArea& area : chart_.areas) AddEntry(area.name, fill(area.colour, area.opacity, false));
-  for (const ChartBar& bar : chart_.bars) AddEntry(bar.name, fill(bar.colour, bar.opacity, bar.hatched));
+  for (const ChartArea& area : chart_.areas) AddEntry(area.name, fill(area.colour, area.opacity, Fill::Plain));
+  for (const ChartBar& bar : chart_.bars) {
+    AddEntry(bar.name, fill(bar.colour, bar.opacity, bar.hatched ? Fill::Hatched : Fill::Plain));
+  }
   for (std::size_t i = 0; i < chart_.lines.size(); ++i) {
     const ChartLine& line = chart_.lines[i];
     AddEntry(line.name, [&line, colour = LineColour(i)](Pixel at) {

@@ -6,11 +6,11 @@
 
 namespace lensd::io {
 
-std::string Painter::Filled(const Box& box, const std::string& colour, double opacity, bool hatched) {
+std::string Painter::Filled(const Box& box, const std::string& colour, double opacity, Fill fill) {
   const std::string shape = "<rect x=\"" + Number(box.left) + "\" y=\"" + Number(box.top) + "\" width=\"" +
                             Number(box.right - box.left) + "\" height=\"" + Number(box.bottom - box.top) + "\"";
   const std::string plain = shape + " fill=\"" + colour + "\" fill-opacity=\"" + Number(opacity) + "\"/>\n";
-  if (!hatched) return plain;
+  if (fill == Fill::Plain) return plain;
   const std::string name = "hatch" + id_ + "-" + std::to_string(patterns_++);
   return plain + "<pattern id=\"" + name +
          "\" width=\"7\" height=\"7\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><line x1=\"0\" "
@@ -46,7 +46,7 @@ void Painter::PaintBar(const ChartBar& bar) {
   if (box.right - box.left < 1.5) box.right = box.left + 1.5;
   if (box.bottom - box.top < 1.5) box.top = box.bottom - 1.5;
   const std::string colour = FillColour(bar.colour);
-  svg_ += Filled(box, colour, bar.opacity, bar.hatched);
+  svg_ += Filled(box, colour, bar.opacity, bar.hatched ? Fill::Hatched : Fill::Plain);
   if (bar.label.empty()) return;
   Label label{.text = bar.label, .colour = colour, .places = {}};
   const double half = 0.5 * TextWidth(bar.label) + 3.0;

@@ -64,7 +64,8 @@ class Painter {
   void PaintPoints(const ChartPoints& points, const std::string& colour);
   void AddNote(const ChartNote& note);
   void PaintLegend();
-  std::string Filled(const Box& box, const std::string& colour, double opacity, bool hatched);
+  enum class Fill { Plain, Hatched };
+  std::string Filled(const Box& box, const std::string& colour, double opacity, Fill fill);
 
   const Chart& chart_;
   std::string id_;

@@ -33,24 +33,24 @@ bool AnyStop(const std::vector<BusSlot*>& seats) {
 /// A drive's own end of the bus.
 class Bus::Conversation final : public RegisterAccess {
  public:
-  Conversation(Bus& bus, BusSlot& seat, bool urgent) : bus_(bus), seat_(seat), urgent_(urgent) {}
+  Conversation(Bus& bus, BusSlot& seat, Priority priority) : bus_(bus), seat_(seat), priority_(priority) {}
 
   Result<void> Read(std::uint16_t address, std::span<std::uint16_t> registers) override {
     const DriveConfig& config = seat_.drive->config();
-    return bus_.Ask(seat_, urgent_, [&](ModbusLink& link) {
+    return bus_.Ask(seat_, priority_, [&](ModbusLink& link) {
       return link.Read(config.unit, config.profile.read_function, address, registers);
     });
   }
   Result<void> Write(int function, std::uint16_t address, std::span<const std::uint16_t> registers) override {
     const int unit = seat_.drive->config().unit;
-    return bus_.Ask(seat_, urgent_, [&](ModbusLink& link) { return link.Write(unit, function, address, registers); });
+    return bus_.Ask(seat_, priority_, [&](ModbusLink& link) { return link.Write(unit, function, address, registers); });
   }
   bool suspect() const override { return seat_.suspect; }
 
  private:
   Bus& bus_;
   BusSlot& seat_;
-  const bool urgent_;
+  const Priority priority_;
 };
 
 Bus::Bus(BusConfig config, char parity) : config_(std::move(config)), parity_(parity), line_{.link{config_, parity}} {
@@ -201,7 +201,7 @@ bool Bus::ServeStops(std::unique_lock<std::mutex>& lock) {
     seat.stop = false;
     seat.interrupted = true;
     lock.unlock();
-    Conversation talk(*this, seat, true);
+    Conversation talk(*this, seat, Priority::Stop);
     Result<void> stopped;
     for (int attempt = 0; attempt < kStopAttempts; ++attempt) {
       stopped = seat.drive->Halt(talk);
@@ -222,7 +222,7 @@ void Bus::Serve(std::unique_lock<std::mutex>& lock, BusSlot& seat) {
   ++seat.in_use;
   seat.interrupted = false;
   seat.withdrawn = false;
-  Conversation talk(*this, seat, false);
+  Conversation talk(*this, seat, Priority::Usual);
   if (seat.order) {
     const Order order = *std::exchange(seat.order, std::nullopt);
     const auto number = seat.orders_asked;
@@ -250,15 +250,15 @@ void Bus::Serve(std::unique_lock<std::mutex>& lock, BusSlot& seat) {
   answers_.notify_all();
 }
 
-Result<void> Bus::Ask(BusSlot& seat, bool urgent, const Exchange& exchange) {
-  if (!urgent) {
+Result<void> Bus::Ask(BusSlot& seat, Priority priority, const Exchange& exchange) {
+  if (priority == Priority::Usual) {
     if (auto turn = WaitForTurn(seat); !turn) return turn;
     if (seat.failures >= kLostAfter && clock_.Now() < seat.retry_at) {
       return PassOn(Named(*seat.drive, {Code::Disconnected, "does not answer any more"}));
     }
   }
-  if (auto connected = Connect(urgent); !connected) return connected;
-  if (!urgent && seat.suspect) {
+  if (auto connected = Connect(priority); !connected) return connected;
+  if (priority == Priority::Usual && seat.suspect) {
     if (auto probed = Probe(seat); !probed) return probed;
   }
   return Send(seat, exchange);
@@ -275,12 +275,12 @@ Result<void> Bus::WaitForTurn(BusSlot& seat) {
   }
 }
 
-Result<void> Bus::Connect(bool urgent) {
+Result<void> Bus::Connect(Priority priority) {
   if (line_.link.open()) return {};
   const auto unreachable = [&](const std::string& why) {
     return Fail(Code::Disconnected, "bus " + config_.name + ": " + why);
   };
-  if (clock_.Now() < line_.connect_at && !urgent)
+  if (clock_.Now() < line_.connect_at && priority == Priority::Usual)
     return unreachable("the connection to " + config_.Endpoint() + " is lost");
   auto opened = line_.link.Open();
   if (!opened) {

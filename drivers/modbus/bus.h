@@ -95,6 +95,7 @@ class Bus {
  private:
   class Conversation;
   using Exchange = std::function<Result<void>(ModbusLink&)>;
+  enum class Priority { Usual, Stop };  ///< a stop waits neither for quiet nor for a pause between connections
   struct Line {
     ModbusLink link;
     Instant last_byte{};
@@ -108,9 +109,9 @@ class Bus {
   bool ServeStops(std::unique_lock<std::mutex>& lock);
   BusSlot* NextInTurn();
   void Serve(std::unique_lock<std::mutex>& lock, BusSlot& seat);
-  Result<void> Ask(BusSlot& seat, bool urgent, const Exchange& exchange);
+  Result<void> Ask(BusSlot& seat, Priority priority, const Exchange& exchange);
   Result<void> WaitForTurn(BusSlot& seat);
-  Result<void> Connect(bool urgent);
+  Result<void> Connect(Priority priority);
   Result<void> Probe(BusSlot& seat);
   Result<void> Send(BusSlot& seat, const Exchange& exchange);
   Result<void> Note(BusSlot& seat, Result<void> result, Instant sent_at);
