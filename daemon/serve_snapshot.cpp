@@ -79,9 +79,8 @@ void Snapshot(LensService& service, TaskThread& pictures, const ExchangePointer&
   ServedLens* const lens = service.FindPresent(exchange);
   if (lens == nullptr) return;
   const Json* wish = Given(exchange->parameters(), "inMotion");
-  const auto shoot = [in_motion = wish != nullptr && wish->get<bool>()](rig::Rig& rig, rig::SnapshotCallback done) {
-    rig.Snapshot(std::move(done), in_motion);
-  };
+  const auto frames = wish != nullptr && wish->get<bool>() ? rig::LensMotion::Any : rig::LensMotion::Standing;
+  const auto shoot = [frames](rig::Rig& rig, rig::SnapshotCallback done) { rig.Snapshot(std::move(done), frames); };
   lens->Ask<rig::LensedFrame>(shoot, [&service, &pictures, exchange](const Result<rig::LensedFrame>& frame) {
     if (!frame) return Refuse(exchange, frame.error());
     StreamFrame(pictures, service.loop(), exchange, *frame);

@@ -134,7 +134,7 @@ void AutofocusJob::Cancel(const Error& why) {
   if (!running()) return;
   run_.reset();
   EndExternal();
-  (void)focus().End(false);
+  (void)focus().End(AxisController::Outcome::CutShort);
   means_.frames.ForgetAutofocus();
   means_.replies.Add(std::exchange(done_, nullptr), Result<AutofocusOutcome>(PassOn(why)));
 }
@@ -182,7 +182,7 @@ auto AutofocusJob::OfThisRun(std::move_only_function<void(Result<T>)> callback) 
 }
 
 void AutofocusJob::GiveUpMotion() {
-  if (auto ended = focus().End(false)) {
+  if (auto ended = focus().End(AxisController::Outcome::CutShort)) {
     means_.replies.Add(std::move(ended->done), Result<MoveOutcome>(Fail(Code::Superseded, "autofocus went elsewhere")));
   }
 }
@@ -217,8 +217,7 @@ void AutofocusJob::RequestFrame(LensMotion lens, ObservationCallback done) {
     if (!frame) return done(Result<Observation>(PassOn(frame)));
     done(Result<Observation>(Observation{*std::move(frame), std::nullopt}));
   };
-  means_.frames.Add(
-      {.since = Now(), .for_autofocus = true, .in_motion_too = lens == LensMotion::Any, .done = std::move(taken)});
+  means_.frames.Add({.since = Now(), .for_autofocus = true, .lens = lens, .done = std::move(taken)});
 }
 
 // ---- frames from outside ------------------------------------------------------------------------------------------
@@ -259,7 +258,8 @@ void AutofocusJob::ServeExternal() {
   }
   if (!external_->submitted() || *means_.lens.sampled_at() < external_->submitted()->frame.exposure_end) return;
   if (auto wrong = external_->WhatIsWrong(steady)) {
-    return means_.replies.Add(external_->Refuse(!steady), Result<void>(Fail(Code::InvalidArgument, *std::move(wrong))));
+    if (!steady) external_->AnnounceAgain();
+    return means_.replies.Add(external_->Refuse(), Result<void>(Fail(Code::InvalidArgument, *std::move(wrong))));
   }
   auto [frame, done] = external_->Accept();
   Observation shown{.lensed = {.frame = std::move(frame.frame), .axes = {}, .extension = {}, .f_number = {}},
@@ -276,7 +276,7 @@ void AutofocusJob::ServeExternal() {
 /// A submitted frame that still waits is refused: no run needs it any more.
 void AutofocusJob::EndExternal() {
   if (external_ && external_->submitted()) {
-    means_.replies.Add(external_->Refuse(false), Result<void>(Fail(Code::Cancelled, "the autofocus has ended")));
+    means_.replies.Add(external_->Refuse(), Result<void>(Fail(Code::Cancelled, "the autofocus has ended")));
   }
   external_.reset();
 }

@@ -131,11 +131,11 @@ std::optional<Result<MoveOutcome>> AxisController::Advance(Instant sampled_at) {
   return motion_->Step(*this, *state_, sampled_at, clock_.Now());
 }
 
-std::optional<EndedMotion> AxisController::End(bool reached) {
+std::optional<EndedMotion> AxisController::End(Outcome outcome) {
   if (!motion_) return std::nullopt;
   const auto motion = std::exchange(motion_, nullptr);
   commands_ += motion->commands();
-  if (reached) {
+  if (outcome == Outcome::Reached) {
     coasting_.reset();
     RememberRest();
   } else {
@@ -174,14 +174,15 @@ Result<void> AxisController::Go(Native target, bool begins) {
   if (!remembered) return remembered;
   if (begins) {
     const double ahead = (target - state_->position).value * (setup_.approach_up ? 1.0 : -1.0);
-    track_.Commanded(state_->moving || ahead < 0.0, clock_.Now());
+    const bool turns = state_->moving || ahead < 0.0;
+    track_.Commanded(turns ? AxisTrack::Way::MayTurn : AxisTrack::Way::Onward, clock_.Now());
   }
   return lens_.StartMove(setup_.axis, target - track_.offset());
 }
 
 Result<void> AxisController::Home() {
   if (auto remembered = RememberMotion(setup_.minimum, setup_.maximum); !remembered) return remembered;
-  track_.Commanded(true, clock_.Now());
+  track_.Commanded(AxisTrack::Way::MayTurn, clock_.Now());
   return lens_.StartHome(setup_.axis);
 }
 

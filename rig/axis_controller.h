@@ -66,8 +66,9 @@ class AxisController final : private Motor {
   void Start(MotionRequest request);
   /// The end of its motion, once the newest reading shows one; it is still to be ended by End().
   std::optional<Result<MoveOutcome>> Advance(Instant sampled_at);
+  enum class Outcome { Reached, CutShort };
   /// The motion is over; nothing where there was none.
-  std::optional<EndedMotion> End(bool reached);
+  std::optional<EndedMotion> End(Outcome outcome);
   /// Stops it, ours or another client's motion. Unsupported: it cannot, and its motion runs out.
   Result<void> Stop();
   bool runs_out() const { return !setup_.can.can_stop && motion_ && motion_->commands() > 0; }

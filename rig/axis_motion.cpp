@@ -84,7 +84,8 @@ AxisMotion::End AxisMotion::Launch(Motor& motor, const drivers::AxisState& state
   }
   const Native to = FirstLeg(state);
   const Phase phase = to == *request_.target ? Phase::Going : Phase::TakingUp;
-  return Begin(motor, Leg(setup_, state.position, to, *request_.parts, state.moving), phase, now);
+  const auto start = state.moving ? Leg::Start::MayTurn : Leg::Start::Onward;
+  return Begin(motor, Leg(setup_, state.position, to, *request_.parts, start), phase, now);
 }
 
 AxisMotion::End AxisMotion::LaunchHoming(Motor& motor, Native position, Instant now) {
@@ -106,7 +107,7 @@ AxisMotion::End AxisMotion::Begin(Motor& motor, Leg leg, Phase phase, Instant no
 
 /// The backlash has been taken up.
 AxisMotion::End AxisMotion::GoOnToTarget(Motor& motor, Native from, Instant now) {
-  return Begin(motor, Leg(setup_, from, *request_.target, *request_.parts, false), Phase::Going, now);
+  return Begin(motor, Leg(setup_, from, *request_.target, *request_.parts, Leg::Start::Onward), Phase::Going, now);
 }
 
 std::optional<Instant> AxisMotion::next_part() const {

@@ -71,12 +71,12 @@ void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool o
   slack_.Note(state.position, state.moving, sampled_at);
 }
 
-void AxisTrack::Commanded(bool backward, Instant now) {
+void AxisTrack::Commanded(Way way, Instant now) {
   moved_by_us_ = true;
   moved_by_another_ = false;
   // Where a motion turns between two readings is not seen; it is no more than one polling period of travel.
   travel_ += setup_.can.resolution;
-  if (backward) slack_.Reset(now);
+  if (way == Way::MayTurn) slack_.Reset(now);
 }
 
 void AxisTrack::Homed(Instant now) {

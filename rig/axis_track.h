@@ -45,8 +45,9 @@ class AxisTrack {
 
   /// Takes note of a reading. `ours`: a motion of this rig is under way, or has not been seen to come to rest.
   void Note(const drivers::AxisState& state, Instant sampled_at, bool ours);
-  /// A command goes out now. `backward`: away from the approach direction, or from an axis that moves.
-  void Commanded(bool backward, Instant now);
+  enum class Way { Onward, MayTurn };
+  /// A command goes out now. MayTurn: away from the approach direction, or from an axis that moves.
+  void Commanded(Way way, Instant now);
   /// The motion ended early: where it turns is not known.
   void Disturbed(Instant now) { slack_.Reset(now); }
   /// The setup's backlash has changed.

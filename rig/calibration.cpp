@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <utility>
+
+#include "toml_number.h"
 
 namespace lensd::rig {
 namespace {
@@ -165,15 +166,6 @@ Result<void> ReadBacklashes(const Settings* table, Calibration& calibration) {
 }
 
 // ---- writing ------------------------------------------------------------------------------------------------------
-
-/// The shortest decimal that reads back as the same number; always a float of TOML.
-std::string NumberText(double number) {
-  char text[40];
-  const auto end = std::to_chars(text, text + sizeof text, number).ptr;
-  std::string written(text, end);
-  if (written.find_first_of(".en") == std::string::npos) written += ".0";
-  return written;
-}
 
 std::string Quoted(std::string_view text) {
   std::string quoted = "\"";

@@ -56,8 +56,7 @@ std::pair<SubmittedFrame, ObservationCallback> ExternalCamera::Accept() {
   return {std::move(frame), std::exchange(done_, nullptr)};
 }
 
-StopCallback ExternalCamera::Refuse(bool announce_again) {
-  if (announce_again) announced_ = false;
+StopCallback ExternalCamera::Refuse() {
   StopCallback taken = std::move(submitted_->taken);
   submitted_.reset();
   return taken;

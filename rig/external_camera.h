@@ -41,7 +41,8 @@ class ExternalCamera {
   /// Ends the judging: the frame is used, and who wanted it gets it ...
   std::pair<SubmittedFrame, ObservationCallback> Accept();
   /// ... or it is refused and the same one is still wanted; announced again where the lens has moved meanwhile.
-  StopCallback Refuse(bool announce_again);
+  StopCallback Refuse();
+  void AnnounceAgain() { announced_ = false; }
 
  private:
   OutsideCamera camera_;

@@ -23,9 +23,6 @@ enum class Approach {
   Reapproach        ///< from the approach side, after a move that ended anyhow
 };
 
-/// Whose frames will do.
-enum class LensMotion { Standing, Any };
-
 /// Each callback comes from a later Step(), and none once the run has ended.
 class FocusActuator {
  public:

@@ -83,7 +83,7 @@ Result<void> FrameRequests::Ask(Instant now) {
 }
 
 bool FrameRequests::anyone_in_motion() const {
-  return std::ranges::any_of(waiting_, &FrameRequest::in_motion_too);
+  return std::ranges::find(waiting_, LensMotion::Any, &FrameRequest::lens) != waiting_.end();
 }
 
 /// When the first frame that can satisfy a request may be ready: exposed wholly after the lens was steady and a caller
@@ -115,7 +115,7 @@ Duration FrameRequests::Patience() const {
 void FrameRequests::Serve(Instant now) {
   const auto steady = lens_.SteadySince();
   const auto late = [&, patience = Patience()](const FrameRequest& request) {
-    if (request.in_motion_too) return now > request.since + patience;
+    if (request.lens == LensMotion::Any) return now > request.since + patience;
     return steady && now > std::max(request.since, *steady) + patience;
   };
   for (auto& done : TakeIf(late)) {
@@ -137,7 +137,7 @@ void FrameRequests::HandOut(const drivers::Frame& frame, bool settled) {
     moved |= lensed.axes[axis]->moving;
   }
   const auto satisfied = [&](const FrameRequest& request) {
-    return request.since <= frame.exposure_start && (!moved || request.in_motion_too);
+    return request.since <= frame.exposure_start && (!moved || request.lens == LensMotion::Any);
   };
   for (auto& done : TakeIf(satisfied)) replies_.Add(std::move(done), Result<LensedFrame>(lensed));
 }

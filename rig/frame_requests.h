@@ -17,7 +17,7 @@ namespace lensd::rig {
 struct FrameRequest {
   Instant since{};  ///< it is exposed wholly after this
   bool for_autofocus = false;
-  bool in_motion_too = false;  ///< frames of a moving lens will do
+  LensMotion lens = LensMotion::Standing;
   SnapshotCallback done;
 };
 

@@ -231,7 +231,7 @@ void Rig::Impl::Disturb(Axis axis) {
 
 void Rig::Impl::EndMotion(Axis axis, Result<MoveOutcome> end) {
   const bool reached = end && end->reached;
-  auto motion = axes[axis]->End(reached);
+  auto motion = axes[axis]->End(reached ? AxisController::Outcome::Reached : AxisController::Outcome::CutShort);
   if (!motion) return;
   if (end) optics.Describe(*end);
   if (axis == Axis::Focus && reached) optics.Hold(end->extension);

@@ -32,14 +32,19 @@ double Scatter(const AxisSetup& setup) {
   return std::max(0.5 * setup.can.resolution, 2.0 * setup.config.repeatability);
 }
 
-Leg::Leg(const AxisSetup& setup, Native from, Native to, std::vector<Impulse> parts, bool turns)
-    : setup_(&setup), from_(from), to_(to), parts_(std::move(parts)), turns_(turns), progress_{from, {}} {
+Leg::Leg(const AxisSetup& setup, Native from, Native to, std::vector<Impulse> parts, Start start)
+    : setup_(&setup),
+      from_(from),
+      to_(to),
+      parts_(std::move(parts)),
+      turns_(start == Start::MayTurn),
+      progress_{from, {}} {
   if (parts_.empty()) parts_.push_back({});
 }
 
 /// Only a reading from after now can say that it stands.
 Leg Leg::Stay(const AxisSetup& setup, Native place, Instant now) {
-  Leg leg(setup, place, place, {}, false);
+  Leg leg(setup, place, place, {}, Start::Onward);
   leg.sent_ = 1;
   leg.commanded_at_ = leg.progress_.at = now;
   leg.deadline_ = now + kMargin + setup.settle;

@@ -18,8 +18,9 @@ double Scatter(const AxisSetup& setup);
 /// When each of its commands is due, how long it may take, and what its readings say. It commands nothing itself.
 class Leg {
  public:
-  /// `setup` must outlive it. `parts`: how it is divided; empty: not at all. `turns`: the axis may have to turn first.
-  Leg(const AxisSetup& setup, Native from, Native to, std::vector<Impulse> parts, bool turns);
+  enum class Start { Onward, MayTurn };
+  /// `setup` must outlive it. `parts`: how it is divided; empty: not at all. `start`: the axis may have to turn first.
+  Leg(const AxisSetup& setup, Native from, Native to, std::vector<Impulse> parts, Start start);
   /// One that needs no command: the axis stays at `place`.
   static Leg Stay(const AxisSetup& setup, Native place, Instant now);
   /// One that has begun at `from` and ends at the reference, wherever that is.

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <memory>
 #include <utility>
 
 #include "command_guard.h"
+#include "toml_number.h"
 
 namespace lensd::rig {
 namespace {
@@ -18,14 +18,6 @@ using drivers::Axis;
 
 constexpr std::string_view kNativeKeys[] = {"focus_steps", "iris_steps", "zoom_steps", "filter"};
 constexpr std::size_t kLongestLabel = 64;
-
-std::string NumberText(double number) {
-  char text[40];
-  const auto end = std::to_chars(text, text + sizeof text, number).ptr;
-  std::string written(text, end);
-  if (written.find_first_of(".en") == std::string::npos) written += ".0";
-  return written;
-}
 
 template <class Unit>
 void Write(std::string& text, std::string_view key, const std::optional<Quantity<Unit>>& value, double unit = 1.0) {

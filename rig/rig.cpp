@@ -83,9 +83,8 @@ void Rig::GiveScore(OutsideScore score, StopCallback taken) {
       {std::move(times), autofocus::Sharpness{score.sharpness, score.sigma}, std::move(taken)});
 }
 
-void Rig::Snapshot(SnapshotCallback done, bool in_motion) {
-  Commanded().frames.Add(
-      {.since = clock().Now(), .for_autofocus = false, .in_motion_too = in_motion, .done = std::move(done)});
+void Rig::Snapshot(SnapshotCallback done, LensMotion lens) {
+  Commanded().frames.Add({.since = clock().Now(), .for_autofocus = false, .lens = lens, .done = std::move(done)});
 }
 
 void Rig::SetCalibration(std::shared_ptr<const Calibration> calibration, StopCallback done) {

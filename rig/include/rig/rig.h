@@ -63,6 +63,9 @@ struct OutsideCamera {
   WantedCallback wanted;     ///< called from Step() when the lens stands where the next frame is wanted
 };
 
+/// Whose frames will do: those of a lens at rest, or of one that may still move.
+enum class LensMotion { Standing, Any };
+
 /// How sharp a frame is by a client's own measure.
 struct OutsideScore {
   double sharpness = 0.0;  ///< > 0, any unit, rises with focus
@@ -175,8 +178,8 @@ struct Status {
 /// callback may give the rig further commands but must not destroy it.
 ///
 /// Newest command wins: a motion of an axis displaces the one before (its caller gets Code::Superseded), and any motion
-/// displaces autofocus. Stop goes before everything else; the displaced caller gets Code::Cancelled, and the target becomes
-/// the readback.
+/// displaces autofocus. Stop goes before everything else; the displaced caller gets Code::Cancelled, and the target
+/// becomes the readback.
 class Rig {
  public:
   /// `device.lens` must be there; `clock` must outlive the rig; without `memory` a restart trusts what the device says.
@@ -219,9 +222,9 @@ class Rig {
   /// or has not ended, the picture is too small: the same frame is still wanted then.
   void GiveFrame(drivers::Frame frame, StopCallback taken);
   void GiveScore(OutsideScore score, StopCallback taken);
-  /// One frame exposed wholly after this call with every axis settled, or `in_motion` of a lens that may still move.
+  /// One frame exposed wholly after this call with every axis settled, unless frames of a moving lens will do.
   /// Unsupported: no camera. Timeout: none came.
-  void Snapshot(SnapshotCallback done, bool in_motion = false);
+  void Snapshot(SnapshotCallback done, LensMotion lens = LensMotion::Standing);
 
   std::shared_ptr<const Calibration> calibration() const;  ///< null: none
   /// Another calibration from now on (null: none). Motions under way go on to where they were sent. Errors as Create();
