@@ -21,10 +21,12 @@ const Filters& FiltersOfMeans() {
   return filters;
 }
 
-/// Filters `from` along x (`step` 1) or y (`step` a row) into the cells of `rect`.
-Raster Filtered(const Raster& from, const Filter& filter, PixelRect rect, bool along_y) {
+enum class FilterWay { Across, Down };
+
+/// Filters `from` along its rows or columns into the cells of `rect`.
+Raster Filtered(const Raster& from, const Filter& filter, PixelRect rect, FilterWay way) {
   Raster result(rect);
-  const std::ptrdiff_t step = along_y ? from.rect.width : 1;
+  const std::ptrdiff_t step = way == FilterWay::Down ? from.rect.width : 1;
   std::vector<double> sums(static_cast<std::size_t>(rect.width));
   for (int y = rect.y; y < rect.y + rect.height; ++y) {
     const float* row = from.Row(y) + (rect.x - from.rect.x);
@@ -47,12 +49,12 @@ CellLight::CellLight(const Canvas& canvas, PixelRect rect) : mean(canvas.LightOv
   const Filters& filters = FiltersOfMeans();
   const Raster samples = canvas.LightOver(Grown(rect, kBandReach));
   const PixelRect higher{rect.x, rect.y - kBandReach, rect.width, rect.height + 2 * kBandReach};
-  const Raster slopes = Filtered(samples, filters.slope, higher, false);
-  parts[kSlopeX] = Filtered(samples, filters.slope, rect, false);
-  parts[kSlopeY] = Filtered(samples, filters.slope, rect, true);
-  parts[kBendX] = Filtered(samples, filters.bend, rect, false);
-  parts[kBendY] = Filtered(samples, filters.bend, rect, true);
-  parts[kTwist] = Filtered(slopes, filters.slope, rect, true);
+  const Raster slopes = Filtered(samples, filters.slope, higher, FilterWay::Across);
+  parts[kSlopeX] = Filtered(samples, filters.slope, rect, FilterWay::Across);
+  parts[kSlopeY] = Filtered(samples, filters.slope, rect, FilterWay::Down);
+  parts[kBendX] = Filtered(samples, filters.bend, rect, FilterWay::Across);
+  parts[kBendY] = Filtered(samples, filters.bend, rect, FilterWay::Down);
+  parts[kTwist] = Filtered(slopes, filters.slope, rect, FilterWay::Down);
 }
 
 double CellLight::At(int x, int y, double dx, double dy) const {

@@ -212,17 +212,18 @@ const March::Bundle& March::BundleOf(int rays_per_pixel) {
   Bundle& bundle = bundles_[rays_per_pixel];
   if (!bundle.first_step.empty()) return bundle;
   bundle.first_step.push_back(0);
-  for (const PixelRay& ray : SpreadOverPixel(rays_per_pixel, shape_)) AddProgramme(ray, false, bundle);
-  AddProgramme({}, true, bundle);
+  for (const PixelRay& ray : SpreadOverPixel(rays_per_pixel, shape_)) AddProgramme(ray, bundle);
+  AddProgramme({}, bundle);
+  bundle.paths.back().is_centre = true;
   return bundle;
 }
 
-void March::AddProgramme(PixelRay ray, bool is_centre, Bundle& bundle) const {
+void March::AddProgramme(PixelRay ray, Bundle& bundle) const {
   const std::size_t first = bundle.steps.size();
   const auto [from, h] = ray;
   bundle.paths.push_back(
       {static_cast<float>(from.x - h.x * line_.at_infinity_px), static_cast<float>(from.y - h.y * line_.at_infinity_px),
-       static_cast<float>(-h.x * line_.per_dioptre_px), static_cast<float>(-h.y * line_.per_dioptre_px), is_centre});
+       static_cast<float>(-h.x * line_.per_dioptre_px), static_cast<float>(-h.y * line_.per_dioptre_px), false});
   for (std::size_t i = 0; i < canvases_.size(); ++i) {
     const Canvas& canvas = canvases_[i];
     const double near = canvas.max_vergence();

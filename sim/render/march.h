@@ -57,7 +57,7 @@ class March {
     std::vector<int> first_step;  ///< of each ray; then the end
   };
   const Bundle& BundleOf(int rays_per_pixel);
-  void AddProgramme(PixelRay ray, bool is_centre, Bundle& bundle) const;
+  void AddProgramme(PixelRay ray, Bundle& bundle) const;
 
   const std::vector<Canvas>& canvases_;
   BlurLine line_;

@@ -30,7 +30,8 @@ void LensConnectMotor::Rest(Instant now) {
   leg_.reset();
 }
 
-void LensConnectMotor::Begin(double turn, double to, bool homing, Instant now) {
+void LensConnectMotor::Begin(double turn, double to, Purpose purpose, Instant now) {
+  const bool homing = purpose == Purpose::Home;
   if (jammed_ && !homing) to = turn = std::round(0.5 * (position_ + to));
   jammed_ = false;
   const double way = std::abs(turn - position_) + std::abs(to - turn);
@@ -44,7 +45,7 @@ void LensConnectMotor::Move(std::uint16_t target, Instant now) {
   const bool inside = target >= traits_.mechanical_minimum && target <= traits_.mechanical_maximum;
   if (needs_home_ || !inside || target == Position(now)) return;
   target_ = target;
-  Begin(target, target, false, now);
+  Begin(target, target, Purpose::Move, now);
 }
 
 void LensConnectMotor::Home(Instant now) {
@@ -52,7 +53,7 @@ void LensConnectMotor::Home(Instant now) {
   Rest(now);
   needs_home_ = true;
   target_ = traits_.home_position;
-  Begin(traits_.mechanical_minimum, traits_.home_position, true, now);
+  Begin(traits_.mechanical_minimum, traits_.home_position, Purpose::Home, now);
 }
 
 void LensConnectMotor::Stop(Instant now) {

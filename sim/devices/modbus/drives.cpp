@@ -5,15 +5,14 @@
 
 namespace lensd::sim {
 
-void RegisterFile::AddRange(std::uint16_t first, std::uint16_t last, bool writable) {
-  ranges_.push_back({first, last, writable});
+void RegisterFile::AddRange(std::uint16_t first, std::uint16_t last, Access access) {
+  ranges_.push_back({first, last, access});
 }
 
-bool RegisterFile::Covered(std::uint16_t address, int count, bool writable) const {
+bool RegisterFile::Covered(std::uint16_t address, int count, Access access) const {
   const auto covered = [&](int at) {
-    return std::ranges::any_of(ranges_, [&](const Stretch& range) {
-      return at >= range.first && at <= range.last && (range.writable || !writable);
-    });
+    return std::ranges::any_of(
+        ranges_, [&](const Stretch& range) { return at >= range.first && at <= range.last && range.access >= access; });
   };
   for (int at = address; at < address + count; ++at) {
     if (!covered(at)) return false;
@@ -26,17 +25,14 @@ std::uint16_t RegisterFile::Get(std::uint16_t address) const {
   return found == values_.end() ? std::uint16_t{0} : found->second;
 }
 
-std::int32_t RegisterFile::Get32(std::uint16_t address, bool low_first) const {
-  std::uint32_t high = Get(address), low = Get(static_cast<std::uint16_t>(address + 1));
-  if (low_first) std::swap(high, low);
+std::int32_t RegisterFile::Get32(std::uint16_t address) const {
+  const std::uint32_t high = Get(address), low = Get(static_cast<std::uint16_t>(address + 1));
   return static_cast<std::int32_t>(high << 16 | low);
 }
 
-void RegisterFile::Set32(std::uint16_t address, std::int64_t value, bool low_first) {
-  const auto high = static_cast<std::uint16_t>(value >> 16 & 0xFFFF);
-  const auto low = static_cast<std::uint16_t>(value & 0xFFFF);
-  Set(address, low_first ? low : high);
-  Set(static_cast<std::uint16_t>(address + 1), low_first ? high : low);
+void RegisterFile::Set32(std::uint16_t address, std::int64_t value) {
+  Set(address, static_cast<std::uint16_t>(value >> 16 & 0xFFFF));
+  Set(static_cast<std::uint16_t>(address + 1), static_cast<std::uint16_t>(value & 0xFFFF));
 }
 
 std::expected<ModbusDrive::Registers, ModbusDrive::ExceptionCode> ModbusDrive::Read(std::uint16_t address, int count,

@@ -12,8 +12,8 @@ namespace {
 class Generic final : public ModbusDrive {
  public:
   explicit Generic(double counts) : ModbusDrive(counts) {
-    file_.AddRange(0, 8, true);
-    file_.AddRange(10, 11, false);
+    file_.AddRange(0, 8, RegisterFile::Access::Write);
+    file_.AddRange(10, 11, RegisterFile::Access::Read);
     file_.Set(4, 1000);
   }
 

@@ -11,18 +11,18 @@ namespace {
 class LeadshineRs final : public ModbusDrive {
  public:
   explicit LeadshineRs(double counts) : ModbusDrive(counts) {
-    file_.AddRange(0x6000, 0x6012, true);
-    file_.AddRange(0x6200, 0x627F, true);
-    file_.AddRange(0x1801, 0x1801, true);
-    file_.AddRange(0x000F, 0x000F, true);
-    file_.AddRange(0x0191, 0x0191, true);
+    file_.AddRange(0x6000, 0x6012, RegisterFile::Access::Write);
+    file_.AddRange(0x6200, 0x627F, RegisterFile::Access::Write);
+    file_.AddRange(0x1801, 0x1801, RegisterFile::Access::Write);
+    file_.AddRange(0x000F, 0x000F, RegisterFile::Access::Write);
+    file_.AddRange(0x0191, 0x0191, RegisterFile::Access::Write);
     for (const auto& [first, last] : {std::pair{0x1003, 0x1003},
                                       {0x1010, 0x1015},
                                       {0x1044, 0x1047},
                                       {0x1901, 0x1901},
                                       {0x2203, 0x2203},
                                       {0x602A, 0x602D}}) {
-      file_.AddRange(static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(last), false);
+      file_.AddRange(static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(last), RegisterFile::Access::Read);
     }
     shaft_.Call(Duration{}, 0.0);
   }

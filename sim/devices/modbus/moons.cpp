@@ -12,10 +12,10 @@ class Moons final : public ModbusDrive {
  public:
   explicit Moons(double counts) : ModbusDrive(counts, {.read = 0x11, .write = 0x12, .most = 50}) {
     for (const auto& [first, last] : {std::pair{0, 1}, {3, 7}, {10, 15}, {111, 111}}) {
-      file_.AddRange(static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(last), false);
+      file_.AddRange(static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(last), RegisterFile::Access::Read);
     }
     for (const auto& [first, last] : {std::pair{27, 31}, {46, 48}, {124, 129}}) {
-      file_.AddRange(static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(last), true);
+      file_.AddRange(static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(last), RegisterFile::Access::Write);
     }
     shaft_.Call(Duration{}, 0.0);  // it counts from where it was switched on
     for (const auto& [address, value] : {std::pair{27, 600}, {28, 600}, {29, 240}}) {

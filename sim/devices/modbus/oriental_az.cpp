@@ -12,19 +12,19 @@ namespace {
 class OrientalAz final : public ModbusDrive {
  public:
   explicit OrientalAz(double counts) : ModbusDrive(counts) {
-    file_.AddRange(0x0058, 0x0069, true);
-    file_.AddRange(0x0078, 0x007D, true);
+    file_.AddRange(0x0058, 0x0069, RegisterFile::Access::Write);
+    file_.AddRange(0x0078, 0x007D, RegisterFile::Access::Write);
     for (const auto& [first, last] : {std::pair{0x007E, 0x0095},
                                       {0x00AC, 0x00AD},
                                       {0x00C6, 0x00D7},
                                       {0x00F8, 0x00FB},
                                       {0x0120, 0x0123},
                                       {0x0178, 0x017F}}) {
-      file_.AddRange(static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(last), false);
+      file_.AddRange(static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(last), RegisterFile::Access::Read);
     }
-    file_.AddRange(0x0180, 0x018D, true);
-    file_.AddRange(0x0386, 0x038B, true);
-    file_.AddRange(0x1800, 0x180B, true);
+    file_.AddRange(0x0180, 0x018D, RegisterFile::Access::Write);
+    file_.AddRange(0x0386, 0x038B, RegisterFile::Access::Write);
+    file_.AddRange(0x1800, 0x180B, RegisterFile::Access::Write);
   }
 
   void RaiseAlarm(std::uint32_t alarm, Duration now) override {

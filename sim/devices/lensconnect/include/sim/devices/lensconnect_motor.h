@@ -46,7 +46,8 @@ class LensConnectMotor {
     Instant began{}, ends{};
     bool homing = false;
   };
-  void Begin(double turn, double to, bool homing, Instant now);
+  enum class Purpose { Move, Home };
+  void Begin(double turn, double to, Purpose purpose, Instant now);
   void Rest(Instant now);
 
   LensConnectMotorTraits traits_;

@@ -53,22 +53,24 @@ class Shaft {
 /// Registers that are there, each in one of a few ranges.
 class RegisterFile {
  public:
-  void AddRange(std::uint16_t first, std::uint16_t last, bool writable);
-  bool Readable(std::uint16_t address, int count) const { return Covered(address, count, false); }
-  bool Writable(std::uint16_t address, int count) const { return Covered(address, count, true); }
+  enum class Access { Read, Write };
+  /// Write: and to read.
+  void AddRange(std::uint16_t first, std::uint16_t last, Access access);
+  bool Readable(std::uint16_t address, int count) const { return Covered(address, count, Access::Read); }
+  bool Writable(std::uint16_t address, int count) const { return Covered(address, count, Access::Write); }
 
   std::uint16_t Get(std::uint16_t address) const;
   void Set(std::uint16_t address, std::uint16_t value) { values_[address] = value; }
-  /// 32 bits, the upper half at the lower address unless `low_first`.
-  std::int32_t Get32(std::uint16_t address, bool low_first = false) const;
-  void Set32(std::uint16_t address, std::int64_t value, bool low_first = false);
+  /// 32 bits, the upper half at the lower address.
+  std::int32_t Get32(std::uint16_t address) const;
+  void Set32(std::uint16_t address, std::int64_t value);
 
  private:
   struct Stretch {
     std::uint16_t first, last;
-    bool writable;
+    Access access;
   };
-  bool Covered(std::uint16_t address, int count, bool writable) const;
+  bool Covered(std::uint16_t address, int count, Access access) const;
 
   std::vector<Stretch> ranges_;
   std::map<std::uint16_t, std::uint16_t> values_;
