@@ -24,15 +24,15 @@ std::string CellOf(const ordered_json& value) {
 
 std::string CsvOf(const std::vector<ordered_json>& rows) {
   std::string text;
-  const auto line = [&](const ordered_json& row, bool names) {
+  const auto line = [&](const ordered_json& row, const auto& cell) {
     std::string separator;
-    for (const auto& [key, value] : row.items()) {
-      text += std::exchange(separator, ",") + (names ? key : CellOf(value));
-    }
+    for (const auto& [key, value] : row.items()) text += std::exchange(separator, ",") + cell(key, value);
     text += "\n";
   };
-  if (!rows.empty()) line(rows.front(), true);
-  for (const ordered_json& row : rows) line(row, false);
+  if (!rows.empty()) line(rows.front(), [](const std::string& key, const ordered_json&) { return key; });
+  for (const ordered_json& row : rows) {
+    line(row, [](const std::string&, const ordered_json& value) { return CellOf(value); });
+  }
   return text;
 }
 

@@ -56,10 +56,10 @@ std::vector<std::complex<float>> Turns(double shift_px, int size) {
 
 // The library's real transform, kiss_fftndr_alloc, returns NULL in Debian 12's 131.1.0.
 std::vector<std::complex<float>> Transformed(const std::vector<std::complex<float>>& in, int width, int height,
-                                             bool inverse) {
+                                             Transform way) {
   const int dims[] = {height, width};
   const std::unique_ptr<kiss_fftnd_state, decltype(&std::free)> plan(
-      kiss_fftnd_alloc(dims, 2, inverse ? 1 : 0, nullptr, nullptr), &std::free);
+      kiss_fftnd_alloc(dims, 2, way == Transform::Inverse ? 1 : 0, nullptr, nullptr), &std::free);
   std::vector<std::complex<float>> out(in.size());
   kiss_fftnd(plan.get(), reinterpret_cast<const kiss_fft_cpx*>(in.data()), reinterpret_cast<kiss_fft_cpx*>(out.data()));
   return out;
@@ -90,7 +90,7 @@ DiskBlur::DiskBlur(const Plane& plane, double opening, int margin_px)
       padded[static_cast<std::size_t>(y) * padded_width_ + x] = plane.values[from + Mirrored(x - margin_, width_)];
     }
   }
-  spectrum_ = Transformed(padded, padded_width_, padded_height_, false);
+  spectrum_ = Transformed(padded, padded_width_, padded_height_, Transform::Forward);
 }
 
 Plane DiskBlur::Blurred(double diameter_px, Shift shift) const {
@@ -106,7 +106,7 @@ Plane DiskBlur::Blurred(double diameter_px, Shift shift) const {
       product[at] = spectrum_[at] * across[x] * down[y] * (kept.At(std::sqrt(fx * fx + fy * fy)) * scale);
     }
   }
-  const auto padded = Transformed(product, padded_width_, padded_height_, true);
+  const auto padded = Transformed(product, padded_width_, padded_height_, Transform::Inverse);
   Plane out{width_, height_, std::vector<float>(static_cast<std::size_t>(width_) * height_)};
   for (int y = 0; y < height_; ++y) {
     for (int x = 0; x < width_; ++x) {

@@ -19,9 +19,11 @@ struct Shift {
   double y = 0.0;
 };
 
+enum class Transform { Forward, Inverse };
+
 /// Two-dimensional discrete Fourier transform of height rows of width, not scaled either way.
 std::vector<std::complex<float>> Transformed(const std::vector<std::complex<float>>& in, int width, int height,
-                                             bool inverse);
+                                             Transform way);
 
 /// What a uniform disk leaves of a sinusoid of that frequency (cycles/px): 2 J1(x)/x with x = pi d f.
 double DiskResponse(double diameter_px, double frequency);

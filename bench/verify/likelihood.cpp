@@ -76,8 +76,10 @@ class Misfit {
     const double fine = 0.5 * (low + high);
     return At(fine) < At(best) ? fine : best;
   }
+  enum class Towards { Small, Large };
   /// The outermost diameter on that side of `from` where the misfit is at most `level`.
-  double EndFrom(double from, double level, bool upward) const {
+  double EndFrom(double from, double level, Towards side) const {
+    const bool upward = side == Towards::Large;
     double inside = from, outside = from;
     const double end = upward ? largest() : 0.0;
     for (double d = end; upward ? d > from : d < from; d += upward ? -kFinePx : kFinePx) {
@@ -185,8 +187,10 @@ DiameterFit FitDiameter(const Spectra& spectra) {
   const double least = misfit.At(model.diameter_px);
   const double scale = ChiSquarePerQ(spectra, model);
   const auto level = [&](double z) { return scale > 0 ? least + z * z / scale : INFINITY; };
-  if (misfit.At(0) > level(kTwoSided)) fit.low_px = misfit.EndFrom(model.diameter_px, level(kTwoSided), false);
-  fit.high_px = misfit.EndFrom(model.diameter_px, level(fit.low_px > 0 ? kTwoSided : kOneSided), true);
+  if (misfit.At(0) > level(kTwoSided))
+    fit.low_px = misfit.EndFrom(model.diameter_px, level(kTwoSided), Misfit::Towards::Small);
+  fit.high_px =
+      misfit.EndFrom(model.diameter_px, level(fit.low_px > 0 ? kTwoSided : kOneSided), Misfit::Towards::Large);
   fit.open = fit.high_px >= misfit.largest();
   return fit;
 }

@@ -41,7 +41,7 @@ Values SpectrumOf(const Plane& plane, std::span<const int> in_frame, std::span<c
   const auto mean = static_cast<float>(sum / static_cast<double>(in_frame.size()));
   Values cut(kBlock * kBlock);
   for (std::size_t i = 0; i < in_frame.size(); ++i) cut[in_block[i]] = plane.values[in_frame[i]] - mean;
-  return Transformed(cut, kBlock, kBlock, false);
+  return Transformed(cut, kBlock, kBlock, Transform::Forward);
 }
 
 // Covariance of white noise of variance 1 after the blur, lag by lag around zero.
@@ -52,7 +52,7 @@ std::vector<float> CovarianceAfter(double diameter_px, double opening) {
     const double kept = ResponseBetween(diameter_px, opening, frequency);
     power[i] = static_cast<float>(kept * kept / (kLags * kLags));
   }
-  const Values lags = Transformed(power, kLags, kLags, true);
+  const Values lags = Transformed(power, kLags, kLags, Transform::Inverse);
   std::vector<float> covariance(lags.size());
   std::ranges::transform(lags, covariance.begin(), [](std::complex<float> value) { return value.real(); });
   return covariance;
@@ -63,7 +63,7 @@ void AddNoise(const std::vector<float>& shape, const std::vector<float>& covaria
   for (int i = 0; i < kLags * kLags; ++i) {
     folded[(i / kLags % kBlock) * kBlock + i % kLags % kBlock] += shape[i] * covariance[i];
   }
-  const Values power = Transformed(folded, kBlock, kBlock, false);
+  const Values power = Transformed(folded, kBlock, kBlock, Transform::Forward);
   for (int i = 0; i < kBlock * kBlock; ++i) noise[kFrequencies.ring[i]] += power[i].real();
 }
 
@@ -75,9 +75,12 @@ void AddStep(const Values& picture, const Values& blurred, Spectra::Step& step) 
   }
 }
 
-/// Slope along x or y (`stride` 1 or the width) by the six nearest neighbours.
-Plane SlopeOf(const Plane& plane, bool along_x) {
+enum class SlopeAlong { X, Y };
+
+/// By the six nearest neighbours.
+Plane SlopeOf(const Plane& plane, SlopeAlong along) {
   Plane slope{plane.width, plane.height, std::vector<float>(plane.values.size())};
+  const bool along_x = along == SlopeAlong::X;
   const int size = along_x ? plane.width : plane.height;
   const int stride = along_x ? 1 : plane.width;
   for (int y = 0; y < plane.height; ++y) {
@@ -152,11 +155,11 @@ std::vector<float> SpectraTaker::ShapeOf(const Patch& patch) const {
     variance += frames_.reference_variance[patch.in_frame[i]];
   }
   variance /= static_cast<double>(patch.in_block.size());
-  Values spectrum = Transformed(mask, kLags, kLags, false);
+  Values spectrum = Transformed(mask, kLags, kLags, Transform::Forward);
   for (auto& value : spectrum) value = std::norm(value);
   std::vector<float> shape;
   const auto scale = static_cast<float>(variance / (kLags * kLags));
-  for (const auto& lag : Transformed(spectrum, kLags, kLags, true)) shape.push_back(lag.real() * scale);
+  for (const auto& lag : Transformed(spectrum, kLags, kLags, Transform::Inverse)) shape.push_back(lag.real() * scale);
   return shape;
 }
 
@@ -204,7 +207,7 @@ Displacement SpectraTaker::DisplacementOf(const std::vector<PartModel>& models, 
     const PartModel& model = models[part];
     if (!(model.gain > 0)) continue;
     const Plane blurred = blur_.Blurred(model.diameter_px, shift);
-    const Plane slope_x = SlopeOf(blurred, true), slope_y = SlopeOf(blurred, false);
+    const Plane slope_x = SlopeOf(blurred, SlopeAlong::X), slope_y = SlopeOf(blurred, SlopeAlong::Y);
     const auto gain = static_cast<float>(model.gain);
     for (const Patch& patch : patches_) {
       if (patch.part != static_cast<int>(part)) continue;

@@ -56,13 +56,13 @@ Result<Plane> ReadPlane(const std::string& path) {
 
 std::vector<Limit> LimitsFrom(const Options& options) {
   std::vector<Limit> limits;
-  const auto add = [&](const std::vector<double>& triples, bool sharp) {
+  const auto add = [&](const std::vector<double>& triples, const std::string& kind) {
     for (std::size_t i = 0; i + 2 < triples.size(); i += 3) {
-      limits.push_back({sharp ? "sharp" : "blurred", sharp, triples[i], triples[i + 1], triples[i + 2]});
+      limits.push_back({kind, kind == "sharp", triples[i], triples[i + 1], triples[i + 2]});
     }
   };
-  add(options.sharp, true);
-  add(options.blurred, false);
+  add(options.sharp, "sharp");
+  add(options.blurred, "blurred");
   return limits;
 }
 
