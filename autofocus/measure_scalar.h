@@ -45,13 +45,6 @@ inline std::uint64_t Square(std::int64_t value) {
 }
 
 template <class Sample>
-std::uint64_t GradientOf(GreyView<Sample> view) {
-  std::uint64_t sum = 0;
-  ForInner(view, [&](Patch<Sample> at) { sum += Square(at.SobelX()) + Square(at.SobelY()); });
-  return sum;
-}
-
-template <class Sample>
 std::uint64_t BrennerOf(GreyView<Sample> view) {
   std::uint64_t sum = 0;
   for (int y = 0; y < view.height; ++y) {

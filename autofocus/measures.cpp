@@ -20,24 +20,17 @@ Result<GreyView<std::uint16_t>> ViewOf(const drivers::Frame& frame, Window windo
   return GreyView<std::uint16_t>{frame.samples->data() + first, window.width, window.height, frame.width};
 }
 
-double FullScale(const drivers::Frame& frame) {
-  return static_cast<double>((1u << frame.bits) - 1u);
-}
-
-double InnerPixels(Window window) {
-  return static_cast<double>(window.width - 2) * static_cast<double>(window.height - 2);
-}
-
 }  // namespace
 
 Result<FocusScore> ScoreFocus(const drivers::Frame& frame, Window window) {
   auto view = ViewOf(frame, window);
   if (!view) return PassOn(view);
-  const double full = FullScale(frame);
+  const auto full = static_cast<double>((1u << frame.bits) - 1u);
   const FocusSums sums = SumFocus(*view, static_cast<std::uint16_t>(full));
   const double all = static_cast<double>(window.width) * window.height;
   FocusScore score;
-  score.gradient_energy = static_cast<double>(sums.gradient) / (64.0 * full * full * InnerPixels(window));
+  const double inner = static_cast<double>(window.width - 2) * (window.height - 2);
+  score.gradient_energy = static_cast<double>(sums.gradient) / (64.0 * full * full * inner);
   // White noise gives the second difference a standard deviation of 6 (root of the mask's squared sum, 36), and a
   // normal variable's mean size is sqrt(2 / pi) of its standard deviation.
   score.noise = static_cast<double>(sums.noise) / (full * static_cast<double>(sums.noise_pixels)) *
@@ -45,30 +38,6 @@ Result<FocusScore> ScoreFocus(const drivers::Frame& frame, Window window) {
   score.saturated_fraction = static_cast<double>(sums.saturated) / all;
   score.mean = static_cast<double>(sums.light) / (full * all);
   return score;
-}
-
-Result<double> GradientEnergy(const drivers::Frame& frame, Window window) {
-  auto view = ViewOf(frame, window);
-  if (!view) return PassOn(view);
-  const double full = FullScale(frame);
-  return static_cast<double>(SumGradient(*view)) / (64.0 * full * full * InnerPixels(window));
-}
-
-Result<double> BrennerEnergy(const drivers::Frame& frame, Window window) {
-  auto view = ViewOf(frame, window);
-  if (!view) return PassOn(view);
-  const double full = FullScale(frame);
-  const double pairs = static_cast<double>(window.width - 2) * window.height;
-  return static_cast<double>(SumBrenner(*view)) / (4.0 * full * full * pairs);
-}
-
-Result<double> LaplacianVariance(const drivers::Frame& frame, Window window) {
-  auto view = ViewOf(frame, window);
-  if (!view) return PassOn(view);
-  const double full = FullScale(frame);
-  const LaplacianSums sums = SumLaplacian(*view);
-  const double mean = static_cast<double>(sums.value) / InnerPixels(window);
-  return (static_cast<double>(sums.square) / InnerPixels(window) - mean * mean) / (full * full);
 }
 
 }  // namespace lensd::autofocus

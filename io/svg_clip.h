@@ -14,9 +14,6 @@ struct Pixel {
 struct Box {
   double left = 0.0, top = 0.0, right = 0.0, bottom = 0.0;
 
-  bool Overlaps(const Box& other) const {
-    return left < other.right && other.left < right && top < other.bottom && other.top < bottom;
-  }
   bool Holds(const Box& other) const {
     return left <= other.left && right >= other.right && top <= other.top && bottom >= other.bottom;
   }

@@ -15,6 +15,15 @@ class PolicyTest : public RigTest {
     RunUntil(answers);
     return answers.only();
   }
+  /// How a motion to 900 ends during which another program sends the axis to 50.
+  Result<MoveOutcome> TakenAway() {
+    Answers<MoveOutcome> answers;
+    rig_->Move(Axis::Focus, At(900), answers.Take());
+    Run(200ms);
+    controls_->foreign_target = 50;
+    RunUntil(answers);
+    return answers.only();
+  }
   static RigConfig WithBacklash(double backlash) {
     RigConfig config;
     config.axes[Axis::Focus].backlash = backlash;

@@ -195,14 +195,10 @@ TEST_F(PolicyTest, AnothersMotionIsSeenAndAdopted) {
 
 TEST_F(PolicyTest, AMoveThatAnotherTakesAwaySaysSo) {
   Open({}, 100);
-  Answers<MoveOutcome> answers;
-  rig_->Move(Axis::Focus, At(900), answers.Take());
-  Run(200ms);
-  controls_->foreign_target = 50;
-  RunUntil(answers);
-  ASSERT_TRUE(answers.only());
-  EXPECT_TRUE(answers.only()->moved_by_another && !answers.only()->reached);
-  EXPECT_EQ(answers.only()->reason, "moved by another program");
+  const auto end = TakenAway();
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->moved_by_another && !end->reached);
+  EXPECT_EQ(end->reason, "moved by another program");
   EXPECT_EQ(controls_->stops, 0) << "the other one's motion is left alone";
 }
 
@@ -212,13 +208,9 @@ TEST_F(PolicyTest, WithoutFeedbackAnothersTargetIsSeenAllTheSame) {
   RigConfig config;
   config.axes[Axis::Focus].speed = 1000.0;
   Open(config, 100);
-  Answers<MoveOutcome> answers;
-  rig_->Move(Axis::Focus, At(900), answers.Take());
-  Run(200ms);
-  controls_->foreign_target = 50;
-  RunUntil(answers);
-  ASSERT_TRUE(answers.only());
-  EXPECT_TRUE(answers.only()->moved_by_another && !answers.only()->reached);
+  const auto end = TakenAway();
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->moved_by_another && !end->reached);
 }
 
 // ---- storms -------------------------------------------------------------------------------------------------------

@@ -46,15 +46,6 @@ struct FocusScore {
 /// Everything in one pass. Windows are at least 3 x 3 px and inside the frame, else InvalidArgument.
 Result<FocusScore> ScoreFocus(const drivers::Frame& frame, Window window);
 
-/// FocusScore::gradient_energy alone. InvalidArgument as above.
-Result<double> GradientEnergy(const drivers::Frame& frame, Window window);
-
-/// Brenner: mean squared difference of samples two pixels apart along x, over 4. InvalidArgument as above.
-Result<double> BrennerEnergy(const drivers::Frame& frame, Window window);
-
-/// Variance of the four-neighbour Laplacian. InvalidArgument as above.
-Result<double> LaplacianVariance(const drivers::Frame& frame, Window window);
-
 /// Raw sums over the inner pixels of a view (all but its outermost ring), in sample units.
 struct FocusSums {
   std::uint64_t gradient = 0;      ///< sum of Sobel gx^2 + gy^2

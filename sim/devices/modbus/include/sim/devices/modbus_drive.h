@@ -34,8 +34,6 @@ class Shaft {
   double SpeedAt(Duration at) const;
   bool MovingAt(Duration at) const;
   double target() const { return target_ - zero_; }
-  /// The reference, in counts.
-  double Reference() const { return -zero_; }
 
  private:
   struct Stretch {
