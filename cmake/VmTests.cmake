@@ -41,7 +41,7 @@ function(lensd_vm_test)
     set_property(GLOBAL PROPERTY LENSD_VM_BOOT TRUE)
     add_test(NAME vm.boot COMMAND ${PROJECT_SOURCE_DIR}/script/vm run --boot-only --build ${PROJECT_BINARY_DIR})
     set_tests_properties(vm.boot PROPERTIES FIXTURES_SETUP vm SKIP_RETURN_CODE 77 TIMEOUT 1800 COST 1000
-                                               PROCESSORS 2 LABELS "vm;slow")
+                                               PROCESSORS 4 LABELS "vm;slow")
   endif()
   add_test(NAME vm.${SUITE_NAME}
            COMMAND ${PROJECT_SOURCE_DIR}/script/vm result --build ${PROJECT_BINARY_DIR} ${SUITE_NAME})
