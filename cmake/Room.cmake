@@ -24,8 +24,10 @@ endfunction()
 function(lensd_join target)
   if(LENSD_JOIN)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
-    # A class of one source may well use that source's own types; joined, GCC takes them for a header's.
-    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+    # A class of one source may well use that source's own types: joined, GCC takes them for a header's. And clang sees a
+    # local name shadow that of another source.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>
+                                             $<$<CXX_COMPILER_ID:Clang>:-Wno-shadow>)
   endif()
 endfunction()
 
