@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -93,6 +94,19 @@ Failure UsageFailure(const CLI::App& root, const CLI::ParseError& error) {
   return {Exit::Usage, message + "; see lensctl" + command + " --help"};
 }
 
+/// An option that is given with nothing in it: more likely a script's variable that is not set than a wish.
+std::optional<Failure> EmptyOption(const CLI::App& command) {
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->get_positional() || option->count() == 0 || option->get_expected_max() == 0) continue;
+    if (std::ranges::find(option->results(), "") == option->results().end()) continue;
+    return Failure(Exit::Usage, option->get_name() + " is empty; leave it out or give it a value");
+  }
+  for (const CLI::App* chosen : command.get_subcommands()) {
+    if (auto empty = EmptyOption(*chosen)) return empty;
+  }
+  return std::nullopt;
+}
+
 int Main(int argc, char** argv) {
   CLI::App root("lensctl: plan lens settings exactly, and drive lenses through lensd", "lensctl");
   root.set_version_flag("--version", "lensctl " LENSD_VERSION);
@@ -117,6 +131,7 @@ int Main(int argc, char** argv) {
     text.json = text.json || std::ranges::find(arguments, std::string_view("--json")) != arguments.end();
     return EndEarly(text, UsageFailure(root, error));
   }
+  if (auto empty = EmptyOption(root)) return EndEarly(text, *empty);
   auto globals = ParseGlobals(text);
   const auto units = ParseUnits(text, arguments);
   if (!globals || !units) return EndEarly(text, globals ? units.error() : globals.error());

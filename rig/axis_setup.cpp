@@ -6,9 +6,6 @@
 namespace lensd::rig {
 namespace {
 
-/// Of the range: what the backlash of a stepping motor is taken for while it is neither configured nor measured.
-constexpr double kAssumedBacklash = 0.1;
-
 /// Of all travel: what a stepping motor may lose in ordinary use. Knocks are another matter.
 constexpr double kLostByStepping = 1e-4;
 

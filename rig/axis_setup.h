@@ -11,6 +11,9 @@
 
 namespace lensd::rig {
 
+/// Of the range: what the backlash of a stepping motor is taken for while it is neither configured nor measured.
+constexpr double kAssumedBacklash = 0.1;
+
 struct AxisSetup {
   drivers::Axis axis = drivers::Axis::Focus;
   drivers::AxisCapabilities can;

@@ -99,6 +99,11 @@ Metres OpticsTable::TemperatureError() const {
 /// Past its ends a curve goes straight on; how far the nominal figures would have it elsewhere is an estimate of how
 /// wrong that is.
 double OpticsTable::CurveError(double native) const {
+  if (parts_.empty()) {
+    if (lens_->nominal_unsure == 0.0) return 0.0;
+    const double on = lens_->NominalExtension(native + lens_->nominal_unsure, focal_length_);
+    return std::abs(on - lens_->NominalExtension(native, focal_length_));
+  }
   double error = 0.0;
   for (const Part& part : parts_) {
     const Lens::Focus& curve = lens_->curves[part.curve];

@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "axis_setup.h"
+
 namespace lensd::rig {
 
 /// With breathing the extension lies between those of the shortest and the longest focal length.
@@ -33,23 +35,50 @@ Result<double> OpticsTable::Lens::Extension(double focal_length, optics::ObjectD
                        std::min(a, b), std::max(a, b));
 }
 
-/// A position that was reached from the other side means what a position farther along by the backlash means: the
-/// mechanism lags behind the motor by half of it either way.
+/// The mechanism lags behind the motor by half of the backlash either way.
+std::optional<OpticsTable::Lens::ApproachShift> OpticsTable::Lens::ShiftToOwnApproach(const AxisConfig& axis) const {
+  double backlash = 0.0, unsure = 0.0;
+  if (axis.backlash) {
+    backlash = *axis.backlash;
+  } else if (const auto* known = calibration ? &calibration->backlash[drivers::Axis::Focus] : nullptr;
+             known && *known) {
+    backlash = (*known)->steps;
+    unsure = std::max((*known)->high - backlash, backlash - (*known)->low);
+  } else if (focus && focus->backlash >= 0.0) {
+    backlash = focus->backlash;
+  } else if (focus && focus->unit != drivers::NativeUnit::Steps) {
+    // Such a lens closes the loop behind its own gears.
+  } else {
+    return std::nullopt;
+  }
+  const bool upward = axis.approach_near == axis.near_positive;
+  return ApproachShift{.native = upward ? backlash : -backlash, .unsure = unsure};
+}
+
+/// Nominal figures are those of a lens moved toward near.
+void OpticsTable::Lens::PlaceNominal(const AxisConfig& axis) {
+  if (!focus || axis.approach_near) return;
+  if (const auto shift = ShiftToOwnApproach(axis)) {
+    nominal_shift = shift->native;
+    nominal_unsure = shift->unsure;
+  } else {
+    nominal_unsure = kAssumedBacklash * Span(*focus);
+  }
+}
+
 Result<void> OpticsTable::Lens::AddFocus(const FocusCurve& measured, const RigConfig& config) {
   const auto& axis = config.axes[drivers::Axis::Focus];
   Focus entry{.measured = &measured, .extension = {}, .from_vergence = false, .error_m = measured.error.value};
   double shift = 0.0, unsure = 0.0;
   if (measured.approach_near != axis.approach_near) {
-    const auto& known = calibration->backlash[drivers::Axis::Focus];
-    if (!known && !axis.backlash) {
+    const auto known = ShiftToOwnApproach(axis);
+    if (!known) {
       return Fail(Code::InvalidArgument,
                   "the calibration was made moving toward the other side than this lens approaches from: measure its "
                   "backlash, or calibrate it with this approach");
     }
-    const double backlash = axis.backlash ? *axis.backlash : known->steps;
-    unsure = axis.backlash ? 0.0 : std::max(known->high - known->steps, known->steps - known->low);
-    const bool upward = axis.approach_near == axis.near_positive;
-    shift = upward ? backlash : -backlash;
+    shift = known->native;
+    unsure = known->unsure;
   }
   const double at_zoom = measured.focal_length.value_or(Metres{nominal.focal_length_m}).value;
   std::vector<Curve::Knot> knots;
@@ -174,6 +203,7 @@ Result<OpticsTable> OpticsTable::Create(const drivers::NominalOptics& optics, co
                 "the calibration's [temperature]");
   }
   made->compensate = temperature.compensate;
+  made->PlaceNominal(config.axes[drivers::Axis::Focus]);
   if (made->calibration) {
     if (auto added = made->AddCalibration(config); !added) return PassOn(added);
   }

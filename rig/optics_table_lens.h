@@ -29,6 +29,8 @@ struct OpticsTable::Lens {
   double extension_at_minimum_m = 0.0;  ///< of the focus axis' native range, nominally
   double extension_at_maximum_m = 0.0;
   std::optional<drivers::AxisCapabilities> focus, iris, zoom;
+  double nominal_shift = 0.0;   ///< native units: the nominal figures hold moving toward near
+  double nominal_unsure = 0.0;  ///< of that
 
   struct Focus {
     const FocusCurve* measured = nullptr;
@@ -50,6 +52,7 @@ struct OpticsTable::Lens {
     return nominal.focal_length_m - 1.0 / std::lerp(low, high, part);
   }
   double NominalExtension(double native, Metres focal_length) const {
+    native -= nominal_shift;
     if (nominal.liquid) return LiquidExtensionAt((native - focus->minimum.value) / Span(*focus));
     if (focus->unit == drivers::NativeUnit::Dioptres) return optics::Extension(focal_length, Dioptres{native}).value;
     if (focus->unit == drivers::NativeUnit::Millimetres) return native * 1e-3;
@@ -60,12 +63,12 @@ struct OpticsTable::Lens {
       const double low = 1.0 / (nominal.focal_length_m - extension_at_minimum_m);
       const double high = 1.0 / (nominal.focal_length_m - extension_at_maximum_m);
       const double part = (1.0 / (nominal.focal_length_m - extension) - low) / (high - low);
-      return std::lerp(focus->minimum.value, focus->maximum.value, part);
+      return std::lerp(focus->minimum.value, focus->maximum.value, part) + nominal_shift;
     }
     if (focus->unit == drivers::NativeUnit::Dioptres) return optics::FocalPlane(focal_length, Metres{extension}).value;
     if (focus->unit == drivers::NativeUnit::Millimetres) return extension * 1e3;
     const double part = (extension - extension_at_minimum_m) / (extension_at_maximum_m - extension_at_minimum_m);
-    return std::lerp(focus->minimum.value, focus->maximum.value, part);
+    return std::lerp(focus->minimum.value, focus->maximum.value, part) + nominal_shift;
   }
   /// Focal length over that at extension 0.
   double Ratio(double extension) const {
@@ -79,6 +82,14 @@ struct OpticsTable::Lens {
   }
   Result<double> Extension(double focal_length, optics::ObjectDepth depth, std::optional<Metres> longest,
                            double warmth) const;
+  /// A position reached moving toward far means what one farther along by the backlash means moving toward near.
+  struct ApproachShift {
+    double native = 0.0;  ///< to add to positions reached moving toward the other side than this lens'
+    double unsure = 0.0;
+  };
+  /// Nothing: the backlash of focus is neither configured, measured nor known to the driver.
+  std::optional<ApproachShift> ShiftToOwnApproach(const AxisConfig& axis) const;
+  void PlaceNominal(const AxisConfig& axis);
   Result<void> AddFocus(const FocusCurve& measured, const RigConfig& config);
   Result<void> AddCalibration(const RigConfig& config);
 };

@@ -53,6 +53,10 @@ std::expected<Json, Failure> ParametersOf(const AutofocusOptions& options) {
 Outcome Autofocus(Session& session, const AutofocusOptions& options) {
   auto parameters = ParametersOf(options);
   if (!parameters) return PassOn(parameters);
+  if (options.frames_from.empty() && !options.pixel.empty()) {
+    return Refuse(Exit::Usage,
+                  "--pixel is of the pictures of --frames-from; the lens' own camera says its pixels itself");
+  }
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
   if (options.track && !options.frames_from.empty()) {

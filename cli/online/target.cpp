@@ -46,6 +46,11 @@ Result<Json> ParseFocusTarget(std::string_view text) {
   }
   auto depth = ParseDepth(text, "TARGET");
   if (!depth) return PassOn(depth);
+  if (depth->IsDistance() && text.find_first_of("+-") == 0) {
+    return Fail(Code::InvalidArgument,
+                "TARGET '" + std::string(text) +
+                    "': a distance has no sign; +N and -N are counts of steps, ext:2.6mm an extension");
+  }
   return Json{{depth->IsDistance() ? "distanceM" : "vergenceD", depth->value}};
 }
 

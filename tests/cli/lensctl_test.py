@@ -31,6 +31,10 @@ class Frame(Case):
 
     def test_errors_before_a_command_is_known_are_json_too(self):
         self.refused(64, "say m, mm, ft, in or D", "--units", "yd", "dof", *DOF)
+        self.refused(64, "--model is empty", "blur", "--model", "", "--focal-length", "50mm", "--f-number", "2", "--focus", "1m", "--at", "2m")
+        self.refused(64, "--pixel is of the pictures of --frames-from", "autofocus", "a", "--pixel", "3um")
+        for signed in ("+2m", "+100mm", "-0.5m"):
+            self.refused(64, "a distance has no sign", "focus", "a", signed)
         code, out, err = run("--json", "bogus")
         self.assertEqual(code, 64)
         self.check_error(64, out, err)

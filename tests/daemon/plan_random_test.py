@@ -38,6 +38,8 @@ class RandomLens:
         self.wavelength = draw.choice([None, draw.uniform(400e-9, 700e-9)])
         self.origin = draw.choice(["lens", "sensor"])
         self.gap_mm = draw.choice([0.0, draw.uniform(0, 0.5) * self.f_mm[0]])
+        self.far = draw.random() < 0.4  # focus is approached moving toward far: the mechanism lags behind its counts
+        self.curve = draw.random() < 0.5  # focus is told by a calibration, else by the data sheet
 
     def zooms(self):
         return self.f_mm[1] > self.f_mm[0]
@@ -72,15 +74,13 @@ constant = 0.5
         breathing = f"""[breathing]
 points = [{{ extension_mm = 0.0, ratio = 1.0 }}, {{ extension_mm = {self.e_mm[1]}, ratio = {1 + self.breathing} }}]
 """ if self.breathing else ""
-        with open(os.path.join(folder, "told.toml"), "w", encoding="utf-8") as file:
-            file.write(f"""version = 1
-serial = ""
-made = "by hand"
-{breathing}[[focus]]
+        curve = f"""[[focus]]
 approach = "near"
 error_um = 0.0
 points = [{{ steps = 0, extension_mm = 0.0 }}, {{ steps = {self.steps - 1}, extension_mm = {self.e_mm[1]} }}]
-""")
+""" if self.curve else ""
+        with open(os.path.join(folder, "told.toml"), "w", encoding="utf-8") as file:
+            file.write(f'version = 1\nserial = ""\nmade = "by hand"\n{breathing}{curve}')
         wavelength = f"wavelength_nm = {self.wavelength * 1e9}\n" if self.wavelength else ""
         return f"""version = 1
 [[lens]]
@@ -99,6 +99,7 @@ pupil_factor = {self.pupil}
 compensate = true
 um_per_c = {self.drift}
 [lens.focus]
+approach = "{'far' if self.far else 'near'}"
 backlash = {self.backlash}
 [lens.iris]
 backlash = {self.iris_backlash}
@@ -109,7 +110,7 @@ backlash = {self.iris_backlash}
     def state(self, focus, iris, zoom_mm):
         """With the mechanism where the positions say."""
         zoom = zoom_mm * 1e-3
-        along = focus / (self.steps - 1)
+        along = (focus + (self.backlash if self.far else 0)) / (self.steps - 1)
         f = zoom * (1 + self.breathing * along)
         e = along * self.e_mm[1] * 1e-3 + self.drift * 1e-6 * (self.temperature - 20)
         n = self.n[0] * (self.n[1] / self.n[0]) ** (iris / (self.iris_steps - 1))
@@ -179,7 +180,8 @@ backlash = {self.iris_backlash}
         """Some pair of positions leaves a fifth of every limit with each axis a step away."""
         grid = 1e-6 * 1e3 * (self.f_mm[1] - self.f_mm[0])
         zooms = {zoom_mm - grid, zoom_mm + grid} if self.zooms() else {zoom_mm}
-        for focus in range(self.backlash + 2, self.steps - 1, max(1, self.steps // 400)):
+        places = range(2, self.steps - self.backlash - 2) if self.far else range(self.backlash + 2, self.steps - 1)
+        for focus in places[::max(1, self.steps // 400)]:
             states = [(z, f) for z in zooms for f in (focus - 1, focus + 1)]
             for iris in range(self.iris_backlash + 1, self.iris_steps - 1, max(1, self.iris_steps // 40)):
                 if all(self.ratio(limit, self.state(f, i, z)) * POSSIBLE <= 1 for limit in limits

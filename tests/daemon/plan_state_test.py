@@ -124,10 +124,13 @@ class FarApproach(PlanState):
     lens = '[lens.focus]\napproach = "far"\nbacklash = 20\n'
 
     def test_positions_whose_backlash_stays_are_planned_with_it(self):
-        # 0.88 m focuses at 3.012 mm: nearest is the last position, where nothing is left to turn back on.
+        # 0.88 m focuses at 3.012 mm. From 2980 on nothing is left to turn back on; there the mechanism, which lags 20
+        # steps behind the counts after coming down from 3000, stands at 3.000 mm.
         code, plan, errors = self.run_lensctl("plan", "a", "--sharp", "0.88m:6um", "--apply")
         self.assertEqual(code, 0, errors)
-        self.assertLessEqual(plan["extensionMm"], 2.98 + 1e-9)
+        focus = next(a for a in self.status()["axes"] if a["axis"] == "focus")
+        self.assertLessEqual(focus["position"], 2980)
+        self.assertAlmostEqual(plan["extensionMm"], (focus["position"] + 20) * 1e-3, delta=1e-9)
         self.assertTrue(plan["reached"]["feasible"])
 
 

@@ -71,12 +71,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const Instant began = clock.Now();
     registers.BeginCall(began + kCall);
     if (call % 3 == 0) {
-      (void)registers.Read(address::kStatus1);
+      [[maybe_unused]] const auto status = registers.Read(address::kStatus1);
     } else if (call % 3 == 1) {
       const auto text = registers.ReadText(address::kModelName, 24);
       if (text && !std::ranges::all_of(*text, [](unsigned char c) { return c >= 0x20 && c < 0x7F; })) __builtin_trap();
     } else {
-      (void)registers.Write(0x2000 + address::kPosition, 1000);
+      [[maybe_unused]] const auto written = registers.Write(0x2000 + address::kPosition, 1000);
     }
     // Beyond its end a call may take what it waits for after a failure.
     if (clock.Now() - began > 2 * kCall) __builtin_trap();

@@ -24,7 +24,8 @@ void Numbers(std::span<const std::uint8_t> bytes) {
   if (!Fits(type, number)) __builtin_trap();
   std::vector<std::uint16_t> written;
   AppendNumber(written, type, order, number);
-  if (!std::ranges::equal(written, std::span(words).first(static_cast<std::size_t>(RegistersOf(type))))) __builtin_trap();
+  if (!std::ranges::equal(written, std::span(words).first(static_cast<std::size_t>(RegistersOf(type)))))
+    __builtin_trap();
 }
 
 void Profiles(std::string_view text, std::int64_t target) {

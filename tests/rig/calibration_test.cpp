@@ -224,6 +224,27 @@ TEST(OpticsTable, AnApproachFromTheOtherSideShiftsByTheBacklash) {
   EXPECT_NEAR(Table(calibration).ExtensionFromNative(Native{500}).value, 1.1 * TrueExtension(500), 1e-12);
 }
 
+TEST(OpticsTable, NominalFiguresHoldMovingTowardNear) {
+  RigConfig config;
+  const auto near = OpticsTable::Create(Nominal(), Motors(), config, nullptr);
+  ASSERT_TRUE(near);
+  config.axes[Axis::Focus].approach_near = false;
+  const auto unknown = OpticsTable::Create(Nominal(), Motors(), config, nullptr);
+  ASSERT_TRUE(unknown);
+  EXPECT_GE(unknown->ExtensionError(Native{500}).value,
+            0.099 * (near->ExtensionFromNative(Native{1000}) - near->ExtensionFromNative(Native{0})).value);
+  config.axes[Axis::Focus].backlash = 37.0;
+  const auto far = OpticsTable::Create(Nominal(), Motors(), config, nullptr);
+  ASSERT_TRUE(far);
+  for (const double position : {0.0, 123.0, 500.0, 963.0}) {
+    EXPECT_NEAR(far->ExtensionFromNative(Native{position}).value,
+                near->ExtensionFromNative(Native{position + 37.0}).value, 1e-12);
+    const Metres there = far->ExtensionFromNative(Native{position});
+    EXPECT_NEAR(far->NativeFromExtension(there).value, position, 1e-9);
+  }
+  EXPECT_EQ(far->ExtensionError(Native{500}).value, near->ExtensionError(Native{500}).value);
+}
+
 TEST(OpticsTable, RefusesACalibrationThatContradictsTheWiring) {
   RigConfig config;
   config.axes[Axis::Focus].near_positive = false;
