@@ -8,6 +8,8 @@
 #include <compare>
 #include <limits>
 #include <map>
+#include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -258,33 +260,80 @@ Merit MeritOnPositions(const ZoomedPlanning& zoomed, const proto::LensRequest& a
   return MeritOf(answer, asked.plan.objective, 1.0);
 }
 
-/// The best of the places in a range. What a place is worth as a continuous problem is the most it can be worth on
-/// positions, so that only the first few have to be looked at so closely.
+/// Looks for the best place on the motors' positions. What a place is worth as a continuous problem is the most it can
+/// be worth there, so that only those that promise more than the best so far have to be looked at so closely: the first
+/// few of them, then some spread over all of the zoom, since what spoils a place often spoils its neighbours too, and
+/// then around the best.
+class PositionSearch {
+ public:
+  PositionSearch(const rig::Rig& rig, const rig::RigConfig& config, const proto::LensRequest& asked,
+                 const ZoomAxis& zoom)
+      : rig_(rig), config_(config), asked_(asked), zoom_(zoom), now_(rig.GetStatus()) {}
+
+  /// `ranked`: places and what they promise, the best first. `binding`: the promises are of the request's own
+  /// objective.
+  void Among(std::vector<std::pair<Merit, Native>> ranked, bool binding) {
+    constexpr std::size_t kFirst = 32, kSpread = 64, kAround = 16;
+    binding_ = binding;
+    const auto first = ranked.begin() + static_cast<std::ptrdiff_t>(std::min(kFirst, ranked.size()));
+    for (auto place = ranked.begin(); place != first; ++place) {
+      if (!Promises(place->first)) return;
+      Look(*place);
+    }
+    std::erase_if(ranked,
+                  [&](const auto& place) { return looked_at_.contains(place.second) || !Promises(place.first); });
+    std::ranges::sort(ranked, {}, &std::pair<Merit, Native>::second);
+    const std::size_t stride = ranked.size() / kSpread + 1;
+    for (std::size_t i = 0; i < ranked.size(); i += stride) Look(ranked[i]);
+    for (std::size_t near = stride; near > 1;) {
+      near = near / kAround + 1;
+      const auto best =
+          std::ranges::lower_bound(ranked, *best_->second.planning.zoom, {}, &std::pair<Merit, Native>::second);
+      const auto middle = static_cast<std::size_t>(best - ranked.begin());
+      for (std::size_t i = middle - std::min(middle, near * kAround); i < ranked.size() && i <= middle + near * kAround;
+           i += near) {
+        Look(ranked[i]);
+      }
+    }
+  }
+  const Merit& merit() const { return best_->first; }
+  ZoomedPlanning Take() { return std::move(best_->second); }
+
+ private:
+  bool Promises(Merit promise) const {
+    if (!best_ || !binding_) return true;
+    constexpr double kHair = 1.0 - 1e-3;  // tolerances differ a little from zoom to zoom
+    if (promise.relax > 1.0) promise.relax = std::max(1.0, promise.relax * kHair);
+    return promise < best_->first;
+  }
+  void Look(const std::pair<Merit, Native>& place) {
+    if (!Promises(place.first) || !looked_at_.insert(place.second).second) return;
+    ZoomedPlanning there = Zoomed(rig_, config_, asked_, zoom_.At(place.second));
+    Merit merit = MeritOnPositions(there, asked_, now_);
+    merit.travel = place.first.travel;
+    if (!best_ || merit < best_->first) best_.emplace(merit, std::move(there));
+  }
+
+  const rig::Rig& rig_;
+  const rig::RigConfig& config_;
+  const proto::LensRequest& asked_;
+  const ZoomAxis& zoom_;
+  const rig::Status now_;
+  bool binding_ = true;
+  std::set<Native> looked_at_;
+  std::optional<std::pair<Merit, ZoomedPlanning>> best_;
+};
+
 ZoomedPlanning BestZoom(const rig::Rig& rig, const rig::RigConfig& config, const proto::LensRequest& asked,
                         const ZoomAxis& zoom, std::pair<Native, Native> range) {
-  constexpr std::size_t kMost = 32;
-  constexpr double kHair = 1.0 - 1e-3;  // tolerances differ a little from zoom to zoom
-  const rig::Status now = rig.GetStatus();
   ZoomScan scan(rig, config, asked);
-  std::optional<std::pair<Merit, ZoomedPlanning>> best;
-  const auto look = [&](optics::Objective objective) {
-    const auto ranked = scan.Ranked(range.first, range.second, objective);
-    for (std::size_t i = 0; i < std::min(kMost, ranked.size()); ++i) {
-      auto [promise, place] = ranked[i];
-      promise.relax *= kHair;
-      promise.aim *= promise.aim > 0.0 ? kHair : 1.0 / kHair;
-      promise.travel = 0.0;
-      if (best && objective == asked.plan.objective && best->first < promise) return;
-      ZoomedPlanning there = Zoomed(rig, config, asked, zoom.At(place));
-      Merit merit = MeritOnPositions(there, asked, now);
-      merit.travel = ranked[i].first.travel;
-      if (!best || merit < best->first) best.emplace(merit, std::move(there));
-    }
-  };
-  look(asked.plan.objective);
+  PositionSearch search(rig, config, asked, zoom);
+  search.Among(scan.Ranked(range.first, range.second, asked.plan.objective), true);
   // Where the most light leaves no room for the motors' steps, the focal length with the most room may.
-  if (best->first.relax > 1.0 && asked.plan.objective == optics::Objective::Light) look(optics::Objective::Sharp);
-  return std::move(best->second);
+  if (search.merit().relax > 1.0 && asked.plan.objective == optics::Objective::Light) {
+    search.Among(scan.Ranked(range.first, range.second, optics::Objective::Sharp), false);
+  }
+  return search.Take();
 }
 
 }  // namespace
