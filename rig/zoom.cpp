@@ -22,6 +22,9 @@ using drivers::Axis;
 constexpr double kTolerance_px = 2.0;
 constexpr double kOfRange = 0.01;
 constexpr int kFinest = 4096;  ///< parts at most
+/// Of the tolerance, for what focus has to do within a part: where more of it is taken by what is not known, smaller
+/// parts help little, and the bound says by how much it is exceeded.
+constexpr double kLeast = 0.25;
 
 class ZoomRun : public std::enable_shared_from_this<ZoomRun> {
  public:
@@ -49,6 +52,7 @@ class ZoomRun : public std::enable_shared_from_this<ZoomRun> {
   };
   Dioptres KeptFrom(const OpticsTable& table) const;
   Result<Native> FocusAt(Native zoom) const;
+  Metres Unsure(const Part& part) const;
   Result<void> Divide(Native from, Native to);
   Metres Tolerance(const Status& status) const;
   Metres Off(Native zoom, Native focus, Native focus_there) const;
@@ -116,16 +120,24 @@ Metres ZoomRun::Off(Native zoom, Native focus, Native focus_there) const {
   return Metres{std::abs((table.ExtensionFromNative(focus) - table.ExtensionFromNative(focus_there)).value)};
 }
 
+/// What is not known of where focus stands, and of what its positions mean, holds on the way as well.
+Metres ZoomRun::Unsure(const Part& part) const {
+  Conditions there = optics_->conditions();
+  there.zoom = part.zoom;
+  const Native unsure{2.0 * (reversal_.margin + rig_.lens().axes[Axis::Focus]->resolution)};
+  return Off(part.zoom, part.focus, part.focus + unsure) + 2.0 * optics_->In(there).ExtensionError(part.focus);
+}
+
 Result<void> ZoomRun::Divide(Native from, Native to) {
   const auto start = FocusAt(from);
   if (!start) return PassOn(start);
   const Metres tolerance = Tolerance(rig_.GetStatus());
   const double resolution = rig_.lens().axes[Axis::Zoom]->resolution;
   const double whole = std::abs((to - from).value);
-  // Halved until no part asks focus for more than the tolerance: what focus does over the zoom is smooth.
+  // Halved until focus is off by no more than the tolerance in any part: what focus does over the zoom is smooth.
   for (int count = 1;; count *= 2) {
     parts_ = {{from, *start}};
-    Metres worst{0.0};
+    Metres worst{0.0}, unsure{0.0};
     for (int i = 1; i <= count; ++i) {
       Native zoom = from + (to - from) * (static_cast<double>(i) / count);
       if (i < count) zoom = Native{from.value + std::round((zoom - from).value / resolution) * resolution};
@@ -133,9 +145,11 @@ Result<void> ZoomRun::Divide(Native from, Native to) {
       if (!focus) return PassOn(focus);
       worst = std::max(worst, Off(zoom, parts_.back().focus, *focus));
       parts_.push_back({zoom, *focus});
+      unsure = std::max(unsure, Unsure(parts_.back()));
     }
-    outcome_.tracking_bound = worst;
-    if (worst <= tolerance || whole / count <= 2.0 * resolution || count >= kFinest) return {};
+    outcome_.tracking_bound = worst + unsure;
+    const Metres left = std::max(tolerance - unsure, kLeast * tolerance);
+    if (worst <= left || whole / count <= 2.0 * resolution || count >= kFinest) return {};
   }
 }
 
@@ -150,26 +164,14 @@ void ZoomRun::Begin() {
   const auto target = rig_.Resolve(Axis::Zoom, request_.target);
   if (!target) return done_(PassOn(target));
   outcome_.kept = *status.vergence;
-  if (auto divided = Divide(zoom->position, *target); !divided) return done_(PassOn(divided));
-  outcome_.steps = static_cast<int>(parts_.size()) - 1;
   const Backlash backlash = rig_.backlash(Axis::Focus);
   const double resolution = rig_.lens().axes[Axis::Focus]->resolution;
   reversal_ = {.shift = backlash.steps,
                .margin = std::max(backlash.high - backlash.steps, backlash.steps - backlash.low),
                .up = rig_.approaches_up(Axis::Focus)};
   if (reversal_.shift > 0.0) reversal_.margin = std::max(reversal_.margin, resolution);
-  // What is known of where focus stands, and of what its positions mean, holds on the way as well.
-  const double unsure = reversal_.margin + resolution;
-  Metres worst{0.0};
-  for (std::size_t i = 1; i < parts_.size(); ++i) {
-    const Part& part = parts_[i];
-    Conditions there = optics_->conditions();
-    there.zoom = part.zoom;
-    const OpticsTable table = optics_->In(there);
-    worst = std::max(
-        worst, Off(part.zoom, part.focus, part.focus + Native{2.0 * unsure}) + 2.0 * table.ExtensionError(part.focus));
-  }
-  outcome_.tracking_bound = outcome_.tracking_bound + worst;
+  if (auto divided = Divide(zoom->position, *target); !divided) return done_(PassOn(divided));
+  outcome_.steps = static_cast<int>(parts_.size()) - 1;
   Next();
 }
 
