@@ -266,8 +266,9 @@ int RunVerify(int argc, char** argv) {
   Options options;
   CLI::App app(
       "Measures the blur of a picture against two frames taken through a small aperture, and says whether the "
-      "limits hold. Frames are linear light; of colours the green is judged. Exit status 1: a limit is broken, or the "
-      "frames cannot tell.");
+      "limits hold: where no error bar (95 %) reaches more than a tenth of a limit beyond it. One is broken where a "
+      "whole bar lies beyond. Frames are linear light; of colours the green is judged. Exit status 1: a limit is "
+      "broken, or the frames cannot tell.");
   app.add_option("--reference-a", options.reference_a, "small-aperture frame (PNG)")->required();
   app.add_option("--reference-b", options.reference_b, "another one like it: their difference tells the noise")
       ->required();
