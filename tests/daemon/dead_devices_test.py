@@ -134,7 +134,7 @@ class DeadDevices(unittest.TestCase):
                         self.assertLess(time.monotonic() - began, 15 + 5 * PATIENCE)
                         time.sleep(0.1)
                     stuck = self.status(client)["stuck"]
-                    self.assertEqual((stuck["connection"], stuck["connected"]), ("absent", False))
+                    self.assertEqual((stuck["connection"], stuck["connected"]), ("hung", False))
                     self.assertIn("has not answered for 15 s", stuck["error"])
                     refused = client.call(LENS + "Move", {"lens": "stuck", "axis": "focus", "target": {"position": 1}})
                     self.assertEqual(refused["error"], LENS + "Disconnected")
