@@ -122,13 +122,15 @@ int Main(int argc, char** argv) {
   AddGlobals(root, text);
   Run run;
   for (const AddCommand add : kCommands) add(root, run);
+  // The parser may stop before it comes to --json, or take it for the value of an option that has none.
+  const bool json = std::ranges::find(arguments, std::string_view("--json")) != arguments.end();
   try {
     root.parse(argc, argv);
+    text.json |= json;
   } catch (const CLI::Success& asked) {
     return root.exit(asked);
   } catch (const CLI::ParseError& error) {
-    // The parser may have stopped before it came to --json.
-    text.json = text.json || std::ranges::find(arguments, std::string_view("--json")) != arguments.end();
+    text.json |= json;
     return EndEarly(text, UsageFailure(root, error));
   }
   if (auto empty = EmptyOption(root)) return EndEarly(text, *empty);
