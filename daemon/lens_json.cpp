@@ -151,16 +151,17 @@ Json NativeJson(double value) {
   return varlink::NumberOrNull(value);
 }
 
-Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config,
-              const std::optional<Planning>& planning, const std::string& calibration_file) {
+Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config, const Planning* planning,
+              const std::string& calibration_file) {
   const drivers::Capabilities& lens = rig.lens();
-  return {{"name", name},
-          {"driver", lens.driver},
-          {"model", lens.model},
-          {"serial", TextOrNull(lens.serial)},
-          {"axes", AxesInfoJson(rig)},
-          {"optics", planning ? OpticsJson(*rig.optics(), config, *planning, calibration_file) : Json(nullptr)},
-          {"camera", rig.camera() ? CameraJson(*rig.camera()) : Json(nullptr)}};
+  return {
+      {"name", name},
+      {"driver", lens.driver},
+      {"model", lens.model},
+      {"serial", TextOrNull(lens.serial)},
+      {"axes", AxesInfoJson(rig)},
+      {"optics", planning != nullptr ? OpticsJson(*rig.optics(), config, *planning, calibration_file) : Json(nullptr)},
+      {"camera", rig.camera() ? CameraJson(*rig.camera()) : Json(nullptr)}};
 }
 
 Json AbsentInfoJson(const std::string& name, std::string_view driver) {

@@ -29,7 +29,7 @@ std::string_view BacklashCauseName(rig::BacklashCause cause);
 
 /// LensInfo.
 varlink::Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config,
-                       const std::optional<Planning>& planning, const std::string& calibration_file);
+                       const Planning* planning, const std::string& calibration_file);
 /// LensInfo of a lens that has not been there yet.
 varlink::Json AbsentInfoJson(const std::string& name, std::string_view driver);
 /// Counters of the interface.

@@ -13,7 +13,7 @@ LensService::LensService(EventLoop& loop, const Clock& clock, std::string state)
     : loop_(loop),
       clock_(clock),
       watchers_(loop, clock),
-      surroundings_{loop, clock, watchers_, plug_signal_, files_, std::move(state)},
+      surroundings_{loop, clock, watchers_, plug_signal_, files_, plans_, std::move(state)},
       definition_(BuiltInDefinition(proto::LensInterfaceText())) {
   for (const auto rows : {StatusMethods, DeviceMethods, MotionMethods, LeaseMethods, PlanMethods, AutofocusMethods,
                           SessionMethods, SnapshotMethods, CalibrationMethods, PresetMethods}) {
@@ -23,6 +23,7 @@ LensService::LensService(EventLoop& loop, const Clock& clock, std::string state)
 
 LensService::~LensService() {
   files_.End();  // what it writes belongs to lenses
+  plans_.End();  // and what it solves
 }
 
 void LensService::AddLens(const LensConfig& config, ServedLens::Open open) {
@@ -34,6 +35,7 @@ void LensService::Begin() {
 }
 
 void LensService::End() {
+  plans_.RequestStop();
   for (const auto& lens : lenses_) lens->End();
 }
 

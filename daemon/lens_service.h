@@ -58,6 +58,7 @@ class LensService final : public Service {
   PlugSignal plug_signal_;
   Watchers watchers_;
   TaskThread files_;
+  TaskThread plans_;
   const LensSurroundings surroundings_;
   varlink::InterfaceDefinition definition_;
   std::vector<std::unique_ptr<ServedLens>> lenses_;

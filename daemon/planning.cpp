@@ -19,14 +19,12 @@ using optics::FocusPosition;
 using optics::IrisPosition;
 
 /// Every position within the soft limits.
-std::vector<Native> PositionsOf(const rig::Rig& rig, Axis axis) {
-  const drivers::AxisCapabilities& can = *rig.lens().axes[axis];
-  const auto [lowest, highest] = rig.SoftLimits(axis);
+std::vector<Native> PositionsOf(const AxisGrid& grid) {
   std::vector<Native> positions;
-  const double first = std::ceil((lowest.value - can.minimum.value) / can.resolution - 1e-9);
+  const double first = std::ceil((grid.low - grid.origin).value / grid.resolution - 1e-9);
   for (double step = first;; ++step) {
-    const Native native{can.minimum.value + step * can.resolution};
-    if (native.value > highest.value + 1e-9 * can.resolution) break;
+    const Native native{grid.origin.value + step * grid.resolution};
+    if (native.value > grid.high.value + 1e-9 * grid.resolution) break;
     positions.push_back(native);
   }
   return positions;
@@ -80,22 +78,22 @@ void Sort(std::vector<Position>& positions, std::vector<Native>& natives, Key ke
   for (std::size_t i = 0; i < positions.size(); ++i) std::tie(positions[i], natives[i]) = both[i];
 }
 
-void AddPositions(Planning& planning, const rig::Rig& rig) {
-  const rig::OpticsTable& optics = *planning.optics;
+void AddPositions(Planning& planning) {
+  const rig::OpticsTable& optics = *planning.lens.optics;
   const drivers::NominalOptics& nominal = optics.nominal();
   optics::LensPositions& positions = planning.positions;
   positions.focal_length = nominal.liquid ? Metres{nominal.focal_length_m} : optics.focal_length();
   positions.focal_length_error = optics.FocalLengthError();
   positions.liquid = nominal.liquid;
   if (optics.has_focus()) {
-    planning.focus = PositionsOf(rig, Axis::Focus);
+    planning.focus = PositionsOf(*planning.lens.axes[Axis::Focus]);
     for (const Native native : planning.focus) positions.focus.push_back(PositionAt(optics, native));
     Sort(positions.focus, planning.focus, &FocusPosition::focal_plane);
   } else {
     positions.focus.push_back(StandsAt(optics, Metres{nominal.min_extension_m}));
   }
   if (optics.has_iris()) {
-    planning.iris = PositionsOf(rig, Axis::Iris);
+    planning.iris = PositionsOf(*planning.lens.axes[Axis::Iris]);
     for (const Native native : planning.iris) positions.iris.push_back(OpenAt(optics, native, {}));
     Sort(positions.iris, planning.iris, &IrisPosition::f_number);
   } else {
@@ -109,20 +107,20 @@ void StateTolerances(Planning& planning) {
   double step = 0.0, ratio = 1.0, nominal = 0.0;
   const auto& focus = planning.positions.focus;
   const auto& iris = planning.positions.iris;
-  const bool calibrated = planning.optics->grade() != rig::Grade::Uncalibrated;
+  const bool calibrated = planning.lens.optics->grade() != rig::Grade::Uncalibrated;
   for (std::size_t i = 0; i < focus.size(); ++i) {
     const double z = focus[i].sensor_distance.value;
     const double before = i > 0 ? std::abs((focus[i].extension - focus[i - 1].extension).value) : 0.0;
     step = std::max(step, 0.5 * before + focus[i].bound.value * z * z);
     if (!calibrated || planning.focus.empty()) continue;
-    const Metres stated = planning.optics->NominalExtension(planning.focus[i]);
+    const Metres stated = planning.lens.optics->NominalExtension(planning.focus[i]);
     nominal = std::max(nominal, std::abs((stated - focus[i].extension).value));
   }
   for (std::size_t j = 1; j < iris.size(); ++j) {
     ratio = std::max(ratio, (iris[j].f_number / iris[j - 1].f_number));
   }
   planning.defaults.sensor_tolerance = step;
-  planning.defaults.f_number_tolerance = std::sqrt(ratio) * (1.0 + planning.optics->FNumberError()) - 1.0;
+  planning.defaults.f_number_tolerance = std::sqrt(ratio) * (1.0 + planning.lens.optics->FNumberError()) - 1.0;
   planning.defaults.calibration_error = Metres{nominal};
 }
 
@@ -138,7 +136,7 @@ double PlaneAt(const std::vector<FocusPosition>& focus, double index) {
 /// The positions, each within the bound that a motion from `now` ends with.
 optics::LensPositions WithMotors(const Planning& planning, const rig::Status& now) {
   optics::LensPositions positions = planning.positions;
-  const rig::OpticsTable& optics = *planning.optics;
+  const rig::OpticsTable& optics = *planning.lens.optics;
   double zoom_error = ZoomErrorNow(optics, now);
   if (const auto& zoom = now.axes[Axis::Zoom]; zoom && planning.zoom) {
     zoom_error = ZoomError(optics, *planning.zoom, zoom->arrival.BoundAt(*planning.zoom));
@@ -197,18 +195,18 @@ optics::DistanceOrigin OriginOf(const optics::FocusScale& scale, const proto::Le
   return {.at_sensor = false, .behind = scale.centre_shift};
 }
 
-Planning PlanningUnder(const rig::Rig& rig, const rig::RigConfig& config, const rig::OpticsTable& table) {
+Planning PlanningUnder(PlannedLens lens, const rig::RigConfig& config) {
   Planning planning;
-  planning.optics = std::make_shared<const rig::OpticsTable>(table);
-  planning.scale = ScaleUnder(table, config);
-  AddPositions(planning, rig);
+  planning.scale = ScaleUnder(*lens.optics, config);
+  planning.lens = std::move(lens);
+  AddPositions(planning);
   const auto& [focus, iris] = std::tie(planning.positions.focus, planning.positions.iris);
-  const drivers::NominalOptics& nominal = planning.optics->nominal();
+  const drivers::NominalOptics& nominal = planning.lens.optics->nominal();
   optics::PlanRequest& request = planning.defaults;
   request.focal_length = planning.positions.focal_length.value;
   request.f_numbers = {iris.front().f_number.value, iris.back().f_number.value};
   request.extensions = {focus.front().extension.value, focus.back().extension.value};
-  if (planning.optics->grade() == rig::Grade::Uncalibrated) {
+  if (planning.lens.optics->grade() == rig::Grade::Uncalibrated) {
     // As stated, without the rounding of their steps.
     request.f_numbers = {nominal.min_f_number, nominal.max_f_number};
     request.extensions = {nominal.min_extension_m, nominal.max_extension_m};
@@ -216,17 +214,25 @@ Planning PlanningUnder(const rig::Rig& rig, const rig::RigConfig& config, const 
   request.liquid = nominal.liquid;
   request.pupil_factor = config.pupil_factor;
   if (config.wavelength && !nominal.liquid) request.wavelength = config.wavelength->value;
+  request.pixel = planning.lens.pixel;
   StateTolerances(planning);
-  if (const auto* camera = rig.camera(); camera != nullptr && camera->pixel_um > 0.0) {
-    request.pixel = Metres{camera->pixel_um * 1e-6};
-    planning.sensor_width = *request.pixel * static_cast<double>(camera->width);
-  }
   return planning;
 }
 
 std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& config) {
   if (rig.optics() == nullptr) return std::nullopt;
-  return PlanningUnder(rig, config, *rig.optics());
+  PlannedLens lens{std::make_shared<const rig::OpticsTable>(*rig.optics()), {}, std::nullopt, std::nullopt};
+  for (const Axis axis : drivers::kAxes) {
+    const auto& can = rig.lens().axes[axis];
+    if (!can) continue;
+    const auto [low, high] = rig.SoftLimits(axis);
+    lens.axes[axis] = AxisGrid{can->minimum, can->resolution, low, high};
+  }
+  if (const auto* camera = rig.camera(); camera != nullptr && camera->pixel_um > 0.0) {
+    lens.pixel = Metres{camera->pixel_um * 1e-6};
+    lens.sensor_width = *lens.pixel * static_cast<double>(camera->width);
+  }
+  return PlanningUnder(std::move(lens), config);
 }
 
 Result<LensPlan> PlanFor(const Planning& planning, const proto::LensRequest& asked, const rig::Status& now) {
@@ -235,7 +241,7 @@ Result<LensPlan> PlanFor(const Planning& planning, const proto::LensRequest& ask
   if (!answer) return PassOn(answer);
   LensPlan plan{*std::move(answer), std::nullopt, std::nullopt, planning.zoom, std::nullopt};
   const optics::FocusPosition& there = positions.focus[plan.answer.focus];
-  if (const auto width = asked.sensor_width ? asked.sensor_width : planning.sensor_width; asked.field && width) {
+  if (const auto width = asked.sensor_width ? asked.sensor_width : planning.lens.sensor_width; asked.field && width) {
     const Metres depth = asked.field->distance - OriginOf(planning.scale, asked).At(there);
     plan.field_width = optics::FieldWidth(there.focal_length, there.extension, *width, depth);
   }

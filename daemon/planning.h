@@ -1,4 +1,5 @@
-// What a lens contributes to a plan: its positions as it stands now.
+// What a lens contributes to a plan: its positions as it stands now. All of it is a copy of one moment, so that a plan
+// can be solved on any thread, whatever the rig does meanwhile.
 #pragma once
 
 #include <memory>
@@ -12,17 +13,31 @@
 
 namespace lensd::daemon {
 
+/// The targets of an axis: a grid within soft limits.
+struct AxisGrid {
+  Native origin;
+  double resolution = 1.0;  ///< > 0
+  Native low, high;
+};
+
+/// What planning has to know of a lens.
+struct PlannedLens {
+  std::shared_ptr<const rig::OpticsTable> optics;  ///< under the conditions of one moment; never null
+  drivers::PerAxis<std::optional<AxisGrid>> axes;
+  std::optional<Metres> pixel;
+  std::optional<Metres> sensor_width;
+};
+
 /// A lens under the conditions of one moment: zoom, filter, temperature.
 struct Planning {
+  PlannedLens lens;
   optics::PlanRequest defaults;  ///< what a request leaves out; tolerances: half a step, for people to read
   optics::FocusScale scale;      ///< where configured distances start, the lens centre being where it is now
-  std::shared_ptr<const rig::OpticsTable> optics;
   /// Bounds hold what calibration and temperature leave open; where the motors stand is added for each plan.
   optics::LensPositions positions;
   std::vector<Native> focus;  ///< of the positions; empty: there is no such motor
   std::vector<Native> iris;
   std::optional<Native> zoom;  ///< where it shall go; nothing: it stays
-  std::optional<Metres> sensor_width;
 };
 
 /// Configured distances with the lens centre where it stands under the conditions of `optics`.
@@ -30,6 +45,9 @@ optics::FocusScale ScaleUnder(const rig::OpticsTable& optics, const rig::RigConf
 
 /// Nothing where the optics are not known. On the rig's thread.
 std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& config);
+
+/// The lens under its conditions.
+Planning PlanningUnder(PlannedLens lens, const rig::RigConfig& config);
 
 /// A plan on the positions of a lens.
 struct LensPlan {

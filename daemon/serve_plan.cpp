@@ -1,7 +1,9 @@
-// Plan: solved here and now, in the event loop, because it takes microseconds; only choosing a focal length and
-// applying a plan involve the worker.
+// Plan: what takes microseconds is solved here and now, in the event loop; what may take longer on a thread of its own,
+// so that nobody's stop waits for it. Only applying a plan involves the worker.
+#include <algorithm>
 #include <utility>
 
+#include "barrier.h"
 #include "lens_json.h"
 #include "lens_service.h"
 #include "move_group.h"
@@ -76,7 +78,6 @@ Json StackReply(const LensStack& stack) {
 
 struct Question {
   proto::LensRequest asked;
-  bool apply = false;
   bool shows_request = false;
 
   std::string Shown(const LensPlan& plan) const {
@@ -85,60 +86,125 @@ struct Question {
   }
 };
 
-void Apply(ServedLens& lens, const ExchangePointer& exchange, const Question& question, const LensPlan& plan) {
+/// What a call came to: a reply, or a plan to be carried out first.
+struct Solved {
+  std::string reply;
+  std::optional<LensPlan> apply;
+  Question question;  ///< of `apply`
+};
+
+/// What solving takes; of one moment, so that it may be done on any thread.
+struct Problem {
+  varlink::JsonView request;  ///< lives as long as the exchange
+  bool apply = false;
+  bool shows_request = false;
+  std::shared_ptr<const Planning> planning;
+  std::shared_ptr<const rig::Status> now;
+  const rig::RigConfig& config;
+  std::stop_token stop;  ///< lensd ends
+};
+
+Result<Solved> SolveWith(const Planning& planning, const Problem& problem, Question question) {
+  if (question.asked.stack) {
+    const auto stack = StackFor(planning, question.asked, *problem.now);
+    if (!stack) return PassOn(stack);
+    return Solved{Wrap("plan", varlink::WriteJson(StackReply(*stack))), std::nullopt, {}};
+  }
+  auto plan = PlanFor(planning, question.asked, *problem.now);
+  if (!plan) return PassOn(plan);
+  if (plan->answer.plan.feasible && problem.apply) return Solved{"", *std::move(plan), std::move(question)};
+  const Metres gap = planning.scale.principal_gap + planning.scale.centre_shift;
+  return Solved{PlanReply(*plan, gap) + question.Shown(*plan) + "}", std::nullopt, {}};
+}
+
+Result<Solved> Solve(const Problem& problem) {
+  auto asked = proto::LensRequestFromJson(problem.request, problem.planning->defaults);
+  if (!asked) return PassOn(asked);
+  Question question{*std::move(asked), problem.shows_request};
+  if (!question.asked.focal_lengths && !question.asked.field) {
+    return SolveWith(*problem.planning, problem, std::move(question));
+  }
+  auto zoomed = PlanningForZoom(problem.planning->lens, problem.config, question.asked, *problem.now, problem.stop);
+  if (!zoomed) return PassOn(zoomed);
+  question.asked.plan = std::move(zoomed->request);
+  return SolveWith(zoomed->planning, problem, std::move(question));
+}
+
+/// Whether a call may take longer than the event loop can spare, a millisecond.
+bool MayTakeLong(const ExchangePointer& exchange) {
+  constexpr std::size_t kFewLimits = 4096;  // bytes: some forty limits
+  constexpr std::string_view kLaborious[] = {"focalLengthMm", "focalLengthMinMm", "focalLengthMaxMm", "field",
+                                             "stack",         "wavelengthNm"};
+  if (exchange->call().bytes > kFewLimits) return true;
+  const auto request = exchange->view().Find("request");
+  return std::ranges::any_of(kLaborious, [&](std::string_view field) { return request->Given(field).has_value(); });
+}
+
+/// Runs `work` where it does not keep others waiting, then in the event loop what it returns.
+void Compute(ServedLens& lens, const ExchangePointer& exchange, std::move_only_function<Task()> work) {
+  if (!MayTakeLong(exchange)) return work()();
+  const bool taken = lens.surroundings().plans.Submit([&lens, exchange, work = std::move(work)]() mutable {
+    Task then;
+    if (const auto thrown = Guarded(lens.name(), [&] { then = work(); })) {
+      then = [exchange, error = *thrown] { Refuse(exchange, error); };
+    }
+    // Whatever holds the call is let go of where calls live.
+    lens.surroundings().loop.Post(
+        [then = std::move(then), work = std::move(work), held = std::move(exchange)]() mutable { then(); });
+  });
+  if (!taken) Refuse(exchange, {Code::Busy, "too many plans wait to be solved; try again"});
+}
+
+/// The reply of a plan that was carried out.
+std::string AppliedReply(const Solved& solved, const std::string& applied, const rig::Status& now,
+                         const rig::RigConfig& config) {
+  const Metres shift = now.optics ? now.optics->centre_shift() : Metres{0.0};
+  const Metres gap = config.scale.principal_gap + shift;
+  std::string reply = PlanReply(*solved.apply, gap) + ",\"applied\":" + applied;
+  if (const auto reached = CheckNow(now, config, solved.question.asked)) {
+    reply += ",\"reached\":" + proto::PlanAnswerText(*reached, gap, proto::PlanShows::Setting);
+  }
+  return reply + solved.question.Shown(*solved.apply) + "}";
+}
+
+void Apply(ServedLens& lens, const ExchangePointer& exchange, Solved solved) {
   if (auto why = lens.WhyStopped(exchange->number(), std::nullopt)) return Refuse(exchange, *why);
-  const auto move = [plan](rig::Rig& rig, MovesCallback done) {
+  const auto move = [focus = solved.apply->focus, iris = solved.apply->iris, zoom = solved.apply->zoom](
+                        rig::Rig& rig, MovesCallback done) {
     const auto group = std::make_shared<MoveGroup>(std::move(done));
     for (const auto& [axis, place] :
-         {std::pair(Axis::Zoom, plan.zoom), std::pair(Axis::Focus, plan.focus), std::pair(Axis::Iris, plan.iris)}) {
+         {std::pair(Axis::Zoom, zoom), std::pair(Axis::Focus, focus), std::pair(Axis::Iris, iris)}) {
       if (place) rig.Move(axis, {rig::Target::Kind::Native, place->value, std::nullopt}, group->Add());
     }
     group->Complete();
   };
-  lens.Ask<Moves>(move, [exchange, &lens, question, plan](const Result<Moves>& moves) {
+  lens.Ask<Moves>(move, [exchange, &lens, solved = std::move(solved)](const Result<Moves>& moves) mutable {
     if (!moves) return Refuse(exchange, lens, moves.error());
     const Json applied = MovesJson(lens.name(), *moves);
     lens.watchers().AnnounceMoves(lens, applied);
-    const rig::Status& now = lens.status();
-    const Metres shift = now.optics ? now.optics->centre_shift() : Metres{0.0};
-    const Metres gap = lens.config().rig.scale.principal_gap + shift;
-    std::string reply = PlanReply(plan, gap) + ",\"applied\":" + varlink::WriteJson(applied);
-    if (const auto reached = CheckNow(now, lens.config().rig, question.asked)) {
-      reply += ",\"reached\":" + proto::PlanAnswerText(*reached, gap, proto::PlanShows::Setting);
-    }
-    exchange->Finish(reply + question.Shown(plan) + "}");
+    Compute(lens, exchange,
+            [exchange, solved = std::move(solved), applied = varlink::WriteJson(applied), now = lens.shared_status(),
+             &config = lens.config().rig]() -> Task {
+              return [exchange, reply = AppliedReply(solved, applied, *now, config)] { exchange->Finish(reply); };
+            });
   });
-}
-
-void Answer(ServedLens& lens, const ExchangePointer& exchange, const Question& question, const Planning& planning) {
-  if (question.asked.stack) {
-    const auto stack = StackFor(planning, question.asked, lens.status());
-    if (!stack) return Refuse(exchange, stack.error());
-    return exchange->Finish(Wrap("plan", varlink::WriteJson(StackReply(*stack))));
-  }
-  const auto plan = PlanFor(planning, question.asked, lens.status());
-  if (!plan) return Refuse(exchange, plan.error());
-  if (plan->answer.plan.feasible && question.apply) return Apply(lens, exchange, question, *plan);
-  exchange->Finish(PlanReply(*plan, planning.scale.principal_gap + planning.scale.centre_shift) +
-                   question.Shown(*plan) + "}");
 }
 
 /// With a planning that counts for the lens as it stands.
 void PlanNow(ServedLens& lens, const ExchangePointer& exchange) {
-  auto asked = proto::LensRequestFromJson(*exchange->view().Find("request"), lens.planning()->defaults);
-  if (!asked) return Refuse(exchange, asked.error());
-  const Question question{*std::move(asked), Says(exchange, "apply"), Says(exchange, "showRequest")};
-  if (!question.asked.focal_lengths && !question.asked.field) {
-    return Answer(lens, exchange, question, *lens.planning());
-  }
-  const auto choose = [&lens, question](rig::Rig& rig, auto done) {
-    done(PlanningForZoom(rig, lens.config().rig, question.asked));
-  };
-  lens.Ask<ZoomedPlanning>(choose, [&lens, exchange, question](const Result<ZoomedPlanning>& zoomed) {
-    if (!zoomed) return Refuse(exchange, lens, zoomed.error());
-    Question there = question;
-    there.asked.plan = zoomed->request;
-    Answer(lens, exchange, there, zoomed->planning);
+  const Problem problem{.request = *exchange->view().Find("request"),
+                        .apply = Says(exchange, "apply"),
+                        .shows_request = Says(exchange, "showRequest"),
+                        .planning = lens.planning(),
+                        .now = lens.shared_status(),
+                        .config = lens.config().rig,
+                        .stop = lens.surroundings().plans.stop()};
+  Compute(lens, exchange, [&lens, exchange, problem]() -> Task {
+    return [&lens, exchange, solved = Solve(problem)]() mutable {
+      if (!solved) return Refuse(exchange, lens, solved.error());
+      if (solved->apply) return Apply(lens, exchange, *std::move(solved));
+      exchange->Finish(solved->reply);
+    };
   });
 }
 

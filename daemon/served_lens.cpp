@@ -36,6 +36,11 @@ bool MayComeYet(Code code) {
          code == Code::Io || code == Code::Cancelled || code == Code::Internal;
 }
 
+std::shared_ptr<const Planning> SharedPlanning(const rig::Rig& rig, const rig::RigConfig& config) {
+  auto planning = PlanningOf(rig, config);
+  return planning ? std::make_shared<const Planning>(*std::move(planning)) : nullptr;
+}
+
 }  // namespace
 
 void Refuse(const ExchangePointer& exchange, const Error& error) {
@@ -217,8 +222,8 @@ void ServedLens::StartRig(Made made, Result<std::vector<rig::Preset>> presets) {
   kept_.calibration_file = CalibrationFile(config_, surroundings_.state, rig->lens().serial);
   kept_.presets = std::move(presets);
   plans_.optics = rig->GetStatus().optics;
-  plans_.planning = PlanningOf(*rig, config_.rig);
-  shown_.info = varlink::WriteJson(InfoJson(name(), *rig, config_.rig, plans_.planning, kept_.calibration_file));
+  plans_.planning = SharedPlanning(*rig, config_.rig);
+  shown_.info = varlink::WriteJson(InfoJson(name(), *rig, config_.rig, plans_.planning.get(), kept_.calibration_file));
   const rig::Status now = rig->GetStatus();
   shown_.text = StatusText(StatusJson(name(), now), now.connected ? "connected" : "absent", now);
   shown_.status = std::make_shared<const rig::Status>(now);
@@ -298,8 +303,8 @@ bool ServedLens::Stale() const {
 
 void ServedLens::Replan(std::function<void()> then) {
   Submit([this, then = std::move(then)](rig::Rig& rig) mutable {
-    auto planning = PlanningOf(rig, config_.rig);
-    std::string info = varlink::WriteJson(InfoJson(name(), rig, config_.rig, planning, kept_.calibration_file));
+    auto planning = SharedPlanning(rig, config_.rig);
+    std::string info = varlink::WriteJson(InfoJson(name(), rig, config_.rig, planning.get(), kept_.calibration_file));
     Later([this, planning = std::move(planning), info = std::move(info), optics = rig.GetStatus().optics,
            then = std::move(then)]() mutable {
       plans_.planning = std::move(planning);

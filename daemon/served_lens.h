@@ -32,6 +32,7 @@ struct LensSurroundings {
   Watchers& watchers;
   PlugSignal& plugged;
   TaskThread& files;  ///< writes what is kept: no disk is waited for in the event loop
+  TaskThread& plans;  ///< solves what may take longer than the event loop can spare
   std::string state;  ///< folder for what outlives the daemon; empty: nowhere
 };
 
@@ -88,7 +89,9 @@ class ServedLens {
   const std::string& info() const { return shown_.info; }  ///< LensInfo, serialised
   const std::string& text() const { return shown_.text; }  ///< LensStatus, serialised
   const rig::Status& status() const { return *shown_.status; }
-  const std::optional<Planning>& planning() const { return plans_.planning; }     ///< none: the optics are not known
+  const std::shared_ptr<const rig::Status>& shared_status() const { return shown_.status; }
+  /// Null: the optics are not known.
+  const std::shared_ptr<const Planning>& planning() const { return plans_.planning; }
   const std::string& calibration_file() const { return kept_.calibration_file; }  ///< empty: nowhere
   Watchers& watchers() const { return surroundings_.watchers; }
   const LensSurroundings& surroundings() const { return surroundings_; }
@@ -161,7 +164,7 @@ class ServedLens {
     std::vector<std::string> warnings;          ///< of kept files; while there is a worker they do not change
   };
   struct Plans {
-    std::optional<Planning> planning;
+    std::shared_ptr<const Planning> planning;
     std::shared_ptr<const rig::OpticsTable> optics;  ///< what `planning` and Shown::info say
   };
   struct PresetChange {

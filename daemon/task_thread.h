@@ -26,6 +26,11 @@ class TaskThread {
     if (thread_.joinable()) thread_.join();
   }
 
+  /// Asks the task in progress to end early, if it heeds stop(); no other is begun.
+  void RequestStop() { thread_.request_stop(); }
+  /// Requested once the thread is to end: tasks that take long had better heed it.
+  std::stop_token stop() const { return thread_.get_stop_token(); }
+
   static constexpr std::size_t kMostTasks = 64;
 
   /// From any thread. False: too many wait already.

@@ -56,11 +56,9 @@ Merit MeritOf(const optics::PlanAnswer& plan, optics::Objective objective, doubl
 /// One request at the places of one zoom.
 class ZoomScan {
  public:
-  ZoomScan(const rig::Rig& rig, const rig::RigConfig& config, const proto::LensRequest& asked)
-      : table_(*rig.optics()), config_(config), asked_(asked), zoom_(*rig.lens().axes[Axis::Zoom]) {
-    if (!table_.has_focus()) return;
-    const auto [low, high] = rig.SoftLimits(Axis::Focus);
-    ends_ = std::pair(low, high);
+  ZoomScan(const PlannedLens& lens, const rig::RigConfig& config, const proto::LensRequest& asked, std::stop_token stop)
+      : table_(*lens.optics), config_(config), asked_(asked), zoom_(*lens.axes[Axis::Zoom]), stop_(std::move(stop)) {
+    if (table_.has_focus()) ends_ = std::pair(lens.axes[Axis::Focus]->low, lens.axes[Axis::Focus]->high);
   }
 
   /// The places of [first, last], both of the zoom's grid, that were tried, the best first.
@@ -90,14 +88,15 @@ class ZoomScan {
   static constexpr std::size_t kValleys = 8;
 
   Native Place(long i) const { return first_ + Native{zoom_.resolution * static_cast<double>(i)}; }
-  /// Many limits take their time: fewer places then, so that the rig is not kept waiting.
+  /// Many limits take their time, and diffraction does: fewer places then.
   long MostAtOnce() const {
-    constexpr long kMost = 1000, kLeast = 32, kLimits = 100000;
+    constexpr long kLeast = 32, kLimits = 200000;
+    const long most = asked_.plan.wavelength ? 500 : 10000;
     const auto limits = static_cast<long>(asked_.plan.limits.size());
-    return std::clamp(kLimits / std::max(1L, limits), kLeast, kMost);
+    return std::clamp(kLimits / std::max(1L, limits), kLeast, most);
   }
   void Try(long i) {
-    if (!tried_.contains(i)) tried_.emplace(i, MeritAt(Place(i)));
+    if (!tried_.contains(i) && !stop_.stop_requested()) tried_.emplace(i, MeritAt(Place(i)));
   }
   /// Of the places tried those no worse than their neighbours, the best first.
   std::vector<long> Valleys() const {
@@ -178,7 +177,8 @@ class ZoomScan {
   const rig::OpticsTable& table_;
   const rig::RigConfig& config_;
   const proto::LensRequest& asked_;
-  const drivers::AxisCapabilities& zoom_;
+  const AxisGrid& zoom_;
+  const std::stop_token stop_;
   std::optional<std::pair<Native, Native>> ends_;  ///< of focus
   optics::Objective objective_{};
   Native first_;
@@ -187,26 +187,25 @@ class ZoomScan {
 
 /// The focal lengths a zoom reaches, and its grid.
 struct ZoomAxis {
-  const rig::OpticsTable& table;
-  double step;
-  Native origin, low, high;
+  const PlannedLens& lens;
+  const AxisGrid& grid;
   Metres shortest, longest;
 
-  explicit ZoomAxis(const rig::Rig& rig)
-      : table(*rig.optics()),
-        step(rig.lens().axes[Axis::Zoom]->resolution),
-        origin(rig.lens().axes[Axis::Zoom]->minimum) {
-    std::tie(low, high) = rig.SoftLimits(Axis::Zoom);
-    std::tie(shortest, longest) = std::minmax({table.FocalLengthFromNative(low), table.FocalLengthFromNative(high)});
+  explicit ZoomAxis(const PlannedLens& planned) : lens(planned), grid(*planned.axes[Axis::Zoom]) {
+    const rig::OpticsTable& table = *lens.optics;
+    std::tie(shortest, longest) =
+        std::minmax({table.FocalLengthFromNative(grid.low), table.FocalLengthFromNative(grid.high)});
   }
   Native Nearest(Metres focal_length) const {
-    const double places = (table.NativeFromFocalLength(focal_length) - origin).value / step;
-    return std::clamp(origin + Native{step * std::round(places)}, low, high);
+    const double places = (lens.optics->NativeFromFocalLength(focal_length) - grid.origin).value / grid.resolution;
+    return std::clamp(grid.origin + Native{grid.resolution * std::round(places)}, grid.low, grid.high);
   }
-  rig::OpticsTable At(Native zoom) const {
-    rig::Conditions there = table.conditions();
+  PlannedLens At(Native zoom) const {
+    rig::Conditions there = lens.optics->conditions();
     there.zoom = zoom;
-    return table.In(there);
+    PlannedLens zoomed = lens;
+    zoomed.optics = std::make_shared<const rig::OpticsTable>(lens.optics->In(there));
+    return zoomed;
   }
 };
 
@@ -217,7 +216,8 @@ Result<Native> Framing(const ZoomAxis& zoom, const rig::RigConfig& config, const
   double breathing = 1.0;
   constexpr int kRounds = 6;
   for (int round = 0; round < kRounds; ++round) {
-    const rig::OpticsTable there = zoom.At(place);
+    const PlannedLens zoomed = zoom.At(place);
+    const rig::OpticsTable& there = *zoomed.optics;
     optics::FocusScale scale = ScaleUnder(there, config);
     scale.from = asked.from.value_or(scale.from);
     const optics::Field field{asked.field->width, asked.field->distance, scale};
@@ -232,10 +232,9 @@ Result<Native> Framing(const ZoomAxis& zoom, const rig::RigConfig& config, const
   return place;
 }
 
-ZoomedPlanning Zoomed(const rig::Rig& rig, const rig::RigConfig& config, const proto::LensRequest& asked,
-                      const rig::OpticsTable& table) {
-  ZoomedPlanning zoomed{PlanningUnder(rig, config, table), asked.plan};
-  zoomed.planning.zoom = table.conditions().zoom;
+ZoomedPlanning Zoomed(PlannedLens lens, const rig::RigConfig& config, const proto::LensRequest& asked) {
+  ZoomedPlanning zoomed{PlanningUnder(std::move(lens), config), asked.plan};
+  zoomed.planning.zoom = zoomed.planning.lens.optics->conditions().zoom;
   const optics::PlanRequest& own = zoomed.planning.defaults;
   if (asked.own.extension_low) zoomed.request.extensions.low = own.extensions.low;
   if (asked.own.extension_high) zoomed.request.extensions.high = own.extensions.high;
@@ -261,21 +260,21 @@ Merit MeritOnPositions(const ZoomedPlanning& zoomed, const proto::LensRequest& a
 }
 
 /// Looks for the best place on the motors' positions. What a place is worth as a continuous problem is the most it can
-/// be worth there, so that only those that promise more than the best so far have to be looked at so closely: the first
-/// few of them, then some spread over all of the zoom, since what spoils a place often spoils its neighbours too, and
-/// then around the best.
+/// be worth there, so that only those that promise more than the best so far have to be looked at so closely, the most
+/// promising first. Where they are more than there is time for, some spread over all of the zoom follow, since what
+/// spoils a place often spoils its neighbours too, and then those around the best.
 class PositionSearch {
  public:
-  PositionSearch(const rig::Rig& rig, const rig::RigConfig& config, const proto::LensRequest& asked,
-                 const ZoomAxis& zoom)
-      : rig_(rig), config_(config), asked_(asked), zoom_(zoom), now_(rig.GetStatus()) {}
+  PositionSearch(const rig::RigConfig& config, const proto::LensRequest& asked, const ZoomAxis& zoom,
+                 const rig::Status& now, std::stop_token stop)
+      : config_(config), asked_(asked), zoom_(zoom), now_(now), stop_(std::move(stop)) {}
 
   /// `ranked`: places and what they promise, the best first. `binding`: the promises are of the request's own
   /// objective.
   void Among(std::vector<std::pair<Merit, Native>> ranked, bool binding) {
-    constexpr std::size_t kFirst = 32, kSpread = 64, kAround = 16;
+    constexpr std::size_t kSpread = 64, kAround = 16;
     binding_ = binding;
-    const auto first = ranked.begin() + static_cast<std::ptrdiff_t>(std::min(kFirst, ranked.size()));
+    const auto first = ranked.begin() + static_cast<std::ptrdiff_t>(std::min(MostLooks(), ranked.size()));
     for (auto place = ranked.begin(); place != first; ++place) {
       if (!Promises(place->first)) return;
       Look(*place);
@@ -285,6 +284,7 @@ class PositionSearch {
     std::ranges::sort(ranked, {}, &std::pair<Merit, Native>::second);
     const std::size_t stride = ranked.size() / kSpread + 1;
     for (std::size_t i = 0; i < ranked.size(); i += stride) Look(ranked[i]);
+    if (!best_) return;
     for (std::size_t near = stride; near > 1;) {
       near = near / kAround + 1;
       const auto best =
@@ -300,6 +300,16 @@ class PositionSearch {
   ZoomedPlanning Take() { return std::move(best_->second); }
 
  private:
+  /// A second or so.
+  std::size_t MostLooks() const {
+    const double positions = asked_.plan.wavelength ? 5e5 : 5e6;
+    double each = 1.0;
+    for (const Axis axis : {Axis::Focus, Axis::Iris}) {
+      const auto& grid = zoom_.lens.axes[axis];
+      if (grid) each += (grid->high - grid->low).value / grid->resolution;
+    }
+    return static_cast<std::size_t>(std::clamp(positions / each, 32.0, 1e4));
+  }
   bool Promises(Merit promise) const {
     if (!best_ || !binding_) return true;
     constexpr double kHair = 1.0 - 1e-3;  // tolerances differ a little from zoom to zoom
@@ -307,44 +317,47 @@ class PositionSearch {
     return promise < best_->first;
   }
   void Look(const std::pair<Merit, Native>& place) {
-    if (!Promises(place.first) || !looked_at_.insert(place.second).second) return;
-    ZoomedPlanning there = Zoomed(rig_, config_, asked_, zoom_.At(place.second));
+    if (stop_.stop_requested() || !Promises(place.first) || !looked_at_.insert(place.second).second) return;
+    ZoomedPlanning there = Zoomed(zoom_.At(place.second), config_, asked_);
     Merit merit = MeritOnPositions(there, asked_, now_);
     merit.travel = place.first.travel;
     if (!best_ || merit < best_->first) best_.emplace(merit, std::move(there));
   }
 
-  const rig::Rig& rig_;
   const rig::RigConfig& config_;
   const proto::LensRequest& asked_;
   const ZoomAxis& zoom_;
-  const rig::Status now_;
+  const rig::Status& now_;
+  const std::stop_token stop_;
   bool binding_ = true;
   std::set<Native> looked_at_;
   std::optional<std::pair<Merit, ZoomedPlanning>> best_;
 };
 
-ZoomedPlanning BestZoom(const rig::Rig& rig, const rig::RigConfig& config, const proto::LensRequest& asked,
-                        const ZoomAxis& zoom, std::pair<Native, Native> range) {
-  ZoomScan scan(rig, config, asked);
-  PositionSearch search(rig, config, asked, zoom);
+Result<ZoomedPlanning> BestZoom(const ZoomAxis& zoom, const rig::RigConfig& config, const proto::LensRequest& asked,
+                                const rig::Status& now, std::pair<Native, Native> range, const std::stop_token& stop) {
+  const Error stopped{Code::Cancelled, "lensd is stopping"};
+  ZoomScan scan(zoom.lens, config, asked, stop);
+  PositionSearch search(config, asked, zoom, now, stop);
   search.Among(scan.Ranked(range.first, range.second, asked.plan.objective), true);
+  if (stop.stop_requested()) return PassOn(stopped);
   // Where the most light leaves no room for the motors' steps, the focal length with the most room may.
   if (search.merit().relax > 1.0 && asked.plan.objective == optics::Objective::Light) {
     search.Among(scan.Ranked(range.first, range.second, optics::Objective::Sharp), false);
   }
+  if (stop.stop_requested()) return PassOn(stopped);
   return search.Take();
 }
 
 }  // namespace
 
-Result<ZoomedPlanning> PlanningForZoom(const rig::Rig& rig, const rig::RigConfig& config,
-                                       const proto::LensRequest& asked) {
-  const rig::OpticsTable& now = *rig.optics();
-  if (!now.has_zoom() || !now.conditions().zoom) {
+Result<ZoomedPlanning> PlanningForZoom(const PlannedLens& lens, const rig::RigConfig& config,
+                                       const proto::LensRequest& asked, const rig::Status& now,
+                                       const std::stop_token& stop) {
+  if (!lens.optics->has_zoom() || !lens.optics->conditions().zoom) {
     return Fail(Code::OutOfRange, "this lens does not zoom: leave out the focal length and the field to frame");
   }
-  const ZoomAxis zoom(rig);
+  const ZoomAxis zoom(lens);
   const auto wanted = asked.focal_lengths.value_or(std::pair(zoom.shortest, zoom.longest));
   constexpr double kRounding = 1e-9;
   if (wanted.second < zoom.shortest * (1.0 - kRounding) || wanted.first > zoom.longest * (1.0 + kRounding)) {
@@ -353,15 +366,15 @@ Result<ZoomedPlanning> PlanningForZoom(const rig::Rig& rig, const rig::RigConfig
   }
   const std::pair within(std::max(zoom.shortest, wanted.first), std::min(zoom.longest, wanted.second));
   if (asked.field) {
-    const auto width = asked.sensor_width ? asked.sensor_width : PlanningUnder(rig, config, now).sensor_width;
+    const auto width = asked.sensor_width ? asked.sensor_width : lens.sensor_width;
     if (!width) return Fail(Code::InvalidArgument, "framing a field takes the sensor's width: give sensorWidthMm");
     const auto place = Framing(zoom, config, asked, *width, within);
     if (!place) return PassOn(place);
-    return Zoomed(rig, config, asked, zoom.At(*place));
+    return Zoomed(zoom.At(*place), config, asked);
   }
   const auto [first, last] = std::minmax({zoom.Nearest(within.first), zoom.Nearest(within.second)});
-  if (first == last) return Zoomed(rig, config, asked, zoom.At(first));
-  return BestZoom(rig, config, asked, zoom, {first, last});
+  if (first == last) return Zoomed(zoom.At(first), config, asked);
+  return BestZoom(zoom, config, asked, now, {first, last}, stop);
 }
 
 }  // namespace lensd::daemon

@@ -1,6 +1,8 @@
 // A plan's choice of the focal length: given, free within a range, or by what it shall frame.
 #pragma once
 
+#include <stop_token>
+
 #include "base/result.h"
 #include "planning.h"
 #include "proto/plan_json.h"
@@ -15,13 +17,11 @@ struct ZoomedPlanning {
 };
 
 /// Of a request with focal lengths or a field: of a range the best for its limits is chosen, of equals the one nearest
-/// to where the zoom stands. OutOfRange: the lens does not zoom there. On the rig's thread; its time is bounded
-/// whatever the number of limits and positions.
-Result<ZoomedPlanning> PlanningForZoom(const rig::Rig& rig, const rig::RigConfig& config,
-                                       const proto::LensRequest& asked);
-
-/// The lens under the conditions of `table`. On the rig's thread.
-Planning PlanningUnder(const rig::Rig& rig, const rig::RigConfig& config, const rig::OpticsTable& table);
+/// to where the zoom stands. OutOfRange: the lens does not zoom there. On any thread; its time is bounded whatever the
+/// number of limits and positions, but may be seconds. Cancelled: `stop` was requested.
+Result<ZoomedPlanning> PlanningForZoom(const PlannedLens& lens, const rig::RigConfig& config,
+                                       const proto::LensRequest& asked, const rig::Status& now,
+                                       const std::stop_token& stop);
 
 /// The lens focused at an extension, without a bound.
 optics::FocusPosition StandsAt(const rig::OpticsTable& optics, Metres extension);

@@ -66,6 +66,7 @@ Result<ReceivedCall> ReceiveCall(std::string_view message) {
     if (auto taken = TakeMember(name, value, call); !taken) return PassOn(taken);
   }
   if (call.method.empty()) return Fail(Code::Protocol, "a call without a method");
+  call.bytes = message.size();
   if (call.oneway + call.more + call.upgrade > 1) {
     return Fail(Code::Protocol, "at most one of oneway, more and upgrade may be set");
   }

@@ -4,7 +4,9 @@ import json
 import math
 import os
 import random
+import select
 import tempfile
+import time
 import unittest
 
 from harness import HERE, LENS, PATIENCE, DaemonTest, Daemon
@@ -134,6 +136,31 @@ class FreeOnABreathingLens(FreeFocalLength):
     scene = {**ZoomTest.scene, "breathing": 0.09}
     calibration = calibration_text(1.09)
     questions = FreeFocalLength.questions[1:4:2]
+
+
+class WhileChoosing(ZoomTest):
+    """A search of seconds keeps nobody waiting, the end of lensd neither."""
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_others_are_answered_and_the_end_of_lensd_breaks_it_off(self):
+        question = {**FreeFocalLength.questions[3], "focalLengthMinMm": 20, "focalLengthMaxMm": 40}
+        with self.daemon.client() as planner, self.daemon.client() as other:
+            planner.send(LENS + "Plan", {"lens": "a", "request": question})
+            time.sleep(0.05)
+            for method, parameters in (("Stop", {}), ("Plan", {"lens": "a", "request": FreeFocalLength.questions[0]}),
+                                       ("Status", {})):
+                asked = time.monotonic()
+                self.assertNotIn("error", other.call(LENS + method, parameters))
+                self.assertLess(time.monotonic() - asked, 0.1 * PATIENCE, method)
+            self.assertFalse(select.select([planner.socket], [], [], 0)[0], "it took no time: this tests nothing")
+            told = time.monotonic()
+            self.assertEqual(self.daemon.stop(), 0)
+            self.assertLess(time.monotonic() - told, 1.0 * PATIENCE)
+            reply = planner.receive()
+        self.assertTrue(reply is None or reply["error"].endswith("Cancelled"), reply)
 
 
 class FreeFromTheSensorWithAMovingCentre(FreeFocalLength):

@@ -23,6 +23,7 @@ struct Call {
 struct ReceivedCall {
   std::string method;
   bool oneway = false, more = false, upgrade = false;  ///< as in Call
+  std::size_t bytes = 0;                               ///< of the message
   Document message;
   JsonView parameters = EmptyObject();  ///< an object, in `message`
 };
