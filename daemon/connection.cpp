@@ -203,7 +203,8 @@ void Connection::ServeOne(Incoming message) {
   }
 }
 
-void Connection::Send(std::string_view message) {
+void Connection::Send(std::string_view message, Descriptor file) {
+  if (file) output_.files.push_back({output_.bytes.size(), std::move(file)});
   output_.bytes += message;
   if (!serving_) Flush();
 }
@@ -241,11 +242,36 @@ void Connection::Flush() {
   if (socket_ >= 0) Watch();
 }
 
+/// Writes up to the next message that a file goes with, which a file of this one is sent along with.
+ssize_t Connection::WriteOnce() {
+  auto& files = output_.files;
+  const bool attached = !files.empty() && files.front().at == output_.written;
+  const std::size_t next = attached ? 1 : 0;
+  const std::size_t end = files.size() > next ? files[next].at : output_.bytes.size();
+  iovec bytes{output_.bytes.data() + output_.written, end - output_.written};
+  msghdr message{};
+  message.msg_iov = &bytes;
+  message.msg_iovlen = 1;
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
+  if (attached) {
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    cmsghdr* const header = CMSG_FIRSTHDR(&message);
+    header->cmsg_level = SOL_SOCKET;
+    header->cmsg_type = SCM_RIGHTS;
+    header->cmsg_len = CMSG_LEN(sizeof(int));
+    const int number = files.front().file.get();
+    std::memcpy(CMSG_DATA(header), &number, sizeof number);
+  }
+  const ssize_t count = sendmsg(socket_, &message, MSG_NOSIGNAL);
+  if (count > 0 && attached) files.pop_front();
+  return count;
+}
+
 /// False: closed.
 bool Connection::WriteSome() {
   while (socket_ >= 0 && output_.written < output_.bytes.size()) {
-    const ssize_t count =
-        send(socket_, output_.bytes.data() + output_.written, output_.bytes.size() - output_.written, MSG_NOSIGNAL);
+    const ssize_t count = WriteOnce();
     if (count < 0 && errno == EINTR) continue;
     if (count < 0 && errno == EAGAIN) break;
     if (count < 0) return Close(""), false;
@@ -257,6 +283,7 @@ bool Connection::WriteSome() {
     output_.bytes.clear();
     output_.written = 0;
   } else if (output_.written > host_.limits.busy_bytes) {
+    for (auto& attached : output_.files) attached.at -= output_.written;
     output_.bytes.erase(0, std::exchange(output_.written, 0));
   }
   return true;

@@ -65,8 +65,8 @@ class Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
-  /// Queues one reply and writes what the socket takes.
-  void Send(std::string_view message);
+  /// Queues one reply, with an open file where there is one, and writes what the socket takes.
+  void Send(std::string_view message, Descriptor file = {});
   /// The same for the last reply of the call in progress: the next call may begin.
   void SendLast(std::string_view message);
   /// Called when the connection closes; one for each key, an empty one forgets it.
@@ -99,8 +99,14 @@ class Connection {
     Instant last_read{};
   };
   struct Output {
+    /// An open file that goes with the first byte of its message.
+    struct Attached {
+      std::size_t at = 0;  ///< in `bytes`
+      Descriptor file;
+    };
     std::string bytes;
     std::size_t written = 0;  ///< of them: gone already
+    std::deque<Attached> files;
     bool flushing = false;
   };
   static std::size_t SizeOf(const Incoming& message) { return sizeof message + message.text.size(); }
@@ -115,6 +121,7 @@ class Connection {
   void TakeTurn();
   void Flush();
   bool WriteSome();
+  ssize_t WriteOnce();
   void Watch();
   bool MayServe() const;
 

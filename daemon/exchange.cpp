@@ -22,6 +22,11 @@ void Exchange::Continue(std::string_view parameters) {
   if (connection_ != nullptr && in_turn_) connection_->Send(varlink::EncodeReply(parameters, /*continues=*/true));
 }
 
+void Exchange::Continue(std::string_view parameters, Descriptor file) {
+  if (connection_ == nullptr || !in_turn_) return;
+  connection_->Send(varlink::EncodeReply(parameters, /*continues=*/true), std::move(file));
+}
+
 void Exchange::SendLast(std::string message) {
   if (auto ended = std::exchange(ended_, nullptr)) ended();
   if (!in_turn_) {

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "descriptor.h"
 #include "varlink/message.h"
 
 namespace lensd::daemon {
@@ -31,6 +32,8 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
 
   /// One of several replies; the call must have been made with `more`. `parameters` is a JSON object.
   void Continue(std::string_view parameters);
+  /// The same with an open file, which the client receives with the first byte of the reply (SCM_RIGHTS).
+  void Continue(std::string_view parameters, Descriptor file);
   /// The last reply.
   void Finish(std::string_view parameters);
   /// The last reply, an error.

@@ -124,7 +124,8 @@ Json CameraJson(const drivers::CameraCapabilities& camera) {
           {"heightPx", camera.height},
           {"bits", camera.bits},
           {"pixelUm", positive(camera.pixel_um)},
-          {"frameRateHz", positive(camera.frame_rate_hz)}};
+          {"frameRateHz", positive(camera.frame_rate_hz)},
+          {"colour", camera.colour}};
 }
 
 }  // namespace
@@ -303,7 +304,16 @@ Json FrameWantedJson(const rig::FrameWanted& wanted) {
 Json FrameJson(const rig::LensedFrame& lensed) {
   const drivers::Frame& frame = lensed.frame;
   bool moving = false;
-  for (const Axis axis : drivers::kAxes) moving |= lensed.axes[axis] && lensed.axes[axis]->moving;
+  Json axes = Json::array();
+  for (const Axis axis : drivers::kAxes) {
+    const auto& during = lensed.axes[axis];
+    if (!during) continue;
+    moving |= during->moving;
+    axes.push_back({{"axis", AxisName(axis)},
+                    {"position", NativeJson(0.5 * (during->lowest.value + during->highest.value))},
+                    {"positionBound", varlink::NumberOrNull(during->bound.value)},
+                    {"moving", during->moving}});
+  }
   return {{"widthPx", frame.width},
           {"heightPx", frame.height},
           {"bits", frame.bits},
@@ -316,7 +326,8 @@ Json FrameJson(const rig::LensedFrame& lensed) {
           {"extensionBoundUm", Optional(lensed.extension_bound, kUmPerMetre)},
           {"fNumber", Optional(lensed.f_number)},
           {"fNumberBound", Optional(lensed.f_number_bound)},
-          {"moving", moving}};
+          {"moving", moving},
+          {"axes", std::move(axes)}};
 }
 
 std::string_view ErrorName(Code code) {

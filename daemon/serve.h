@@ -14,7 +14,7 @@ MethodTable LeaseMethods(LensService& service);        ///< serve_lease.cpp
 MethodTable PlanMethods(LensService& service);         ///< serve_plan.cpp
 MethodTable AutofocusMethods(LensService& service);    ///< serve_autofocus.cpp
 MethodTable SessionMethods(LensService& service);      ///< serve_autofocus_session.cpp
-MethodTable SnapshotMethods(LensService& service);     ///< serve_snapshot.cpp
+MethodTable PictureMethods(LensService& service);      ///< serve_pictures.cpp
 MethodTable CalibrationMethods(LensService& service);  ///< serve_calibration.cpp
 MethodTable PresetMethods(LensService& service);       ///< serve_presets.cpp
 

@@ -27,6 +27,12 @@ void FrameRequests::Add(FrameRequest request) {
   waiting_.push_back(std::move(request));
 }
 
+Result<void> FrameRequests::View(FrameViewer viewer) {
+  if (camera_ == nullptr) return Fail(Code::Unsupported, "this lens has no camera");
+  onlookers_.push_back({std::move(viewer), {}, {}});
+  return {};
+}
+
 void FrameRequests::ForgetAutofocus() {
   std::erase_if(waiting_, [](const FrameRequest& request) { return request.for_autofocus; });
 }
@@ -45,39 +51,42 @@ void FrameRequests::FailAll(const Error& error) {
   for (FrameRequest& request : std::exchange(waiting_, {})) {
     replies_.Add(std::move(request.done), Result<LensedFrame>(PassOn(error)));
   }
+  for (const Onlooker& onlooker : std::exchange(onlookers_, {})) (void)onlooker.viewer.show(PassOn(error));
 }
 
 // ---- from the camera ----------------------------------------------------------------------------------------------
 
 void FrameRequests::Poll(Instant now, bool keep) {
   if (camera_ == nullptr) return;
-  auto polled = SetStreaming(anyone() || keep);
-  if (polled && anyone() && !frame_) polled = Ask(now);
+  stream_.kept = keep;
+  auto polled = SetStreaming(anyone() || keep || !onlookers_.empty());
+  if (polled && (anyone() || ViewIsDue(now)) && !frame_) polled = Ask(now);
   if (!polled) FailAll(polled.error());
 }
 
 Result<void> FrameRequests::SetStreaming(bool wanted) {
-  if (wanted == streaming_) return {};
+  if (wanted == stream_.on) return {};
   auto done = wanted ? camera_->Start() : camera_->Stop();
-  streaming_ = wanted && done;
-  last_start_.reset();
+  stream_.on = wanted && done;
+  beat_.last_start.reset();
   return done;
 }
 
 /// In motion every frame may be wanted, so none is waited for.
 Result<void> FrameRequests::Ask(Instant now) {
   const auto steady = lens_.SteadySince();
-  if (!anyone_in_motion() && !(steady && now >= EarliestFrame(*steady))) return {};
+  const bool may_serve = anyone() && steady && now >= EarliestFrame(*steady);
+  if (!anyone_in_motion() && !may_serve && !ViewIsDue(now)) return {};
   auto polled = camera_->Poll();
   if (!polled) {
-    if (IsTransient(polled.error().code) && ++failures_ < kAttempts) return {};
+    if (IsTransient(polled.error().code) && ++stream_.failures < kAttempts) return {};
     return PassOn(polled);
   }
-  failures_ = 0;
+  stream_.failures = 0;
   frame_ = *std::move(polled);
   if (frame_) {
-    exposure_ = frame_->exposure_end - frame_->exposure_start;
-    last_start_ = frame_->exposure_start;
+    beat_.exposure = frame_->exposure_end - frame_->exposure_start;
+    beat_.last_start = frame_->exposure_start;
   }
   return {};
 }
@@ -93,15 +102,64 @@ Instant FrameRequests::EarliestFrame(Instant steady_since) const {
   Instant from = steady_since;
   if (anyone()) from = std::max(from, std::ranges::min_element(waiting_, {}, &FrameRequest::since)->since);
   const double rate = camera_->capabilities().frame_rate_hz;
-  if (!last_start_ || !(rate > 0)) return from + exposure_;
-  if (*last_start_ >= from) return *last_start_ + exposure_;
+  if (!beat_.last_start || !(rate > 0)) return from + beat_.exposure;
+  if (*beat_.last_start >= from) return *beat_.last_start + beat_.exposure;
   const auto period = std::chrono::duration<double>(1.0 / rate);
-  const double beats = std::ceil((from - *last_start_) / period - 1e-3);
-  return *last_start_ + std::chrono::duration_cast<Duration>(beats * period) + exposure_;
+  const double beats = std::ceil((from - *beat_.last_start) / period - 1e-3);
+  return *beat_.last_start + std::chrono::duration_cast<Duration>(beats * period) + beat_.exposure;
 }
 
 Instant FrameRequests::NextPoll(Instant now, Instant steady_since) const {
   return std::max(now + kPollPeriod, EarliestFrame(steady_since));
+}
+
+// ---- for those who look on ----------------------------------------------------------------------------------------
+
+bool FrameRequests::IsShown(const Onlooker& onlooker) const {
+  return !stream_.kept && (onlooker.viewer.lens == LensMotion::Any || lens_.SteadySince());
+}
+
+bool FrameRequests::ViewIsDue(Instant now) const {
+  return std::ranges::any_of(
+      onlookers_, [&](const Onlooker& onlooker) { return IsShown(onlooker) && now >= onlooker.next + beat_.exposure; });
+}
+
+/// On the camera's beat, where it keeps one: to ask in between is work for nothing.
+std::optional<Instant> FrameRequests::NextView(Instant now) const {
+  if (onlookers_.empty() && !anyone() && stream_.on && !stream_.kept) return now;  // to end the stream
+  std::optional<Instant> next;
+  for (const Onlooker& onlooker : onlookers_) {
+    if (IsShown(onlooker)) next = std::min(next.value_or(onlooker.next), onlooker.next);
+  }
+  if (!next) return next;
+  const double rate = camera_->capabilities().frame_rate_hz;
+  if (beat_.last_start && rate > 0) {
+    const std::chrono::duration<double> period(1.0 / rate);
+    next = std::max(*next, *beat_.last_start + std::chrono::duration_cast<Duration>(period));
+  }
+  return std::max(*next + beat_.exposure, now + kPollPeriod);
+}
+
+void FrameRequests::Show(const LensedFrame& frame, bool moved) {
+  const Instant start = frame.frame.exposure_start;
+  std::erase_if(onlookers_, [&](Onlooker& onlooker) {
+    const FrameViewer& viewer = onlooker.viewer;
+    onlooker.heard = frame.frame.exposure_end;
+    // The camera's beat and that of the viewer wander: a frame hardly too early is not worth waiting for another.
+    if ((moved && viewer.lens == LensMotion::Standing) || start + viewer.period / 8 < onlooker.next) return false;
+    onlooker.next = std::max(onlooker.next, start) + viewer.period;
+    return !viewer.show(frame);
+  });
+}
+
+void FrameRequests::EndLateViews(Instant now) {
+  std::erase_if(onlookers_, [&, patience = Patience()](Onlooker& onlooker) {
+    const bool asked = IsShown(onlooker) && now >= onlooker.next;
+    if (!asked || onlooker.heard == Instant{}) onlooker.heard = now;
+    if (now <= onlooker.heard + patience) return false;
+    (void)onlooker.viewer.show(Fail(Code::Timeout, "the camera gave no usable frame in time"));
+    return true;
+  });
 }
 
 // ---- to those who wait --------------------------------------------------------------------------------------------
@@ -109,7 +167,7 @@ Instant FrameRequests::NextPoll(Instant now, Instant steady_since) const {
 Duration FrameRequests::Patience() const {
   const double rate = camera_ != nullptr ? camera_->capabilities().frame_rate_hz : 0.0;
   const std::chrono::duration<double> frames(rate > 0.0 ? kSlowFrames / std::max(rate, 0.01) : 0.0);
-  return kPatience + exposure_ + std::chrono::duration_cast<Duration>(frames);
+  return kPatience + beat_.exposure + std::chrono::duration_cast<Duration>(frames);
 }
 
 void FrameRequests::Serve(Instant now) {
@@ -121,11 +179,12 @@ void FrameRequests::Serve(Instant now) {
   for (auto& done : TakeIf(late)) {
     replies_.Add(std::move(done), Result<LensedFrame>(Fail(Code::Timeout, "the camera gave no usable frame in time")));
   }
+  EndLateViews(now);
   // A frame is judged only once a reading from after its exposure is there.
   if (!frame_ || !lens_.sampled_at() || *lens_.sampled_at() < frame_->exposure_end) return;
   const drivers::Frame frame = *std::exchange(frame_, std::nullopt);
   const bool settled = steady && frame.exposure_start >= *steady;
-  if (settled || anyone_in_motion()) HandOut(frame, settled);
+  if (settled || anyone_in_motion() || !onlookers_.empty()) HandOut(frame, settled);
 }
 
 void FrameRequests::HandOut(const drivers::Frame& frame, bool settled) {
@@ -140,6 +199,7 @@ void FrameRequests::HandOut(const drivers::Frame& frame, bool settled) {
     return request.since <= frame.exposure_start && (!moved || request.lens == LensMotion::Any);
   };
   for (auto& done : TakeIf(satisfied)) replies_.Add(std::move(done), Result<LensedFrame>(lensed));
+  Show(lensed, moved);
 }
 
 LensedFrame FrameRequests::WithLens(const drivers::Frame& frame) {

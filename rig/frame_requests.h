@@ -1,5 +1,5 @@
-// A frame's way: who waits for one, when it is worth asking the camera, where the lens was during its exposure, and
-// whom it satisfies.
+// A frame's way: who waits for one or looks on, when it is worth asking the camera, where the lens was during its
+// exposure, and whom it satisfies.
 #pragma once
 
 #include <optional>
@@ -21,7 +21,7 @@ struct FrameRequest {
   SnapshotCallback done;
 };
 
-/// Streams only while a request waits. A frame satisfies every request from before its exposure.
+/// Streams only while a request waits or a viewer looks on. A frame satisfies every request from before its exposure.
 class FrameRequests {
  public:
   /// `camera` may be nullptr. The others must outlive it.
@@ -31,14 +31,18 @@ class FrameRequests {
 
   /// Unsupported: no camera. Timeout: none came.
   void Add(FrameRequest request);
+  /// Unsupported: no camera.
+  Result<void> View(FrameViewer viewer);
   /// Drops the requests of autofocus, without an answer.
   void ForgetAutofocus();
+  /// Answers all requests and ends all views with it.
   void FailAll(const Error& error);
   bool anyone() const { return !waiting_.empty(); }
-  bool streaming() const { return streaming_; }
+  bool streaming() const { return stream_.on; }
 
-  /// Before the lens is read: starts or ends the stream (`keep`: frames will soon be wanted again) and asks for a frame
-  /// once one exposed wholly after the lens became steady may be there.
+  /// Before the lens is read: starts or ends the stream (`keep`: frames will soon be wanted again, by somebody for whom
+  /// the camera is kept free of viewers) and asks for a frame once one exposed wholly after the lens became steady, or
+  /// due to a viewer, may be there.
   void Poll(Instant now, bool keep);
   /// A frame is there and will be handed out by the first reading from after its exposure.
   bool has_frame() const { return frame_.has_value(); }
@@ -46,8 +50,30 @@ class FrameRequests {
   void Serve(Instant now);
   /// When to ask again, while a request waits and the lens is steady.
   Instant NextPoll(Instant now, Instant steady_since) const;
+  /// When a viewer may get the next frame, or the last of them is gone and the stream is to end; nothing: none looks on,
+  /// or only at what others ask for.
+  std::optional<Instant> NextView(Instant now) const;
 
  private:
+  struct Stream {
+    bool on = false;
+    bool kept = false;  ///< for somebody who must not wait for what viewers ask of the camera
+    int failures = 0;   ///< polls in a row
+  };
+  /// What is known of the stream's frames in time.
+  struct Beat {
+    std::optional<Instant> last_start;  ///< exposure start of the newest frame
+    Duration exposure{};                ///< and its length
+  };
+  struct Onlooker {
+    FrameViewer viewer;
+    Instant next{};   ///< exposures that begin earlier are not shown
+    Instant heard{};  ///< when the camera last gave a frame, or was not asked on the viewer's behalf
+  };
+  bool IsShown(const Onlooker& onlooker) const;
+  bool ViewIsDue(Instant now) const;
+  void Show(const LensedFrame& frame, bool moved);
+  void EndLateViews(Instant now);
   Result<void> SetStreaming(bool wanted);
   Result<void> Ask(Instant now);
   Instant EarliestFrame(Instant steady_since) const;
@@ -63,13 +89,12 @@ class FrameRequests {
   const LensReader& lens_;
   const OpticalState& optics_;
   Replies& replies_;
-  bool streaming_ = false;
-  int failures_ = 0;                   ///< polls in a row
-  std::optional<Instant> last_start_;  ///< exposure start of the newest frame of this stream
-  Duration exposure_{};                ///< and its length
+  Stream stream_;
+  Beat beat_;
   std::optional<drivers::Frame> frame_;
   Native handed_out_bound_{};  ///< of focus, with the frame before
   std::vector<FrameRequest> waiting_;
+  std::vector<Onlooker> onlookers_;
 };
 
 }  // namespace lensd::rig

@@ -79,7 +79,7 @@ Instant Rig::Impl::Step(Instant now) {
 
 /// A lens that does not answer is asked again now and then, or because a command needs it.
 bool Rig::Impl::WantsReading(Instant now) const {
-  const bool asked = frames.anyone() || autofocus.judges() ||
+  const bool asked = frames.anyone() || frames.has_frame() || autofocus.judges() ||
                      std::ranges::any_of(drivers::kAxes, [&](Axis axis) { return axes[axis] && axes[axis]->motion(); });
   return asked || (reader.Moving() && !reader.problem()) || now >= reader.next_read();
 }
@@ -126,8 +126,8 @@ Instant Rig::Impl::NextStep(Instant now) const {
     }
     return next;
   }
-  if (frames.anyone()) return frames.NextPoll(now, *steady);
-  return reader.next_read();
+  const Instant viewed = std::min(reader.next_read(), frames.NextView(now).value_or(reader.next_read()));
+  return frames.anyone() ? std::min(viewed, frames.NextPoll(now, *steady)) : viewed;
 }
 
 // ---- commands -----------------------------------------------------------------------------------------------------

@@ -87,6 +87,10 @@ void Rig::Snapshot(SnapshotCallback done, LensMotion lens) {
   Commanded().frames.Add({.since = clock().Now(), .for_autofocus = false, .lens = lens, .done = std::move(done)});
 }
 
+Result<void> Rig::View(FrameViewer viewer) {
+  return Commanded().frames.View(std::move(viewer));
+}
+
 void Rig::SetCalibration(std::shared_ptr<const Calibration> calibration, StopCallback done) {
   Commanded().SetCalibration(std::move(calibration), std::move(done));
 }

@@ -137,6 +137,10 @@ Result<std::vector<std::uint16_t>> FrameMaker::Exposed(const Shot& shot, Channel
 }
 
 Result<Samples> FrameMaker::Make(const Shot& shot, const std::stop_token& stop) {
+  if (const auto& prepared = mechanics_->scene().frames; !prepared.empty()) {
+    const PreparedFrame& frame = prepared[shot.exposure.sequence % prepared.size()];
+    return Samples{frame.luminance, frame.colour};
+  }
   using Values = std::vector<std::uint16_t>;
   const CameraSettings& camera = mechanics_->scene().camera;
   if (!camera.colour) {

@@ -25,7 +25,7 @@ struct Samples {
   std::shared_ptr<const std::vector<std::uint16_t>> colour;  ///< null: a camera without
 };
 
-/// Makes frames of one world, one at a time, on whichever thread asks.
+/// Makes frames of one world, one at a time, on whichever thread asks; or gives those that the scene has prepared.
 class FrameMaker {
  public:
   FrameMaker(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictures> pictures, std::uint64_t seed)

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <type_traits>
 #include <variant>
 
 #include "io/toml.h"
@@ -18,7 +20,8 @@ constexpr std::size_t kMostParts = 4096;
 
 /// Reads each table of an array of tables into `parts`.
 template <class Part>
-Result<void> ReadParts(SettingsReader& read, std::string_view key, Result<Part> (*read_part)(const Settings&),
+Result<void> ReadParts(SettingsReader& read, std::string_view key,
+                       const std::type_identity_t<std::function<Result<Part>(const Settings&)>>& read_part,
                        std::vector<Part>& parts) {
   const auto tables = read.Tables(key);
   if (tables.size() > kMostParts) read.Reject(key, "has more than " + std::to_string(kMostParts) + " entries");
@@ -52,6 +55,8 @@ Result<Scene> SceneFromSettings(const Settings& settings) {
   if (auto done = ReadParts(read, "surface", ReadSurface, scene.surfaces); !done) return PassOn(done);
   if (auto done = ReadParts(read, "light", ReadLight, scene.lights); !done) return PassOn(done);
   if (auto done = ReadParts(read, "fault", ReadFault, scene.faults); !done) return PassOn(done);
+  const auto prepared = [&](const Settings& table) { return ReadPreparedFrame(table, scene.camera); };
+  if (auto done = ReadParts<PreparedFrame>(read, "frame", prepared, scene.frames); !done) return PassOn(done);
   auto region = ReadTruthRegion(read.Table("truth"));
   if (!region) return PassOn(region);
   scene.truth_region = *region;

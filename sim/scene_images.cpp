@@ -2,8 +2,11 @@
 #include "scene_images.h"
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 #include "io/png.h"
+#include "sensor.h"
 
 namespace lensd::sim {
 
@@ -40,6 +43,28 @@ Result<std::shared_ptr<const DepthMap>> LoadDepthMap(const std::string& path) {
     depth->depth_m.push_back(static_cast<float>((known_mm == 0 ? farthest_mm : known_mm) / 1000.0));
   }
   return depth;
+}
+
+Result<PreparedFrame> LoadPreparedFrame(const std::string& path, const CameraSettings& camera) {
+  auto image = io::ReadPng(path);
+  if (!image) return PassOn(image);
+  const int channels = camera.colour ? 3 : 1;
+  const int bits = camera.bits == 8 ? 8 : 16;
+  if (image->width != camera.width || image->height != camera.height || image->channels != channels ||
+      image->bits != bits) {
+    return Fail(Code::BadData, path + ": this camera's frames are " + std::to_string(camera.width) + " x " +
+                                   std::to_string(camera.height) + " px, " + (camera.colour ? "colour" : "grey") +
+                                   ", in PNGs of " + std::to_string(bits) + " bits");
+  }
+  if (std::ranges::max(image->samples) >> camera.bits != 0) {
+    return Fail(Code::BadData, path + ": a sample has more than the camera's " + std::to_string(camera.bits) + " bits");
+  }
+  using Values = std::vector<std::uint16_t>;
+  auto samples = std::make_shared<const Values>(std::move(image->samples));
+  if (!camera.colour) return PreparedFrame{std::move(samples), nullptr};
+  std::array<Values, 3> parts;
+  for (std::size_t i = 0; i < samples->size(); ++i) parts[i % 3].push_back((*samples)[i]);
+  return PreparedFrame{std::make_shared<const Values>(LuminanceOf(camera, parts)), std::move(samples)};
 }
 
 }  // namespace lensd::sim

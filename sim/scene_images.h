@@ -16,4 +16,8 @@ Result<std::shared_ptr<const Texture>> LoadTexture(const std::string& path);
 /// A 16-bit grey PNG in millimetres, 0 unknown. Code::Io; BadData also where every depth is unknown.
 Result<std::shared_ptr<const DepthMap>> LoadDepthMap(const std::string& path);
 
+/// A PNG as the camera is to give it. BadData: not of the camera's size, grey where it has colour or the other way
+/// round, not 8 bits where it has 8 and 16 where it has more, or a sample beyond its bits. Code::Io.
+Result<PreparedFrame> LoadPreparedFrame(const std::string& path, const CameraSettings& camera);
+
 }  // namespace lensd::sim

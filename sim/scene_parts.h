@@ -15,6 +15,7 @@ Result<LensSettings> ReadLens(const Settings* table);
 Result<Surface> ReadSurface(const Settings& table);
 Result<LightPoint> ReadLight(const Settings& table);
 Result<Fault> ReadFault(const Settings& table);
+Result<PreparedFrame> ReadPreparedFrame(const Settings& table, const CameraSettings& camera);
 
 /// A rectangle of fractions from an array [x, y, w, h]; rejects one that is empty or leaves the frame.
 Region ReadRegion(SettingsReader& read, std::string_view key, Region fallback);

@@ -74,6 +74,20 @@ Paint ReadPaint(SettingsReader& read, bool on_depth_map) {
 
 }  // namespace
 
+Result<PreparedFrame> ReadPreparedFrame(const Settings& table, const CameraSettings& camera) {
+  SettingsReader read(table, "[[frame]]");
+  PreparedFrame frame;
+  const auto path = read.OptionalPath("file");
+  if (!path && !read.Has("file")) read.Reject("file", "is missing");
+  if (path) {
+    auto loaded = LoadPreparedFrame(*path, camera);
+    if (!loaded) read.Reject("file", "cannot be used: " + loaded.error().message);
+    if (loaded) frame = *std::move(loaded);
+  }
+  if (auto done = read.Finish(); !done) return PassOn(done);
+  return frame;
+}
+
 Region ReadRegion(SettingsReader& read, std::string_view key, Region fallback) {
   const auto numbers = read.OptionalNumbers(key, 4, kShare);
   if (!numbers) return fallback;

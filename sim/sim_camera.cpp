@@ -20,6 +20,7 @@ drivers::CameraCapabilities CapabilitiesOf(const Scene& scene) {
   capabilities.width = scene.camera.width;
   capabilities.height = scene.camera.height;
   capabilities.bits = scene.camera.bits;
+  capabilities.colour = scene.camera.colour;
   capabilities.pixel_um = scene.camera.pixel_um;
   capabilities.frame_rate_hz = scene.camera.frame_rate_hz;
   capabilities.can_set_exposure = true;
@@ -39,7 +40,8 @@ SimCamera::SimCamera(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictu
       maker_(mechanics_, std::move(pictures), seed),
       grid_(mechanics_->scene().camera.frame_rate_hz,
             Duration(std::llround(mechanics_->scene().camera.exposure_ms * 1e6))) {
-  if (aside) darkroom_.emplace(maker_);
+  // Prepared frames take no work.
+  if (aside && mechanics_->scene().frames.empty()) darkroom_.emplace(maker_);
 }
 
 Result<void> SimCamera::CheckLink() const {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 
+#include "cli/quantity.h"
+
 namespace lensd::cli {
 
 NameAndValue SplitNameAndValue(const std::vector<std::string>& words) {
@@ -18,6 +20,22 @@ bool IsAxis(std::string_view word) {
 
 varlink::Json LensOf(const std::string& name) {
   return name.empty() ? varlink::Json(nullptr) : varlink::Json(name);
+}
+
+Result<varlink::Json> ParseRegion(std::string_view text, const std::string& option) {
+  constexpr const char* kKeys[] = {"x", "y", "w", "h"};
+  varlink::Json region = varlink::Json::object();
+  for (std::size_t i = 0; i < std::size(kKeys); ++i) {
+    const std::size_t comma = text.find(',');
+    if ((comma == text.npos) != (i + 1 == std::size(kKeys))) {
+      return Fail(Code::InvalidArgument, option + ": say X,Y,W,H as fractions of the frame, such as 0.4,0.4,0.2,0.2");
+    }
+    auto number = ParseNumber(text.substr(0, comma), option);
+    if (!number) return PassOn(number);
+    region[kKeys[i]] = *number->Nearest();
+    text.remove_prefix(comma == text.npos ? text.size() : comma + 1);
+  }
+  return region;
 }
 
 }  // namespace lensd::cli

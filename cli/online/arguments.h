@@ -24,4 +24,7 @@ bool IsAxis(std::string_view word);
 /// A name, or null where it was left out.
 varlink::Json LensOf(const std::string& name);
 
+/// `X,Y,W,H` as fractions of the frame, to a Region of the interface. InvalidArgument names `option`.
+Result<varlink::Json> ParseRegion(std::string_view text, const std::string& option);
+
 }  // namespace lensd::cli

@@ -18,23 +18,6 @@ namespace {
 
 using varlink::Json;
 
-/// `X,Y,W,H` as fractions of the frame.
-Result<Json> ParseRegion(std::string_view text) {
-  constexpr const char* kKeys[] = {"x", "y", "w", "h"};
-  Json region = Json::object();
-  for (std::size_t i = 0; i < std::size(kKeys); ++i) {
-    const std::size_t comma = text.find(',');
-    if ((comma == text.npos) != (i + 1 == std::size(kKeys))) {
-      return Fail(Code::InvalidArgument, "--roi: say X,Y,W,H as fractions of the frame, such as 0.4,0.4,0.2,0.2");
-    }
-    auto number = ParseNumber(text.substr(0, comma), "--roi");
-    if (!number) return PassOn(number);
-    region[kKeys[i]] = *number->Nearest();
-    text.remove_prefix(comma == text.npos ? text.size() : comma + 1);
-  }
-  return region;
-}
-
 /// What both ways of autofocus have in common.
 std::expected<Json, Failure> ParametersOf(const AutofocusOptions& options) {
   Json parameters{{"lens", LensOf(options.name)}};
@@ -42,7 +25,7 @@ std::expected<Json, Failure> ParametersOf(const AutofocusOptions& options) {
   if (!options.policy.empty()) parameters["policy"] = options.policy;
   Json regions = Json::array();
   for (const std::string& text : options.regions) {
-    auto region = ParseRegion(text);
+    auto region = ParseRegion(text, "--roi");
     if (!region) return PassOn(region);
     regions.push_back(*std::move(region));
   }

@@ -7,8 +7,9 @@
 
 namespace lensd::cli {
 
-/// Saves one new frame as PNG and returns the interface's FrameInfo with `file`.
-std::expected<varlink::Json, Failure> SaveSnapshot(DaemonClient& link, const varlink::Json& lens,
+/// Takes one new frame as `parameters` of Snapshot say, saves it, and returns the interface's FrameInfo with `file` and
+/// `picture`.
+std::expected<varlink::Json, Failure> SaveSnapshot(DaemonClient& link, varlink::Json parameters,
                                                    const std::string& path);
 
 }  // namespace lensd::cli

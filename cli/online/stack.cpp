@@ -38,7 +38,7 @@ std::expected<Json, Failure> Shoot(Session& session, DaemonClient& link, const J
     const auto moved = MoveTo(session, link, lens, axis, {{"position", *native}});
     if (!moved) return PassOn(moved);
   }
-  return SaveSnapshot(link, lens, path);
+  return SaveSnapshot(link, {{"lens", lens}}, path);
 }
 
 }  // namespace

@@ -66,7 +66,7 @@ class Session(DaemonTest):
             while reply.get("continues"):
                 reply = client.receive()
                 frame = reply["parameters"].get("frame") or frame
-                png += base64.b64decode(reply["parameters"]["png"])
+                png += base64.b64decode(reply["parameters"]["data"])
         return (*grey_of_png(png), frame)
 
     def move(self, native):

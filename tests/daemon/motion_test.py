@@ -128,9 +128,9 @@ class Motion(DaemonTest):
                 reply = client.receive()
                 piece = reply["parameters"]
                 self.assertEqual(piece["offset"], len(png))
-                self.assertLessEqual(len(piece["png"]), 512 << 10)
+                self.assertLessEqual(len(piece["data"]), 512 << 10)
                 frame = piece.get("frame") or frame
-                png += base64.b64decode(piece["png"], validate=True)
+                png += base64.b64decode(piece["data"], validate=True)
             self.assertEqual(len(png), piece["size"])
         self.assertTrue(png.startswith(b"\x89PNG\r\n\x1a\n"))
         self.assertEqual((frame["widthPx"], frame["heightPx"], frame["moving"]), (64, 48, False))

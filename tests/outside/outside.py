@@ -61,7 +61,7 @@ class Client:
         data, frame = b"", None
         for piece in self.stream("Snapshot", lens=lens):
             frame = piece.get("frame", frame)
-            data += base64.b64decode(piece["png"])
+            data += base64.b64decode(piece["data"])
         return frame, ReadPng(data)
 
 

@@ -68,8 +68,9 @@ TEST(LensInterface, DocumentsEverything) {
   ASSERT_TRUE(InterfaceDefinition::Parse(ServiceInterfaceText()).has_value());
   const auto definition = InterfaceDefinition::Parse(proto::LensInterfaceText()).value();
   EXPECT_EQ(definition.name(), proto::kLensInterface);
-  for (const char* method : {"List", "Status", "Monitor", "Move", "Home", "Stop", "Plan", "Autofocus", "AutofocusBegin",
-                             "AutofocusPixels", "AutofocusFrame", "AutofocusScore", "AutofocusEnd", "Snapshot"}) {
+  for (const char* method :
+       {"List", "Status", "Monitor", "Move", "Home", "Stop", "Plan", "Autofocus", "AutofocusBegin", "AutofocusPixels",
+        "AutofocusFrame", "AutofocusScore", "AutofocusEnd", "Snapshot", "View"}) {
     EXPECT_TRUE(definition.methods().contains(method)) << method;
   }
   std::string_view text = definition.text();

@@ -66,6 +66,15 @@ struct OutsideCamera {
 /// Whose frames will do: those of a lens at rest, or of one that may still move.
 enum class LensMotion { Standing, Any };
 
+/// Somebody who looks on.
+struct FrameViewer {
+  LensMotion lens = LensMotion::Any;  ///< whether frames of a moving lens are shown
+  Duration period{};                  ///< at least this from one frame shown to the next; 0: every frame
+  /// Called from Step() for every frame, and for the error that ends the view: the lens or the camera does not answer,
+  /// or the rig is no more (then from its destructor). False: no more. It must not give the rig commands.
+  std::function<bool(const Result<LensedFrame>&)> show;
+};
+
 /// How sharp a frame is by a client's own measure.
 struct OutsideScore {
   double sharpness = 0.0;  ///< > 0, any unit, rises with focus
@@ -225,6 +234,11 @@ class Rig {
   /// One frame exposed wholly after this call with every axis settled, unless frames of a moving lens will do.
   /// Unsupported: no camera. Timeout: none came.
   void Snapshot(SnapshotCallback done, LensMotion lens = LensMotion::Standing);
+
+  /// Shows frames as they come, until `viewer` says that it has seen enough. It has no part in anything else: while
+  /// autofocus uses the camera it sees the frames that autofocus takes, and no others are taken. Unsupported: no
+  /// camera.
+  Result<void> View(FrameViewer viewer);
 
   std::shared_ptr<const Calibration> calibration() const;  ///< null: none
   /// Another calibration from now on (null: none). Motions under way go on to where they were sent. Errors as Create();

@@ -167,6 +167,12 @@ struct Fault {
   double factor = 0.5;   ///< of a wrong exposure, or the part of each move that missed-steps loses
 };
 
+/// A picture that the camera gives as it is, instead of one rendered and exposed.
+struct PreparedFrame {
+  std::shared_ptr<const std::vector<std::uint16_t>> luminance;
+  std::shared_ptr<const std::vector<std::uint16_t>> colour;  ///< red, green, blue; null: a camera without
+};
+
 /// Everything a scene file says.
 struct Scene {
   CameraSettings camera;
@@ -174,6 +180,7 @@ struct Scene {
   std::vector<Surface> surfaces;
   std::vector<LightPoint> lights;
   std::vector<Fault> faults;
+  std::vector<PreparedFrame> frames;  ///< played in turn, over and over; empty: frames are rendered
   Region truth_region{0.4, 0.4, 0.2, 0.2};
 };
 

@@ -43,6 +43,7 @@ struct CameraCapabilities {
   int width = 0;   ///< px
   int height = 0;  ///< px
   int bits = 8;
+  bool colour = false;    ///< its frames carry colour
   double pixel_um = 0.0;  ///< pitch; 0: unknown
   double frame_rate_hz = 0.0;
   bool can_set_exposure = false;
