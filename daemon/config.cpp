@@ -4,7 +4,9 @@
 #include <array>
 #include <filesystem>
 #include <system_error>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
 #include "drivers_table.h"
 #include "io/toml.h"
@@ -30,6 +32,29 @@ std::string WhyNotAName(std::string_view name) {
   if (drivers::AxisFromName(name)) return "a lens cannot be named like an axis";
   if (name == "inf") return "a lens cannot be named like a quantity";
   return "";
+}
+
+/// Whether two say the same, wherever they were written.
+bool SameValues(const Settings& one, const Settings& other) {
+  if (const auto* table = one.AsTable()) {
+    return other.AsTable() != nullptr && std::ranges::equal(*table, *other.AsTable(), [](const auto& a, const auto& b) {
+             return a.first == b.first && SameValues(a.second, b.second);
+           });
+  }
+  if (const auto* array = one.AsArray()) {
+    return other.AsArray() != nullptr && std::ranges::equal(*array, *other.AsArray(), SameValues);
+  }
+  return std::visit(
+      [&](const auto& value) {
+        using Scalar = std::decay_t<decltype(value)>;
+        if constexpr (std::is_same_v<Scalar, Settings::Table> || std::is_same_v<Scalar, Settings::Array>)
+          return false;
+        else {
+          const auto* theirs = std::get_if<Scalar>(&other.value());
+          return theirs != nullptr && *theirs == value;
+        }
+      },
+      one.value());
 }
 
 /// The table without the keys in `taken`.
@@ -74,6 +99,7 @@ Result<LensConfig> ReadLens(const Settings& table, const Buses& buses) {
   SettingsReader read(table, "[[lens]]");
   LensConfig lens;
   lens.where = table.where();
+  lens.table = table;
   lens.name = read.RequiredText("name");
   if (const std::string why = WhyNotAName(lens.name); !why.empty()) read.Reject("name", why);
   lens.device = ReadDevice(read, table, kOwnKeys);
@@ -132,6 +158,12 @@ Result<std::vector<std::string>> DropIns(const std::string& path) {
 }
 
 }  // namespace
+
+bool SameLens(const LensConfig& one, const LensConfig& other) {
+  // The table names a bus and profiles; the device's settings say what stands there.
+  return one.where.file == other.where.file && SameValues(one.table, other.table) &&
+         SameValues(one.device.settings, other.device.settings);
+}
 
 Result<Config> ReadConfig(const std::string& path) {
   Config config;

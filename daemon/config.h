@@ -23,11 +23,15 @@ struct DeviceConfig {
 struct LensConfig {
   std::string name;
   Location where;
+  Settings table;  ///< all of it as written
   DeviceConfig device;
   std::optional<DeviceConfig> camera;  ///< [lens.camera]
   bool home_at_start = false;          ///< start = "home"
   rig::RigConfig rig;
 };
+
+/// Whether both configure the same; the files they name are not looked at.
+bool SameLens(const LensConfig& one, const LensConfig& other);
 
 struct Config {
   Buses buses;

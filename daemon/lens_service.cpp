@@ -16,7 +16,7 @@ LensService::LensService(EventLoop& loop, const Clock& clock, std::string state)
       surroundings_{loop, clock, watchers_, plug_signal_, files_, plans_, std::move(state)},
       definition_(BuiltInDefinition(proto::LensInterfaceText())) {
   for (const auto rows : {StatusMethods, DeviceMethods, MotionMethods, LeaseMethods, PlanMethods, AutofocusMethods,
-                          SessionMethods, PictureMethods, CalibrationMethods, PresetMethods}) {
+                          SessionMethods, PictureMethods, CalibrationMethods, PresetMethods, ReloadMethods}) {
     for (Method& method : rows(*this)) methods_.push_back(std::move(method));
   }
 }
@@ -36,13 +36,59 @@ void LensService::Begin() {
 
 void LensService::End() {
   plans_.RequestStop();
-  for (const auto& lens : lenses_) lens->End();
+  for (const auto& lens : lenses_) lens->End("lensd is stopping");
+}
+
+Result<LensService::Replaced> LensService::Replace(const std::vector<LensConfig>& configs, const OpenerOf& opener) {
+  constexpr std::size_t kMostRetired = 256;  // a megabyte each at most
+  if (retired_.size() + lenses_.size() > kMostRetired) {
+    return Fail(Code::Busy, "the configuration was changed too often since the start: restart lensd");
+  }
+  Replaced replaced;
+  std::vector<std::unique_ptr<ServedLens>> before = std::exchange(lenses_, {});
+  const auto named = [&](const std::string& name) {
+    return std::ranges::find_if(before, [&](const auto& lens) { return lens && lens->name() == name; });
+  };
+  for (const LensConfig& config : configs) {
+    const auto old = named(config.name);
+    if (old != before.end() && SameLens((*old)->config(), config)) {
+      replaced.unchanged.push_back(config.name);
+      lenses_.push_back(std::move(*old));
+      continue;
+    }
+    AddLens(config, opener(config));
+    (old == before.end() ? replaced.added : replaced.reopened).push_back(config.name);
+  }
+  for (auto& lens : before) {
+    if (!lens) continue;
+    const auto next = std::ranges::find(lenses_, lens->name(), &ServedLens::name);
+    const bool gone = next == lenses_.end();
+    if (gone) replaced.removed.push_back(lens->name());
+    lens->End(gone ? "lens \"" + lens->name() + "\" was taken out of the configuration"
+                   : "lens \"" + lens->name() + "\" is configured anew");
+    watchers_.Replace(*lens, gone ? nullptr : next->get());
+    if (!gone) BeginAfter(**next, *lens);
+    retired_.push_back(std::move(lens));
+  }
+  for (const std::string& name : replaced.added) {
+    (*std::ranges::find(lenses_, name, &ServedLens::name))->Begin();
+  }
+  return replaced;
+}
+
+/// A device is opened once whoever held it has let go of it.
+void LensService::BeginAfter(ServedLens& lens, const ServedLens& before) {
+  constexpr Duration kPause = std::chrono::milliseconds(2);
+  if (before.ended()) return lens.Begin();
+  loop_.After(kPause, [this, &lens, &before] { BeginAfter(lens, before); });
 }
 
 std::vector<std::string> LensService::StillEnding() const {
   std::vector<std::string> names;
-  for (const auto& lens : lenses_) {
-    if (!lens->ended()) names.push_back(lens->name());
+  for (const auto* lenses : {&lenses_, &retired_}) {
+    for (const auto& lens : *lenses) {
+      if (!lens->ended()) names.push_back(lens->name());
+    }
   }
   return names;
 }

@@ -26,6 +26,19 @@ class LensService final : public Service {
   /// Serves a lens; its device is opened on a thread of its own once Begin() is called.
   void AddLens(const LensConfig& config, ServedLens::Open open);
   void Begin();
+  /// What became of the lenses, by name.
+  struct Replaced {
+    std::vector<std::string> added, removed, reopened, unchanged;
+  };
+  using OpenerOf = std::function<ServedLens::Open(const LensConfig&)>;
+  /// Serves these lenses in place of those there are. One whose configuration is another one comes to its end and is
+  /// opened anew after that; one whose configuration is the same goes on undisturbed. Busy: that was done too often.
+  Result<Replaced> Replace(const std::vector<LensConfig>& configs, const OpenerOf& opener);
+  using Reload = std::function<void(std::function<void(const Result<Replaced>&)> then)>;
+  /// How to read the configuration again, for the method Reload.
+  void OnReload(Reload reload) { reload_ = std::move(reload); }
+  const Reload& reload() const { return reload_; }
+  TaskThread& files() { return files_; }
   /// Stops what moves and answers every caller. No lens takes commands from now on.
   void End();
   /// Names of the lenses whose threads have not ended: the destructor would wait for them.
@@ -61,7 +74,11 @@ class LensService final : public Service {
   TaskThread plans_;
   const LensSurroundings surroundings_;
   varlink::InterfaceDefinition definition_;
+  void BeginAfter(ServedLens& lens, const ServedLens& before);
+
   std::vector<std::unique_ptr<ServedLens>> lenses_;
+  std::vector<std::unique_ptr<ServedLens>> retired_;  ///< calls under way may yet name them
+  Reload reload_;
   MethodTable methods_;
 };
 

@@ -58,11 +58,20 @@ Result<drivers::Device> OpenDevice(const LensConfig& config, const Clock& clock,
   return device;
 }
 
-Result<void> AddLenses(const Config& config, const Clock& clock, LensService& service) {
+Result<void> CheckAll(const Config& config) {
   for (const LensConfig& lens : config.lenses) {
     if (auto checked = CheckSettings(lens); !checked) return checked;
-    service.AddLens(lens, [lens, &clock, &service] { return OpenDevice(lens, clock, &service.plug_signal()); });
   }
+  return {};
+}
+
+ServedLens::Open OpenerOf(const LensConfig& lens, const Clock& clock, LensService& service) {
+  return [lens, &clock, &service] { return OpenDevice(lens, clock, &service.plug_signal()); };
+}
+
+Result<void> AddLenses(const Config& config, const Clock& clock, LensService& service) {
+  if (auto checked = CheckAll(config); !checked) return checked;
+  for (const LensConfig& lens : config.lenses) service.AddLens(lens, OpenerOf(lens, clock, service));
   return {};
 }
 

@@ -17,6 +17,12 @@ Result<drivers::Device> OpenDevice(const LensConfig& config, const Clock& clock,
 /// what is wrong".
 Result<void> CheckSettings(const LensConfig& config);
 
+/// Whether the settings of all of them make sense.
+Result<void> CheckAll(const Config& config);
+
+/// What opens a lens of the service.
+ServedLens::Open OpenerOf(const LensConfig& lens, const Clock& clock, LensService& service);
+
 /// Hands every lens to the service. BadData: settings that make no sense.
 Result<void> AddLenses(const Config& config, const Clock& clock, LensService& service);
 

@@ -41,6 +41,8 @@ const char* MessageId(Event event) {
   switch (event) {
     case Event::Started:
       return "5d1e0c9d6b714cf2a6a5d0a3b0e1f7c4";
+    case Event::Reloaded:
+      return "1f7ad2c36be9408593a50c7de4b86f12";
     case Event::Stopping:
       return "e3b7f6a2195c4f0db1c28d5c7a94e610";
     case Event::LensReady:

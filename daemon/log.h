@@ -9,6 +9,7 @@ namespace lensd::daemon {
 /// What happened, as journalctl MESSAGE_ID=... finds it: 128 bits in hexadecimal.
 enum class Event {
   Started,
+  Reloaded,
   Stopping,
   LensReady,
   LensLost,

@@ -90,6 +90,39 @@ void QuitInOrder(EventLoop& loop, LensService& service, Instant deadline) {
   loop.After(kPause, [&loop, &service, deadline] { QuitInOrder(loop, service, deadline); });
 }
 
+std::string Listed(std::string_view what, const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "; " + std::string(what) + " " : ", ") + name;
+  return text;
+}
+
+void TellReloaded(const Result<LensService::Replaced>& replaced) {
+  if (!replaced) {
+    return Log(Severity::Error, Event::Reloaded,
+               "the configuration was read again and not taken, all stays as it is: " + replaced.error().message);
+  }
+  Log(Severity::Info, Event::Reloaded,
+      "the configuration was read again" + Listed("added", replaced->added) + Listed("removed", replaced->removed) +
+          Listed("reopened", replaced->reopened) + Listed("unchanged", replaced->unchanged));
+}
+
+/// Reads the configuration on the thread for files, and takes it if all of it makes sense.
+void OfferReload(EventLoop& loop, LensService& service, const std::string& file, const Clock& clock) {
+  service.OnReload([&loop, &service, file, &clock](std::function<void(const Result<LensService::Replaced>&)> then) {
+    const auto taken = service.files().Submit([&loop, &service, file, &clock, then] {
+      auto config = ReadConfig(file);
+      if (auto checked = config ? CheckAll(*config) : PassOn(config); !checked) config = PassOn(checked);
+      loop.Post([&service, config = std::move(config), &clock, then] {
+        const auto opener = [&](const LensConfig& lens) { return OpenerOf(lens, clock, service); };
+        const auto replaced = config ? service.Replace(config->lenses, opener) : PassOn(config);
+        TellReloaded(replaced);
+        then(replaced);
+      });
+    });
+    if (!taken) then(Fail(Code::Busy, "too much waits to be read or written; try again"));
+  });
+}
+
 Result<void> WatchSignals(EventLoop& loop, LensService& service) {
   static constexpr Duration kEndAtMost = std::chrono::milliseconds(1500);  // static: the handler outlives this call
   auto watched = loop.OnSignals({SIGTERM, SIGINT}, [&, stopping = false](int) mutable {
@@ -100,8 +133,9 @@ Result<void> WatchSignals(EventLoop& loop, LensService& service) {
     QuitInOrder(loop, service, MonotonicClock().Now() + kEndAtMost);
   });
   if (!watched) return watched;
-  return loop.OnSignals({SIGHUP}, [](int) {
-    Log(Severity::Warning, Event::Started, "the configuration is read at the start only: restart lensd to change it");
+  return loop.OnSignals({SIGHUP}, [&service](int) {
+    if (!service.reload()) return Log(Severity::Warning, Event::Reloaded, "there is no configuration to read again");
+    service.reload()([](const auto&) {});
   });
 }
 
@@ -114,6 +148,7 @@ int Serve(const Options& options, const Config& config, const Clock& clock) {
   if (!options.state.empty()) io::RemoveTemporaries(options.state);
   LensService service(**loop, clock, options.state);
   if (auto added = AddLenses(config, clock, service); !added) return Explain(added.error());
+  if (options.config) OfferReload(**loop, service, *options.config, clock);
   if (auto watched = WatchSignals(**loop, service); !watched) return Explain(watched.error());
   const auto monitor = drivers::hotplug::Monitor::Create((*loop)->get(), [&service] { service.plug_signal().Raise(); });
   if (!monitor) Log(Severity::Warning, Event::Started, monitor.error().message + "; looking now and then instead");

@@ -17,6 +17,7 @@ MethodTable SessionMethods(LensService& service);      ///< serve_autofocus_sess
 MethodTable PictureMethods(LensService& service);      ///< serve_pictures.cpp
 MethodTable CalibrationMethods(LensService& service);  ///< serve_calibration.cpp
 MethodTable PresetMethods(LensService& service);       ///< serve_presets.cpp
+MethodTable ReloadMethods(LensService& service);       ///< serve_reload.cpp
 
 /// Whether a stop or a lease keeps the caller from moving the lens it names. False: it has been told.
 bool MayDrive(LensService& service, const Method& method, const ExchangePointer& exchange);

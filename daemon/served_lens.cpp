@@ -81,7 +81,7 @@ void ServedLens::ShowAbsent(std::string_view connection, std::string problem) {
 }
 
 std::optional<Error> ServedLens::WhyAbsent() const {
-  if (opening_.life >= Life::Ending) return Error{Code::Cancelled, "lensd is stopping"};
+  if (opening_.life >= Life::Ending) return Error{Code::Cancelled, opening_.why_ending};
   if (!worker_) return Error{Code::Disconnected, shown_.status->problem};
   return std::nullopt;
 }
@@ -117,8 +117,14 @@ std::optional<Error> ServedLens::WhyStopped(std::uint64_t number, std::optional<
   return std::nullopt;
 }
 
-void ServedLens::End() {
+void ServedLens::Begin() {
+  if (opening_.life == Life::Opening && !retry_) OpenAfter({});
+}
+
+void ServedLens::End(std::string why) {
+  if (opening_.life >= Life::Ending) return;
   opening_.life = Life::Ending;
+  opening_.why_ending = std::move(why);
   if (retry_) retry_->End();
   if (worker_) worker_->End();
   if (!worker_) opening_.life = Life::Ended;

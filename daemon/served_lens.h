@@ -74,9 +74,10 @@ class ServedLens {
   ServedLens(const ServedLens&) = delete;
   ServedLens& operator=(const ServedLens&) = delete;
 
-  void Begin() { OpenAfter({}); }
-  /// Begins to end: what moves is stopped, and every caller answered.
-  void End();
+  /// Unless it has come to its end already.
+  void Begin();
+  /// Begins to end: what moves is stopped, and every caller answered; from now on it says `why` it takes no commands.
+  void End(std::string why);
   bool ended() const;  ///< the destructor will not wait
 
   const LensConfig& config() const { return config_; }
@@ -186,6 +187,7 @@ class ServedLens {
     Life life = Life::Opening;
     std::vector<Task> parked;  ///< until the device was tried
     int failures = 0;          ///< of workers, one after the other
+    std::string why_ending;
   };
   /// A rig, and what the user should know of the files it was made from.
   struct Made {

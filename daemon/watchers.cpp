@@ -50,6 +50,22 @@ void Watchers::Tell(const ServedLens& lens) {
   if (waiting && !std::exchange(ticking_, true)) loop_.After(kTick, [this] { Tick(); });
 }
 
+void Watchers::Replace(const ServedLens& lens, const ServedLens* by) {
+  std::vector<ExchangePointer> left;
+  for (auto& [key, watching] : watching_) {
+    watching.changed.erase(&lens);
+    if (watching.watcher.only != &lens) continue;
+    watching.watcher.only = by;
+    if (by == nullptr) left.push_back(watching.watcher.exchange);
+  }
+  for (const ExchangePointer& exchange : left) {
+    Remove(exchange);
+    exchange->Refuse("io.lensd.Lens.LensNotFound", {{"message", "this lens was taken out of the configuration"}});
+  }
+  tallies_.erase(&lens);
+  if (by != nullptr) Tell(*by);
+}
+
 /// Until nobody waits.
 void Watchers::Tick() {
   bool waiting = false;

@@ -41,6 +41,8 @@ class Watchers {
   void Remove(const ExchangePointer& exchange) { watching_.erase(exchange.get()); }
   /// The state of `lens` is another one.
   void Tell(const ServedLens& lens);
+  /// `lens` is no longer served: who watched it alone watches the one in its place, or is told that there is none.
+  void Replace(const ServedLens& lens, const ServedLens* by);
   /// Something of `lens` ended: `result` is the field of an Event. Who reads so slowly that even these pile up is
   /// dropped, and told how many replies it got.
   void Announce(const ServedLens& lens, std::string_view field, const varlink::Json& result);

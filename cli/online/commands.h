@@ -16,6 +16,7 @@ void AddAperture(CLI::App& root, Run& run);
 void AddZoom(CLI::App& root, Run& run);
 void AddFilter(CLI::App& root, Run& run);
 void AddHome(CLI::App& root, Run& run);
+void AddReload(CLI::App& root, Run& run);
 void AddLease(CLI::App& root, Run& run);
 void AddCalibrate(CLI::App& root, Run& run);
 void AddBacklash(CLI::App& root, Run& run);

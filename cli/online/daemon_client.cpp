@@ -33,6 +33,7 @@ constexpr std::array kKnownErrors = {
     KnownError{"io.lensd.Lens.Superseded", Exit::Superseded},
     KnownError{"io.lensd.Lens.Busy", Exit::Busy},
     KnownError{"io.lensd.Lens.Leased", Exit::Leased},
+    KnownError{"io.lensd.Lens.BadConfiguration", Exit::Config},
     KnownError{"io.lensd.Lens.NotHomed", Exit::NotHomed},
     KnownError{"io.lensd.Lens.Disconnected", Exit::Unavailable},
     KnownError{"io.lensd.Lens.DeviceError", Exit::Protocol},

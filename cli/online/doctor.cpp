@@ -112,7 +112,7 @@ void CheckConfiguration(const std::string& file, bool daemon_answers, std::size_
   if (daemon_answers) {
     if (lenses > 0) return findings.Ok("configuration", "lensd has read " + std::to_string(lenses) + " lenses");
     return findings.Warn("configuration", "no lens is configured",
-                         "put the lines that `lensctl devices` prints into " + file + " and restart lensd");
+                         "put the lines that `lensctl devices` prints into " + file + "; `lensctl reload` reads it");
   }
   if (access(file.c_str(), R_OK) != 0) {
     return findings.Warn("configuration", file + ": " + std::strerror(errno),
