@@ -33,7 +33,7 @@ AxisStatus AxisController::Describe(bool problem) const {
           .moving = !problem && moving(),
           .homed = !problem && state_->homed && known(),
           .last_known = problem,
-          .bound = Native{track_.Bound()},
+          .bound = Native{track_.Bound() + track_.adrift()},
           .arrival = track_.NextArrival(state_->position),
           .moved_by_us = track_.moved_by_us(),
           .moved_by_another = track_.moved_by_another(),
@@ -137,9 +137,11 @@ std::optional<EndedMotion> AxisController::End(Outcome outcome) {
   commands_ += motion->commands();
   if (outcome == Outcome::Reached) {
     coasting_.reset();
+    track_.Arrived();
     RememberRest();
   } else {
     target_.reset();
+    if (motion->adrift() > 0.0 || motion->live()) track_.LoseSight(motion->adrift());
     if (motion->commands() > 0) Coast();
   }
   return EndedMotion{motion->TakeCallback(), motion->commands()};

@@ -24,10 +24,19 @@ std::optional<Result<MoveOutcome>> AxisMotion::Step(Motor& motor, const drivers:
   last_step_at_ = now;
   auto end = Advance(motor, state, sampled_at, now);
   if (!end || !runs_out_ || !*end) return end;
+  return std::unexpected(RanOut(state, **end));
+}
+
+/// That it rests is said only where it has been seen.
+Error AxisMotion::RanOut(const drivers::AxisState& state, const MoveOutcome& end) const {
   std::ostringstream text;
-  text << "stopped, but " << AxisName(setup_.axis) << " cannot stop midway: it travelled on and rests at "
-       << (*end)->position.value;
-  return Fail(Code::Cancelled, text.str());
+  text << "stopped, but " << AxisName(setup_.axis) << " cannot stop midway: ";
+  if (end.cause == MoveCause::Late || leg_.Unseen(state)) {
+    text << "it was sent to " << leg_.to().value << ", and nothing shows whether it has come to rest";
+  } else {
+    text << "it travelled on and rests at " << end.position.value;
+  }
+  return {Code::Cancelled, text.str()};
 }
 
 AxisMotion::End AxisMotion::Advance(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now) {
@@ -53,9 +62,11 @@ void AxisMotion::LetRunOut() {
 // ---- the way there ------------------------------------------------------------------------------------------------
 
 /// Moving would gain nothing: within the dead band, and arrived from the right side. Where the lens still complains of
-/// an earlier command, only a new one tells whether it obeys again.
+/// an earlier command, or the last motion did not arrive, only a new one tells whether it obeys: its reading may be an
+/// echo.
 bool AxisMotion::StandsThere(const drivers::AxisState& state) const {
   if (state.moving || !state.fault.empty() || !setup_.can.follows() || attempts_.tries > 0) return false;
+  if (!track_.arrived()) return false;
   const double nearly = std::max(setup_.config.deadband, 0.5 * setup_.can.resolution - 1e-9);
   return std::abs((state.position - *request_.target).value) <= nearly &&
          (request_.overshoot <= 0.0 || track_.slack().left() <= 0.0);
@@ -99,6 +110,7 @@ AxisMotion::End AxisMotion::LaunchHoming(Motor& motor, Native position, Instant 
 }
 
 AxisMotion::End AxisMotion::Begin(Motor& motor, Leg leg, Phase phase, Instant now) {
+  if (leg_.live()) leg.TakeAsLive();
   leg_ = std::move(leg);
   phase_ = phase;
   attempts_.refusals = 0;
@@ -157,6 +169,7 @@ AxisMotion::End AxisMotion::Follow(Motor& motor, const drivers::AxisState& state
   if (auto wrong = leg_.WhatIsWrong(state, sampled_at, now, phase_ == Phase::Settling)) {
     // A motor that hums against an obstacle must not go on.
     motor.Halt();
+    if (leg_.Unseen(state)) adrift_ = leg_.Reach(state) + track_.adrift();
     return Failed(state, *std::move(wrong), now);
   }
   return std::nullopt;
@@ -215,7 +228,7 @@ bool AxisMotion::Settled(const drivers::AxisState& state, Instant sampled_at) {
 /// Stands where it was not sent, and not because it cannot move: that is for Leg::WhatIsWrong() to say.
 AxisMotion::End AxisMotion::Elsewhere(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now) {
   const bool moved = attempts_.tries > 0 || leg_.Moved(state);
-  if (state.moving || !setup_.can.follows() || !state.fault.empty() || !moved) {
+  if (state.moving || leg_.Unseen(state) || !setup_.can.follows() || !state.fault.empty() || !moved) {
     rest_.since.reset();
     return std::nullopt;
   }
@@ -246,6 +259,7 @@ MoveOutcome AxisMotion::TakenAway(const drivers::AxisState& state, Instant now) 
 MoveOutcome AxisMotion::Failed(const drivers::AxisState& state, Trouble trouble, Instant now) const {
   MoveOutcome outcome = Outcome(state, now);
   outcome.reached = outcome.settled = outcome.verified = false;
+  if (!live()) outcome.bound = outcome.bound + Native{std::max(adrift_, track_.adrift())};
   outcome.cause = trouble.cause;
   outcome.reason = std::move(trouble.reason);
   return outcome;

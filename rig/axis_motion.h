@@ -67,6 +67,9 @@ class AxisMotion {
 
   /// It was told to stop and cannot: it takes no further command, and ends with Cancelled once it rests.
   void LetRunOut();
+  /// It ended without having been seen: the axis is within this of its reading, native units; 0: it was seen.
+  double adrift() const { return adrift_; }
+  bool live() const { return leg_.live(); }
   bool homing() const { return !request_.target || request_.home_first; }
   /// Motions the device was asked for so far; the parts of a shaped step are one.
   int commands() const { return attempts_.commands; }
@@ -108,6 +111,7 @@ class AxisMotion {
   bool Measured(const drivers::AxisState& state) const;
   MoveOutcome TakenAway(const drivers::AxisState& state, Instant now) const;
   MoveOutcome Failed(const drivers::AxisState& state, Trouble trouble, Instant now) const;
+  Error RanOut(const drivers::AxisState& state, const MoveOutcome& end) const;
   MoveOutcome Outcome(const drivers::AxisState& state, Instant now) const;
   Trouble Remark(const drivers::AxisState& state) const;
 
@@ -119,6 +123,7 @@ class AxisMotion {
   Phase phase_ = Phase::Requested;
   Leg leg_;
   bool runs_out_ = false;
+  double adrift_ = 0.0;
   Rest rest_;
   Attempts attempts_;
 };

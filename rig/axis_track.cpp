@@ -60,7 +60,8 @@ void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool o
   const double step = last_ ? std::abs((state.position - *last_).value) : 0.0;
   if (state.moving || step > scatter) travel_ += step;
   last_ = state.position;
-  if (ours || !rest_) {
+  // Of an axis that ended its motion unseen, what it does next may still be that motion.
+  if (ours || !rest_ || adrift_ > 0.0) {
     rest_ = state.position;
   } else if (std::abs((state.position - *rest_).value) > scatter) {
     moved_by_another_ = true;
@@ -73,13 +74,20 @@ void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool o
 
 void AxisTrack::Commanded(Way way, Instant now) {
   moved_by_us_ = true;
+  arrived_ = false;
   moved_by_another_ = false;
   // Where a motion turns between two readings is not seen; it is no more than one polling period of travel.
   travel_ += setup_.can.resolution;
   if (way == Way::MayTurn) slack_.Reset(now);
 }
 
+void AxisTrack::Arrived() {
+  arrived_ = true;
+  adrift_ = 0.0;
+}
+
 void AxisTrack::Homed(Instant now) {
+  Arrived();
   known_ = true;
   travel_ = doubt_ = 0.0;
   offset_ = {};
@@ -127,7 +135,7 @@ AxisMemory AxisTrack::Remember(Native position) const {
   memory.known = known_;
   memory.slack = slack_.left();
   memory.travel = travel_;
-  memory.doubt = doubt_;
+  memory.doubt = doubt_ + adrift_;
   return memory;
 }
 
@@ -142,6 +150,7 @@ void AxisTrack::Trust(const AxisMemory& memory, Native position) {
 
 void AxisTrack::Recall(const AxisMemory& memory, const drivers::AxisState& state) {
   const Native device = state.position;
+  arrived_ = !memory.in_motion;
   const double scatter = std::max(setup_.tolerance, 2.0 * setup_.config.repeatability);
   const auto near = [&](Native a, Native b) { return std::abs((a - b).value) <= scatter; };
   const bool at_zero = near(device, {});

@@ -52,12 +52,20 @@ class AxisTrack {
   void Disturbed(Instant now) { slack_.Reset(now); }
   /// The setup's backlash has changed.
   void BacklashChanged();
+  /// The motion ended at its target.
+  void Arrived();
+  /// The motion ended unseen: the mechanism may be this far from the readings until a motion arrives, native units.
+  void LoseSight(double within) { adrift_ = within; }
   /// Stands at the reference.
   void Homed(Instant now);
 
   const BacklashState& slack() const { return slack_; }
-  /// The mechanism stands within this of the readback, native units.
+  /// The mechanism stands within this of the readback, native units, where its last motion was seen to end.
   double Bound() const;
+  /// What is to be added where it was not; 0: it was.
+  double adrift() const { return adrift_; }
+  /// The last motion asked of the axis ended at its target; true if none was.
+  bool arrived() const { return arrived_; }
   /// The same of the end of a motion from `position`.
   Arrival NextArrival(Native position) const;
   /// The position means something: nothing has put it in doubt since the reference.
@@ -87,6 +95,8 @@ class AxisTrack {
   std::optional<Native> rest_;  ///< where it should stand
   double travel_ = 0.0;
   double doubt_ = 0.0;  ///< native units: a remembered position that could not be told better
+  double adrift_ = 0.0;
+  bool arrived_ = true;
   bool known_ = true;
   bool moved_by_us_ = false;
   bool moved_by_another_ = false;

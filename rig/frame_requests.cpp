@@ -209,14 +209,15 @@ LensedFrame FrameRequests::WithLens(const drivers::Frame& frame) {
   for (const Axis axis : drivers::kAxes) {
     auto& during = lensed.axes[axis];
     if (!during) continue;
-    const Native bound{axes_[axis]->track().Bound()};
+    const Native bound{axes_[axis]->track().Bound() + axes_[axis]->track().adrift()};
     during->bound = 0.5 * (during->highest - during->lowest) + bound;
     during->mid_bound = during->mid_bound + bound;
   }
   optics_.Describe(lensed);
   if (auto& focus = lensed.axes[Axis::Focus]) {
     // Backlash that was taken up since may still have been there during the exposure.
-    const Native bound{axes_[Axis::Focus]->track().Bound()};
+    const AxisTrack& track = axes_[Axis::Focus]->track();
+    const Native bound{track.Bound() + track.adrift()};
     const Native before = std::exchange(handed_out_bound_, bound);
     if (before > bound) focus->mid_bound = focus->mid_bound + (before - bound);
   }

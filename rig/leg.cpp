@@ -13,7 +13,9 @@ namespace {
 constexpr Duration kStallTime = std::chrono::seconds(1);
 constexpr Duration kMargin = std::chrono::seconds(2);       ///< of a deadline beyond the time the travel needs
 constexpr Duration kFullTravel = std::chrono::seconds(60);  ///< where the speed is not known
-constexpr double kOvershoot = 0.02;                         ///< of a leg: a servo may pass its target by so much
+constexpr Duration kSilence = std::chrono::seconds(5);      ///< by then a lens that does not answer is an error
+constexpr int kShowsMotion = 3;      ///< readings on the way, each nearer: one or two may be false answers
+constexpr double kOvershoot = 0.02;  ///< of a leg: a servo may pass its target by so much
 
 Duration TravelTime(const AxisSetup& setup, double distance) {
   const double range = (setup.can.maximum - setup.can.minimum).value;
@@ -76,7 +78,7 @@ void Leg::Sent(const Command& command, Instant now) {
   const double distance = std::abs((to_ - from_).value);
   const Duration travel = TravelTime(*setup_, distance), shaped = parts_.back().at;
   commanded_at_ = progress_.at = now;
-  approach_ = {.closest = distance, .farthest = distance};
+  approach_ = {.closest = distance, .farthest = distance, .nearest = distance, .live = approach_.live};
   deadline_ = now + 2 * travel + kMargin + setup_->settle + shaped;
   expected_at_ = now + (setup_->speed ? travel : Duration::zero()) + shaped;
 }
@@ -109,7 +111,25 @@ double Leg::ShortOf(const drivers::AxisState& state) const {
 bool Leg::Done(const drivers::AxisState& state, Instant sampled_at) const {
   if (state.moving || !state.fault.empty()) return false;
   if (!setup_->can.follows()) return sampled_at >= expected_at_;
+  if (Unseen(state) && sampled_at < expected_at_) return false;
   return ShortOf(state) <= setup_->tolerance;
+}
+
+bool Leg::Unseen(const drivers::AxisState& state) const {
+  return setup_->can.follows() && !live() && (state.moving || state.assumed);
+}
+
+double Leg::Reach(const drivers::AxisState& state) const {
+  return std::max(std::abs((state.position - from_).value), ShortOf(state));
+}
+
+void Leg::Watch(const drivers::AxisState& state) {
+  const double margin = std::max(Scatter(*setup_), setup_->tolerance);
+  const double to_go = ShortOf(state), gone = std::abs((state.position - from_).value);
+  const bool between = to_go > margin && gone > margin && to_go + gone <= std::abs((to_ - from_).value) + margin;
+  if (!between || to_go > approach_.nearest - Scatter(*setup_)) return;
+  approach_.nearest = to_go;
+  approach_.live = approach_.live || ++approach_.nearer >= kShowsMotion;
 }
 
 /// Of a leg that is hardly longer than the readings scatter, they cannot say whether it began.
@@ -131,21 +151,27 @@ bool Leg::LedAway(const drivers::AxisState& state) {
   return approach_.readings_away >= 2;
 }
 
+/// What fails to answer is judged by the reader of the lens, which gives up before kSilence is over.
 std::optional<Trouble> Leg::WhatIsWrong(const drivers::AxisState& state, Instant sampled_at, Instant now,
                                         bool settling) {
-  if (std::abs((state.position - progress_.position).value) >= std::max(setup_->can.resolution, Scatter(*setup_))) {
-    progress_ = {state.position, std::max(sampled_at, commanded_at_)};
-  }
+  if (sampled_at > commanded_at_) Watch(state);
+  const bool moved =
+      std::abs((state.position - progress_.position).value) >= std::max(setup_->can.resolution, Scatter(*setup_));
+  if (moved || Unseen(state)) progress_ = {state.position, std::max(sampled_at, commanded_at_)};
+  const bool stalled = setup_->can.follows() && !settling && sampled_at - progress_.at > kStallTime;
+  const bool over = sampled_at > deadline_ || now > deadline_ + kSilence;
+  if (!stalled && !over) return std::nullopt;
   std::ostringstream wrong;
-  const bool stalled = setup_->can.follows() && !settling && now - progress_.at > kStallTime;
   if (stalled) {
     wrong << "stalled: no progress for " << std::chrono::duration<double>(kStallTime).count() << " s, ";
-  } else if (late(now)) {
-    wrong << "not there by the deadline, ";
   } else {
-    return std::nullopt;
+    wrong << "not there by the deadline, ";
   }
-  wrong << ShortOf(state) << " " << drivers::NativeUnitName(setup_->can.unit) << " short of the target";
+  if (Unseen(state)) {
+    wrong << "and no reading showed it on its way: where it stands is not known";
+  } else {
+    wrong << ShortOf(state) << " " << drivers::NativeUnitName(setup_->can.unit) << " short of the target";
+  }
   if (!state.fault.empty()) wrong << " (the lens says: " << state.fault << ")";
   return Trouble{stalled ? MoveCause::Stalled : MoveCause::Late, wrong.str()};
 }

@@ -37,6 +37,8 @@ class Leg {
     std::size_t parts = 0;
   };
   std::optional<Command> Due(Instant now) const;
+  /// Earlier legs of the same motion have shown its positions to be live.
+  void TakeAsLive() { approach_.live = true; }
   /// The motor has taken it.
   void Sent(const Command& command, Instant now);
   /// When the next part is due; nothing once all are sent.
@@ -47,6 +49,14 @@ class Leg {
   void HoldBack(Duration by, Instant now);
 
   double ShortOf(const drivers::AxisState& state) const;
+  /// Readings of this motion were seen to change between its start and its end: neither an echo nor a position that is
+  /// told at the end alone does that.
+  bool live() const { return approach_.live; }
+  /// Nothing tells whether it goes, rests or has gone: no position was seen to be live, and the device either says that
+  /// it moves or says nothing of it.
+  bool Unseen(const drivers::AxisState& state) const;
+  /// How far from a reading the axis may be, if it stands anywhere on this leg; native units.
+  double Reach(const drivers::AxisState& state) const;
   /// At its end, as far as a reading tells.
   bool Done(const drivers::AxisState& state, Instant sampled_at) const;
   /// Has gone some way, or is so short that readings could not tell.
@@ -54,16 +64,22 @@ class Leg {
   /// It came nearer and now goes away again, by more than overshooting or a missed target explains: another program
   /// commands it.
   bool LedAway(const drivers::AxisState& state);
-  /// Why it will not get there; empty while it may. `settling`: it has been there already.
+  /// Why it will not get there; empty while it may. `settling`: it has been there already. Only positions that are
+  /// live, or a device that rests elsewhere by its own word, show a stall.
   std::optional<Trouble> WhatIsWrong(const drivers::AxisState& state, Instant sampled_at, Instant now, bool settling);
 
  private:
+  void Watch(const drivers::AxisState& state);
+
   /// What readings have shown of the way to its end.
   struct Approach {
     double closest = 0.0;
     double farthest = 0.0;
     bool seen = false;  ///< to come nearer
     int readings_away = 0;
+    int nearer = 0;        ///< readings on the way, each nearer than all before
+    double nearest = 0.0;  ///< of those
+    bool live = false;     ///< enough of them
   };
   struct Progress {
     Native position;

@@ -124,7 +124,8 @@ bool AravisLens::Approaches(const Way& way, Native position, double resolution) 
 /// where Busy has been seen, or the position on its way; else it is taken for granted once nothing shows for a while.
 bool AravisLens::Moves(Axis axis, Native position, bool busy, Instant now) {
   Way& way = ways_[axis];
-  const double resolution = facts_.axes[axis]->can.resolution;
+  const AxisFeature& feature = *facts_.axes[axis];
+  const double resolution = feature.can.resolution;
   const auto near = [&](Native a, Native b) { return std::abs((a - b).value) <= resolution; };
   if (!way.seen || !near(*way.seen, position)) {
     way.changed = now;
@@ -147,7 +148,9 @@ bool AravisLens::Moves(Axis axis, Native position, bool busy, Instant now) {
   if (!(arrived && way.watched)) {
     const bool quiet = !way.commanded || now >= *way.commanded + kShowsBusy;
     if (!quiet || (!arrived && now < way.changed + kStill)) return true;
-    way.assumed = !way.live;
+    // A position that is not the target is no echo of it: there the camera's word that it rests is enough.
+    const bool says_it_rests = !arrived && !(feature.status.empty() && facts_.status.empty());
+    way.assumed = !way.live && !says_it_rests;
   }
   way.commanded.reset();
   return false;

@@ -135,7 +135,7 @@ Result<std::string> Chosen(ArvCamera* camera, const std::string& configured, std
 
 Result<void> FindController(ArvCamera* camera, const LensNames& names, LensFacts& lens) {
   const auto there = [&](const ControllerCandidate& candidate) {
-    return Has(camera, candidate.status) || Has(camera, candidate.initialize);
+    return Has(camera, candidate.status) || Has(camera, candidate.initialize) || Has(camera, candidate.abort);
   };
   const auto candidates = ControllerCandidates();
   const auto found = std::ranges::find_if(candidates, there);

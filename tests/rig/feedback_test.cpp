@@ -161,5 +161,127 @@ TEST_F(FeedbackTest, GoneMeansUnknownAndAZeroOnReturnIsNotBelieved) {
   EXPECT_EQ(refused.only().error().code, Code::NotHomed);
 }
 
+// ---- positions that do not show the way -----------------------------------------------------------------------------
+
+/// A lens of 1000 steps whose positions are counts by name, and which needs 6 s for 600 of them.
+class UnseenWayTest : public FeedbackTest {
+ protected:
+  using Shows = testing::FakeControls::Shows;
+  void OpenSlow(Shows shows, RigConfig config = {}) {
+    controls_->focus = drivers::AxisCapabilities{.maximum = Native{1000.0}, .can_home = true, .backlash = 0.0};
+    controls_->speed = 100.0;
+    controls_->shows = shows;
+    Open(std::move(config), 0);
+  }
+};
+
+TEST_F(UnseenWayTest, ALensThatSaysBusyIsAwaitedWhateverItsPositionSays) {
+  for (const Shows shows : {Shows::Target, Shows::Start}) {
+    OpenSlow(shows);
+    const MoveOutcome moved = To(600);
+    EXPECT_TRUE(moved.reached) << moved.reason;
+    EXPECT_NEAR(std::chrono::duration<double>(moved.elapsed).count(), 6.0, 0.2);
+    EXPECT_EQ(controls_->stops, 0);
+  }
+}
+
+TEST_F(UnseenWayTest, APositionThatIsToldAtTheEndAloneIsAwaitedWithoutAStatusToo) {
+  OpenSlow(Shows::Start);
+  controls_->says_nothing = true;
+  const MoveOutcome moved = To(600);
+  EXPECT_TRUE(moved.reached) << moved.reason;
+  EXPECT_NEAR(std::chrono::duration<double>(moved.elapsed).count(), 6.0, 0.2);
+  EXPECT_EQ(controls_->moves, 1);
+}
+
+TEST_F(UnseenWayTest, OneThatNeverArrivesIsGivenUpAtTheDeadlineWithItsPlaceUnknownAndIsSentAgain) {
+  RigConfig config;
+  config.axes[Axis::Focus].speed = 200.0;
+  OpenSlow(Shows::Target, config);
+  controls_->hangs = true;
+  const MoveOutcome moved = To(600);
+  EXPECT_FALSE(moved.reached);
+  EXPECT_EQ(moved.cause, MoveCause::Late) << moved.reason;
+  EXPECT_THAT(moved.reason, ::testing::HasSubstr("where it stands is not known"));
+  EXPECT_NEAR(std::chrono::duration<double>(moved.elapsed).count(), 8.0, 0.1) << "twice 3 s and 2 s more";
+  EXPECT_LE(moved.position.value - moved.bound.value, 0.0) << "it may still be where it was";
+  EXPECT_GE(rig_->GetStatus().axes[Axis::Focus]->bound.value, 600.0);
+  EXPECT_EQ(controls_->stops, 1);
+  controls_->hangs = false;
+  const int moves = controls_->moves;
+  EXPECT_TRUE(To(600).reached);
+  EXPECT_EQ(controls_->moves, moves + 1) << "it is sent, though its position has said 600 all the while";
+  EXPECT_LT(rig_->GetStatus().axes[Axis::Focus]->bound.value, 1.0);
+}
+
+TEST_F(UnseenWayTest, LivePositionsThatCeaseToChangeAreAStall) {
+  OpenSlow(Shows::Way);
+  Answers<MoveOutcome> answers;
+  rig_->Move(Axis::Focus, At(600), answers.Take());
+  Run(2s);
+  controls_->hangs = true;
+  RunUntil(answers);
+  ASSERT_TRUE(answers.only());
+  EXPECT_EQ(answers.only()->cause, MoveCause::Stalled) << answers.only()->reason;
+  EXPECT_NEAR(std::chrono::duration<double>(answers.only()->elapsed).count(), 3.0, 0.1);
+  EXPECT_NEAR(answers.only()->position.value, 200.0, 2.0);
+  EXPECT_LT(answers.only()->bound.value, 2.0);
+}
+
+TEST_F(UnseenWayTest, OneStrayReadingDoesNotMakePositionsLive) {
+  OpenSlow(Shows::Target);
+  Answers<MoveOutcome> answers;
+  rig_->Move(Axis::Focus, At(600), answers.Take());
+  Run(1s);
+  controls_->shows = Shows::Way;
+  for (const int reads = controls_->reads; controls_->reads == reads;) Run(100us);
+  controls_->shows = Shows::Target;
+  RunUntil(answers);
+  EXPECT_TRUE(answers.only() && answers.only()->reached);
+}
+
+TEST_F(UnseenWayTest, AnAssumedArrivalWaitsForTheTravel) {
+  RigConfig config;
+  config.axes[Axis::Focus].speed = 100.0;
+  OpenSlow(Shows::Target, config);
+  controls_->says_nothing = true;
+  const MoveOutcome moved = To(600);
+  EXPECT_TRUE(moved.reached && !moved.verified);
+  EXPECT_NEAR(std::chrono::duration<double>(moved.elapsed).count(), 6.0, 0.1);
+  EXPECT_EQ(controls_->moves, 1);
+}
+
+TEST_F(UnseenWayTest, ThatItRestsIsNotSaidWhereNothingShowsIt) {
+  controls_->says_nothing = true;
+  controls_->focus =
+      drivers::AxisCapabilities{.maximum = Native{1000.0}, .can_stop = false, .speed = 100.0, .backlash = 0.0};
+  controls_->speed = 20.0;
+  controls_->shows = Shows::Target;
+  Open({}, 0);
+  Answers<MoveOutcome> answers;
+  Answers<void> stopped;
+  rig_->Move(Axis::Focus, At(600), answers.Take());
+  Run(500ms);
+  rig_->Stop({}, stopped.Take());
+  RunUntil(answers);
+  ASSERT_FALSE(answers.only());
+  EXPECT_EQ(answers.only().error().code, Code::Cancelled);
+  EXPECT_THAT(answers.only().error().message, ::testing::HasSubstr("nothing shows whether it has come to rest"));
+}
+
+TEST_F(UnseenWayTest, ALensThatCeasesToAnswerIsNoStall) {
+  OpenSlow(Shows::Way);
+  Answers<MoveOutcome> answers;
+  rig_->Move(Axis::Focus, At(600), answers.Take());
+  Run(1s);
+  controls_->lost_read_replies = 100;
+  for (int question = 0; question < 10 && answers.all.empty(); ++question) {
+    rig_->Step(clock_.Now());
+    clock_.Advance(1100ms);  // each takes so long, as with a camera that has vanished
+  }
+  ASSERT_FALSE(answers.only()) << answers.only()->reason;
+  EXPECT_EQ(answers.only().error().code, Code::Timeout);
+}
+
 }  // namespace
 }  // namespace lensd::rig

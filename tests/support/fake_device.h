@@ -30,7 +30,11 @@ struct FakeControls {
   double sharp_at = 600.0;     ///< focus position of the subject
   double contrast = 0.5;       ///< of its texture; 0: blank
   double temperature_c = NAN;  ///< what its thermometer says; NAN: it has none
-  int short_moves = 0;         ///< the next so many moves of focus end `short_by` before their target
+  enum class Shows { Way, Target, Start };
+  Shows shows = Shows::Way;   ///< what focus says while it moves: where it is, where it goes, or where it was
+  bool says_nothing = false;  ///< focus has no status: it never says that it moves, and its arrival is assumed
+  bool hangs = false;         ///< focus stays where it is, and says that it moves
+  int short_moves = 0;        ///< the next so many moves of focus end `short_by` before their target
   double short_by = 0.0;
   std::optional<double> counts_anew;  ///< focus has been without power, and calls where it stands so, at the next read
   std::optional<double> foreign_target;            ///< another program sends focus there, at the next read
@@ -45,12 +49,13 @@ class FakeLens final : public drivers::Lens {
  public:
   FakeLens(const Clock& clock, std::shared_ptr<FakeControls> controls, double focus)
       : Lens(MakeCapabilities(*controls)), clock_(clock), controls_(std::move(controls)) {
-    for (const auto axis : drivers::kAxes) motors_[axis] = {0.0, 0.0, clock_.Now()};
+    for (const auto axis : drivers::kAxes) motors_[axis] = {0.0, 0.0, clock_.Now(), {}};
     motors_[drivers::Axis::Focus].from = motors_[drivers::Axis::Focus].to = focus;
   }
 
   double PositionNow(drivers::Axis axis) const {
     const Motor& motor = motors_[axis];
+    if (motor.hung_at) return *motor.hung_at;
     const double travelled = std::chrono::duration<double>(clock_.Now() - motor.began).count() * controls_->speed;
     const double distance = motor.to - motor.from;
     return travelled >= std::abs(distance) ? motor.to : motor.from + std::copysign(travelled, distance);
@@ -60,6 +65,7 @@ class FakeLens final : public drivers::Lens {
   struct Motor {
     double from = 0.0, to = 0.0;
     Instant began{};
+    std::optional<double> hung_at = {};
   };
 
   static drivers::Capabilities MakeCapabilities(const FakeControls& controls) {
@@ -80,7 +86,7 @@ class FakeLens final : public drivers::Lens {
 
   void Go(drivers::Axis axis, double to) {
     const double from = PositionNow(axis);
-    motors_[axis] = {from, controls_->stalled ? from : to, clock_.Now()};
+    motors_[axis] = {from, controls_->stalled ? from : to, clock_.Now(), {}};
   }
 
   Result<void> DoStartHome(drivers::Axis axis) override {
@@ -113,7 +119,7 @@ class FakeLens final : public drivers::Lens {
     if (controls_->stale) return last_;
     if (controls_->counts_anew) {
       const double from = *std::exchange(controls_->counts_anew, {});
-      motors_[drivers::Axis::Focus] = {from, from, clock_.Now()};
+      motors_[drivers::Axis::Focus] = {from, from, clock_.Now(), {}};
     }
     if (controls_->foreign_target) Go(drivers::Axis::Focus, *std::exchange(controls_->foreign_target, {}));
     last_.sampled_at = clock_.Now();
@@ -127,11 +133,23 @@ class FakeLens final : public drivers::Lens {
                                             .waiting = controls_->waiting,
                                             .fault = {}};
     }
+    ShowFocus(*last_.axes[drivers::Axis::Focus], motors_[drivers::Axis::Focus]);
     if (!controls_->fault.empty()) {
       last_.axes[drivers::Axis::Focus]->moving = false;
       last_.axes[drivers::Axis::Focus]->fault = controls_->fault;
     }
     return last_;
+  }
+
+  /// As cameras tell it that do not measure.
+  void ShowFocus(drivers::AxisState& state, Motor& motor) const {
+    if (controls_->hangs && !motor.hung_at && state.moving) motor.hung_at = state.position.value;
+    using Shows = FakeControls::Shows;
+    if (state.moving && controls_->shows == Shows::Target) state.position = Native{motor.to};
+    if (state.moving && controls_->shows == Shows::Start) state.position = Native{motor.from};
+    if (!controls_->says_nothing) return;
+    state.moving = false;
+    state.assumed = true;
   }
 
   Result<void> DoStop(drivers::Axis axis) override {

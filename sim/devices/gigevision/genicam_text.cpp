@@ -27,6 +27,7 @@ constexpr std::array kNames = {
           "OpticControllerStatus", "NotBusy", "OpticControllerInitialize", "", "OpticControllerDisconnect", ""},
     Names{"allied-vision", "EFLensFocusCurrent", "EFLensFStopCurrent", "EFLensZoomCurrent", "", "", "", "",
           "EFLensInitialize", "", "", ""},
+    Names{"sfnc-abort", "FocusStepper", "Aperture", "FocalLength", "", "", "", "", "", "OpticControllerAbort", "", ""},
     Names{"imaging-source", "Focus", "Iris", "Zoom", "", "", "", "", "", "", "", ""},
     Names{"none", "", "", "", "", "", "", "", "", "", "", ""},
 };

@@ -126,7 +126,7 @@ Result<void> GigeCamera::Body::Describe() {
     axes.push_back({axis, target, place, native, count, grid, 0, {}});
   };
   add(Axis::Focus, registers::kFocusTarget, registers::kFocusPlace, Same, Same);
-  const bool optical = options.names == "sfnc" || options.names == "allied-vision";
+  const bool optical = options.names == "sfnc" || options.names == "sfnc-abort" || options.names == "allied-vision";
   if (can.axes[Axis::Iris]) {
     // Twice the coarsest half step of the blades: what is asked for is reached within it.
     const double step = std::max(0.01, std::ceil(lens.max_f_number * IrisSpan(lens) * 100.0) / 100.0);
@@ -143,8 +143,9 @@ Result<void> GigeCamera::Body::Describe() {
   description = GenicamText(text);
   if (options.names == "none") axes.clear();
   if (!description.empty()) return {};
-  return Fail(Code::InvalidArgument,
-              "names are sfnc, basler, allied-vision, imaging-source or none, not \"" + options.names + "\"");
+  return Fail(
+      Code::InvalidArgument,
+      "names are sfnc, sfnc-abort, basler, allied-vision, imaging-source or none, not \"" + options.names + "\"");
 }
 
 Result<void> GigeCamera::Body::Serve() {

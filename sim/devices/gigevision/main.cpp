@@ -18,7 +18,8 @@ namespace {
 
 constexpr const char* kUsage =
     "usage: sim-gige-camera --scene FILE.toml [--serial S] [--interface ADDRESS] [--lose FRACTION]\n"
-    "                       [--names sfnc|basler|allied-vision|imaging-source|none] [--needs-initialize] [--seed N]\n"
+    "                       [--names sfnc|sfnc-abort|basler|allied-vision|imaging-source|none] [--needs-initialize] "
+    "[--seed N]\n"
     "                       [--position live|echo|at-end] [--busy-late MS] [--print-description]\n"
     "A GigE Vision camera with a motorised lens before a simulated scene, until it is interrupted. Prints \"ready\".\n"
     "Each line \"focus STEPS\" on standard input sends the lens' focus there, as if something else turned it.\n";

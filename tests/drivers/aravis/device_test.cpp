@@ -188,6 +188,18 @@ TEST(AravisDevice, VendorsNamesAreFound) {
   EXPECT_FALSE(device.lens->capabilities().axes[Axis::Focus]->can_home);
 }
 
+TEST(AravisDevice, AbortIsUsedWhereThereIsNoStatus) {
+  GigeStand stand({.names = "sfnc-abort"});
+  auto device = OpenOrFail(stand);
+  ASSERT_NE(device.lens, nullptr);
+  ASSERT_TRUE(device.lens->capabilities().axes[Axis::Focus]->can_stop);
+  ASSERT_TRUE(device.lens->StartMove(Axis::Focus, Native{4000}).has_value());
+  std::this_thread::sleep_for(50ms);
+  ASSERT_TRUE(device.lens->Stop(Axis::Focus).has_value());
+  std::this_thread::sleep_for(300ms);
+  EXPECT_LT(stand.camera().TrueFocus(), 3900.0);
+}
+
 TEST(AravisDevice, NamesCanBeOverridden) {
   {
     GigeStand stand({}, {{"focus_feature", std::string("none")}});

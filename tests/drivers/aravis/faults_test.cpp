@@ -34,6 +34,40 @@ INSTANTIATE_TEST_SUITE_P(Gige, AnEchoIsNoArrival,
                                                               GigePosition::AtEnd),
                                             ::testing::Values(0, 3, 30, 100, 200)));
 
+/// 2.5 s of travel, during which the position says nothing of it.
+class AWayThatIsNotShown : public ::testing::TestWithParam<std::tuple<GigePosition, const char*>> {};
+
+TEST_P(AWayThatIsNotShown, IsTravelledToItsEnd) {
+  const auto [position, status] = GetParam();
+  const std::string scene = ::testing::TempDir() + "/gige_way.toml";
+  std::ofstream(scene)
+      << "version = 1\n[camera]\nwidth = 32\nheight = 24\n[lens]\nsteps = 4001\nspeed_steps_per_s = 1500\n"
+         "[[surface]]\nkind = \"wall\"\ndistance_m = 1.2\nconstant = 0.5\n";
+  std::map<std::string, Settings::Value> keys;
+  if (*status != '\0') keys.emplace("status_feature", std::string(status));
+  Bench bench({.scene = scene, .position = position, .busy_late = 50ms}, keys);
+  const auto moved = bench.Move(3800);
+  ASSERT_TRUE(moved && *moved);
+  EXPECT_TRUE((*moved)->reached) << (*moved)->reason;
+  EXPECT_NEAR(bench.truth(), 3800, 1.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Gige, AWayThatIsNotShown,
+                         ::testing::Values(std::tuple(GigePosition::Echo, ""), std::tuple(GigePosition::AtEnd, ""),
+                                           std::tuple(GigePosition::AtEnd, "none")));
+
+TEST(AravisFaults, AnEchoWithoutAStatusWaitsForItsSpeed) {
+  const std::string scene = ::testing::TempDir() + "/gige_echo.toml";
+  std::ofstream(scene)
+      << "version = 1\n[camera]\nwidth = 32\nheight = 24\n[lens]\nsteps = 4001\nspeed_steps_per_s = 1500\n"
+         "[[surface]]\nkind = \"wall\"\ndistance_m = 1.2\nconstant = 0.5\n";
+  Bench bench({.scene = scene, .position = GigePosition::Echo}, {{"status_feature", std::string("none")}}, 1400.0);
+  const auto moved = bench.Move(3800);
+  ASSERT_TRUE(moved && *moved);
+  EXPECT_TRUE((*moved)->reached && !(*moved)->verified) << (*moved)->reason;
+  EXPECT_NEAR(bench.truth(), 3800, 1.0);
+}
+
 /// A lens without a status: what its position does is all there is.
 TEST(AravisFaults, WithoutAStatusAPositionThatChangesIsMotion) {
   const std::string scene = ::testing::TempDir() + "/gige_slow.toml";

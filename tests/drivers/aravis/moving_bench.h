@@ -24,11 +24,13 @@ struct Trouble {
 
 class MovingBench {
  public:
-  MovingBench(sim::GigeOptions options, std::map<std::string, Settings::Value> keys)
+  /// `speed`: as configured, native units a second.
+  MovingBench(sim::GigeOptions options, std::map<std::string, Settings::Value> keys, std::optional<double> speed = {})
       : stand_(std::move(options), std::move(keys)) {
     auto device = stand_.Open();
     if (!device) throw std::runtime_error(device.error().message);
     rig::RigConfig config;
+    config.axes[drivers::Axis::Focus].speed = speed;
     config.axes[drivers::Axis::Focus].settle = std::chrono::milliseconds(20);
     rig_ = rig::Rig::Create(config, *std::move(device), clock_).value();
   }

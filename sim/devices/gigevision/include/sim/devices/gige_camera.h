@@ -22,8 +22,9 @@ struct GigeOptions {
   std::string serial = "GV01";
   std::string interface = "127.0.0.1";  ///< an address of this machine; one camera an address
   double lost_packets = 0.0;            ///< part of the stream's packets never sent, 0..1
-  std::string names = "sfnc";           ///< of the lens' features: sfnc, basler, allied-vision, imaging-source, none
-  bool needs_initialize = false;        ///< the lens says NotInitialized until told to initialize
+  std::string names = "sfnc";  ///< of the lens' features: sfnc, sfnc-abort (nothing beside it), basler, allied-vision,
+                               ///< imaging-source, none
+  bool needs_initialize = false;  ///< the lens says NotInitialized until told to initialize
   GigePosition position = GigePosition::Live;
   Duration busy_late{};    ///< from the beginning of a motion until its status says Busy
   std::uint64_t seed = 1;  ///< of the noise
