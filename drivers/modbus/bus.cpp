@@ -12,8 +12,6 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr int kStopAttempts = 3;
-constexpr int kLostAfter = 5;                        ///< bad exchanges in a row: the drive is not there
-constexpr Duration kLostPause = milliseconds(250);   ///< between questions to a drive that is not there
 constexpr Duration kFirstPause = milliseconds(100);  ///< between attempts to connect
 constexpr Duration kLongestPause = std::chrono::seconds(2);
 constexpr int kReconnectAfter = 3;                  ///< bad exchanges in a row, on TCP
@@ -53,7 +51,8 @@ class Bus::Conversation final : public RegisterAccess {
   const Priority priority_;
 };
 
-Bus::Bus(BusConfig config, char parity) : config_(std::move(config)), parity_(parity), line_{.link{config_, parity}} {
+Bus::Bus(BusConfig config, char parity)
+    : config_(std::move(config)), parity_(parity), turns_(config_.response_timeout), line_{.link{config_, parity}} {
   thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
 }
 
@@ -88,6 +87,11 @@ void Bus::Remove(BusSlot& seat) {
   answers_.wait(lock, [&] { return seat.in_use == 0; });
 }
 
+Error Bus::NotInTime(const BusSlot& seat, const std::string& what) {
+  if (turns_.Missed(seat)) return Named(*seat.drive, {Code::Disconnected, "does not answer"});
+  return Named(*seat.drive, {Code::Timeout, "could not be " + what + " in time: the bus is busy"});
+}
+
 Duration Bus::IoDeadline() const {
   return std::chrono::seconds(1) + 4 * config_.response_timeout;
 }
@@ -113,7 +117,7 @@ Result<void> Bus::Give(BusSlot& seat, const Order& order, const Interrupts& inte
   seat.order.reset();
   if (seat.order_taken) seat.withdrawn = true;
   if (interrupts.count != before) return Fail(Code::Cancelled, "interrupted");
-  return Fail(Code::Timeout, seat.drive->label() + " could not be told in time: the bus is busy");
+  return PassOn(NotInTime(seat, "told"));
 }
 
 Result<void> Bus::Stop(BusSlot& seat, const Interrupts& interrupts) {
@@ -128,7 +132,7 @@ Result<void> Bus::Stop(BusSlot& seat, const Interrupts& interrupts) {
   answers_.wait_until(lock, clock_.Now() + IoDeadline(), [&] { return answered() || interrupts.count != before; });
   if (answered()) return seat.stop_answer;
   if (interrupts.count != before) return Fail(Code::Cancelled, "interrupted; the stop goes out all the same");
-  return Fail(Code::Timeout, seat.drive->label() + " could not be stopped in time: the bus is busy");
+  return PassOn(NotInTime(seat, "stopped"));
 }
 
 Result<std::vector<Sample>> Bus::Look(std::span<const std::unique_ptr<BusSlot>> seats, const Interrupts& interrupts) {
@@ -158,7 +162,7 @@ Result<std::vector<Sample>> Bus::Look(std::span<const std::unique_ptr<BusSlot>> 
   std::vector<Sample> samples;
   for (std::size_t i = 0; i < seats.size(); ++i) {
     if (!answered(i) && !recent(seats[i])) {
-      return Fail(Code::Timeout, seats[i]->drive->label() + " could not be asked in time: the bus is busy");
+      return PassOn(NotInTime(*seats[i], "asked"));
     }
     samples.push_back(answered(i) ? *seats[i]->look_answer : *seats[i]->newest);
   }
@@ -171,50 +175,57 @@ void Bus::Run(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (!stop.stop_requested()) {
     if (ServeStops(lock)) continue;
-    BusSlot* const seat = NextInTurn();
+    BusSlot* const seat = turns_.Next(seats_, clock_.Now());
     if (seat == nullptr) {
-      wake_.wait(lock, stop, [&] { return NextInTurn() != nullptr || AnyStop(seats_); });
+      const auto absent = turns_.NextAbsent(seats_);
+      // Where somebody has asked meanwhile for a drive that is not there, the wait begins anew.
+      const auto changed = [&] {
+        return turns_.Next(seats_, clock_.Now()) != nullptr || AnyStop(seats_) || turns_.NextAbsent(seats_) != absent;
+      };
+      if (absent) {
+        wake_.wait_until(lock, stop, *absent, changed);
+      } else {
+        wake_.wait(lock, stop, changed);
+      }
     } else {
-      turn_ = static_cast<std::size_t>(std::ranges::find(seats_, seat) - seats_.begin()) + 1;
+      turns_.Served(*seat);
       Serve(lock, *seat);
     }
   }
 }
 
-/// A drive with something to be done, the next after the last served first.
-BusSlot* Bus::NextInTurn() {
-  for (std::size_t i = 0; i < seats_.size(); ++i) {
-    BusSlot* const seat = seats_[(turn_ + i) % seats_.size()];
-    if (seat->order || seat->looks_answered < seat->looks_asked) return seat;
-  }
-  return nullptr;
-}
-
-/// Sends every stop that is wanted. Whether there was one.
+/// Sends every stop that is wanted, those first that have failed least often. Whether there was one.
 bool Bus::ServeStops(std::unique_lock<std::mutex>& lock) {
   bool any = false;
-  for (auto wanted = std::ranges::find_if(seats_, &BusSlot::stop); wanted != seats_.end();
-       wanted = std::ranges::find_if(seats_, &BusSlot::stop)) {
-    BusSlot& seat = **wanted;
-    ++seat.in_use;
-    const auto number = seat.stops_asked;
-    seat.stop = false;
-    seat.interrupted = true;
-    lock.unlock();
-    Conversation talk(*this, seat, Priority::Stop);
-    Result<void> stopped;
-    for (int attempt = 0; attempt < kStopAttempts; ++attempt) {
-      stopped = seat.drive->Halt(talk);
-      if (stopped || stopped.error().code == Code::Disconnected) break;
+  while (AnyStop(seats_)) {
+    BusSlot* next = nullptr;
+    for (BusSlot* const seat : seats_) {
+      if (seat->stop && (next == nullptr || seat->stop_tries < next->stop_tries)) next = seat;
     }
-    lock.lock();
-    --seat.in_use;
-    seat.stop_answer = std::move(stopped);
-    seat.stops_answered = number;
-    answers_.notify_all();
+    TryToStop(lock, *next);
     any = true;
   }
   return any;
+}
+
+void Bus::TryToStop(std::unique_lock<std::mutex>& lock, BusSlot& seat) {
+  ++seat.in_use;
+  const auto number = seat.stops_asked;
+  seat.stop = false;
+  seat.interrupted = true;
+  lock.unlock();
+  Conversation talk(*this, seat, Priority::Stop);
+  auto stopped = seat.drive->Halt(talk);
+  lock.lock();
+  --seat.in_use;
+  if (!stopped && stopped.error().code != Code::Disconnected && ++seat.stop_tries < kStopAttempts) {
+    seat.stop = true;
+  } else {
+    seat.stop_tries = 0;
+    seat.stop_answer = std::move(stopped);
+    seat.stops_answered = number;
+  }
+  answers_.notify_all();
 }
 
 /// One order, or one look.
@@ -253,9 +264,6 @@ void Bus::Serve(std::unique_lock<std::mutex>& lock, BusSlot& seat) {
 Result<void> Bus::Ask(BusSlot& seat, Priority priority, const Exchange& exchange) {
   if (priority == Priority::Usual) {
     if (auto turn = WaitForTurn(seat); !turn) return turn;
-    if (seat.failures >= kLostAfter && clock_.Now() < seat.retry_at) {
-      return PassOn(Named(*seat.drive, {Code::Disconnected, "does not answer any more"}));
-    }
   }
   if (auto connected = Connect(priority); !connected) return connected;
   if (priority == Priority::Usual && seat.suspect) {
@@ -330,10 +338,12 @@ Result<void> Bus::Note(BusSlot& seat, Result<void> result, Instant sent_at) {
   line_.last_byte = !result && result.error().code == Code::Timeout ? sent_at : now;
   if (line_.link.outcome() != ModbusLink::Outcome::Answered) ++seat.bad_exchanges;
   switch (line_.link.outcome()) {
-    case ModbusLink::Outcome::Answered:
-      seat.failures = 0;
+    case ModbusLink::Outcome::Answered: {
       line_.bad_run = 0;
+      const std::lock_guard lock(mutex_);
+      turns_.Answered(seat);
       break;
+    }
     case ModbusLink::Outcome::Lost: {
       line_.connect_at = now;
       const std::lock_guard lock(mutex_);
@@ -341,24 +351,34 @@ Result<void> Bus::Note(BusSlot& seat, Result<void> result, Instant sent_at) {
       break;
     }
     case ModbusLink::Outcome::Bad:
-      line_.link.Flush();
-      ++seat.failures;
-      line_.quiet_until =
-          now + config_.response_timeout * (seat.drive->config().profile.probe || !config_.serial() ? 1 : 3);
-      seat.suspect = config_.serial();
-      if (++line_.bad_run >= kReconnectAfter && !config_.serial()) {
-        line_.link.Close();
-        line_.connect_at = now;
-      }
-      if (seat.failures >= kLostAfter) {
-        seat.retry_at = now + kLostPause;
-        seat.drive->Forget();
-        return PassOn(Named(*seat.drive, {Code::Disconnected, "does not answer any more"}));
-      }
+      if (auto gone = NoteBad(seat); !gone) return gone;
       break;
   }
   if (!result) return PassOn(Named(*seat.drive, result.error()));
   return result;
+}
+
+/// Disconnected: it has failed often enough to count as gone.
+Result<void> Bus::NoteBad(BusSlot& seat) {
+  const Instant now = clock_.Now();
+  line_.link.Flush();
+  seat.suspect = config_.serial();
+  if (++line_.bad_run >= kReconnectAfter && !config_.serial()) {
+    line_.link.Close();
+    line_.connect_at = now;
+  }
+  const std::lock_guard lock(mutex_);
+  // From a unit that is not there nothing late is to be expected; should it come, it answers for no other unit.
+  if (!turns_.Absent(seat)) {
+    const bool probed = seat.drive->config().profile.probe || !config_.serial();
+    line_.quiet_until = now + config_.response_timeout * (probed ? 1 : 3);
+  }
+  turns_.Failed(seat, now);
+  const Turns::Unit unit = turns_.Of(seat);
+  const bool first = !unit.heard && unit.failures == 1;  // one answer may be lost to noise
+  if (first || !turns_.Absent(seat)) return {};
+  seat.drive->Forget();
+  return PassOn(Named(*seat.drive, {Code::Disconnected, unit.heard ? "does not answer any more" : "does not answer"}));
 }
 
 /// Silence between frames: three and a half characters, never less than 1.75 ms (Modbus over serial line, 2.5.1.1).

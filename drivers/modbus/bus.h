@@ -2,10 +2,11 @@
 //
 // Modbus has one question under way at a time, and on a serial line nothing in an answer says which question it belongs
 // to. The thread asks all questions of all drives: stops first, between any two exchanges; otherwise the drives in
-// turn, one order or one look each. What must not happen is that a late answer passes for that to a later question:
-//  - received bytes are thrown away before every question, and after a bad exchange nothing is asked for another
-//  response
-//    timeout while what still comes in is thrown away (a stop does not wait for that);
+// turn, one order or one look each. A unit that is not there costs a whole response timeout whenever it is asked, so
+// such units are asked rarely and never two in a row. What must not happen is that a late answer passes for that to a
+// later question:
+//  - received bytes are thrown away before every question, and after a bad exchange with a unit that is there nothing
+//    is asked for another response timeout while what still comes in is thrown away (a stop does not wait for that);
 //  - on a serial line the drive is then suspect, and is first asked for a number of registers asked for nowhere else
 //    (the profile's probe, of another length each time). Drives answer in order: once an answer of that length is
 //    there, nothing older is under way. A stop sent to a suspect drive is sent again after that.
@@ -28,6 +29,7 @@
 #include "base/result.h"
 #include "drive.h"
 #include "link.h"
+#include "turns.h"
 
 namespace lensd::drivers::modbus {
 
@@ -43,6 +45,7 @@ struct BusSlot {
   std::uint64_t orders_asked = 0, orders_answered = 0;
   Result<void> order_answer;
   bool stop = false;
+  int stop_tries = 0;  ///< of this stop
   std::uint64_t stops_asked = 0, stops_answered = 0;
   Result<void> stop_answer;
   std::uint64_t looks_asked = 0, looks_answered = 0;
@@ -56,8 +59,6 @@ struct BusSlot {
 
   // The bus' thread only.
   bool suspect = false;
-  int failures = 0;    ///< exchanges in a row
-  Instant retry_at{};  ///< not asked before, once it is lost
   int probe = 0;
 };
 
@@ -107,7 +108,8 @@ class Bus {
 
   void Run(const std::stop_token& stop);
   bool ServeStops(std::unique_lock<std::mutex>& lock);
-  BusSlot* NextInTurn();
+  void TryToStop(std::unique_lock<std::mutex>& lock, BusSlot& seat);
+  Error NotInTime(const BusSlot& seat, const std::string& what);
   void Serve(std::unique_lock<std::mutex>& lock, BusSlot& seat);
   Result<void> Ask(BusSlot& seat, Priority priority, const Exchange& exchange);
   Result<void> WaitForTurn(BusSlot& seat);
@@ -115,6 +117,7 @@ class Bus {
   Result<void> Probe(BusSlot& seat);
   Result<void> Send(BusSlot& seat, const Exchange& exchange);
   Result<void> Note(BusSlot& seat, Result<void> result, Instant sent_at);
+  Result<void> NoteBad(BusSlot& seat);
   Duration Gap();
   Duration IoDeadline() const;
 
@@ -126,7 +129,7 @@ class Bus {
   std::condition_variable_any wake_;     // the thread's
   std::condition_variable_any answers_;  // the callers'
   std::vector<BusSlot*> seats_;          // guarded by mutex_
-  std::size_t turn_ = 0;                 // guarded by mutex_
+  Turns turns_;                          // guarded by mutex_
   bool quitting_ = false;                // guarded by mutex_
   Duration profile_gap_{};               // guarded by mutex_
 

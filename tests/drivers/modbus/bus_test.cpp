@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <iostream>
+#include <set>
 #include <thread>
 
 #include "modbus_bench.h"
@@ -248,6 +249,80 @@ TEST_P(ModbusBus, ADriveThatDoesNotAnswerDoesNotHoldUpTheOthers) {
   asking.join();
   EXPECT_EQ(dead->lens->Read().error().code, Code::Disconnected);
   EXPECT_GT(answers, 40);
+}
+
+/// Three lenses of units that are not there, opened again and again, beside one that moves.
+TEST_P(ModbusBus, UnitsThatAreNotThereAreAskedRarelyAndOneAtATime) {
+  constexpr Duration kTimeout = milliseconds(60);
+  constexpr auto kBus = "response_timeout_ms = 60";
+  Bench bench(GetParam(), {"oriental-az"});
+  auto live = bench.Open(FastAz("focus", 1, "[0, 1000000000]"), kBus);
+  ASSERT_TRUE(live.has_value()) << live.error().message;
+  ASSERT_TRUE(bench.Home(*live->lens, Axis::Focus));
+  const auto unit_of = [&](const sim::WireFrame& frame) { return frame.bytes[GetParam() ? 0 : 6]; };
+  const auto asks_absent = [&](const sim::WireFrame& frame) { return frame.from_client && unit_of(frame) != 1; };
+  bench.wire.Record(true);
+  std::atomic<bool> done{false};
+  std::vector<std::jthread> opening;
+  for (int unit = 9; unit < 12; ++unit) {
+    opening.emplace_back([&, unit] {
+      while (!done) {
+        EXPECT_FALSE(bench.Open(FastAz("focus", unit), kBus).has_value());
+        std::this_thread::sleep_for(milliseconds(5));
+      }
+    });
+  }
+  int most_before_a_stop = 0;
+  for (int round = 0; round < 40; ++round) {
+    for (int i = 0; i < 20 && !live->lens->StartMove(Axis::Focus, Native{1e9}); ++i) {
+    }
+    // As the daemon's worker does it: a stop that comes during a look waits for that.
+    std::atomic<bool> wanted{false};
+    Duration asked{};
+    std::jthread person([&] {
+      std::this_thread::sleep_for(milliseconds(40 + 7 * (round % 11)));
+      asked = bench.wire.Now();
+      wanted = true;
+    });
+    while (!wanted) (void)live->lens->Read();
+    EXPECT_TRUE(live->lens->Stop(Axis::Focus).has_value());
+    person.join();
+    const auto seen = bench.wire.Recorded();
+    const auto between = std::ranges::count_if(
+        seen, [&](const sim::WireFrame& frame) { return frame.at > asked && asks_absent(frame); });
+    most_before_a_stop = std::max(most_before_a_stop, static_cast<int>(between));
+  }
+  done = true;
+  opening.clear();
+  EXPECT_LE(most_before_a_stop, 1);
+  std::vector<Duration> times;
+  std::set<int> units;
+  for (const sim::WireFrame& frame : bench.wire.Recorded()) {
+    if (!asks_absent(frame)) continue;
+    times.push_back(frame.at);
+    units.insert(unit_of(frame));
+  }
+  EXPECT_EQ(units.size(), 3U) << "every one is asked";
+  ASSERT_GT(times.size(), 4U);
+  // The first question to each comes sooner.
+  for (std::size_t i = 4; i < times.size(); ++i) EXPECT_GE(Ms(times[i] - times[i - 1]), Ms(10 * kTimeout));
+}
+
+/// A unit that is switched on later is found, though others that are not there are asked as well.
+TEST_P(ModbusBus, AUnitThatComesLaterIsFound) {
+  constexpr auto kBus = "response_timeout_ms = 60";
+  Bench bench(GetParam(), {"oriental-az"});
+  auto live = bench.Open(FastAz("focus", 1), kBus);
+  ASSERT_TRUE(live.has_value()) << live.error().message;
+  EXPECT_FALSE(bench.Open(FastAz("focus", 2), kBus).has_value());
+  EXPECT_FALSE(bench.Open(FastAz("focus", 9), kBus).has_value());
+  bench.wire.AddDrive(2, sim::MakeModbusDrive("oriental-az"));
+  Result<Device> found = Fail(Code::Internal, "");
+  for (int i = 0; i < 10 && !found; ++i) {
+    EXPECT_FALSE(bench.Open(FastAz("focus", 9), kBus).has_value());
+    found = bench.Open(FastAz("focus", 2), kBus);
+  }
+  EXPECT_TRUE(found.has_value()) << found.error().message;
 }
 
 TEST_P(ModbusBus, ComesBackByItselfWhenTheWireDoes) {
