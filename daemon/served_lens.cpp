@@ -69,6 +69,11 @@ std::string ServedLens::StatusText(Json json, std::string_view connection, const
   json["connection"] = connection;
   json["latched"] = stop_.latched.load();
   json["warnings"] = shown_.warnings;
+  if (config_.rig.temperature.compensate && status.optics && !status.compensates) {
+    json["warnings"].push_back(
+        "the temperature is not compensated, because no coefficient is known: give um_per_c in [lens.temperature], or "
+        "a calibration with [temperature]");
+  }
   json["readAtNs"] = status.sampled_at.time_since_epoch().count();
   return varlink::WriteJson(json);
 }

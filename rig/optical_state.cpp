@@ -92,8 +92,13 @@ Backlash OpticalState::BacklashOf(Axis axis) const {
   return {};
 }
 
+bool OpticalState::Compensates() const {
+  const TemperatureConfig& temperature = config_.temperature;
+  return temperature.compensate && (temperature.metres_per_degree || (calibration_ && calibration_->temperature));
+}
+
 std::optional<Native> OpticalState::Drifted() const {
-  if (!config_.temperature.compensate || !held_ || !table_ || !table_->has_focus() || !axes_[Axis::Focus]) return {};
+  if (!held_ || !table_ || !Compensates() || !table_->has_focus() || !axes_[Axis::Focus]) return {};
   const auto target = axes_[Axis::Focus]->target();
   const AxisSetup& focus = axes_[Axis::Focus]->setup();
   const Native wanted = std::clamp(table_->NativeFromExtension(*held_), focus.minimum, focus.maximum);
@@ -214,6 +219,7 @@ void OpticalState::Describe(LensedFrame& frame) const {
 void OpticalState::Describe(Status& status, bool problem) const {
   if (!table_) return;
   status.optics = shared_table_;
+  status.compensates = Compensates();
   if (problem) return;
   status.focal_length = table_->focal_length();
   if (table_->has_focus() && status.axes[Axis::Focus] && Known(Axis::Focus)) {

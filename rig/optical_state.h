@@ -48,6 +48,7 @@ class OpticalState {
 
  private:
   void AdoptBacklash();
+  bool Compensates() const;
   Result<Metres> ExtensionOf(const Target& target) const;
   Metres ExtensionBound(Native position, Native bound) const;
   FNumber FNumberBound(Native position, Native bound) const;

@@ -197,12 +197,8 @@ Result<OpticsTable> OpticsTable::Create(const drivers::NominalOptics& optics, co
     made->temperature->per_degree_error = Metres{0.0};
   }
   if (made->temperature && temperature.reference) made->temperature->reference = *temperature.reference;
-  if (temperature.compensate && !made->temperature) {
-    return Fail(Code::InvalidArgument,
-                "temperature cannot be compensated without a coefficient: give um_per_c in [lens.temperature] or in "
-                "the calibration's [temperature]");
-  }
-  made->compensate = temperature.compensate;
+  // Without a coefficient the lens works, or it could never be given the calibration that has one.
+  made->compensate = temperature.compensate && made->temperature;
   made->PlaceNominal(config.axes[drivers::Axis::Focus]);
   if (made->calibration) {
     if (auto added = made->AddCalibration(config); !added) return PassOn(added);

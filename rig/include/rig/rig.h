@@ -176,6 +176,7 @@ struct Status {
   Grade grade = Grade::Uncalibrated;      ///< of the focus position
   std::optional<FNumber> f_number;
   std::optional<Celsius> temperature;
+  bool compensates = false;  ///< positions are worked out for it: that is wanted, and a coefficient is known
   Activity activity;
   bool has_camera = false;
   bool streaming = false;
