@@ -235,16 +235,26 @@ std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& co
   return PlanningUnder(std::move(lens), config);
 }
 
+namespace {
+
+/// How wide the field that was asked for is with focus there; nothing where none was.
+std::optional<Metres> FieldWidthAt(const Planning& planning, const proto::LensRequest& asked,
+                                   const optics::FocusPosition& there) {
+  const auto sensor = asked.sensor_width ? asked.sensor_width : planning.lens.sensor_width;
+  if (!asked.field || !sensor) return std::nullopt;
+  const Metres depth = asked.field->distance - OriginOf(planning.scale, asked).At(there);
+  return optics::FieldWidth(there.focal_length, there.extension, *sensor, depth);
+}
+
+}  // namespace
+
 Result<LensPlan> PlanFor(const Planning& planning, const proto::LensRequest& asked, const rig::Status& now) {
   const optics::LensPositions positions = WithMotors(planning, now);
   auto answer = optics::PlanOnPositions(asked.plan, positions, OriginOf(planning.scale, asked));
   if (!answer) return PassOn(answer);
   LensPlan plan{*std::move(answer), std::nullopt, std::nullopt, planning.zoom, std::nullopt};
   const optics::FocusPosition& there = positions.focus[plan.answer.focus];
-  if (const auto width = asked.sensor_width ? asked.sensor_width : planning.lens.sensor_width; asked.field && width) {
-    const Metres depth = asked.field->distance - OriginOf(planning.scale, asked).At(there);
-    plan.field_width = optics::FieldWidth(there.focal_length, there.extension, *width, depth);
-  }
+  plan.field_width = FieldWidthAt(planning, asked, there);
   plan.focus = NativeAt(planning.focus, plan.answer.focus);
   plan.iris = NativeAt(planning.iris, plan.answer.iris);
   return plan;
@@ -254,9 +264,10 @@ Result<LensStack> StackFor(const Planning& planning, const proto::LensRequest& a
   const optics::LensPositions positions = WithMotors(planning, now);
   auto answer = optics::StackOnPositions(asked.plan, positions, OriginOf(planning.scale, asked));
   if (!answer) return PassOn(answer);
-  LensStack stack{*std::move(answer), {}, {}, std::nullopt};
+  LensStack stack{.answer = *std::move(answer), .shots = {}, .focus = {}, .iris = std::nullopt};
   for (const std::size_t i : stack.answer.focus) {
     stack.shots.push_back(positions.focus[i]);
+    if (const auto width = FieldWidthAt(planning, asked, positions.focus[i])) stack.field_widths.push_back(*width);
     if (const auto native = NativeAt(planning.focus, i)) stack.focus.push_back(*native);
   }
   stack.iris = NativeAt(planning.iris, stack.answer.iris);

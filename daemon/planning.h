@@ -68,6 +68,7 @@ struct LensStack {
   std::vector<optics::FocusPosition> shots;
   std::vector<Native> focus;   ///< one a shot, or none
   std::optional<Native> iris;  ///< of all of them
+  std::vector<Metres> field_widths{};  ///< one a shot, at the distance of the request's field; or none
 };
 Result<LensStack> StackFor(const Planning& planning, const proto::LensRequest& asked, const rig::Status& now);
 

@@ -72,8 +72,14 @@ Json StackReply(const LensStack& stack) {
                      {"magnification", shot.magnification},
                      {"focusPosition", stack.focus.empty() ? Json(nullptr) : NativeJson(stack.focus[i].value)},
                      {"irisPosition", stack.iris ? NativeJson(stack.iris->value) : Json(nullptr)}});
+    if (!stack.field_widths.empty()) shots.back()["fieldWidthM"] = stack.field_widths[i].value;
   }
-  return {{"feasible", true}, {"shots", std::move(shots)}};
+  Json reply{{"feasible", true}, {"shots", std::move(shots)}};
+  if (!stack.field_widths.empty()) {
+    reply["focalLengthMm"] = reply["shots"][0]["focalLengthMm"];
+    reply["fieldWidthM"] = reply["shots"][0]["fieldWidthM"];
+  }
+  return reply;
 }
 
 struct Question {

@@ -194,6 +194,20 @@ points = [{ steps = 20.0, focal_length_mm = 20.0, centre_shift_mm = 0.0 },
             self.assertAlmostEqual(seen / width, 1.0, delta=0.001)
             self.assertAlmostEqual(plan["fieldWidthM"], seen, delta=1e-6 * seen)
 
+    def test_the_shots_of_a_stack_tell_the_field_they_frame(self):
+        with self.daemon.client() as client:
+            plan = self.plan(client, {"field": {"widthM": 0.2, "distanceM": 1.2}, "sensorWidthMm": 6, "stack": True,
+                                      "limits": [{"kind": "sharp", "limitUm": 20, "depths": [
+                                          {"oneEnd": {"distanceM": 1.1}, "otherEnd": {"distanceM": 1.3}}]}]})["plan"]
+        self.assertTrue(plan["feasible"], plan)
+        for shot in plan["shots"]:
+            # The sensor's edges as seen through the centre of the lens, which stands nearer by the shift.
+            shift = 25.0 * (plan["focalLengthMm"] - 20.0) / 20.0 * 1e-3
+            seen = 6e-3 * (1.2 - shift) / (1e-3 * (shot["focalLengthMm"] + shot["extensionMm"]))
+            self.assertAlmostEqual(shot["fieldWidthM"], seen, delta=0.002 * seen)
+        self.assertEqual((plan["fieldWidthM"], plan["focalLengthMm"]),
+                         (plan["shots"][0]["fieldWidthM"], plan["shots"][0]["focalLengthMm"]))
+
 
 class MovingCentre(ZoomTest):
     """The wall stands at 0.9 m; zoomed to 40 mm the lens centre is 30 mm nearer to it."""
