@@ -30,7 +30,8 @@ Result<Policy> PolicyFromName(std::string_view name) {
 Result<Regions> Regions::Create(std::string_view method, const Setup& setup, std::vector<drivers::Region> regions,
                                 Policy policy) {
   if (regions.size() > kMost) {
-    return Fail(Code::InvalidArgument, "autofocus looks at no more than " + std::to_string(kMost) + " regions");
+    return Fail(Code::InvalidArgument, "autofocus looks at no more than " + std::to_string(kMost) + " regions",
+                {.parameter = "regions", .maximum = static_cast<double>(kMost)});
   }
   auto first = Session::Create(method, setup);
   if (!first) return PassOn(first);

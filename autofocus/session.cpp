@@ -57,7 +57,8 @@ std::vector<std::string_view> MethodNames() {
 Result<Window> WindowOf(const drivers::Region& region, int width, int height) {
   const auto inside = [](double from, double size) { return from >= 0 && size > 0 && from + size <= 1 + 1e-9; };
   if (!inside(region.x, region.width) || !inside(region.y, region.height)) {
-    return Fail(Code::InvalidArgument, "the region must lie inside the frame: x, y, width, height as fractions of it");
+    return Fail(Code::InvalidArgument, "the region must lie inside the frame: x, y, width, height as fractions of it",
+                {.parameter = "region"});
   }
   Window window;
   window.x = static_cast<int>(std::lround(region.x * width));
@@ -66,7 +67,7 @@ Result<Window> WindowOf(const drivers::Region& region, int width, int height) {
   window.height = std::min(static_cast<int>(std::lround(region.height * height)), height - window.y);
   if (window.width < kSmallestWindow || window.height < kSmallestWindow) {
     return Fail(Code::InvalidArgument, "the region must cover at least " + std::to_string(kSmallestWindow) + " x " +
-                                           std::to_string(kSmallestWindow) + " pixels of the frame");
+                                           std::to_string(kSmallestWindow) + " pixels of the frame", {.parameter = "region"});
   }
   return window;
 }
@@ -81,7 +82,7 @@ Result<Session> Session::Create(std::string_view method, const Setup& setup) {
     const auto* row = std::ranges::find(kMethods, method, &MethodRow::name);
     if (row != std::end(kMethods) && row->needs_optics && !setup.pictures) {
       return Fail(Code::InvalidArgument,
-                  "the method '" + std::string(method) + "' needs pictures, not their sharpness");
+                  "the method '" + std::string(method) + "' needs pictures, not their sharpness", {.parameter = "method"});
     }
     if (row != std::end(kMethods) && row->looks_on_the_way && !setup.stride) {
       return Fail(Code::Unsupported,
@@ -93,7 +94,8 @@ Result<Session> Session::Create(std::string_view method, const Setup& setup) {
   if (!names.empty()) return Session(setup, std::move(names));
   std::string known;
   for (const std::string_view name : MethodNames()) known += " " + std::string(name);
-  return Fail(Code::InvalidArgument, "there is no autofocus method '" + std::string(method) + "'; there are:" + known);
+  return Fail(Code::InvalidArgument, "there is no autofocus method '" + std::string(method) + "'; there are:" + known,
+              {.parameter = "method"});
 }
 
 Session::Session(const Setup& setup, std::vector<std::string_view> names)

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <new>
 #include <optional>
 #include <span>
 #include <string>
@@ -107,6 +108,11 @@ std::optional<Failure> EmptyOption(const CLI::App& command) {
   return std::nullopt;
 }
 
+/// The parser may stop before it comes to --json, or take it for the value of an option that has none.
+bool AsksForJson(int argc, char** argv) {
+  return std::any_of(argv, argv + argc, [](const char* word) { return std::string_view(word) == "--json"; });
+}
+
 int Main(int argc, char** argv) {
   CLI::App root("lensctl: plan lens settings exactly, and drive lenses through lensd", "lensctl");
   root.set_version_flag("--version", "lensctl " LENSD_VERSION);
@@ -122,8 +128,7 @@ int Main(int argc, char** argv) {
   AddGlobals(root, text);
   Run run;
   for (const AddCommand add : kCommands) add(root, run);
-  // The parser may stop before it comes to --json, or take it for the value of an option that has none.
-  const bool json = std::ranges::find(arguments, std::string_view("--json")) != arguments.end();
+  const bool json = AsksForJson(argc, argv);
   try {
     root.parse(argc, argv);
     text.json |= json;
@@ -145,14 +150,22 @@ int Main(int argc, char** argv) {
   return static_cast<int>(*outcome);
 }
 
+/// What nobody foresaw ends like everything else.
+int EndThrown(int argc, char** argv, const std::string& message) {
+  GlobalText text;
+  text.json = AsksForJson(argc, argv);
+  return EndEarly(text, {Exit::Internal, message});
+}
+
 }  // namespace
 }  // namespace lensd::cli
 
 int main(int argc, char** argv) {
   try {
     return lensd::cli::Main(argc, argv);
+  } catch (const std::bad_alloc&) {
+    return lensd::cli::EndThrown(argc, argv, "there is not enough memory for this");
   } catch (const std::exception& failure) {
-    std::fprintf(stderr, "lensctl: internal error: %s\n", failure.what());
-    return static_cast<int>(lensd::cli::Exit::Internal);
+    return lensd::cli::EndThrown(argc, argv, std::string("internal error: ") + failure.what());
   }
 }

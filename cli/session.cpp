@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "varlink/json.h"
 
@@ -78,10 +79,24 @@ Exit StatusOf(Code code) {
       return Exit::BadData;
     case Code::Io:
       return Exit::Io;
+    case Code::NotKept:
+      return Exit::CannotWrite;
     case Code::Internal:
       break;
   }
   return Exit::Internal;
+}
+
+Failure::Failure(const Error& error) : status(StatusOf(error.code)), message(error.message) {
+  if (!error.facts) return;
+  nlohmann::json known = nlohmann::json::object();
+  for (const auto& [name, text] : {std::pair("axis", &error.facts->axis), std::pair("parameter", &error.facts->parameter),
+                                   std::pair("unit", &error.facts->unit)}) {
+    if (!text->empty()) known[name] = *text;
+  }
+  if (error.facts->minimum) known["minimum"] = *error.facts->minimum;
+  if (error.facts->maximum) known["maximum"] = *error.facts->maximum;
+  details = std::make_shared<const nlohmann::json>(std::move(known));
 }
 
 void Session::Explain(const Failure& failure) {

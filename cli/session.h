@@ -59,7 +59,7 @@ struct Failure {
   std::shared_ptr<const nlohmann::json> details = nullptr;  ///< an object: lens, axis, minimum, ...
 
   Failure(Exit ends_with, std::string line) : status(ends_with), message(std::move(line)) {}
-  Failure(const Error& error) : status(StatusOf(error.code)), message(error.message) {}  // NOLINT: errors pass on
+  Failure(const Error& error);  // NOLINT: errors pass on
 };
 
 /// What a command returns: Exit::Done or Exit::No after printing its answer, or a Failure having printed nothing.

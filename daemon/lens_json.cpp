@@ -38,6 +38,8 @@ std::string_view ActivityName(rig::Activity::Kind kind) {
       return "homing";
     case rig::Activity::Kind::Autofocus:
       return "autofocus";
+    case rig::Activity::Kind::Backlash:
+      return "backlash";
     case rig::Activity::Kind::Snapshot:
       return "snapshot";
   }
@@ -353,9 +355,13 @@ std::string_view ErrorName(Code code) {
     case Code::Unsupported:
       return "io.lensd.Lens.Unsupported";
     case Code::Protocol:
+      return "io.lensd.Lens.ProtocolError";
     case Code::BadData:
+      return "io.lensd.Lens.BadData";
     case Code::Io:
       return "io.lensd.Lens.DeviceError";
+    case Code::NotKept:
+      return "io.lensd.Lens.NotKept";
     case Code::Internal:
       return "io.lensd.Lens.Internal";
   }

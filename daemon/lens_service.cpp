@@ -110,12 +110,14 @@ ServedLens* LensService::Find(const ExchangePointer& exchange) {
   std::string names;
   for (const auto& lens : lenses_) names += (names.empty() ? "" : ", ") + lens->name();
   if (!name && !lenses_.empty()) {
-    Refuse(exchange, {Code::InvalidArgument, "say which lens: there is " + names});
+    Refuse(exchange, Wrong("say which lens: there is " + names, {.parameter = "lens"}));
     return nullptr;
   }
   const std::string what = name ? "there is no lens \"" + std::string(name->text()) + "\"; " : "";
   const std::string message = what + (lenses_.empty() ? "no lens is configured" : "there is " + names);
-  exchange->Refuse("io.lensd.Lens.LensNotFound", {{"message", message}});
+  varlink::Json facts{{"message", message}};
+  if (name) facts["lens"] = name->text();
+  exchange->Refuse("io.lensd.Lens.LensNotFound", std::move(facts));
   return nullptr;
 }
 
@@ -123,7 +125,7 @@ ServedLens* LensService::FindPresent(const ExchangePointer& exchange) {
   ServedLens* const lens = Find(exchange);
   const auto why = lens == nullptr ? std::nullopt : lens->WhyAbsent();
   if (!why) return lens;
-  Refuse(exchange, *why);
+  Refuse(exchange, *lens, *why);
   return nullptr;
 }
 

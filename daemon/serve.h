@@ -2,6 +2,7 @@
 #pragma once
 
 #include "method_table.h"
+#include "refusal.h"
 
 namespace lensd::daemon {
 

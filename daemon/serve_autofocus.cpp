@@ -26,11 +26,13 @@ Result<rig::AutofocusRequest> AutofocusRequestOf(const Json& parameters) {
   const Json* region = Given(parameters, "region");
   const Json* regions = Given(parameters, "regions");
   if (region != nullptr && regions != nullptr) {
-    return Fail(Code::InvalidArgument, "give either one region or several regions, not both");
+    return PassOn(Wrong("give either one region or several regions, not both", {.parameter = "regions"}));
   }
   if (region != nullptr) request.regions.push_back(RegionOf(*region));
   if (regions != nullptr) {
-    if (regions->empty()) return Fail(Code::InvalidArgument, "regions is empty: leave it out for the default region");
+    if (regions->empty()) {
+      return PassOn(Wrong("regions is empty: leave it out for the default region", {.parameter = "regions"}));
+    }
     for (const Json& one : *regions) request.regions.push_back(RegionOf(one));
   }
   if (const Json* named = Given(parameters, "policy")) {
@@ -64,7 +66,7 @@ rig::ProgressCallback ProgressTo(ServedLens& lens, const ExchangePointer& exchan
 
 void Autofocus(ServedLens& lens, const ExchangePointer& exchange) {
   Result<rig::AutofocusRequest> request = AutofocusRequestOf(exchange->parameters());
-  if (!request) return Refuse(exchange, request.error());
+  if (!request) return Refuse(exchange, lens, request.error());
   if (const Json* track = Given(exchange->parameters(), "track"); track != nullptr && track->get<bool>()) {
     if (!exchange->call().more) return exchange->Refuse(varlink::kExpectedMore, Json::object());
     request->track = TrackTo(lens, exchange);
@@ -72,6 +74,10 @@ void Autofocus(ServedLens& lens, const ExchangePointer& exchange) {
   auto ended = std::make_shared<bool>(false);  // the worker's thread
   auto run = [request = *std::move(request), progress = ProgressTo(lens, exchange), ended](rig::Rig& rig,
                                                                                            auto done) mutable {
+    if (auto busy = rig.WhyNotFocused()) {
+      *ended = true;
+      return done(PassOn(*std::move(busy)));
+    }
     rig.Autofocus(std::move(request), std::move(progress),
                   [ended, done = std::move(done)](Result<rig::AutofocusOutcome> outcome) mutable {
                     *ended = true;

@@ -28,7 +28,7 @@ constexpr double kDefaultSigma = 0.01;  ///< of a score
 Result<double> PixelOf(const Json& parameters) {
   const Json* pixel = Given(parameters, "pixelUm");
   if (pixel == nullptr) return 0.0;
-  if (!(pixel->get<double>() > 0)) return Fail(Code::InvalidArgument, "pixelUm must be above 0");
+  if (!(pixel->get<double>() > 0)) return PassOn(Wrong("pixelUm must be above 0", {.parameter = "pixelUm"}));
   return pixel->get<double>();
 }
 
@@ -36,9 +36,16 @@ Result<Duration> DeadlineOf(const Json& parameters) {
   double milliseconds = kDefaultDeadlineMs;
   if (const Json* given = Given(parameters, "deadlineMs")) milliseconds = given->get<double>();
   if (!(milliseconds > 0 && milliseconds <= kLongestDeadlineMs)) {
-    return Fail(Code::InvalidArgument, "deadlineMs must be above 0 and at most 600000");
+    return PassOn(Wrong("deadlineMs must be above 0 and at most 600000",
+                        {.parameter = "deadlineMs", .minimum = 0.0, .maximum = kLongestDeadlineMs, .unit = "ms"}));
   }
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(milliseconds));
+}
+
+Error TooLarge() {
+  return Fail(Code::OutOfRange, "a frame may have 8 MiB: send the region alone",
+              {.parameter = "data", .maximum = static_cast<double>(kMostBytes), .unit = "bytes"})
+      .error();
 }
 
 struct Format {
@@ -52,10 +59,15 @@ constexpr Format kFormats[] = {{"mono8", 8, 1}, {"mono10le", 10, 2}, {"mono12le"
 Result<std::pair<Instant, Instant>> ExposureOf(const Json& parameters, Instant now) {
   const Instant start{Duration(parameters["exposureStartNs"].get<std::int64_t>())};
   const Instant end{Duration(parameters["exposureEndNs"].get<std::int64_t>())};
-  if (start < Instant{}) return Fail(Code::InvalidArgument, "exposure times count from the start of CLOCK_MONOTONIC");
-  if (end < start) return Fail(Code::InvalidArgument, "the exposure ends before it begins");
+  if (start < Instant{}) {
+    return PassOn(Wrong("exposure times count from the start of CLOCK_MONOTONIC", {.parameter = "exposureStartNs"}));
+  }
+  if (end < start) {
+    return PassOn(Wrong("the exposure ends before it begins", {.parameter = "exposureEndNs"}));
+  }
   if (end > now) {
-    return Fail(Code::InvalidArgument, "the exposure ends in the future: give its times in ns on CLOCK_MONOTONIC");
+    return PassOn(Wrong("the exposure ends in the future: give its times in ns on CLOCK_MONOTONIC",
+                        {.parameter = "exposureEndNs"}));
   }
   return std::pair(start, end);
 }
@@ -67,13 +79,18 @@ Result<drivers::Frame> FrameOf(const Json& parameters, std::span<const std::uint
   const Format& format = *std::ranges::find(kFormats, parameters["format"].get<std::string>(), &Format::name);
   constexpr std::int64_t kMostSide = 1 << 16;
   if (width < 1 || height < 1 || width > kMostSide || height > kMostSide) {
-    return Fail(Code::InvalidArgument, "widthPx and heightPx must be from 1 to 65536");
+    return PassOn(Wrong("widthPx and heightPx must be from 1 to 65536",
+                        {.parameter = width < 1 || width > kMostSide ? "widthPx" : "heightPx",
+                         .minimum = 1.0,
+                         .maximum = kMostSide,
+                         .unit = "px"}));
   }
   const auto row = static_cast<std::size_t>(width) * format.bytes;
   std::size_t stride = row;
   if (const Json* given = Given(parameters, "strideBytes")) {
     if (given->get<std::int64_t>() < static_cast<std::int64_t>(row)) {
-      return Fail(Code::InvalidArgument, "strideBytes is less than a row of pixels takes");
+      return PassOn(Wrong("strideBytes is less than a row of pixels takes",
+                          {.parameter = "strideBytes", .minimum = static_cast<double>(row), .unit = "bytes"}));
     }
     stride = static_cast<std::size_t>(given->get<std::int64_t>());
   }
@@ -88,7 +105,9 @@ Result<drivers::Frame> FrameOf(const Json& parameters, std::span<const std::uint
   frame.height = static_cast<int>(height);
   frame.bits = format.bits;
   if (const Json* gamma = Given(parameters, "gamma")) frame.gamma = gamma->get<double>();
-  if (!(frame.gamma > 0 && frame.gamma < 10)) return Fail(Code::InvalidArgument, "gamma must be above 0 and below 10");
+  if (!(frame.gamma > 0 && frame.gamma < 10)) {
+    return PassOn(Wrong("gamma must be above 0 and below 10", {.parameter = "gamma"}));
+  }
   auto samples = std::make_shared<std::vector<std::uint16_t>>();
   samples->reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   const auto full = static_cast<std::uint16_t>((1u << format.bits) - 1u);
@@ -111,6 +130,7 @@ struct FrameSession {
   std::int64_t number = 0;
   ServedLens* lens = nullptr;
   const void* peer = nullptr;
+  ExchangePointer begun;    ///< the call that began it: as long as this lasts, that drives the lens
   ExchangePointer waiting;  ///< the call that the next wish or the end will answer; null: the client has its wish
   std::vector<std::uint8_t> pixels;
   std::optional<Result<rig::AutofocusOutcome>> end;                    ///< that nobody was there to hear
@@ -156,19 +176,20 @@ void FrameSessions::Begin(const ExchangePointer& exchange) {
   if (lens == nullptr) return;
   const Json& parameters = exchange->parameters();
   auto request = AutofocusRequestOf(parameters);
-  if (!request) return Refuse(exchange, request.error());
+  if (!request) return Refuse(exchange, *lens, request.error());
   auto pixel = PixelOf(parameters);
-  if (!pixel) return Refuse(exchange, pixel.error());
+  if (!pixel) return Refuse(exchange, *lens, pixel.error());
   auto deadline = DeadlineOf(parameters);
-  if (!deadline) return Refuse(exchange, deadline.error());
+  if (!deadline) return Refuse(exchange, *lens, deadline.error());
   if (exchange->peer() == nullptr) return exchange->Finish("{}");  // oneway: nobody could answer
   if (sessions_.size() >= kMostSessions) {
-    return Refuse(exchange, {Code::Busy, "too many autofocus sessions are open: end one, or close its connection"});
+    return Refuse(exchange, *lens, {Code::Busy, "too many autofocus sessions are open: end one, or close its connection"});
   }
   auto session = std::make_shared<FrameSession>();
   session->number = ++last_session_;
   session->lens = lens;
   session->peer = exchange->peer();
+  session->begun = exchange;
   session->waiting = exchange;
   sessions_[session->number] = session;
   exchange->AtClose(static_cast<std::uint64_t>(session->number), [this, session] { EndSession(session); });
@@ -182,6 +203,10 @@ void FrameSessions::Begin(const ExchangePointer& exchange) {
   };
   auto run = [request = *std::move(request), ended = session->ended_in_rig](rig::Rig& rig, auto done) mutable {
     if (request.outside->pixel_um == 0 && rig.camera() != nullptr) request.outside->pixel_um = rig.camera()->pixel_um;
+    if (auto busy = rig.WhyNotFocused()) {
+      *ended = true;
+      return done(PassOn(*std::move(busy)));
+    }
     rig.Autofocus(std::move(request), nullptr,
                   [ended, done = std::move(done)](Result<rig::AutofocusOutcome> outcome) mutable {
                     *ended = true;
@@ -193,6 +218,7 @@ void FrameSessions::Begin(const ExchangePointer& exchange) {
       lens->watchers().Announce(*lens, "autofocus", AutofocusJson(lens->name(), *outcome));
     }
     session->end = outcome;
+    session->begun = nullptr;
     if (session->waiting) Conclude(session, std::exchange(session->waiting, nullptr));
   });
 }
@@ -210,8 +236,9 @@ FrameSessionPointer FrameSessions::FindSession(const ExchangePointer& exchange) 
   const auto number = exchange->parameters()["session"].get<std::int64_t>();
   const auto found = sessions_.find(number);
   if (found != sessions_.end() && found->second->peer == exchange->peer()) return found->second;
-  Refuse(exchange, {Code::InvalidArgument, "this connection has no autofocus session " + std::to_string(number) +
-                                               ": it has ended, or belongs to another connection"});
+  Refuse(exchange, Wrong("this connection has no autofocus session " + std::to_string(number) +
+                             ": it has ended, or belongs to another connection",
+                         {.parameter = "session"}));
   return nullptr;
 }
 
@@ -219,15 +246,16 @@ void FrameSessions::Pixels(const ExchangePointer& exchange) {
   const FrameSessionPointer session = FindSession(exchange);
   if (!session) return;
   auto bytes = varlink::DecodeBase64(exchange->parameters()["data"].get_ref<const std::string&>());
-  if (!bytes) return Refuse(exchange, {Code::InvalidArgument, bytes.error().message});
+  if (!bytes) return Refuse(exchange, *session->lens, Wrong(bytes.error().message, {.parameter = "data"}));
   const auto offset = exchange->parameters()["offset"].get<std::int64_t>();
   if (offset == 0) session->pixels.clear();
   if (offset != static_cast<std::int64_t>(session->pixels.size())) {
-    return Refuse(exchange, {Code::InvalidArgument, "the next piece begins at offset " +
-                                                        std::to_string(session->pixels.size()) + ", or anew at 0"});
+    return Refuse(exchange, *session->lens,
+                  Wrong("the next piece begins at offset " + std::to_string(session->pixels.size()) + ", or anew at 0",
+                        {.parameter = "offset"}));
   }
   if (session->pixels.size() + bytes->size() > kMostBytes) {
-    return Refuse(exchange, {Code::OutOfRange, "a frame may have 8 MiB: send the region alone"});
+    return Refuse(exchange, *session->lens, TooLarge());
   }
   session->pixels.insert(session->pixels.end(), bytes->begin(), bytes->end());
   exchange->Finish(varlink::WriteJson(Json{{"received", session->pixels.size()}}));
@@ -252,16 +280,16 @@ void FrameSessions::Frame(const ExchangePointer& exchange) {
   std::vector<std::uint8_t> bytes = std::exchange(session->pixels, {});
   if (const Json* data = Given(exchange->parameters(), "data")) {
     auto last = varlink::DecodeBase64(data->get_ref<const std::string&>());
-    if (!last) return Refuse(exchange, {Code::InvalidArgument, last.error().message});
+    if (!last) return Refuse(exchange, *session->lens, Wrong(last.error().message, {.parameter = "data"}));
     bytes.insert(bytes.end(), last->begin(), last->end());
   }
   if (bytes.size() > kMostBytes) {
-    return Refuse(exchange, {Code::OutOfRange, "a frame may have 8 MiB: send the region alone"});
+    return Refuse(exchange, *session->lens, TooLarge());
   }
   const auto exposure = ExposureOf(exchange->parameters(), service_.clock().Now());
-  if (!exposure) return Refuse(exchange, exposure.error());
+  if (!exposure) return Refuse(exchange, *session->lens, exposure.error());
   auto frame = FrameOf(exchange->parameters(), bytes);
-  if (!frame) return Refuse(exchange, frame.error());
+  if (!frame) return Refuse(exchange, *session->lens, About("data", frame.error()));
   std::tie(frame->exposure_start, frame->exposure_end) = *exposure;
   Give(session, exchange, [frame = *std::move(frame)](rig::Rig& rig, auto taken) mutable {
     rig.GiveFrame(std::move(frame), std::move(taken));
@@ -277,10 +305,12 @@ void FrameSessions::Score(const ExchangePointer& exchange) {
   score.sigma = kDefaultSigma * score.sharpness;
   if (const Json* sigma = Given(exchange->parameters(), "sigma")) score.sigma = sigma->get<double>();
   if (!(score.sharpness > 0) || !(score.sigma > 0)) {
-    return Refuse(exchange, {Code::InvalidArgument, "sharpness and sigma must be above 0"});
+    return Refuse(exchange, *session->lens,
+                  Wrong("sharpness and sigma must be above 0",
+                        {.parameter = score.sharpness > 0 ? "sigma" : "sharpness", .minimum = 0.0}));
   }
   const auto exposure = ExposureOf(exchange->parameters(), service_.clock().Now());
-  if (!exposure) return Refuse(exchange, exposure.error());
+  if (!exposure) return Refuse(exchange, *session->lens, exposure.error());
   std::tie(score.exposure_start, score.exposure_end) = *exposure;
   Give(session, exchange, [score](rig::Rig& rig, auto taken) { rig.GiveScore(score, std::move(taken)); });
 }
@@ -295,7 +325,7 @@ void FrameSessions::End(const ExchangePointer& exchange) {
 
 /// The client has gone or has had enough: an autofocus that still runs is stopped.
 void FrameSessions::EndSession(const FrameSessionPointer& session) {
-  session->waiting = nullptr;
+  session->begun = session->waiting = nullptr;
   sessions_.erase(session->number);
   if (session->end) return;
   StopUnlessEnded(*session->lens, session->ended_in_rig, {drivers::Axis::Focus});

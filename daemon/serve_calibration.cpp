@@ -16,8 +16,8 @@ namespace {
 using drivers::Axis;
 using varlink::Json;
 
-constexpr std::int64_t kFewestPairs = 3;
-constexpr std::int64_t kMostPairs = 100;
+constexpr int kFewestPairs = 3;
+constexpr int kMostPairs = 100;
 
 std::string Today() {
   const std::time_t now = std::time(nullptr);
@@ -32,7 +32,7 @@ Result<rig::FocusPoint> PointOf(const Json& json, const optics::FocusScale& scal
   if (const Json* mm = Given(json, "extensionMm")) point.extension = Metres{mm->get<double>() * 1e-3};
   if (const Json* vergence = Given(json, "vergenceD")) point.vergence = Dioptres{vergence->get<double>()};
   if (const Json* metres = Given(json, "distanceM")) {
-    if (point.vergence) return Fail(Code::InvalidArgument, "a point has exactly one depth");
+    if (point.vergence) return PassOn(Wrong("a point has exactly one depth", {.parameter = "points"}));
     const auto depth = optics::DepthInFocus(scale, focal_length, Metres{metres->get<double>()});
     if (!depth) return PassOn(depth);
     point.vergence = depth->vergence();
@@ -61,11 +61,13 @@ Result<std::optional<rig::Calibration>> WithCurve(rig::Calibration calibration, 
   }
   std::optional<Metres> error;
   if (const Json* um = Given(parameters, "errorUm")) {
-    if (!(um->get<double>() >= 0.0)) return Fail(Code::InvalidArgument, "errorUm must not be negative");
+    if (!(um->get<double>() >= 0.0)) {
+      return PassOn(Wrong("errorUm must not be negative", {.parameter = "errorUm", .minimum = 0.0, .unit = "um"}));
+    }
     error = Metres{um->get<double>() * 1e-6};
   }
   auto curve = rig::FitFocusCurve(std::move(points), focal_length, error, rig.lens().axes[Axis::Focus]->resolution);
-  if (!curve) return PassOn(curve);
+  if (!curve) return PassOn(About("points", curve.error()));
   if (!rig.optics()->has_zoom()) curve->focal_length.reset();
   curve->approach_near = config.axes[Axis::Focus].approach_near;
   if (status.axes[Axis::Filter]) curve->filter = status.axes[Axis::Filter]->position.value;
@@ -86,9 +88,9 @@ Result<std::optional<rig::Calibration>> WithCurve(rig::Calibration calibration, 
 
 Result<std::optional<rig::Calibration>> FromToml(const std::string& text) {
   const auto settings = io::ParseToml(text, "calibration");
-  if (!settings) return Fail(Code::InvalidArgument, settings.error().message);
+  if (!settings) return Fail(Code::BadData, settings.error().message);
   auto calibration = rig::ReadCalibration(*settings);
-  if (!calibration) return Fail(Code::InvalidArgument, calibration.error().message);
+  if (!calibration) return Fail(Code::BadData, calibration.error().message);
   return *std::move(calibration);
 }
 
@@ -109,6 +111,15 @@ Json BacklashJson(const std::string& lens, Axis axis, const rig::BacklashOutcome
   return result;
 }
 
+/// What positions mean does not change under an axis that moves.
+ServedLens::EditCalibration AtRest(ServedLens::EditCalibration edit) {
+  return [edit = std::move(edit)](rig::Calibration now,
+                                  const rig::Rig& rig) -> Result<std::optional<rig::Calibration>> {
+    if (auto busy = rig.WhyNotAtRest()) return PassOn(*std::move(busy));
+    return edit(std::move(now), rig);
+  };
+}
+
 /// Answers with the calibration in force.
 void Calibration(ServedLens& lens, const ExchangePointer& exchange) {
   struct InForce {
@@ -117,7 +128,7 @@ void Calibration(ServedLens& lens, const ExchangePointer& exchange) {
   };
   const auto ask = [](rig::Rig& rig, auto done) { done(InForce{rig.GetStatus(), rig.calibration()}); };
   lens.Ask<InForce>(ask, [exchange, &lens](const Result<InForce>& now) {
-    if (!now) return Refuse(exchange, now.error());
+    if (!now) return Refuse(exchange, lens, now.error());
     const auto& optics = now->status.optics;
     const auto error = optics ? optics->error() : std::nullopt;
     const std::string& file = lens.calibration_file();
@@ -137,7 +148,7 @@ void Calibrate(ServedLens& lens, const ExchangePointer& exchange) {
   const Json* remove = Given(parameters, "remove");
   const bool removes = remove != nullptr && remove->get<bool>();
   if ((toml != nullptr) + (points != nullptr) + removes != 1) {
-    return Refuse(exchange, {Code::InvalidArgument, "say exactly one of toml, points and remove"});
+    return Refuse(exchange, lens, {Code::InvalidArgument, "say exactly one of toml, points and remove"});
   }
   ServedLens::EditCalibration edit;
   if (removes) {
@@ -151,14 +162,18 @@ void Calibrate(ServedLens& lens, const ExchangePointer& exchange) {
       return WithCurve(std::move(now), rig, parameters, config);
     };
   }
-  lens.ChangeCalibration(std::move(edit), [exchange, &lens](const Result<void>& changed) {
-    if (!changed) return Refuse(exchange, changed.error());
+  lens.ChangeCalibration(AtRest(std::move(edit)), [exchange, &lens](const Result<void>& changed) {
+    if (!changed) return Refuse(exchange, lens, changed.error());
     Calibration(lens, exchange);
   });
 }
 
+/// How the backlash in an outcome came to be known: what was measured counts though an axis moves again already.
+enum class Origin { Measured, Said };
+
 /// Keeps what is known now, and answers with it.
-void FinishBacklash(ServedLens& lens, const ExchangePointer& exchange, Axis axis, rig::BacklashOutcome outcome) {
+void FinishBacklash(ServedLens& lens, const ExchangePointer& exchange, Axis axis, rig::BacklashOutcome outcome,
+                    Origin origin) {
   const auto tell = [exchange, &lens, axis](const rig::BacklashOutcome& ended) {
     exchange->Finish(varlink::WriteJson({{"backlash", BacklashJson(lens.name(), axis, ended)}}));
   };
@@ -169,7 +184,7 @@ void FinishBacklash(ServedLens& lens, const ExchangePointer& exchange, Axis axis
     outcome.reason = "the configuration says backlash = " + std::to_string(static_cast<long>(*configured)) +
                      ", which stays in force: say \"auto\" there to use this";
   }
-  const auto edit = [axis, backlash = outcome.backlash](
+  const ServedLens::EditCalibration edit = [axis, backlash = outcome.backlash](
                         rig::Calibration now, const rig::Rig& rig) -> Result<std::optional<rig::Calibration>> {
     if (!rig.lens().axes[axis]) {
       return Fail(Code::Unsupported, "this lens has no motorised " + std::string(drivers::AxisName(axis)));
@@ -177,10 +192,11 @@ void FinishBacklash(ServedLens& lens, const ExchangePointer& exchange, Axis axis
     now.backlash[axis] = backlash;
     return now;
   };
-  lens.ChangeCalibration(edit, [exchange, tell, outcome](const Result<void>& changed) {
-    if (!changed) return Refuse(exchange, changed.error());
+  const auto kept = [&lens, exchange, tell, outcome](const Result<void>& changed) {
+    if (!changed) return Refuse(exchange, lens, changed.error());
     tell(outcome);
-  });
+  };
+  lens.ChangeCalibration(origin == Origin::Said ? AtRest(edit) : edit, kept);
 }
 
 std::function<void(const rig::BacklashProgress&)> BacklashProgressTo(ServedLens& lens,
@@ -198,7 +214,8 @@ void MeasureBacklash(ServedLens& lens, const ExchangePointer& exchange) {
   if (const Json* pairs = Given(parameters, "pairs")) {
     const auto count = pairs->get<std::int64_t>();
     if (count < kFewestPairs || count > kMostPairs) {
-      return Refuse(exchange, {Code::InvalidArgument, "pairs is from 3 to 100"});
+      return Refuse(exchange, lens,
+                    Wrong("pairs is from 3 to 100", {.parameter = "pairs", .minimum = kFewestPairs, .maximum = kMostPairs}));
     }
     request.pairs = static_cast<int>(count);
   }
@@ -208,6 +225,10 @@ void MeasureBacklash(ServedLens& lens, const ExchangePointer& exchange) {
   }
   auto ended = std::make_shared<bool>(false);  // the worker's thread
   const auto measure = [request, progress = BacklashProgressTo(lens, exchange), ended](rig::Rig& rig, auto done) {
+    if (auto busy = rig.WhyNotAtRest()) {
+      *ended = true;
+      return done(PassOn(*std::move(busy)));
+    }
     rig::MeasureBacklash(rig, request, progress,
                          [ended, done = std::move(done)](Result<rig::BacklashOutcome> outcome) mutable {
                            *ended = true;
@@ -216,7 +237,7 @@ void MeasureBacklash(ServedLens& lens, const ExchangePointer& exchange) {
   };
   lens.Ask<rig::BacklashOutcome>(measure, [exchange, &lens](const Result<rig::BacklashOutcome>& outcome) {
     if (!outcome) return Refuse(exchange, lens, outcome.error());
-    FinishBacklash(lens, exchange, Axis::Focus, *outcome);
+    FinishBacklash(lens, exchange, Axis::Focus, *outcome, Origin::Measured);
   });
   exchange->OnGone([&lens, ended] { StopUnlessEnded(lens, ended, {}); });
 }
@@ -228,15 +249,17 @@ void Backlash(ServedLens& lens, const ExchangePointer& exchange) {
   const Json* size = Given(parameters, "size");
   if (size == nullptr) {
     if (axis == Axis::Focus) return MeasureBacklash(lens, exchange);
-    return Refuse(exchange, {Code::Unsupported,
+    return Refuse(exchange, lens, {Code::Unsupported,
                              "only the backlash of focus can be measured by looking; say how many "
                              "steps it is instead"});
   }
   rig::BacklashOutcome said;
   said.measured = true;
   said.backlash.steps = said.backlash.low = said.backlash.high = size->get<double>();
-  if (!(said.backlash.steps >= 0.0)) return Refuse(exchange, {Code::InvalidArgument, "size must not be negative"});
-  FinishBacklash(lens, exchange, axis, std::move(said));
+  if (!(said.backlash.steps >= 0.0)) {
+    return Refuse(exchange, lens, Wrong("size must not be negative", {.parameter = "size", .minimum = 0.0}));
+  }
+  FinishBacklash(lens, exchange, axis, std::move(said), Origin::Said);
 }
 
 }  // namespace

@@ -61,10 +61,13 @@ void TakeLease(LensService& service, const ExchangePointer& exchange) {
   if (lens == nullptr) return;
   const Json* for_ms = Given(exchange->parameters(), "forMs");
   if (for_ms != nullptr && !(for_ms->get<double>() > 0.0 && for_ms->get<double>() <= kLongestMs)) {
-    return Refuse(exchange, {Code::InvalidArgument, "forMs is above 0 and at most a day"});
+    return Refuse(exchange, *lens,
+                  Wrong("forMs is above 0 and at most a day",
+                        {.parameter = "forMs", .minimum = 0.0, .maximum = kLongestMs, .unit = "ms"}));
   }
   if (exchange->peer() == nullptr) {
-    return Refuse(exchange, {Code::InvalidArgument, "a lease has an answer: it cannot be taken by a oneway call"});
+    return Refuse(exchange, *lens,
+                  {Code::InvalidArgument, "a lease has an answer: it cannot be taken by a oneway call"});
   }
   if (lens->lease() != nullptr && lens->lease()->owner != exchange->peer()) {
     return RefuseLeased(service, exchange, *lens, "it can be taken then");
@@ -79,10 +82,10 @@ void TakeLease(LensService& service, const ExchangePointer& exchange) {
         std::ranges::find(service.lenses(), lens, [](const auto& each) { return each.get(); }) -
         service.lenses().begin());
     exchange->AtClose(kLeaseKeys + index, [lens, owner = lease.owner] {
-      if (lens->lease() != nullptr && lens->lease()->owner == owner) lens->SetLease({});
+      if (lens->lease() != nullptr && lens->lease()->owner == owner) lens->users().lease.reset();
     });
   }
-  lens->SetLease(lease);
+  lens->users().lease = lease;
   exchange->Finish(varlink::WriteJson({{"lens", lens->name()}, {"lease", lease.key}}));
 }
 
@@ -92,7 +95,7 @@ void DropLease(LensService& service, const ExchangePointer& exchange) {
   if (const Lease* lease = lens->lease(); lease != nullptr && !Holds(*lease, exchange)) {
     return RefuseLeased(service, exchange, *lens, "its key ends it before");
   }
-  lens->SetLease({});
+  lens->users().lease.reset();
   exchange->Finish("{}");
 }
 
@@ -100,14 +103,17 @@ void DropLease(LensService& service, const ExchangePointer& exchange) {
 
 bool MayDrive(LensService& service, const Method& method, const ExchangePointer& exchange) {
   if (!Drives(method, exchange->view())) return true;
-  const ServedLens* const lens = service.Named(exchange);
+  ServedLens* const lens = service.Named(exchange);
   if (lens == nullptr) return true;
   const auto axis = exchange->view().Given("axis");
   if (auto why = lens->WhyStopped(exchange->number(), axis ? drivers::AxisFromName(axis->text()) : std::nullopt)) {
-    return Refuse(exchange, *why), false;
+    return Refuse(exchange, *lens, *why), false;
   }
   const Lease* const lease = lens->lease();
-  if (lease == nullptr || Holds(*lease, exchange)) return true;
+  if (lease == nullptr || Holds(*lease, exchange)) {
+    lens->users().driving.Note(exchange, service.clock().Now());
+    return true;
+  }
   RefuseLeased(service, exchange, *lens, "only who gives its key may move it before");
   return false;
 }

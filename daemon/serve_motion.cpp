@@ -1,4 +1,5 @@
 // Move, Home, Stop, ResetFaults. The rig decides everything; here its answers find their way back to the caller.
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -36,15 +37,23 @@ constexpr std::array kTargetFields = {
     TargetField{"nearer", rig::Target::Kind::TowardNear, 1.0},
 };
 
+/// "target.position": what the target of a call is given by.
+std::string TargetPath(const Json& parameters) {
+  const auto* const field = std::ranges::find_if(
+      kTargetFields, [&](const TargetField& each) { return Given(parameters["target"], each.name) != nullptr; });
+  return field == kTargetFields.end() ? "target" : "target." + std::string(field->name);
+}
+
 Result<rig::Target> TargetOf(const Json& parameters) {
+  const auto wrong = [] { return PassOn(Wrong("a target has exactly one field", {.parameter = "target"})); };
   std::optional<rig::Target> target;
   for (const TargetField& field : kTargetFields) {
     const Json* value = Given(parameters["target"], field.name);
     if (value == nullptr) continue;
-    if (target) return Fail(Code::InvalidArgument, "a target has exactly one field");
+    if (target) return wrong();
     target = rig::Target{field.kind, value->get<double>() * field.scale, std::nullopt};
   }
-  if (!target) return Fail(Code::InvalidArgument, "a target has exactly one field");
+  if (!target) return wrong();
   target->from = OriginOf(parameters);
   return *target;
 }
@@ -72,7 +81,11 @@ void ShowProgress(const ServedLens& lens, const ExchangePointer& exchange, Axis 
 /// The end of a move: nothing is said of its progress after it.
 void FinishMove(const ServedLens& lens, const ExchangePointer& exchange, const Result<Json>& move) {
   lens.watchers().Remove(exchange);
-  if (!move) return Refuse(exchange, lens, move.error());
+  if (!move) {
+    const bool about_target = move.error().code == Code::OutOfRange || move.error().code == Code::InvalidArgument;
+    return Refuse(exchange, lens,
+                  about_target ? About(TargetPath(exchange->parameters()), move.error()) : move.error());
+  }
   exchange->Finish(Wrap("move", varlink::WriteJson(*move)));
   lens.watchers().Announce(lens, "move", *move);
 }
@@ -118,14 +131,14 @@ void MoveIris(ServedLens& lens, const ExchangePointer& exchange, const rig::Targ
 /// Why the call makes no sense; nothing: it does.
 std::optional<Error> WhyNot(const ExchangePointer& exchange, Axis axis) {
   if (Asks(exchange, "keepFocus") && axis != Axis::Zoom) {
-    return Error{Code::InvalidArgument, "keepFocus is for the zoom"};
+    return Wrong("keepFocus is for the zoom", {.parameter = "keepFocus"});
   }
   if (Asks(exchange, "keepBrightness") && axis != Axis::Iris) {
-    return Error{Code::InvalidArgument, "keepBrightness is for the iris"};
+    return Wrong("keepBrightness is for the iris", {.parameter = "keepBrightness"});
   }
   const Json* um = Given(exchange->parameters(), "trackingToleranceUm");
   if (um != nullptr && !(um->get<double>() > 0.0)) {
-    return Error{Code::InvalidArgument, "trackingToleranceUm must be above 0"};
+    return Wrong("trackingToleranceUm must be above 0", {.parameter = "trackingToleranceUm"});
   }
   return std::nullopt;
 }
@@ -133,8 +146,8 @@ std::optional<Error> WhyNot(const ExchangePointer& exchange, Axis axis) {
 void Move(ServedLens& lens, const ExchangePointer& exchange) {
   const Axis axis = AxisOf(exchange->parameters()["axis"]);
   const Result<rig::Target> target = TargetOf(exchange->parameters());
-  if (!target) return Refuse(exchange, target.error());
-  if (const auto why = WhyNot(exchange, axis)) return Refuse(exchange, *why);
+  if (!target) return Refuse(exchange, lens, target.error());
+  if (const auto why = WhyNot(exchange, axis)) return Refuse(exchange, lens, *why);
   if (exchange->call().more) ShowProgress(lens, exchange, axis);
   if (Asks(exchange, "keepFocus")) return MoveZoom(lens, exchange, *target);
   if (Asks(exchange, "keepBrightness")) return MoveIris(lens, exchange, *target);
@@ -156,9 +169,9 @@ void Home(ServedLens& lens, const ExchangePointer& exchange) {
 }
 
 /// Answers a call that has nothing to say but that it is done.
-auto Acknowledge(const ExchangePointer& exchange) {
-  return [exchange](const Result<void>& done) {
-    if (!done) return Refuse(exchange, done.error());
+auto Acknowledge(const ServedLens& lens, const ExchangePointer& exchange) {
+  return [&lens, exchange](const Result<void>& done) {
+    if (!done) return Refuse(exchange, lens, done.error());
     exchange->Finish("{}");
   };
 }
@@ -166,7 +179,7 @@ auto Acknowledge(const ExchangePointer& exchange) {
 void ResetFaults(ServedLens& lens, const ExchangePointer& exchange) {
   lens.Unlatch();
   const auto reset = [axes = AxesOf(exchange)](rig::Rig& rig, auto done) { rig.ResetFaults(axes, std::move(done)); };
-  lens.Ask<void>(reset, Acknowledge(exchange));
+  lens.Ask<void>(reset, Acknowledge(lens, exchange));
 }
 
 /// What the lenses that are to be stopped have answered.

@@ -152,13 +152,13 @@ void Compute(ServedLens& lens, const ExchangePointer& exchange, std::move_only_f
   const bool taken = lens.surroundings().plans.Submit([&lens, exchange, work = std::move(work)]() mutable {
     Task then;
     if (const auto thrown = Guarded(lens.name(), [&] { then = work(); })) {
-      then = [exchange, error = *thrown] { Refuse(exchange, error); };
+      then = [&lens, exchange, error = *thrown] { Refuse(exchange, lens, error); };
     }
     // Whatever holds the call is let go of where calls live.
     lens.surroundings().loop.Post(
         [then = std::move(then), work = std::move(work), held = std::move(exchange)]() mutable { then(); });
   });
-  if (!taken) Refuse(exchange, {Code::Busy, "too many plans wait to be solved; try again"});
+  if (!taken) Refuse(exchange, lens, {Code::Busy, "too many plans wait to be solved; try again"});
 }
 
 /// The reply of a plan that was carried out.
@@ -174,7 +174,7 @@ std::string AppliedReply(const Solved& solved, const std::string& applied, const
 }
 
 void Apply(ServedLens& lens, const ExchangePointer& exchange, Solved solved) {
-  if (auto why = lens.WhyStopped(exchange->number(), std::nullopt)) return Refuse(exchange, *why);
+  if (auto why = lens.WhyStopped(exchange->number(), std::nullopt)) return Refuse(exchange, lens, *why);
   const auto move = [focus = solved.apply->focus, iris = solved.apply->iris, zoom = solved.apply->zoom](
                         rig::Rig& rig, MovesCallback done) {
     const auto group = std::make_shared<MoveGroup>(std::move(done));
@@ -207,7 +207,7 @@ void PlanNow(ServedLens& lens, const ExchangePointer& exchange) {
                         .stop = lens.surroundings().plans.stop()};
   Compute(lens, exchange, [&lens, exchange, problem]() -> Task {
     return [&lens, exchange, solved = Solve(problem)]() mutable {
-      if (!solved) return Refuse(exchange, lens, solved.error());
+      if (!solved) return Refuse(exchange, lens, About("request", solved.error()));
       if (solved->apply) return Apply(lens, exchange, *std::move(solved));
       exchange->Finish(solved->reply);
     };
@@ -216,7 +216,7 @@ void PlanNow(ServedLens& lens, const ExchangePointer& exchange) {
 
 void Plan(ServedLens& lens, const ExchangePointer& exchange) {
   if (!lens.planning()) {
-    return Refuse(exchange, {Code::Unsupported, "the optics of lens \"" + lens.name() +
+    return Refuse(exchange, lens, {Code::Unsupported, "the optics of lens \"" + lens.name() +
                                                     "\" are not known; give it a [lens.optics] section"});
   }
   // Whatever it was planned for last, the lens counts as it stands now.

@@ -24,12 +24,15 @@ std::string Now() {
   return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc)};
 }
 
-void RefuseUnknown(const ExchangePointer& exchange, const std::vector<rig::Preset>& presets, const std::string& label) {
+void RefuseUnknown(const ServedLens& lens, const ExchangePointer& exchange, const std::vector<rig::Preset>& presets,
+                   const std::string& label) {
   std::string names;
   for (const rig::Preset& preset : presets) names += (names.empty() ? "" : ", ") + preset.label;
   exchange->Refuse("io.lensd.Lens.PresetNotFound",
                    {{"message", "there is no preset \"" + label + "\"; " +
-                                    (names.empty() ? "none is saved" : "there is " + names)}});
+                                    (names.empty() ? "none is saved" : "there is " + names)},
+                    {"lens", lens.name()},
+                    {"label", label}});
 }
 
 Json RecallJson(const std::string& lens, const std::string& label, const rig::RecallOutcome& outcome) {
@@ -55,8 +58,8 @@ void Keep(ServedLens& lens, const ExchangePointer& exchange, rig::Preset preset)
     presets.push_back(preset);
     return {};
   };
-  lens.ChangePresets(put, [exchange, preset](const Result<void>& kept) {
-    if (!kept) return Refuse(exchange, kept.error());
+  lens.ChangePresets(put, [&lens, exchange, preset](const Result<void>& kept) {
+    if (!kept) return Refuse(exchange, lens, kept.error());
     exchange->Finish(varlink::WriteJson({{"preset", PresetJson(preset)}}));
   });
 }
@@ -70,7 +73,7 @@ void Save(ServedLens& lens, const ExchangePointer& exchange) {
 }
 
 void List(ServedLens& lens, const ExchangePointer& exchange) {
-  if (!lens.presets()) return Refuse(exchange, {Code::Io, lens.presets().error().message});
+  if (!lens.presets()) return Refuse(exchange, lens, lens.presets().error());
   Json presets = Json::array();
   for (const rig::Preset& preset : *lens.presets()) presets.push_back(PresetJson(preset));
   exchange->Finish(varlink::WriteJson({{"presets", std::move(presets)}}));
@@ -78,12 +81,12 @@ void List(ServedLens& lens, const ExchangePointer& exchange) {
 
 /// The preset the call names; else answers the call with why not and returns null.
 const rig::Preset* Find(const ServedLens& lens, const ExchangePointer& exchange) {
-  static const std::vector<rig::Preset> kNone;
-  const std::vector<rig::Preset>& presets = lens.presets() ? *lens.presets() : kNone;
+  if (!lens.presets()) return Refuse(exchange, lens, lens.presets().error()), nullptr;
+  const std::vector<rig::Preset>& presets = *lens.presets();
   const std::string label = LabelOf(exchange);
   const auto found = std::ranges::find(presets, label, &rig::Preset::label);
   if (found != presets.end()) return &*found;
-  RefuseUnknown(exchange, presets, label);
+  RefuseUnknown(lens, exchange, presets, label);
   return nullptr;
 }
 
@@ -106,8 +109,8 @@ void Remove(ServedLens& lens, const ExchangePointer& exchange) {
     std::erase_if(presets, [&](const rig::Preset& old) { return old.label == label; });
     return {};
   };
-  lens.ChangePresets(remove, [exchange](const Result<void>& kept) {
-    if (!kept) return Refuse(exchange, kept.error());
+  lens.ChangePresets(remove, [&lens, exchange](const Result<void>& kept) {
+    if (!kept) return Refuse(exchange, lens, kept.error());
     exchange->Finish("{}");
   });
 }

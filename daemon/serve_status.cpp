@@ -77,7 +77,10 @@ void Monitor(LensService& service, const ExchangePointer& exchange) {
   Duration period = Watcher::kDefaultPeriod;
   if (const auto least = exchange->view().Given("minIntervalMs")) {
     if (!(least->number() >= kLeastIntervalMs && least->number() <= kMostIntervalMs)) {
-      return Refuse(exchange, {Code::InvalidArgument, "minIntervalMs is from 10 to 10000"});
+      return Refuse(exchange, Wrong("minIntervalMs is from 10 to 10000", {.parameter = "minIntervalMs",
+                                                                          .minimum = kLeastIntervalMs,
+                                                                          .maximum = kMostIntervalMs,
+                                                                          .unit = "ms"}));
     }
     period = std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(least->number()));
   }

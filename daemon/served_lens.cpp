@@ -43,21 +43,6 @@ std::shared_ptr<const Planning> SharedPlanning(const rig::Rig& rig, const rig::R
 
 }  // namespace
 
-void Refuse(const ExchangePointer& exchange, const Error& error) {
-  exchange->Refuse(ErrorName(error.code), {{"message", error.message}});
-}
-
-void Refuse(const ExchangePointer& exchange, const ServedLens& lens, const Error& error) {
-  if (error.code != Code::NotHomed) return Refuse(exchange, error);
-  Json axis = nullptr;
-  if (const auto asked = exchange->view().Given("axis")) {
-    axis = asked->text();
-  } else if (const auto unhomed = FirstNotHomed(lens.status())) {
-    axis = drivers::AxisName(*unhomed);
-  }
-  exchange->Refuse(ErrorName(error.code), {{"message", error.message}, {"lens", lens.name()}, {"axis", axis}});
-}
-
 ServedLens::ServedLens(LensConfig config, const LensSurroundings& surroundings, Open open)
     : config_(std::move(config)), surroundings_(surroundings), open_(std::move(open)) {
   shown_.info = varlink::WriteJson(AbsentInfoJson(config_.name, config_.device.driver->name));
@@ -345,7 +330,7 @@ void ServedLens::ChangeCalibration(EditCalibration edit, std::function<void(cons
     if (!next) return done(PassOn(next));
     const bool taken = surroundings_.files.Submit([this, done, file = kept_.calibration_file, next = *next] {
       auto kept = Keep(file, next ? rig::CalibrationText(*next) : "");
-      if (!kept) kept = Fail(Code::Io, "in force, but not kept: " + kept.error().message);
+      if (!kept) kept = Fail(Code::NotKept, "in force, but not kept: " + kept.error().message);
       surroundings_.loop.Post([this, done, kept] { Replan([done, kept] { done(kept); }); });
     });
     if (!taken) done(Fail(Code::Busy, "in force, but not kept: too much waits to be written"));
@@ -368,7 +353,7 @@ void ServedLens::NextPresetChange() {
     ended.done(result);
     if (!kept_.preset_changes.empty()) surroundings_.loop.Post([this] { NextPresetChange(); });
   };
-  if (!kept_.presets) return end(Fail(Code::Io, "presets cannot be kept: " + kept_.presets.error().message));
+  if (!kept_.presets) return end(Fail(Code::NotKept, "presets cannot be kept: " + kept_.presets.error().message));
   std::vector<rig::Preset> presets = *kept_.presets;
   if (auto edited = kept_.preset_changes.front().edit(presets); !edited) return end(edited);
   std::ranges::sort(presets, {}, &rig::Preset::label);
@@ -376,15 +361,18 @@ void ServedLens::NextPresetChange() {
     auto kept = Keep(PresetsFile(config_, surroundings_.state), rig::PresetsText(presets));
     surroundings_.loop.Post([this, end, kept = std::move(kept), presets = std::move(presets)]() mutable {
       if (kept) kept_.presets = std::move(presets);
-      end(kept);
+      end(kept ? kept : Fail(Code::NotKept, "the presets could not be written: " + kept.error().message));
     });
   });
   if (!taken) end(Fail(Code::Busy, "too much waits to be written; try again"));
 }
 
+// ---- who uses it --------------------------------------------------------------------------------------------------
+
 const Lease* ServedLens::lease() const {
-  const bool over = lease_ && lease_->until && surroundings_.clock.Now() >= *lease_->until;
-  return lease_ && !over ? &*lease_ : nullptr;
+  const auto& lease = users_->lease;
+  const bool over = lease && lease->until && surroundings_.clock.Now() >= *lease->until;
+  return lease && !over ? &*lease : nullptr;
 }
 
 }  // namespace lensd::daemon

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "config.h"
+#include "driving_calls.h"
 #include "event_loop.h"
 #include "planning.h"
 #include "plug_signal.h"
@@ -42,6 +43,12 @@ struct Lease {
   std::string holder;            ///< who took it, for people
   const void* owner = nullptr;   ///< its connection; null: it ends with a time
   std::optional<Instant> until;  ///< when it ends
+};
+
+/// Who drives a lens, and who alone may.
+struct LensUsers {
+  std::optional<Lease> lease;  ///< it may be over: ServedLens::lease() says
+  DrivingCalls driving;
 };
 
 class ServedLens;
@@ -141,19 +148,20 @@ class ServedLens {
 
   /// What becomes of a calibration; nothing: it is removed. On the worker's thread.
   using EditCalibration = std::function<Result<std::optional<rig::Calibration>>(rig::Calibration, const rig::Rig&)>;
-  /// Puts what `edit` makes of the calibration in force and keeps it. Code::Io in `done`: it is in force, but could not
-  /// be kept.
+  /// Puts what `edit` makes of the calibration in force and keeps it. NotKept in `done`: it is in force, but
+  /// could not be written.
   void ChangeCalibration(EditCalibration edit, std::function<void(const Result<void>&)> done);
 
   /// Presets by label. Io, BadData: their file cannot be read.
   const Result<std::vector<rig::Preset>>& presets() const { return kept_.presets; }
   using EditPresets = std::function<Result<void>(std::vector<rig::Preset>&)>;
-  /// Changes them, on disk first; one change after the other. Busy, Io, or what `edit` says: they stay as they were.
+  /// Changes them, on disk first; one change after the other. Busy, NotKept, or what `edit` says: they stay as they
+  /// were.
   void ChangePresets(EditPresets edit, std::function<void(const Result<void>&)> done);
 
   /// Null: none holds.
   const Lease* lease() const;
-  void SetLease(std::optional<Lease> lease) { lease_ = std::move(lease); }
+  LensUsers& users() const { return *users_; }
 
  private:
   /// What it tells of itself.
@@ -215,7 +223,7 @@ class ServedLens {
   Shown shown_;
   Plans plans_;
   Kept kept_;
-  std::optional<Lease> lease_;
+  const std::unique_ptr<LensUsers> users_ = std::make_unique<LensUsers>();
   Stopping stop_;
   Opening opening_;
   std::unique_ptr<Worker> worker_;
@@ -233,10 +241,5 @@ template <class Answer>
 void Reply<Answer>::operator()(Result<Answer> answer) {
   lens_->Later([then = std::exchange(then_, nullptr), answer = std::move(answer)]() mutable { then(answer); });
 }
-
-/// Ends a call with an error.
-void Refuse(const ExchangePointer& exchange, const Error& error);
-/// The same with one of this lens' rig.
-void Refuse(const ExchangePointer& exchange, const ServedLens& lens, const Error& error);
 
 }  // namespace lensd::daemon

@@ -6,6 +6,7 @@
 #include "barrier.h"
 #include "lens_json.h"
 #include "picture_transfer.h"
+#include "refusal.h"
 #include "served_lens.h"
 
 namespace lensd::daemon {

@@ -355,14 +355,20 @@ Result<ZoomedPlanning> PlanningForZoom(const PlannedLens& lens, const rig::RigCo
                                        const proto::LensRequest& asked, const rig::Status& now,
                                        const std::stop_token& stop) {
   if (!lens.optics->has_zoom() || !lens.optics->conditions().zoom) {
-    return Fail(Code::OutOfRange, "this lens does not zoom: leave out the focal length and the field to frame");
+    return Fail(Code::OutOfRange, "this lens does not zoom: leave out the focal length and the field to frame",
+                {.axis = "zoom", .parameter = "request.focalLengthMm"});
   }
   const ZoomAxis zoom(lens);
   const auto wanted = asked.focal_lengths.value_or(std::pair(zoom.shortest, zoom.longest));
   constexpr double kRounding = 1e-9;
   if (wanted.second < zoom.shortest * (1.0 - kRounding) || wanted.first > zoom.longest * (1.0 + kRounding)) {
     return Fail(Code::OutOfRange,
-                "this lens zooms from " + LengthText(zoom.shortest, 6) + " to " + LengthText(zoom.longest, 6));
+                "this lens zooms from " + LengthText(zoom.shortest, 6) + " to " + LengthText(zoom.longest, 6),
+                {.axis = "zoom",
+                 .parameter = "request.focalLengthMm",
+                 .minimum = zoom.shortest.value * 1e3,
+                 .maximum = zoom.longest.value * 1e3,
+                 .unit = "mm"});
   }
   const std::pair within(std::max(zoom.shortest, wanted.first), std::min(zoom.longest, wanted.second));
   if (asked.field) {

@@ -53,4 +53,8 @@ Result<ObjectDepth> DepthAt(const FocusScale& scale, Metres focal_length, Metres
   return ObjectDepth(depth);
 }
 
+Metres DistanceShown(const FocusScale& scale, Metres focal_length, Metres extension, Metres depth) {
+  return depth + Offset(scale, focal_length, extension);
+}
+
 }  // namespace lensd::optics

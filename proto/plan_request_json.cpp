@@ -33,10 +33,11 @@ struct Place {
 };
 
 struct FieldError {
-  std::string message;
+  std::string place;
+  std::string why;
 };
 [[noreturn]] void Reject(const Place& place, const std::string& why) {
-  throw FieldError{place.Text() + ": " + why};
+  throw FieldError{place.Text(), why};
 }
 
 /// An object of the request; anything else has no fields.
@@ -233,7 +234,7 @@ Result<void> Reading(JsonView json, Read read) {
     const Place top;
     read(Reader(json, top));
   } catch (const FieldError& wrong) {
-    return Fail(Code::InvalidArgument, wrong.message);
+    return Fail(Code::InvalidArgument, wrong.place + ": " + wrong.why, {.parameter = "request." + wrong.place});
   }
   return {};
 }

@@ -104,10 +104,11 @@ Result<autofocus::Regions> AutofocusJob::SearchFor(const AutofocusRequest& reque
     }
   }
   if (request.track && (request.outside || regions.size() != 1)) {
-    return Fail(Code::InvalidArgument, "tracking takes one region, and frames of the lens' own camera");
+    return Fail(Code::InvalidArgument, "tracking takes one region, and frames of the lens' own camera",
+                {.parameter = "track"});
   }
   if (request.deadline && *request.deadline <= Duration::zero())
-    return Fail(Code::InvalidArgument, "a deadline must be above 0");
+    return Fail(Code::InvalidArgument, "a deadline must be above 0", {.parameter = "deadlineMs"});
   return autofocus::Regions::Create(request.method, SetupFor(request), regions, request.policy);
 }
 

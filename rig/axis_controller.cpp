@@ -233,7 +233,7 @@ Result<void> AxisController::RememberMotion(Native lowest, Native highest) {
     if (covered(motion)) return {};
   }
   if (auto saved = remembered_.Save(setup_.axis, motion); !saved) {
-    return Fail(Code::Io, "nothing was moved, because the position could not be remembered: " + saved.error().message);
+    return Fail(Code::NotKept, "nothing was moved, because the position could not be remembered: " + saved.error().message);
   }
   return {};
 }

@@ -45,6 +45,7 @@ class BacklashRun : public std::enable_shared_from_this<BacklashRun> {
               Done done)
       : rig_(rig),
         guard_(rig),
+        activity_(rig.Occupy({.kind = Activity::Kind::Backlash, .step = 0, .of = 0})),
         request_(request),
         progress_(std::move(progress)),
         done_(std::move(done)),
@@ -63,6 +64,7 @@ class BacklashRun : public std::enable_shared_from_this<BacklashRun> {
     double upward = 0.0;      ///< where sweeps from below find it
     double backlash = 0.0;    ///< so far: sweeps from above find it so much lower
     double half_width = 0.0;  ///< of a sweep around it
+    std::vector<double> found{};  ///< by each pair of sweeps
   };
   struct Counts {
     int widenings = 0, sweeps = 0, frames = 0;
@@ -87,6 +89,7 @@ class BacklashRun : public std::enable_shared_from_this<BacklashRun> {
 
   Rig& rig_;
   CommandGuard guard_;
+  const std::shared_ptr<Activity> activity_;
   BacklashRequest request_;
   std::function<void(const BacklashProgress&)> progress_;
   Done done_;
@@ -96,7 +99,6 @@ class BacklashRun : public std::enable_shared_from_this<BacklashRun> {
   Stage stage_ = Stage::Upward;
   Sweep sweep_;
   Counts counts_;
-  std::vector<double> found_;
 };
 
 void BacklashRun::Begin() {
@@ -128,8 +130,9 @@ void BacklashRun::OnFocused(const Result<AutofocusOutcome>& focused) {
 
 /// From `from` to `to`, reached from so far before it that all backlash is taken up.
 void BacklashRun::BeginSweep(double from, double to, double step) {
-  ++counts_.sweeps;
-  if (progress_) progress_({counts_.sweeps, std::max(counts_.sweeps, 2 + 2 * request_.pairs), counts_.frames});
+  activity_->step = ++counts_.sweeps;
+  activity_->of = std::max(counts_.sweeps, 2 + 2 * request_.pairs);
+  if (progress_) progress_({counts_.sweeps, activity_->of, counts_.frames});
   sweep_ = {};
   const double sign = to > from ? 1.0 : -1.0;
   const int count = static_cast<int>(std::floor(std::abs(to - from) / step + 1e-6)) + 1;
@@ -280,17 +283,17 @@ void BacklashRun::FinishPair(const std::optional<autofocus::PeakFit>& peak) {
   const bool aligned = std::abs(found - place_.backlash) <= step;
   place_.backlash = std::max(0.0, found);
   if (aligned) {
-    found_.push_back(found);
+    place_.found.push_back(found);
   } else if (++counts_.widenings > kMostWidenings) {
     return Refuse(BacklashCause::Unsteady, "the sweeps disagree about the backlash from one to the next");
   }
-  static_cast<int>(found_.size()) < request_.pairs ? StartPair() : Conclude();
+  static_cast<int>(place_.found.size()) < request_.pairs ? StartPair() : Conclude();
 }
 
 void BacklashRun::Conclude() {
   BacklashOutcome outcome;
   outcome.measured = true;
-  outcome.backlash = BacklashFrom(found_, kLeastScatter * range_.resolution);
+  outcome.backlash = BacklashFrom(place_.found, kLeastScatter * range_.resolution);
   GoBack(outcome);
 }
 

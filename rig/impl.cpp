@@ -132,9 +132,16 @@ Instant Rig::Impl::NextStep(Instant now) const {
 
 // ---- commands -----------------------------------------------------------------------------------------------------
 
+/// What is out of reach is told with what is in it.
 Result<Native> Rig::Impl::Resolve(Axis axis, const Target& target) const {
-  using Kind = Target::Kind;
   if (!axes[axis]) return Fail(Code::Unsupported, "this lens has no motorised " + std::string(AxisName(axis)));
+  auto native = InReach(axis, target);
+  if (native || native.error().code != Code::OutOfRange) return native;
+  return Fail(Code::OutOfRange, native.error().message, optics.ReachOf(axis, target));
+}
+
+Result<Native> Rig::Impl::InReach(Axis axis, const Target& target) const {
+  using Kind = Target::Kind;
   if (std::isnan(target.value)) return Fail(Code::InvalidArgument, "a target must be a number");
   Result<Native> aimed = Native{target.value};
   if (target.kind == Kind::TowardNear && axis != Axis::Focus) {
@@ -269,13 +276,46 @@ Status Rig::Impl::GetStatus() const {
 }
 
 Activity Rig::Impl::CurrentActivity() const {
+  if (const auto occupied = procedure.lock()) return *occupied;
   if (autofocus.running()) return autofocus.activity();
-  for (const Axis axis : drivers::kAxes) {
-    const AxisMotion* motion = axes[axis] ? axes[axis]->motion() : nullptr;
-    if (motion != nullptr) return {motion->homing() ? Activity::Kind::Homing : Activity::Kind::Moving, 0, 0};
-  }
+  if (const auto axis = InMotion()) return {axes[*axis]->motion()->homing() ? Activity::Kind::Homing : Activity::Kind::Moving, 0, 0};
   if (frames.anyone()) return {Activity::Kind::Snapshot, 0, 0};
   return {};
+}
+
+/// The first axis that was sent somewhere.
+std::optional<Axis> Rig::Impl::InMotion() const {
+  const auto* const found =
+      std::ranges::find_if(drivers::kAxes, [&](Axis axis) { return axes[axis] && axes[axis]->motion() != nullptr; });
+  return found == drivers::kAxes.end() ? std::nullopt : std::optional(*found);
+}
+
+// ---- what must end first ------------------------------------------------------------------------------------------
+
+std::optional<Error> Rig::Impl::WhyNotFocused() const {
+  const auto busy = [](const char* what, const char* activity) {
+    return Fail(Code::Busy, std::string(what) + ": wait for its end, or stop it", {.axis = "focus", .activity = activity})
+        .error();
+  };
+  if (!procedure.expired()) return busy("the backlash of this lens is being measured", "backlash");
+  if (autofocus.running()) return busy("an autofocus is under way", "autofocus");
+  return std::nullopt;
+}
+
+std::optional<Error> Rig::Impl::WhyNotAtRest() const {
+  if (auto focusing = WhyNotFocused()) return focusing;
+  for (const Axis axis : drivers::kAxes) {
+    if (!axes[axis]) continue;
+    const AxisMotion* motion = axes[axis]->motion();
+    // A motor also moves by hand, by another program, and a little after a stop.
+    const bool moving = reader.connected() && axes[axis]->state() && axes[axis]->moving();
+    if (motion == nullptr && !moving) continue;
+    const std::string name(AxisName(axis));
+    return Fail(Code::Busy, name + " is moving: wait until it has come to rest, or stop it",
+                {.axis = name, .activity = motion != nullptr && motion->homing() ? "homing" : "moving"})
+        .error();
+  }
+  return std::nullopt;
 }
 
 }  // namespace lensd::rig

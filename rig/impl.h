@@ -33,7 +33,11 @@ class Rig::Impl {
   void Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done);
   void SetCalibration(std::shared_ptr<const Calibration> calibration, StopCallback done);
 
-  std::uint64_t commands_given = 0;  ///< that displace others
+  std::optional<Error> WhyNotFocused() const;
+  std::optional<Error> WhyNotAtRest() const;
+
+  std::weak_ptr<const Activity> procedure;  ///< of many commands; gone when it is over
+  std::uint64_t commands_given = 0;         ///< that displace others
   bool commanded = false;            ///< since the last step
   drivers::Device device;
   const Clock& clock;
@@ -48,6 +52,7 @@ class Rig::Impl {
  private:
   static AxisControllers Controllers(const RigConfig& config, drivers::Lens& lens, RememberedPositions& remembered,
                                      const Clock& clock);
+  Result<Native> InReach(drivers::Axis axis, const Target& target) const;
   bool WantsReading(Instant now) const;
   void ReadLens();
   void AdvanceMotions();
@@ -58,6 +63,7 @@ class Rig::Impl {
   void RunReplies();
   Instant NextStep(Instant now) const;
   Activity CurrentActivity() const;
+  std::optional<drivers::Axis> InMotion() const;
 };
 
 }  // namespace lensd::rig

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "optics/conjugates.h"
@@ -134,15 +135,61 @@ Result<Native> OpticalState::Aim(Axis axis, const Target& target) const {
 Result<Metres> OpticalState::ExtensionOf(const Target& target) const {
   if (target.kind == Target::Kind::Extension) return Metres{target.value};
   if (target.kind == Target::Kind::Vergence) return table_->ExtensionInFocus(Dioptres{target.value});
-  optics::FocusScale scale = config_.scale;
-  scale.centre_shift = table_->centre_shift();
-  if (target.from) scale.from = *target.from;
+  const optics::FocusScale scale = ScaleOf(target);
   // A liquid lens' sensor stands where it stands, whatever is in focus.
   auto depth = table_->nominal().liquid
                    ? optics::DepthAt(scale, table_->focal_length(), Metres{0.0}, Metres{target.value})
                    : optics::DepthInFocus(scale, table_->focal_length(), Metres{target.value});
   if (!depth) return PassOn(depth);
   return table_->ExtensionInFocus(*depth);
+}
+
+optics::FocusScale OpticalState::ScaleOf(const Target& target) const {
+  optics::FocusScale scale = config_.scale;
+  scale.centre_shift = table_->centre_shift();
+  if (target.from) scale.from = *target.from;
+  return scale;
+}
+
+/// At both ends of focus: extensions in mm, vergences in dioptres or distances in metres, where infinity and what lies
+/// past it is infinite.
+std::pair<double, double> OpticalState::ReachOfFocus(const Target& target, Native low, Native high) const {
+  const auto at = [&](Native end) {
+    const Metres extension = table_->ExtensionFromNative(end);
+    if (target.kind == Target::Kind::Extension) return extension.value * 1e3;
+    const double vergence = table_->VergenceFromExtension(extension).value;
+    if (target.kind == Target::Kind::Vergence) return vergence;
+    if (!(vergence > 0.0)) return std::numeric_limits<double>::infinity();
+    const Metres stands = table_->nominal().liquid ? Metres{0.0} : extension;
+    return optics::DistanceShown(ScaleOf(target), table_->focal_length(), stands, Metres{1.0 / vergence}).value;
+  };
+  return std::minmax({at(low), at(high)});
+}
+
+ErrorFacts OpticalState::ReachOf(Axis axis, const Target& target) const {
+  using Kind = Target::Kind;
+  const AxisSetup& setup = axes_[axis]->setup();
+  const Native low = setup.minimum, high = setup.maximum;
+  std::pair<double, double> reach{low.value, high.value};
+  const bool f_numbers = setup.can.unit == drivers::NativeUnit::FNumber || target.kind == Kind::FNumber;
+  std::string unit(f_numbers ? "fNumber" : drivers::NativeUnitName(setup.can.unit));
+  if (target.kind == Kind::NativeRelative || target.kind == Kind::TowardNear) {
+    const double sign = target.kind == Kind::TowardNear && !setup.config.near_positive ? -1.0 : 1.0;
+    const double stands = axes_[axis]->Ahead(0.0).value_or(Native{}).value;
+    reach = std::minmax({sign * (low.value - stands), sign * (high.value - stands)});
+  } else if (target.kind == Kind::FNumber) {
+    reach = std::minmax({table_->FNumberFromNative(low).value, table_->FNumberFromNative(high).value});
+  } else if (target.kind == Kind::FocalLength) {
+    reach = std::minmax({1e3 * table_->FocalLengthFromNative(low).value, 1e3 * table_->FocalLengthFromNative(high).value});
+    unit = "mm";
+  } else if (target.kind != Kind::Native) {
+    reach = ReachOfFocus(target, low, high);
+    unit = target.kind == Kind::Extension ? "mm" : target.kind == Kind::Vergence ? "D" : "m";
+  }
+  ErrorFacts facts{.axis = std::string(drivers::AxisName(axis)), .unit = std::move(unit)};
+  if (std::isfinite(reach.first)) facts.minimum = reach.first;
+  if (std::isfinite(reach.second)) facts.maximum = reach.second;
+  return facts;
 }
 
 std::optional<FNumber> OpticalState::f_number() const {

@@ -32,6 +32,8 @@ class OpticalState {
 
   /// Where a target that optics decide lies, native units. Errors as Rig::Resolve().
   Result<Native> Aim(drivers::Axis axis, const Target& target) const;
+  /// What targets of this kind the axis can take, in the unit in which a caller gives them.
+  ErrorFacts ReachOf(drivers::Axis axis, const Target& target) const;
   /// Where the iris stands or goes; nothing where that is not known.
   std::optional<FNumber> f_number() const;
   /// Adds what the position means, and how surely.
@@ -50,6 +52,8 @@ class OpticalState {
   void AdoptBacklash();
   bool Compensates() const;
   Result<Metres> ExtensionOf(const Target& target) const;
+  optics::FocusScale ScaleOf(const Target& target) const;
+  std::pair<double, double> ReachOfFocus(const Target& target, Native low, Native high) const;
   Metres ExtensionBound(Native position, Native bound) const;
   FNumber FNumberBound(Native position, Native bound) const;
   const AxisController* Known(drivers::Axis axis) const;

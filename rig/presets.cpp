@@ -140,17 +140,18 @@ bool IsPresetLabel(std::string_view label) {
 
 Result<Preset> TakePreset(const Rig& rig, std::string label) {
   if (!IsPresetLabel(label)) {
-    return Fail(Code::InvalidArgument, "a label has letters, digits, '-', '_', '.' and spaces inside, at most 64");
+    return Fail(Code::InvalidArgument, "a label has letters, digits, '-', '_', '.' and spaces inside, at most 64",
+                {.parameter = "label"});
   }
   const Status status = rig.GetStatus();
   if (!status.connected) return Fail(Code::Disconnected, "the lens does not answer: " + status.problem);
+  if (auto moving = rig.WhyNotAtRest()) return PassOn(*std::move(moving));
   Preset preset;
   preset.label = std::move(label);
   preset.temperature = status.temperature;
   preset.approach_up = rig.approaches_up(Axis::Focus);
   for (const Axis axis : drivers::kAxes) {
     if (!status.axes[axis]) continue;
-    if (status.axes[axis]->moving) return Fail(Code::Busy, "an axis is moving: wait until it has come to rest");
     preset.native[axis] = status.axes[axis]->position;
   }
   preset.vergence = status.vergence;

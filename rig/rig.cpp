@@ -60,6 +60,7 @@ void Rig::Home(Axis axis, MoveCallback done) {
 }
 
 void Rig::Stop(const std::vector<Axis>& axes, StopCallback done) {
+  impl_->procedure.reset();  // at once, and not when it comes to its next command
   Displacing().Stop(axes, std::move(done));
 }
 
@@ -119,6 +120,20 @@ bool Rig::approaches_up(Axis axis) const {
 
 Backlash Rig::backlash(Axis axis) const {
   return impl_->optics.BacklashOf(axis);
+}
+
+std::optional<Error> Rig::WhyNotFocused() const {
+  return impl_->WhyNotFocused();
+}
+
+std::optional<Error> Rig::WhyNotAtRest() const {
+  return impl_->WhyNotAtRest();
+}
+
+std::shared_ptr<Activity> Rig::Occupy(Activity activity) {
+  auto occupied = std::make_shared<Activity>(activity);
+  impl_->procedure = occupied;
+  return occupied;
 }
 
 std::uint64_t Rig::commands_given() const {

@@ -42,6 +42,8 @@ int ExitStatusOf(Code code) {
       return EX_PROTOCOL;
     case Code::Io:
       return EX_IOERR;
+    case Code::NotKept:
+      return EX_CANTCREAT;
     case Code::Internal:
       return EX_SOFTWARE;
     case Code::Disconnected:

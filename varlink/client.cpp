@@ -88,7 +88,7 @@ Result<void> Client::Send(const Call& call) {
     } else if (errno == EPIPE) {
       return {};  // refused at the door: the reason may be waiting to be received
     } else if (errno != EINTR) {
-      return Fail(Code::Disconnected, "the daemon cannot be written to: " + Reason(errno));
+      return Fail(Code::Io, "the daemon cannot be written to: " + Reason(errno));
     }
   }
   return {};
@@ -107,7 +107,7 @@ Result<Reply> Client::Receive() {
     } else if (count == 0) {
       return Fail(Code::Disconnected, "the daemon closed the connection");
     } else if (errno != EAGAIN && errno != EINTR) {
-      return Fail(Code::Disconnected, "the daemon cannot be read from: " + Reason(errno));
+      return Fail(Code::Io, "the daemon cannot be read from: " + Reason(errno));
     }
   }
 }

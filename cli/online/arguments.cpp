@@ -18,6 +18,10 @@ bool IsAxis(std::string_view word) {
   return std::ranges::find(kAxes, word) != kAxes.end();
 }
 
+std::string UnknownAxis(const std::string& word) {
+  return "there is no axis '" + word + "': the axes are focus, iris, zoom and filter";
+}
+
 varlink::Json LensOf(const std::string& name) {
   return name.empty() ? varlink::Json(nullptr) : varlink::Json(name);
 }

@@ -20,6 +20,8 @@ NameAndValue SplitNameAndValue(const std::vector<std::string>& words);
 
 /// Whether the word is one of the axes' names.
 bool IsAxis(std::string_view word);
+/// For the person who wrote it in the place of one.
+std::string UnknownAxis(const std::string& word);
 
 /// A name, or null where it was left out.
 varlink::Json LensOf(const std::string& name);

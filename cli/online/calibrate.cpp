@@ -184,10 +184,10 @@ Outcome Calibrate(Session& session, const CalibrateText& text) {
   auto reply = link->Ask(MethodOfLens("Calibrate"), parameters);
   if (!reply) {
     // A file that makes no sense is no mistake of the command line.
-    if (!text.file.empty() && reply.error().status == Exit::Usage) {
-      return Refuse(Exit::BadData, text.file + ": " + reply.error().message);
-    }
-    return PassOn(reply);
+    Failure failure = reply.error();
+    if (!text.file.empty() && failure.status == Exit::Usage) failure.status = Exit::BadData;
+    if (failure.status == Exit::BadData) failure.message = text.file + ": " + failure.message;
+    return std::unexpected(std::move(failure));
   }
   return Show(session, *reply, Shows::OneLine);
 }
@@ -214,7 +214,11 @@ std::string BacklashLine(const Json& result) {
 
 Outcome Backlash(Session& session, const BacklashText& text) {
   Json parameters = Json::object();
-  for (const std::string& word : text.words) parameters[IsAxis(word) ? "axis" : "lens"] = word;
+  for (const std::string& word : text.words) {
+    const char* const what = IsAxis(word) ? "axis" : "lens";
+    if (parameters.contains(what)) return Refuse(Exit::Usage, UnknownAxis(text.words.back()));
+    parameters[what] = word;
+  }
   if (!text.steps.empty()) {
     auto steps = ParseNumber(text.steps, "--steps");
     if (!steps) return PassOn(steps);

@@ -36,7 +36,10 @@ constexpr std::array kKnownErrors = {
     KnownError{"io.lensd.Lens.BadConfiguration", Exit::Config},
     KnownError{"io.lensd.Lens.NotHomed", Exit::NotHomed},
     KnownError{"io.lensd.Lens.Disconnected", Exit::Unavailable},
-    KnownError{"io.lensd.Lens.DeviceError", Exit::Protocol},
+    KnownError{"io.lensd.Lens.DeviceError", Exit::Io},
+    KnownError{"io.lensd.Lens.ProtocolError", Exit::Protocol},
+    KnownError{"io.lensd.Lens.BadData", Exit::BadData},
+    KnownError{"io.lensd.Lens.NotKept", Exit::CannotWrite},
     KnownError{"io.lensd.Lens.Internal", Exit::Internal},
     KnownError{varlink::kPermissionDenied, Exit::NotPermitted},
     KnownError{varlink::kInvalidParameter, Exit::Usage},
@@ -56,6 +59,31 @@ Json WithLease(std::string_view method, Json parameters) {
       method.starts_with(proto::kLensInterface) && std::ranges::find(kDriving, name) != kDriving.end();
   if (key != nullptr && *key != 0 && takes_it && !parameters.contains("lease")) parameters["lease"] = key;
   return parameters;
+}
+
+std::string TextAt(const Json& object, const char* key) {
+  const auto found = object.is_object() ? object.find(key) : object.end();
+  return found != object.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+/// The daemon's own words; the errors of Varlink itself have none.
+std::string MessageOf(const varlink::Reply& refused) {
+  if (std::string told = TextAt(refused.parameters, "message"); !told.empty()) return told;
+  if (refused.error == varlink::kInterfaceNotFound) {
+    return "the daemon has no interface '" + TextAt(refused.parameters, "interface") +
+           "'; lensctl introspect says which it has";
+  }
+  if (refused.error == varlink::kMethodNotFound || refused.error == varlink::kMethodNotImplemented) {
+    return "the daemon has no method '" + TextAt(refused.parameters, "method") +
+           "'; lensctl introspect says which it has";
+  }
+  if (refused.error == varlink::kExpectedMore) return "this call answers several times: give --more";
+  if (const std::string wrong = TextAt(refused.parameters, "parameter");
+      refused.error == varlink::kInvalidParameter && !wrong.empty()) {
+    return wrong == "more" ? "this call answers once: leave out --more"
+                           : "the parameter '" + wrong + "' is missing, unknown or of the wrong kind; see lensctl introspect";
+  }
+  return "the daemon answered " + refused.error + " " + varlink::WriteJson(refused.parameters);
 }
 
 /// Becomes readable on Control-C or SIGTERM while it lives.
@@ -89,10 +117,7 @@ class SignalWatch {
 Failure FailureOf(const varlink::Reply& refused) {
   const auto* known = std::ranges::find(kKnownErrors, refused.error, &KnownError::name);
   const Exit status = known == std::end(kKnownErrors) ? Exit::Protocol : known->status;
-  const auto message = refused.parameters.find("message");
-  const bool told = message != refused.parameters.end() && message->is_string();
-  Failure failure(status, told ? message->get<std::string>()
-                               : "the daemon answered " + refused.error + " " + varlink::WriteJson(refused.parameters));
+  Failure failure(status, MessageOf(refused));
   if (refused.parameters.is_object()) failure.details = std::make_shared<Json>(refused.parameters);
   return failure;
 }

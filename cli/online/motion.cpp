@@ -85,7 +85,7 @@ Outcome Home(Session& session, const std::vector<std::string>& words) {
   const bool only_lens = words.size() == 1 && !IsAxis(words[0]);
   const NameAndValue given = only_lens ? NameAndValue{words[0], ""} : SplitNameAndValue(words);
   if (!given.value.empty() && !IsAxis(given.value)) {
-    return Refuse(Exit::Usage, "AXIS '" + given.value + "': say focus, iris, zoom or filter");
+    return Refuse(Exit::Usage, UnknownAxis(given.value));
   }
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);

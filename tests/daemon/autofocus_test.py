@@ -217,8 +217,9 @@ class Session(DaemonTest):
         clients = [self.daemon.client() for _ in range(9)]
         try:
             sessions = []
-            for client in clients[:8]:  # each displaces the one before, whose end waits to be told
+            for client in clients[:8]:  # each is displaced by a move, and its end waits to be told
                 sessions.append(self.begin(client)[0])
+                self.move(500)
             self.assertEqual(clients[8].call(LENS + "AutofocusBegin", {"lens": "a"})["error"], LENS + "Busy")
             now = time.clock_gettime_ns(time.CLOCK_MONOTONIC)
             score = {"sharpness": 1.0, "exposureStartNs": now, "exposureEndNs": now}

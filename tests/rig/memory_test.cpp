@@ -68,7 +68,7 @@ TEST_F(MemoryTest, WhatCannotBeRememberedDoesNotMove) {
   disk_->full = true;
   const auto moved = Move(300);
   ASSERT_FALSE(moved);
-  EXPECT_EQ(moved.error().code, Code::Io);
+  EXPECT_EQ(moved.error().code, Code::NotKept);
   EXPECT_EQ(controls_->moves, 0);
 }
 

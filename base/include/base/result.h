@@ -2,6 +2,8 @@
 #pragma once
 
 #include <expected>
+#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -23,13 +25,25 @@ enum class Code {
   Unsupported,      ///< this device cannot do that
   BadData,          ///< a file's contents are wrong
   Io,               ///< reading or writing failed
+  NotKept,          ///< a file that the daemon keeps cannot be written
   Internal,         ///< our own fault
+};
+
+/// What an error knows for programs beside its message. Empty, or nothing: not known, or of no meaning here.
+struct ErrorFacts {
+  std::string axis{};               ///< of a lens: "focus"
+  std::string parameter{};          ///< what was asked for, as the request calls it: "target.position"
+  std::optional<double> minimum{};  ///< what would have been accepted, ends included
+  std::optional<double> maximum{};
+  std::string unit{};      ///< of these
+  std::string activity{};  ///< what else is going on: "autofocus"
 };
 
 /// One error: a code for programs and one line for people.
 struct Error {
   Code code = Code::Internal;
   std::string message;
+  std::shared_ptr<const ErrorFacts> facts = nullptr;  ///< null: none
 };
 
 template <class T>
@@ -38,6 +52,10 @@ using Result = std::expected<T, Error>;
 /// `return Fail(Code::Timeout, "…");` from any function that returns a Result.
 [[nodiscard]] inline std::unexpected<Error> Fail(Code code, std::string message) {
   return std::unexpected(Error{code, std::move(message)});
+}
+/// The same with what programs want to know of it.
+[[nodiscard]] inline std::unexpected<Error> Fail(Code code, std::string message, ErrorFacts facts) {
+  return std::unexpected(Error{code, std::move(message), std::make_shared<const ErrorFacts>(std::move(facts))});
 }
 
 /// `if (!x) return PassOn(x);` passes the error of one Result on to a Result of another type.

@@ -34,4 +34,7 @@ Result<ObjectDepth> DepthInFocus(const FocusScale& scale, Metres focal_length, M
 /// when that lies at or behind the lens centre.
 Result<ObjectDepth> DepthAt(const FocusScale& scale, Metres focal_length, Metres extension, Metres distance);
 
+/// What the scale shows for a `depth` from the lens centre with the sensor standing at extension e.
+Metres DistanceShown(const FocusScale& scale, Metres focal_length, Metres extension, Metres depth);
+
 }  // namespace lensd::optics

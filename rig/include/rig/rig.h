@@ -155,7 +155,7 @@ struct AxisStatus {
 
 /// What the rig is doing, for people and clients.
 struct Activity {
-  enum class Kind { Idle, Moving, Homing, Autofocus, Snapshot };
+  enum class Kind { Idle, Moving, Homing, Autofocus, Backlash, Snapshot };
   Kind kind = Kind::Idle;
   int step = 0;  ///< x of
   int of = 0;    ///< y; 0: not known
@@ -213,8 +213,8 @@ class Rig {
   Result<Native> Resolve(drivers::Axis axis, const Target& target) const;
 
   /// Moves and reports. An impossible target fails with Resolve()'s error before anything moves or is displaced.
-  /// NotHomed while the position of an axis that could search its reference is not known. Io: the memory cannot
-  /// be written, and nothing has moved.
+  /// NotHomed while the position of an axis that could search its reference is not known. NotKept: the memory
+  /// cannot be written, and nothing has moved.
   void Move(drivers::Axis axis, const Target& target, MoveCallback done);
   /// Searches the reference of `axis`. Unsupported where it has none.
   void Home(drivers::Axis axis, MoveCallback done);
@@ -252,6 +252,13 @@ class Rig {
   bool approaches_up(drivers::Axis axis) const;
   /// What is known of the axis' backlash, from the configuration or else the calibration; 0 where nothing is.
   Backlash backlash(drivers::Axis axis) const;
+  /// What must end before the lens may be focused: a search for focus, or a measurement of backlash. Nothing: nothing.
+  std::optional<Error> WhyNotFocused() const;
+  /// What must end before it can be said where the lens stands, or what its positions mean: that, or an axis that
+  /// moves. Nothing: it is at rest.
+  std::optional<Error> WhyNotAtRest() const;
+  /// From now on, as long as somebody keeps it, what goes on is this, whatever single moves it takes.
+  std::shared_ptr<Activity> Occupy(Activity activity);
   /// How many motions, homings, stops and autofocus runs have been asked for, by whomever.
   std::uint64_t commands_given() const;
   /// Exposure time of the frames that start from now on. Unsupported, OutOfRange: from the camera.

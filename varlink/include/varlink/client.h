@@ -27,10 +27,10 @@ class Client {
   /// `Receive` ends with Code::Cancelled as soon as this descriptor is readable (a signalfd); -1: none.
   void SetInterrupt(int descriptor) { interrupt_ = descriptor; }
 
-  /// Queues one call to the daemon. Code::Timeout, Code::Disconnected.
+  /// Queues one call to the daemon. Code::Timeout, Code::Io.
   Result<void> Send(const Call& call);
   /// The next reply; an error the service answered with is a Reply too. Code::Timeout, Code::Disconnected (the service
-  /// closed), Code::Protocol, Code::Cancelled.
+  /// closed), Code::Io, Code::Protocol, Code::Cancelled.
   Result<Reply> Receive();
   /// Send and one Receive.
   Result<Reply> Invoke(std::string_view method, Json parameters = Json::object());
