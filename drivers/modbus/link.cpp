@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <modbus.h>
+#include <netdb.h>
 #include <sys/select.h>
 #include <termios.h>
 #include <unistd.h>
@@ -115,6 +116,25 @@ bool Disturb(const std::string& device) {
   return other;
 }
 
+/// Why nothing could be opened, from what libmodbus leaves behind.
+std::string WhyNotOpened(const BusConfig& config, int error) {
+  if (config.serial() && (error == ENOTTY || error == EINVAL)) return "this is no serial port";
+  // It waits for the connection itself, and then leaves what the connecting began with.
+  if (!config.serial() && error == EINPROGRESS) return "nothing there answers";
+  if (!config.serial() && error == ECONNREFUSED) return "the host is there and refuses: nothing listens at this port";
+  return error == 0 ? "there is no such host" : modbus_strerror(error);
+}
+
+/// A name or an address that can be turned into an address. libmodbus says of others that they refuse.
+bool HasAddress(const BusConfig& config) {
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  if (getaddrinfo(config.host.c_str(), config.port.c_str(), &hints, &found) != 0) return false;
+  freeaddrinfo(found);
+  return true;
+}
+
 }  // namespace
 
 std::string BusConfig::Endpoint() const {
@@ -165,6 +185,7 @@ Result<void> ModbusLink::Refuse(std::string why) {
 
 Result<void> ModbusLink::Open() {
   Close();
+  if (!config_.serial() && !HasAddress(config_)) return Refuse("there is no such host");
   context_ = config_.serial() ? modbus_new_rtu(config_.device.c_str(), config_.baud, parity_, 8, config_.stop_bits)
                               : modbus_new_tcp_pi(config_.host.c_str(), config_.port.c_str());
   if (context_ == nullptr) return Refuse(modbus_strerror(errno));
@@ -175,7 +196,7 @@ Result<void> ModbusLink::Open() {
   if (connected != 0 && errno == EINVAL && config_.serial() && Disturb(config_.device)) {
     connected = modbus_connect(context_);
   }
-  if (connected != 0) return Refuse(errno == 0 ? "there is no such host" : modbus_strerror(errno));
+  if (connected != 0) return Refuse(WhyNotOpened(config_, errno));
   const int descriptor = modbus_get_socket(context_);
   // libmodbus selects without looking.
   if (descriptor < 0 || descriptor >= FD_SETSIZE) return Refuse("too many files are open");
