@@ -39,12 +39,14 @@ DeviceSearch SearchDevices() {
 std::string DevicesReply(const DeviceSearch& search, const UserOfDevice& user_of) {
   Json devices = Json::array();
   int lenses = 0;
-  for (const DeviceSearch::Found& found : search.found) {
-    const drivers::FoundDevice& device = found.device;
+  for (DeviceSearch::Found found : search.found) {
+    drivers::FoundDevice& device = found.device;
     const auto alike = std::ranges::count_if(search.found, [&](const DeviceSearch::Found& other) {
       return other.driver == found.driver && other.device.serial == device.serial;
     });
     const auto user = alike == 1 && !device.serial.empty() ? user_of(found.driver, device.serial) : std::nullopt;
+    // A camera that is in use may not tell a search about its lens.
+    if (user && user->drives_lens) device.lens = true;
     if (device.lens) ++lenses;
     devices.push_back({{"driver", found.driver},
                        {"model", device.model},
@@ -52,9 +54,9 @@ std::string DevicesReply(const DeviceSearch& search, const UserOfDevice& user_of
                        {"node", TextOrNull(device.node)},
                        {"lens", device.lens},
                        {"camera", device.camera},
-                       {"config", ConfigOf(found, user.value_or("lens-" + std::to_string(lenses)))},
+                       {"config", ConfigOf(found, user ? user->lens : "lens-" + std::to_string(lenses))},
                        {"problem", TextOrNull(device.problem)},
-                       {"usedBy", user ? Json(*user) : Json(nullptr)}});
+                       {"usedBy", user ? Json(user->lens) : Json(nullptr)}});
   }
   return varlink::WriteJson({{"devices", std::move(devices)}, {"failed", search.failed}});
 }

@@ -25,8 +25,14 @@ struct DeviceSearch {
 /// Asks every driver; takes some seconds where one asks the network. Any thread.
 DeviceSearch SearchDevices();
 
-/// The lens of the configuration that has the device of this driver and serial number open; nothing: none.
-using UserOfDevice = std::function<std::optional<std::string>(std::string_view driver, std::string_view serial)>;
+/// Who has a device open.
+struct DeviceUser {
+  std::string lens;          ///< of the configuration
+  bool drives_lens = false;  ///< its motors are this device's, and not only its pictures
+};
+
+/// Of the device of this driver and serial number; nothing: nobody.
+using UserOfDevice = std::function<std::optional<DeviceUser>(std::string_view driver, std::string_view serial)>;
 
 /// The reply to Devices, one line of JSON.
 std::string DevicesReply(const DeviceSearch& search, const UserOfDevice& user_of);

@@ -13,12 +13,15 @@ using varlink::Json;
 namespace {
 
 /// As far as serial numbers tell.
-std::optional<std::string> UserOf(const LensService& service, std::string_view driver, std::string_view serial) {
+std::optional<DeviceUser> UserOf(const LensService& service, std::string_view driver, std::string_view serial) {
   for (const auto& lens : service.lenses()) {
     if (!lens->status().connected) continue;
     const auto info = varlink::ParseJson(lens->info());
     const auto is_it = [&](const Json& part) { return part["driver"] == driver && part["serial"] == serial; };
-    if (info && (is_it(*info) || ((*info)["camera"].is_object() && is_it((*info)["camera"])))) return lens->name();
+    if (!info) continue;
+    const bool drives_lens = is_it(*info);
+    const bool takes_pictures = (*info)["camera"].is_object() && is_it((*info)["camera"]);
+    if (drives_lens || takes_pictures) return DeviceUser{lens->name(), drives_lens};
   }
   return std::nullopt;
 }
