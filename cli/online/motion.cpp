@@ -64,6 +64,9 @@ Outcome Zoom(Session& session, const ZoomText& text) {
   if (*steps) return Move(session, given.lens, "zoom", **std::move(steps));  // the motor alone: optics may be unknown
   auto focal_length = ParsePositiveLength(given.value, "F");
   if (!focal_length) return PassOn(focal_length);
+  if (given.value.starts_with('+')) {
+    return Refuse(Exit::Usage, "F '" + given.value + "': a focal length has no sign; +N and -N are counts of steps");
+  }
   Json extra{{"keepFocus", !text.free}};
   if (!text.tolerance.empty()) {
     auto tolerance = ParsePositiveLength(text.tolerance, "--tolerance");

@@ -28,6 +28,9 @@ Result<std::optional<Json>> ParseStepTarget(std::string_view text, std::string_v
   // A sign and a number without a unit is a count of steps; with a unit it is a vergence.
   const bool relative = (text.starts_with('+') || text.starts_with('-')) && ParseNumber(text, option);
   if (!absolute && !relative) return std::nullopt;
+  if (text == "@") {
+    return Fail(Code::InvalidArgument, std::string(option) + " '@': the position is missing, as in @1200");
+  }
   auto number = Native(absolute ? text.substr(1) : text, option);
   if (!number) return PassOn(number);
   return Json{{absolute ? "position" : "relative", *number}};

@@ -118,7 +118,7 @@ std::string MoveText(const Json& move) {
   }
   if (Has(move, "extensionBoundUm")) {
     line += " within " + NumberText(move, "extensionBoundUm", 3, " um");
-  } else if (Has(move, "positionBound")) {
+  } else if (Has(move, "positionBound") && !Has(move, "focalLengthMm")) {
     line += " within " + NumberText(move, "positionBound", 3, " steps");
   }
   line += True(move, "verified") ? ", verified" : ", not verified";

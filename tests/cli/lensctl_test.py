@@ -35,6 +35,9 @@ class Frame(Case):
         self.refused(64, "--pixel is of the pictures of --frames-from", "autofocus", "a", "--pixel", "3um")
         for signed in ("+2m", "+100mm"):
             self.refused(64, "a distance has no sign", "focus", "a", signed)
+        self.refused(64, "a focal length has no sign", "zoom", "a", "+100mm")
+        for command in ("focus", "aperture", "zoom"):
+            self.refused(64, "the position is missing, as in @1200", command, "a", "@")
         code, out, err = run("--json", "bogus")
         self.assertEqual(code, 64)
         self.check_error(64, out, err)

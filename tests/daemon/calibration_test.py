@@ -193,6 +193,9 @@ class CalibrationTest(unittest.TestCase):
         self.assertAlmostEqual(zoomed["focalLengthMm"], 35, delta=0.02)
         self.assertGreater(zoomed["trackingBoundUm"], 0)
         self.assertAlmostEqual(self.ask("status")["focalPlaneM"], 1.5, delta=0.01)
+        text = self.daemon.lensctl("zoom", "35mm").stdout
+        self.assertIn(" mm within ", text)
+        self.assertNotRegex(text, r"within [0-9.e-]+ steps")  # one bound, in the unit of what it bounds
         far = self.daemon.lensctl("zoom", "90mm")
         self.assertEqual(far.returncode, 6)
         before = self.ask("aperture", "4")
