@@ -115,6 +115,13 @@ void AravisLink::Note(const Error& error) {
   state_.lost = true;
 }
 
+/// Disconnected, and what is known of it.
+Error AravisLink::WhyAbsent() const {
+  const std::lock_guard lock(mutex_);
+  const std::string none = "the camera with " + config_.Named() + " does not answer";
+  return {Code::Disconnected, state_.why_not.empty() ? none : state_.why_not};
+}
+
 // ---- the link's thread --------------------------------------------------------------------------------------------
 
 void AravisLink::Run(const std::stop_token& stop) {
@@ -204,7 +211,12 @@ void AravisLink::Reopen(const std::stop_token& stop) {
       wake_.wait_for(lock, stop, pause, [] { return false; });
     }
     if (stop.stop_requested()) return;
-    if (OpenCamera()) break;
+    const auto opened = OpenCamera();
+    if (opened) break;
+    {
+      const std::lock_guard lock(mutex_);
+      state_.why_not = camera_.handle ? opened.error().message : "";
+    }
     Close();
   }
   if (!camera_.handle) return;
@@ -213,6 +225,7 @@ void AravisLink::Reopen(const std::stop_token& stop) {
   const std::lock_guard lock(mutex_);
   state_.lost = false;
   state_.connected = true;
+  state_.why_not.clear();
 }
 
 Result<Handle<ArvCamera>> AravisLink::Find() {

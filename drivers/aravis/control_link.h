@@ -61,6 +61,8 @@ class AravisLink {
   bool connected() const;
 
  private:
+  static constexpr int kMostMissed = 3;  ///< deadlines in a row: then nobody answers
+
   struct Task {
     std::function<void(ArvCamera*)> run;  ///< nullptr: there is no camera
     std::function<bool()> wanted;         ///< somebody still waits for it
@@ -73,6 +75,8 @@ class AravisLink {
     std::optional<Result<void>> opened;  ///< for the first time
     bool connected = false;
     bool lost = false;
+    int missed = 0;       ///< deadlines in a row, no call having been answered since
+    std::string why_not;  ///< what keeps a camera that answers again from being used; empty: none answers
   };
 
   AravisLink(const DriverConfig& config, Setup setup);
@@ -86,6 +90,7 @@ class AravisLink {
   bool StillControls();
   void CheckUp();
   void Note(const Error& error);
+  Error WhyAbsent() const;
   Result<void> WaitFor(const std::function<bool()>& done, std::uint64_t generation, Duration deadline);
   std::uint64_t Enqueue(Task task);
 
@@ -115,12 +120,10 @@ Result<T> AravisLink::Call(Work<T> work) {
   Task task;
   task.wanted = [slot] { return !slot->given_up; };
   task.run = [this, slot, work = std::move(work)](ArvCamera* camera) {
-    Result<T> answer =
-        camera == nullptr
-            ? Result<T>(Fail(Code::Disconnected, "the camera with " + config_.Named() + " does not answer"))
-            : work(camera);
+    Result<T> answer = camera == nullptr ? Result<T>(std::unexpected(WhyAbsent())) : work(camera);
     if (!answer && camera != nullptr) Note(answer.error());
     const std::lock_guard lock(mutex_);
+    if (answer) state_.missed = 0;
     slot->answer = std::move(answer);
     answered_.notify_all();
   };
@@ -129,6 +132,10 @@ Result<T> AravisLink::Call(Work<T> work) {
   const std::lock_guard lock(mutex_);
   if (slot->answer) return std::move(*slot->answer);
   slot->given_up = true;
+  // Aravis itself takes longer to give a camera up than those who follow a motion can wait.
+  if (waited.error().code == Code::Timeout && ++state_.missed >= kMostMissed) {
+    return Fail(Code::Disconnected, waited.error().message);
+  }
   return PassOn(waited);
 }
 

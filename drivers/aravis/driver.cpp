@@ -31,7 +31,9 @@ Result<void> SetUp(ArvCamera* camera, const DriverConfig& config, Found& found) 
   }
   const CameraFacts& before = *found.camera;
   if (facts->serial != before.serial || facts->model != before.model) {
-    return Fail(Code::Disconnected, "another camera answers at " + config.Named() + " now");
+    return Fail(Code::Disconnected, "another camera answers at " + config.Named() + " now: " + facts->model +
+                                        " with serial number " + facts->serial + " instead of " + before.model +
+                                        " with " + before.serial);
   }
   if (facts->width != before.width || facts->height != before.height || facts->format != before.format) {
     return Fail(Code::Protocol, "the camera came back with another picture size or format");

@@ -250,6 +250,29 @@ TEST(AravisDevice, ComesBackByItselfAndStreamsAgain) {
   EXPECT_TRUE(Rests(*device.lens, Axis::Focus, Native{100}, 1.0));
 }
 
+TEST(AravisDevice, AnotherCameraAtItsAddressIsLeftAloneAndNamed) {
+  GigeStand stand({.serial = "ONE"});
+  auto device = OpenOrFail(stand);
+  ASSERT_NE(device.lens, nullptr);
+  stand.Unplug();
+  stand.PlugAnother("TWO");
+  std::string said;
+  for (const Instant end = std::chrono::steady_clock::now() + 20s; std::chrono::steady_clock::now() < end;) {
+    const auto read = device.lens->Read();
+    if (!read) said = read.error().message;
+    if (said.find("TWO") != std::string::npos) break;
+    std::this_thread::sleep_for(20ms);
+  }
+  EXPECT_NE(said.find("another camera answers"), std::string::npos) << said;
+  EXPECT_NE(said.find("TWO instead of"), std::string::npos) << said;
+  EXPECT_EQ(CodeOf(device.lens->StartMove(Axis::Focus, Native{100})), Code::Disconnected);
+  stand.Unplug();
+  stand.PlugAnother("ONE");
+  const Instant end = std::chrono::steady_clock::now() + 20s;
+  while (!device.lens->Read() && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(20ms);
+  EXPECT_TRUE(device.lens->Read().has_value());
+}
+
 TEST(AravisDevice, ASearchFindsIt) {
   GigeStand stand({.serial = "PROBE7"});
   const auto found = drivers::aravis::ProbeAravis();

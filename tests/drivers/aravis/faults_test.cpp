@@ -68,6 +68,21 @@ TEST(AravisFaults, AnEchoWithoutAStatusWaitsForItsSpeed) {
   EXPECT_NEAR(bench.truth(), 3800, 1.0);
 }
 
+TEST(AravisFaults, ACameraThatVanishesInMidMoveIsDisconnected) {
+  const std::string scene = ::testing::TempDir() + "/gige_vanish.toml";
+  std::ofstream(scene)
+      << "version = 1\n[camera]\nwidth = 32\nheight = 24\n[lens]\nsteps = 4001\nspeed_steps_per_s = 1000\n"
+         "[[surface]]\nkind = \"wall\"\ndistance_m = 1.2\nconstant = 0.5\n";
+  Bench bench({.scene = scene}, {});
+  const testing::Trouble vanishes{testing::Trouble::Kind::Power, 700ms, 1h};
+  const auto moved = bench.Move(3800, vanishes, [&](bool on) {
+    if (on) bench.stand().Unplug();
+  });
+  ASSERT_TRUE(moved);
+  ASSERT_FALSE(*moved) << (*moved)->reason;
+  EXPECT_EQ(moved->error().code, Code::Disconnected) << moved->error().message;
+}
+
 /// A lens without a status: what its position does is all there is.
 TEST(AravisFaults, WithoutAStatusAPositionThatChangesIsMotion) {
   const std::string scene = ::testing::TempDir() + "/gige_slow.toml";

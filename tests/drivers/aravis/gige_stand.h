@@ -58,6 +58,11 @@ class GigeStand : public contract::RealStand {
     if (!camera) throw std::runtime_error(camera.error().message);
     camera_ = *std::move(camera);
   }
+  /// In place of the one that was unplugged.
+  void PlugAnother(std::string serial) {
+    options_.serial = std::move(serial);
+    Plug();
+  }
   bool plugged() const { return camera_ != nullptr; }
   sim::GigeCamera& camera() { return *camera_; }
 
