@@ -199,7 +199,8 @@ int Main(int argc, char** argv) {
   sigaddset(&blocked, SIGINT);
   sigaddset(&blocked, SIGHUP);
   sigprocmask(SIG_BLOCK, &blocked, nullptr);  // before any thread: they inherit it
-  for (const int harmless : {SIGPIPE, SIGUSR1, SIGUSR2}) signal(harmless, SIG_IGN);
+  // SIGIO comes where somebody opens a frame while lensd asks whether it was given back (FrameLoans).
+  for (const int harmless : {SIGPIPE, SIGUSR1, SIGUSR2, SIGIO}) signal(harmless, SIG_IGN);
   if (std::get<Options>(options).devices) return PrintDevices();
   OpenLog();
   const MonotonicClock clock;

@@ -211,8 +211,11 @@ class ReplugCamera final : public drivers::Camera {
   }
   /// Brings a camera that is back into the state its user left it in.
   Result<void> Resume(drivers::Camera& camera) {
-    if (exposure_) {
-      if (auto set = camera.SetExposure(*exposure_); !set) return set;
+    if (wanted_.exposure) {
+      if (auto set = camera.SetExposure(*wanted_.exposure); !set) return set;
+    }
+    if (wanted_.gain) {
+      if (auto set = camera.SetGain(*wanted_.gain); !set) return set;
     }
     return streaming_ ? camera.Start() : Result<void>();
   }
@@ -231,8 +234,16 @@ class ReplugCamera final : public drivers::Camera {
   }
   Result<void> DoSetExposure(Duration exposure) override {
     auto set = Forward([&](drivers::Camera& camera) { return camera.SetExposure(exposure); });
-    if (set) exposure_ = exposure;
+    if (set) wanted_.exposure = exposure;
     return set;
+  }
+  Result<void> DoSetGain(double gain) override {
+    auto set = Forward([&](drivers::Camera& camera) { return camera.SetGain(gain); });
+    if (set) wanted_.gain = gain;
+    return set;
+  }
+  Result<drivers::ExposureState> DoReadExposure() override {
+    return Forward([](drivers::Camera& camera) { return camera.ReadExposure(); });
   }
   void DoInterrupt() override {
     slot_->Interrupt([](drivers::Device& device) { device.camera->Interrupt(); });
@@ -242,7 +253,7 @@ class ReplugCamera final : public drivers::Camera {
   std::shared_ptr<Slot> slot_;
   int generation_ = 0;
   bool streaming_ = false;
-  std::optional<Duration> exposure_;
+  drivers::ExposureState wanted_;  ///< what its user has set
 };
 
 }  // namespace

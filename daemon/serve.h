@@ -16,6 +16,7 @@ MethodTable PlanMethods(LensService& service);         ///< serve_plan.cpp
 MethodTable AutofocusMethods(LensService& service);    ///< serve_autofocus.cpp
 MethodTable SessionMethods(LensService& service);      ///< serve_autofocus_session.cpp
 MethodTable PictureMethods(LensService& service);      ///< serve_pictures.cpp
+MethodTable ExposureMethods(LensService& service);     ///< serve_exposure.cpp
 MethodTable CalibrationMethods(LensService& service);  ///< serve_calibration.cpp
 MethodTable PresetMethods(LensService& service);       ///< serve_presets.cpp
 MethodTable ReloadMethods(LensService& service);       ///< serve_reload.cpp

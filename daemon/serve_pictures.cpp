@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -28,7 +29,7 @@ class PictureDesk {
  public:
   /// More viewers than that would only take the processors from each other.
   static constexpr std::size_t kMostViews = 16;
-  static constexpr std::size_t kThreads = 3;
+  static constexpr std::size_t kMostThreads = 3;
 
   explicit PictureDesk(EventLoop& loop) : loop_(loop) {}
   PictureDesk(const PictureDesk&) = delete;
@@ -48,7 +49,9 @@ class PictureDesk {
       return !view || view->ended();
     });
     if (views_.size() >= kMostViews) return nullptr;
-    auto& thread = threads_[next_++ % kThreads];
+    // One processor is left to those who move lenses.
+    const std::size_t processors = std::thread::hardware_concurrency();
+    auto& thread = threads_[next_++ % (std::clamp<std::size_t>(processors, 2, kMostThreads + 1) - 1)];
     if (!thread) thread.emplace();
     auto view = std::make_shared<View>(View::Surroundings{loop_, *thread, loans_}, exchange, wish, way);
     view->Begin();
@@ -62,7 +65,7 @@ class PictureDesk {
   std::vector<std::weak_ptr<View>> views_;
   std::size_t next_ = 0;
   TaskThread snapshots_;
-  std::array<std::optional<TaskThread>, kThreads> threads_;  // last: they use the others
+  std::array<std::optional<TaskThread>, kMostThreads> threads_;  // last: they use the others
 };
 
 bool Says(const ExchangePointer& exchange, std::string_view flag, bool unsaid) {

@@ -47,7 +47,7 @@ void SetExposure(Rig& rig, Duration before, FNumber working_before, double pupil
   const Metres extension = status.extension.value_or(Metres{status.optics->nominal().min_extension_m});
   const FNumber working = Working(*status.optics, *bright.move.f_number, extension, pupil_factor);
   const KeptExposure kept = ExposureFor(before, working_before, working, *rig.camera());
-  if (auto set = rig.SetExposure(kept.exposure); !set) {
+  if (auto set = rig.SetExposure({.exposure = kept.exposure, .gain = {}}); !set) {
     bright.reason = "the exposure is as it was: " + set.error().message;
     return done(std::move(bright));
   }

@@ -140,9 +140,19 @@ std::uint64_t Rig::commands_given() const {
   return impl_->commands_given;
 }
 
-Result<void> Rig::SetExposure(Duration exposure) {
-  if (!impl_->device.camera) return Fail(Code::Unsupported, "this lens has no camera");
-  return impl_->device.camera->SetExposure(exposure);
+Result<drivers::ExposureState> Rig::SetExposure(const drivers::ExposureState& wanted) {
+  drivers::Camera* const camera = impl_->device.camera.get();
+  if (camera == nullptr) return Fail(Code::Unsupported, "this lens has no camera");
+  if ((wanted.exposure || wanted.gain) && impl_->autofocus.uses_camera()) {
+    return Fail(Code::Busy, "autofocus compares pictures of this camera: wait for its end, or stop it");
+  }
+  if (wanted.exposure) {
+    if (auto set = camera->SetExposure(*wanted.exposure); !set) return PassOn(set);
+  }
+  if (wanted.gain) {
+    if (auto set = camera->SetGain(*wanted.gain); !set) return PassOn(set);
+  }
+  return camera->ReadExposure();
 }
 
 Instant Rig::Step(Instant now) {

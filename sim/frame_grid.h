@@ -25,6 +25,7 @@ class FrameGrid {
   void Start(Duration now);
   void Stop(Duration now);
   void SetExposure(Duration now, Duration exposure);
+  Duration exposure() const { return exposure_; }  ///< of frames from now on
 
   /// The newest exposure of this stream that is over by `now`. Sequence numbers go on across pauses.
   std::optional<Exposure> NewestDone(Duration now) const;

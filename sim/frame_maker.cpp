@@ -94,7 +94,7 @@ void AddPicture(std::vector<float>& light, const Picture& picture, float weight)
 
 Shot FrameMaker::ShotOf(const Exposure& exposure) const {
   const Scene& scene = mechanics_->scene();
-  Shot shot{exposure, exposure.length, {}};
+  Shot shot{.exposure = exposure, .length = exposure.length, .states = {}};
   if (const Fault* wrong = mechanics_->faults().ActiveAt(FaultKind::WrongExposure, exposure.start)) {
     shot.length = Duration(std::llround(static_cast<double>(exposure.length.count()) * wrong->factor));
   }
@@ -133,7 +133,7 @@ Result<std::vector<std::uint16_t>> FrameMaker::Exposed(const Shot& shot, Channel
     Displace(light_, camera.width, camera.height, camera.shake_px * off[0], camera.shake_px * off[1]);
   }
   const std::uint64_t noise = channel == Channel::Luminance ? key : Mix(key ^ static_cast<std::uint64_t>(channel));
-  return Expose(camera, light_, static_cast<float>(gain), noise);
+  return Expose(camera, light_, static_cast<float>(gain), noise, static_cast<float>(shot.amplification));
 }
 
 Result<Samples> FrameMaker::Make(const Shot& shot, const std::stop_token& stop) {

@@ -16,6 +16,7 @@ namespace lensd::sim {
 struct Shot {
   Exposure exposure;              ///< as the frame will say
   Duration length{};              ///< as it really was
+  double amplification = 1.0;     ///< of what the sensor has gathered
   std::vector<TrueState> states;  ///< of the lens during the exposure, equally long each
 };
 

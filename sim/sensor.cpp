@@ -50,7 +50,7 @@ void ApplyGamma(std::span<float> signal, double gamma) {
 }  // namespace
 
 std::vector<std::uint16_t> Expose(const CameraSettings& camera, std::span<const float> light, float gain,
-                                  std::uint64_t key) {
+                                  std::uint64_t key, float amplification) {
   std::vector<std::uint16_t> samples(light.size());
   const auto top = static_cast<float>((1 << camera.bits) - 1);
   const auto black = static_cast<float>(camera.black_level);
@@ -61,7 +61,7 @@ std::vector<std::uint16_t> Expose(const CameraSettings& camera, std::span<const 
     const std::span<float> signal(buffer.data(), count);
     for (std::size_t i = 0; i < count; ++i) signal[i] = light[begin + i] * gain * well;
     if (camera.full_well_e) AddNoise(signal, static_cast<float>(camera.read_noise_e), key + begin);
-    for (float& value : signal) value = std::min(value, well) / well + black;
+    for (float& value : signal) value = std::min(value, well) / well * amplification + black;
     if (camera.gamma != 1.0) ApplyGamma(signal, camera.gamma);
     for (std::size_t i = 0; i < count; ++i) {
       const float level = std::clamp(signal[i], 0.0f, 1.0f) * top + 0.5f;

@@ -17,9 +17,10 @@
 
 namespace lensd::sim {
 
-/// Samples of `light` (1: full well), scaled by `gain` first. `key` chooses the noise.
+/// Samples of `light` (1: full well), scaled by `gain` first. `key` chooses the noise. What the well has gathered, its
+/// noise included, is amplified before it is counted.
 std::vector<std::uint16_t> Expose(const CameraSettings& camera, std::span<const float> light, float gain,
-                                  std::uint64_t key);
+                                  std::uint64_t key, float amplification = 1.0f);
 
 /// Rec. 709 luminance of red, green and blue samples: weighted as light, given as samples are.
 std::vector<std::uint16_t> LuminanceOf(const CameraSettings& camera,

@@ -11,6 +11,7 @@ namespace {
 
 constexpr Duration kShortestExposure = std::chrono::microseconds(1);
 constexpr Duration kLongestExposure = std::chrono::seconds(100);
+constexpr double kHighestGainDb = 24.0;
 constexpr Duration kLongestWork = std::chrono::seconds(10);  // on one frame
 
 drivers::CameraCapabilities CapabilitiesOf(const Scene& scene) {
@@ -26,6 +27,7 @@ drivers::CameraCapabilities CapabilitiesOf(const Scene& scene) {
   capabilities.can_set_exposure = true;
   capabilities.shortest_exposure = kShortestExposure;
   capabilities.longest_exposure = kLongestExposure;
+  capabilities.gain = {0.0, kHighestGainDb, drivers::GainUnit::Decibels};
   const Region& region = scene.truth_region;
   capabilities.focus_region = {region.x, region.y, region.w, region.h};
   return capabilities;
@@ -71,6 +73,17 @@ Result<void> SimCamera::DoSetExposure(Duration exposure) {
   return {};
 }
 
+Result<void> SimCamera::DoSetGain(double gain_db) {
+  if (auto link = CheckLink(); !link) return link;
+  gain_ = {gain_.now_db, gain_db, mechanics_->Now()};
+  return {};
+}
+
+Result<drivers::ExposureState> SimCamera::DoReadExposure() {
+  if (auto link = CheckLink(); !link) return PassOn(link);
+  return drivers::ExposureState{grid_.exposure(), gain_.now_db};
+}
+
 std::optional<Exposure> SimCamera::Newest() {
   auto exposure = grid_.NewestDone(mechanics_->Now());
   const auto counted = std::exchange(next_uncounted_, exposure ? exposure->sequence + 1 : next_uncounted_);
@@ -93,6 +106,7 @@ Result<std::optional<drivers::Frame>> SimCamera::DoPoll() {
   const bool frozen = mechanics_->faults().ActiveAt(FaultKind::FreezeFrames, exposure->start) != nullptr;
   if (frozen && last_samples_.luminance) return FrameOf(*exposure, last_samples_);
   Shot shot = maker_.ShotOf(*exposure);
+  shot.amplification = std::pow(10.0, (exposure->start < gain_.changed ? gain_.before_db : gain_.now_db) / 20.0);
   if (darkroom_) {
     darkroom_->Submit(std::move(shot));
     submitted_ = mechanics_->Now();

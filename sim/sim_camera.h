@@ -25,6 +25,8 @@ class SimCamera final : public drivers::Camera {
   Result<void> DoStop() override;
   Result<std::optional<drivers::Frame>> DoPoll() override;
   Result<void> DoSetExposure(Duration exposure) override;
+  Result<void> DoSetGain(double gain_db) override;
+  Result<drivers::ExposureState> DoReadExposure() override;
   drivers::Counters DoCount() const override { return counts_; }
 
   Result<void> CheckLink() const;
@@ -40,6 +42,11 @@ class SimCamera final : public drivers::Camera {
   std::uint64_t next_sequence_ = 0;   ///< the lowest not handed out
   std::uint64_t next_uncounted_ = 0;  ///< of those that may be lost
   drivers::Counters counts_;
+  struct Gain {
+    double before_db = 0.0;
+    double now_db = 0.0;
+    Duration changed{};  ///< exposures that start earlier have the one before
+  } gain_;
   Samples last_samples_;
   Duration submitted_{};              ///< when the darkroom got its shot
   std::optional<Darkroom> darkroom_;  ///< last: it uses maker_

@@ -2,6 +2,7 @@
 #include "drivers/api/camera.h"
 
 #include <algorithm>
+#include <sstream>
 
 namespace lensd::drivers {
 namespace {
@@ -23,6 +24,18 @@ Camera::Camera(CameraCapabilities capabilities) : capabilities_(std::move(capabi
   Region& region = capabilities_.focus_region;
   Grow(region.x, region.width, capabilities_.width);
   Grow(region.y, region.height, capabilities_.height);
+}
+
+Result<void> Camera::SetGain(double gain) {
+  const auto& range = capabilities_.gain;
+  if (!range) return Fail(Code::Unsupported, "this camera's gain cannot be set");
+  if (!(gain >= range->lowest && gain <= range->highest)) {
+    std::ostringstream message;
+    message << "gain " << gain << " is outside " << range->lowest << ".." << range->highest
+            << (range->unit == GainUnit::Decibels ? " dB" : " (the camera's own count)");
+    return Fail(Code::OutOfRange, message.str());
+  }
+  return Noted(DoSetGain(gain));
 }
 
 }  // namespace lensd::drivers

@@ -24,6 +24,9 @@ CameraCapabilities CapabilitiesOf(const CameraFacts& facts) {
   can.pixel_um = facts.pixel_um;
   can.frame_rate_hz = facts.frame_rate_hz;
   can.can_set_exposure = facts.can_set_exposure;
+  can.shortest_exposure = facts.shortest_exposure;
+  can.longest_exposure = facts.longest_exposure;
+  can.gain = facts.gain;
   return can;
 }
 
@@ -113,14 +116,17 @@ void AravisCamera::SetHooks() {
   };
   hooks.reopened = [shared = shared_, mailbox = mailbox_, config = config_.camera](ArvCamera* camera) {
     std::optional<Duration> exposure;
+    std::optional<double> gain;
     bool wanted = false;
     {
       const std::lock_guard lock(shared->mutex);
       exposure = shared->exposure_set;
+      gain = shared->gain_set;
       wanted = shared->wanted;
     }
-    CallError error;
+    CallError error, gain_error;
     if (exposure) arv_camera_set_exposure_time(camera, static_cast<double>(exposure->count()) * 1e-3, error.out());
+    if (gain) arv_camera_set_gain(camera, *gain, gain_error.out());
     if (wanted) (void)Begin(camera, config, *shared, mailbox);
   };
   hooks.every_second = [shared = shared_](ArvCamera*) {
@@ -280,6 +286,36 @@ Result<void> AravisCamera::DoSetExposure(Duration exposure) {
     shared->exposure_changed = std::chrono::steady_clock::now();
     shared->exposure_set = exposure;
     return {};
+  });
+}
+
+/// What is read back tells what was set; the camera may round.
+Result<void> AravisCamera::DoSetGain(double gain) {
+  return link_->Call<void>([shared = shared_, gain](ArvCamera* camera) -> Result<void> {
+    CallError error;
+    arv_camera_set_gain(camera, gain, error.out());
+    if (error) return error.Why("setting the gain");
+    const std::lock_guard lock(shared->mutex);
+    shared->gain_set = gain;
+    return {};
+  });
+}
+
+Result<ExposureState> AravisCamera::DoReadExposure() {
+  const bool exposes = capabilities().can_set_exposure, gains = capabilities().gain.has_value();
+  return link_->Call<ExposureState>([exposes, gains](ArvCamera* camera) -> Result<ExposureState> {
+    CallError exposure_error, gain_error;
+    ExposureState state;
+    if (exposes) {
+      const double us = arv_camera_get_exposure_time(camera, exposure_error.out());
+      if (exposure_error) return exposure_error.Why("reading the exposure time");
+      state.exposure = Duration(static_cast<Duration::rep>(us * 1e3 + 0.5));
+    }
+    if (gains) {
+      state.gain = arv_camera_get_gain(camera, gain_error.out());
+      if (gain_error) return gain_error.Why("reading the gain");
+    }
+    return state;
   });
 }
 

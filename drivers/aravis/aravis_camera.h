@@ -24,6 +24,9 @@ struct CameraFacts {
   double pixel_um = 0.0;       ///< 0: not known
   bool can_set_exposure = false;
   Duration exposure{};
+  Duration shortest_exposure{};  ///< 0: not known
+  Duration longest_exposure{};   ///< 0: not known
+  std::optional<GainRange> gain;
 };
 
 /// Brings the camera into the state `config` wants and tells what it is then; on the link's thread.
@@ -45,6 +48,7 @@ class AravisCamera final : public Camera {
     bool wanted = false;             ///< between Start() and Stop()
     DeviceClock clock{StampMeaning::ExposureStart};
     std::optional<Duration> exposure_set;  ///< by SetExposure()
+    std::optional<double> gain_set;        ///< by SetGain()
     Duration exposure{};
     Duration exposure_before{};
     Instant exposure_changed{};
@@ -54,6 +58,8 @@ class AravisCamera final : public Camera {
   Result<void> DoStop() override;
   Result<std::optional<Frame>> DoPoll() override;
   Result<void> DoSetExposure(Duration exposure) override;
+  Result<void> DoSetGain(double gain) override;
+  Result<ExposureState> DoReadExposure() override;
   void DoInterrupt() override { link_->Interrupt(); }
   Counters DoCount() const override;
 

@@ -130,6 +130,20 @@ Result<void> ReadFacts(ArvCamera* camera, const CameraConfig& config, CameraFact
     facts.frame_rate_hz = arv_camera_get_frame_rate(camera, rate_error.out());
     if (rate_error || !(facts.frame_rate_hz > 0.0)) facts.frame_rate_hz = 0.0;
   }
+  // A camera that says nothing of its ranges has none that are known.
+  CallError least_error, gain_error;
+  double lowest_us = 0.0, highest_us = 0.0;
+  arv_camera_get_exposure_time_bounds(camera, &lowest_us, &highest_us, least_error.out());
+  constexpr double kMostUs = 1e12;
+  if (!least_error && lowest_us >= 0.0 && highest_us > lowest_us && highest_us < kMostUs) {
+    facts.shortest_exposure = Duration(std::llround(lowest_us * 1e3));
+    facts.longest_exposure = Duration(std::llround(highest_us * 1e3));
+  }
+  GainRange gain;
+  if (arv_camera_is_gain_available(camera, nullptr) != 0) {
+    arv_camera_get_gain_bounds(camera, &gain.lowest, &gain.highest, gain_error.out());
+    if (!gain_error && gain.highest > gain.lowest) facts.gain = gain;
+  }
   facts.can_set_exposure = arv_camera_is_exposure_time_available(camera, nullptr) != 0;
   if (!facts.can_set_exposure) return {};
   const double exposure_us = arv_camera_get_exposure_time(camera, exposure_error.out());

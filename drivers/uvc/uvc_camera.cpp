@@ -63,11 +63,21 @@ UvcCamera::~UvcCamera() {
   (void)DoStop();
 }
 
-Result<Duration> UvcCamera::ReadExposure() {
+Result<Duration> UvcCamera::AskExposure() {
   if (!exposure_control_) return period_;
   auto bytes = session_->controls.TryGet(kGetCur, session_->At(kExposureAbsolute), 4, "exposure");
   if (!bytes) return PassOn(bytes);
   return *bytes ? FromLittle(**bytes) * kExposureUnit : period_;
+}
+
+Result<ExposureState> UvcCamera::DoReadExposure() {
+  if (!exposure_control_) return ExposureState{};
+  session_->transport().BeginCall();
+  auto bytes = session_->controls.TryGet(kGetCur, session_->At(kExposureAbsolute), 4, "exposure");
+  if (!bytes) return PassOn(bytes);
+  ExposureState state;
+  if (*bytes) state.exposure = FromLittle(**bytes) * kExposureUnit;
+  return state;
 }
 
 Counters UvcCamera::DoCount() const {
@@ -79,7 +89,7 @@ Counters UvcCamera::DoCount() const {
 Result<void> UvcCamera::DoStart() {
   session_->transport().BeginCall();
   if (streaming_) return {};
-  auto exposure = ReadExposure();
+  auto exposure = AskExposure();
   if (!exposure) return PassOn(exposure);
   exposure_ = *exposure;
   auto pipe = Negotiate(*session_, choice_);

@@ -29,11 +29,12 @@ class UvcCamera final : public Camera {
   Result<void> DoStop() override;
   Result<std::optional<Frame>> DoPoll() override;
   Result<void> DoSetExposure(Duration exposure) override;
+  Result<ExposureState> DoReadExposure() override;
   Counters DoCount() const override;
   void DoInterrupt() override { session_->transport().Interrupt(); }
 
   /// As the camera has it; one frame period where it does not say.
-  Result<Duration> ReadExposure();
+  Result<Duration> AskExposure();
 
   const std::shared_ptr<Session> session_;
   const CameraConfig config_;

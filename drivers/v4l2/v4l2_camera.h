@@ -58,6 +58,9 @@ class StreamCamera final : public drivers::Camera {
   Result<void> DoStop() override;
   Result<std::optional<drivers::Frame>> DoPoll() override;
   Result<void> DoSetExposure(Duration exposure) override;
+  Result<drivers::ExposureState> DoReadExposure() override {
+    return drivers::ExposureState{.exposure = exposure_, .gain = {}};
+  }
   drivers::Counters DoCount() const override {
     drivers::Counters counts = counter_.counts();
     counts.bus_errors = failed_calls();

@@ -72,8 +72,29 @@ TEST_P(CameraContract, SetsTheExposureOrSaysItCannot) {
     return;
   }
   ASSERT_TRUE(set.has_value()) << set.error().message;
+  const auto now = camera().ReadExposure();
+  ASSERT_TRUE(now.has_value()) << now.error().message;
+  ASSERT_TRUE(now->exposure.has_value());
+  EXPECT_NEAR(static_cast<double>(now->exposure->count()), 5e6, 1e5);
   ASSERT_TRUE(camera().Start().has_value());
   EXPECT_TRUE(Next().has_value());
+}
+
+TEST_P(CameraContract, SetsTheGainOrSaysItCannot) {
+  const auto& gain = camera().capabilities().gain;
+  if (!gain) {
+    EXPECT_EQ(CodeOf(camera().SetGain(1.0)), Code::Unsupported);
+    return;
+  }
+  const double middle = 0.5 * (gain->lowest + gain->highest);
+  const auto set = camera().SetGain(middle);
+  ASSERT_TRUE(set.has_value()) << set.error().message;
+  const auto now = camera().ReadExposure();
+  ASSERT_TRUE(now.has_value()) << now.error().message;
+  ASSERT_TRUE(now->gain.has_value());
+  EXPECT_NEAR(*now->gain, middle, 0.5);
+  EXPECT_EQ(CodeOf(camera().SetGain(gain->highest + 1.0)), Code::OutOfRange);
+  EXPECT_EQ(CodeOf(camera().SetGain(gain->lowest - 1.0)), Code::OutOfRange);
 }
 
 TEST_P(CameraContract, IsDestroyedWhileStreamingAndReopensWithoutLeaks) {

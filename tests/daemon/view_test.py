@@ -305,6 +305,22 @@ constant = 0.5
         if plain:
             self.assertLess(cores, 1.0)
 
+    def test_stops_do_not_wait_for_viewers(self):
+        with FileClient(self.daemon.socket) as one, FileClient(self.daemon.socket) as other, \
+                self.daemon.client() as client:
+            for viewer in (one, other):
+                view(viewer, encoding="png")
+                next_picture(viewer)
+            took = []
+            for _ in range(100):
+                began = time.monotonic()
+                self.assertEqual(client.call(LENS + "Stop"), {"parameters": {}})
+                took.append(time.monotonic() - began)
+                time.sleep(0.01)
+        took.sort()
+        print(f"\nstops beside two viewers of PNG: p50 {took[50] * 1e3:.1f} ms, p99 {took[98] * 1e3:.1f} ms", flush=True)
+        self.assertLess(took[50], 0.01 * PATIENCE)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -53,6 +53,11 @@ class FaultyCamera final : public drivers::Camera {
   Result<void> DoSetExposure(Duration exposure) override {
     return connected() ? inner_->SetExposure(exposure) : Gone();
   }
+  Result<void> DoSetGain(double gain) override { return connected() ? inner_->SetGain(gain) : Gone(); }
+  Result<drivers::ExposureState> DoReadExposure() override {
+    if (!connected()) return PassOn(Gone());
+    return inner_->ReadExposure();
+  }
   void DoInterrupt() override { inner_->Interrupt(); }
 
   Result<std::optional<drivers::Frame>> DoPoll() override {

@@ -70,7 +70,7 @@ TEST(LensInterface, DocumentsEverything) {
   EXPECT_EQ(definition.name(), proto::kLensInterface);
   for (const char* method :
        {"List", "Status", "Monitor", "Move", "Home", "Stop", "Plan", "Autofocus", "AutofocusBegin", "AutofocusPixels",
-        "AutofocusFrame", "AutofocusScore", "AutofocusEnd", "Snapshot", "View"}) {
+        "AutofocusFrame", "AutofocusScore", "AutofocusEnd", "Snapshot", "View", "SetExposure"}) {
     EXPECT_TRUE(definition.methods().contains(method)) << method;
   }
   std::string_view text = definition.text();

@@ -261,8 +261,10 @@ class Rig {
   std::shared_ptr<Activity> Occupy(Activity activity);
   /// How many motions, homings, stops and autofocus runs have been asked for, by whomever.
   std::uint64_t commands_given() const;
-  /// Exposure time of the frames that start from now on. Unsupported, OutOfRange: from the camera.
-  Result<void> SetExposure(Duration exposure);
+  /// Exposure time and gain of the frames that start from now on, where they are given, and then as the camera says
+  /// they are set. With nothing given it only asks. Unsupported: no camera, or fixed there. OutOfRange: from the
+  /// camera; what could be set before that stays set. Busy: autofocus uses the camera, and frames must be alike.
+  Result<drivers::ExposureState> SetExposure(const drivers::ExposureState& wanted);
 
   /// Does one bounded piece of work (each device call ends within its driver's I/O deadline) and returns when it wants
   /// to be called next, at the latest; call it at once after a command.

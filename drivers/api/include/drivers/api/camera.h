@@ -35,6 +35,22 @@ struct Region {
   double height = 0.2;
 };
 
+/// What a gain is counted in. Native: as the camera counts it.
+enum class GainUnit { Decibels, Native };
+
+/// Gains that a camera takes.
+struct GainRange {
+  double lowest = 0.0;
+  double highest = 0.0;
+  GainUnit unit = GainUnit::Native;
+};
+
+/// How a camera is to expose, or does; nothing: left as it is, or not known.
+struct ExposureState {
+  std::optional<Duration> exposure{};
+  std::optional<double> gain{};  ///< in the unit of its GainRange
+};
+
 /// What a camera is. Immutable once the device is open.
 struct CameraCapabilities {
   std::string driver;
@@ -47,8 +63,9 @@ struct CameraCapabilities {
   double pixel_um = 0.0;  ///< pitch; 0: unknown
   double frame_rate_hz = 0.0;
   bool can_set_exposure = false;
-  Duration shortest_exposure{};  ///< that SetExposure() takes; 0: not known
-  Duration longest_exposure{};   ///< 0: not known
+  Duration shortest_exposure{};   ///< that SetExposure() takes; 0: not known
+  Duration longest_exposure{};    ///< 0: not known
+  std::optional<GainRange> gain;  ///< nothing: it cannot be set
   Region focus_region;  ///< where autofocus looks unless told otherwise; the centre where the camera has no opinion
 };
 
@@ -70,6 +87,10 @@ class Camera {
   Result<std::optional<Frame>> Poll() { return Noted(DoPoll()); }
   /// Exposure time of the frames that start after this call. Unsupported, OutOfRange.
   Result<void> SetExposure(Duration exposure);
+  /// Gain of the frames that start after this call. Unsupported, OutOfRange.
+  Result<void> SetGain(double gain);
+  /// As the camera says it is set; what it does not say is left out.
+  Result<ExposureState> ReadExposure() { return Noted(DoReadExposure()); }
   Counters counters() const { return DoCount(); }
   /// From any thread: makes an I/O call in progress return Cancelled soon.
   void Interrupt() { DoInterrupt(); }
@@ -85,6 +106,9 @@ class Camera {
   virtual Result<void> DoStop() = 0;
   virtual Result<std::optional<Frame>> DoPoll() = 0;
   virtual Result<void> DoSetExposure(Duration) { return Fail(Code::Unsupported, "this camera's exposure is fixed"); }
+  /// Within the range of the capabilities.
+  virtual Result<void> DoSetGain(double) { return Fail(Code::Unsupported, "this camera's gain cannot be set"); }
+  virtual Result<ExposureState> DoReadExposure() { return ExposureState{}; }
   virtual void DoInterrupt() {}
   /// What a driver counts, with failed_calls() among the bus errors.
   virtual Counters DoCount() const { return {.bus_errors = failed_calls_}; }
