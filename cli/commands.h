@@ -17,10 +17,10 @@ void AddProject(CLI::App& root, Run& run);
 void AddLight(CLI::App& root, Run& run);
 
 inline constexpr std::initializer_list<AddCommand> kCommands = {
-    AddPlan,    AddBlur,      AddDof,       AddConjugate, AddProject, AddLight,    AddDevices,
-    AddList,    AddStatus,    AddFocus,     AddAperture,  AddZoom,    AddFilter,   AddHome,
-    AddStop,    AddAutofocus, AddCalibrate, AddBacklash,  AddPreset,  AddSnapshot, AddStack,
-    AddMonitor, AddMetrics,   AddLease,     AddReload,    AddDoctor,  AddCall,     AddIntrospect,
+    AddPlan,      AddBlur,     AddDof,      AddConjugate, AddProject,    AddLight, AddDevices, AddList,
+    AddStatus,    AddFocus,    AddAperture, AddZoom,      AddFilter,     AddHome,  AddStop,    AddAutofocus,
+    AddCalibrate, AddBacklash, AddPreset,   AddSnapshot,  AddExposure,   AddStack, AddMonitor, AddMetrics,
+    AddLease,     AddReload,   AddDoctor,   AddCall,      AddIntrospect,
 };
 
 }  // namespace lensd::cli

@@ -25,6 +25,7 @@ void AddStop(CLI::App& root, Run& run);
 void AddAutofocus(CLI::App& root, Run& run);
 void AddStack(CLI::App& root, Run& run);
 void AddSnapshot(CLI::App& root, Run& run);
+void AddExposure(CLI::App& root, Run& run);
 void AddCall(CLI::App& root, Run& run);
 void AddIntrospect(CLI::App& root, Run& run);
 

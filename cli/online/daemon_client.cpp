@@ -51,8 +51,9 @@ constexpr std::array kKnownErrors = {
 
 /// Methods that move a lens take the key of its lease, which $LENSD_LEASE hands from one command to the next.
 Json WithLease(std::string_view method, Json parameters) {
-  constexpr std::array<std::string_view, 8> kDriving = {
-      "Move", "Home", "Plan", "Autofocus", "AutofocusBegin", "MeasureBacklash", "PresetRecall", "DropLease"};
+  constexpr std::array<std::string_view, 9> kDriving = {
+      "SetExposure",     "Move",         "Home",     "Plan", "Autofocus", "AutofocusBegin",
+      "MeasureBacklash", "PresetRecall", "DropLease"};
   const char* const key = std::getenv("LENSD_LEASE");
   const auto name = method.substr(method.rfind('.') + 1);
   const bool takes_it =
@@ -80,8 +81,9 @@ std::string MessageOf(const varlink::Reply& refused) {
   if (refused.error == varlink::kExpectedMore) return "this call answers several times: give --more";
   if (const std::string wrong = TextAt(refused.parameters, "parameter");
       refused.error == varlink::kInvalidParameter && !wrong.empty()) {
-    return wrong == "more" ? "this call answers once: leave out --more"
-                           : "the parameter '" + wrong + "' is missing, unknown or of the wrong kind; see lensctl introspect";
+    return wrong == "more"
+               ? "this call answers once: leave out --more"
+               : "the parameter '" + wrong + "' is missing, unknown or of the wrong kind; see lensctl introspect";
   }
   return "the daemon answered " + refused.error + " " + varlink::WriteJson(refused.parameters);
 }

@@ -1,4 +1,5 @@
 """Exposure time and gain: what the camera is set to, what that does to its pictures, and who may set it."""
+import json
 import statistics
 import tempfile
 import unittest
@@ -118,6 +119,19 @@ class ExposureTest(DaemonTest):
     def activity(self):
         with self.daemon.client() as client:
             return client.call(LENS + "Status")["parameters"]["lenses"][0]["activity"]
+
+    def test_lensctl_sets_and_tells(self):
+        done = self.daemon.lensctl("--json", "exposure", "a", "6ms", "--gain", "3")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        now = json.loads(done.stdout)
+        self.assertEqual((now["exposureMs"], now["gain"]), (6.0, 3.0))
+        for words_given in ((), ("a",)):
+            told = self.daemon.lensctl("exposure", *words_given)
+            self.assertIn("6 ms (0.001 to 100000)", told.stdout)
+            self.assertIn("gain 3 dB (0 to 24)", told.stdout)
+        self.assertEqual(json.loads(self.daemon.lensctl("--json", "exposure", "2ms").stdout)["exposureMs"], 2.0)
+        for words_given, status in ((("5",), 64), (("200s",), 6), (("nose", "2ms"), 68), (("a", "--gain", "99"), 6)):
+            self.assertEqual(self.daemon.lensctl("exposure", *words_given).returncode, status, words_given)
 
 
 if __name__ == "__main__":
