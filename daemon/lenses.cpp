@@ -46,7 +46,7 @@ Result<void> CheckSettings(const LensConfig& config) {
 Result<drivers::Device> OpenDevice(const LensConfig& config, const Clock& clock, PlugSignal* signal) {
   auto device = OpenOne(config.device, clock, signal);
   if (!device) return PassOn(AtLens(config, device.error()));
-  if (!device->lens) return PassOn(AtLens(config, {Code::BadData, "this device has no lens"}));
+  if (!device->lens) return PassOn(AtLens(config, {Code::Unsupported, "this device has no lens"}));
   if (!config.camera) return device;
   if (device->camera) {
     const std::string place = config.camera->settings.where().Text();

@@ -65,13 +65,19 @@ Result<Config> ConfigOf(const Options& options) {
 }
 
 int CheckConfig(const Config& config, const Clock& clock) {
+  int status = EX_OK;
   for (const LensConfig& lens : config.lenses) {
-    if (auto checked = CheckSettings(lens); !checked) return Explain(checked.error());
-    const auto device = OpenDevice(lens, clock);
-    if (!device && device.error().code == Code::BadData) return Explain(device.error());
-    if (!device) Log(Severity::Warning, Event::LensLost, device.error().message + " (lensd would wait for it)");
+    auto opened = CheckSettings(lens);
+    if (opened) {
+      if (auto device = OpenDevice(lens, clock); !device) opened = PassOn(device);
+    }
+    if (!opened && opened.error().code == Code::BadData) {
+      status = Explain(opened.error());
+    } else if (!opened) {
+      Log(Severity::Warning, Event::LensLost, opened.error().message + " (lensd would wait for it)");
+    }
   }
-  return EX_OK;
+  return status;
 }
 
 /// The folder may be missing, not the one it is in.

@@ -10,7 +10,7 @@
 namespace lensd::daemon {
 namespace {
 
-std::unexpected<Error> Wrong(const Settings& at, const std::string& why) {
+std::unexpected<Error> BadReference(const Settings& at, const std::string& why) {
   return Fail(Code::BadData, at.where().Text() + ": " + why);
 }
 
@@ -18,12 +18,12 @@ Result<Settings> Profile(const Settings& named, const std::string& name, const d
   if (!name.ends_with(".toml")) {
     const std::string_view text = profiles.text(name);
     if (!text.empty()) return io::ParseToml(text, "profile " + name);
-    return Wrong(named, "there is no profile \"" + name + "\"; there is " + std::string(profiles.names()) +
+    return BadReference(named, "there is no profile \"" + name + "\"; there is " + std::string(profiles.names()) +
                             ", and any file whose name ends in .toml");
   }
   const std::filesystem::path folder = std::filesystem::path(named.where().file).parent_path();
   auto read = io::ReadTomlFile((folder / name).lexically_normal().string());
-  if (!read && read.error().code == Code::Io) return Wrong(named, "profile " + read.error().message);
+  if (!read && read.error().code == Code::Io) return BadReference(named, "profile " + read.error().message);
   return read;
 }
 
@@ -65,14 +65,14 @@ Result<Settings> WithProfiles(const Settings& settings, const drivers::Driver& d
 Result<Settings> WithBus(const Settings& settings, const Settings& name, const drivers::Driver& driver,
                          const Buses& buses) {
   const auto* text = std::get_if<std::string>(&name.value());
-  if (text == nullptr) return Wrong(name, "[[lens]] bus must be a string, the name of a [[bus]]");
+  if (text == nullptr) return BadReference(name, "[[lens]] bus must be a string, the name of a [[bus]]");
   if (driver.check_bus == nullptr) {
-    return Wrong(name, "[[lens]] bus: driver \"" + std::string(driver.name) + "\" has no buses");
+    return BadReference(name, "[[lens]] bus: driver \"" + std::string(driver.name) + "\" has no buses");
   }
   const auto found = buses.find(*text);
-  if (found == buses.end()) return Wrong(name, "[[lens]] bus: there is no [[bus]] named \"" + *text + "\"");
+  if (found == buses.end()) return BadReference(name, "[[lens]] bus: there is no [[bus]] named \"" + *text + "\"");
   if (found->second.driver != &driver) {
-    return Wrong(name, "[[lens]] bus: \"" + *text + "\" is a bus of driver " + std::string(found->second.driver->name));
+    return BadReference(name, "[[lens]] bus: \"" + *text + "\" is a bus of driver " + std::string(found->second.driver->name));
   }
   Settings::Table with = *settings.AsTable();
   with.insert_or_assign("bus", found->second.settings);

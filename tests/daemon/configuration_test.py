@@ -40,6 +40,12 @@ class Configuration(unittest.TestCase):
                 done = self.check(text)
                 self.assertEqual((done.returncode, done.stderr), (0, ""))
 
+    def test_every_lens_with_a_mistake_is_told(self):
+        done = self.check(GOOD + "bogus = 1\n" + GOOD.split("\n", 1)[1].replace('"a"', '"b"') +
+                          GOOD.split("\n", 1)[1].replace('"a"', '"c"').replace("small", "no-such"))
+        self.assertEqual(done.returncode, 78, done.stderr)
+        self.assertRegex(done.stderr, r"lensd\.toml:6: .*bogus(.|\n)*no-such")
+
     def test_bad_ones_name_the_place_and_the_reason(self):
         for text, line, words in (
                 ("", None, "version"), ("version = 2\n", 1, "version 1"), ("version = \n", 1, ""),

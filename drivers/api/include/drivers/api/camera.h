@@ -63,9 +63,9 @@ struct CameraCapabilities {
   double pixel_um = 0.0;  ///< pitch; 0: unknown
   double frame_rate_hz = 0.0;
   bool can_set_exposure = false;
-  Duration shortest_exposure{};   ///< that SetExposure() takes; 0: not known
-  Duration longest_exposure{};    ///< 0: not known
-  std::optional<GainRange> gain;  ///< nothing: it cannot be set
+  Duration shortest_exposure{};     ///< that SetExposure() takes; 0: not known
+  Duration longest_exposure{};      ///< 0: not known
+  std::optional<GainRange> gain{};  ///< nothing: it cannot be set
   Region focus_region;  ///< where autofocus looks unless told otherwise; the centre where the camera has no opinion
 };
 
