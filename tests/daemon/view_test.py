@@ -61,7 +61,7 @@ class ViewTest(DaemonTest):
                 view(one, lens="a", encoding="jpeg", scaleTo={"widthPx": 32, "heightPx": 32})
                 next_picture(one)
             seen = min(move(mover, 2000 + 300 * (i % 2)) for i in range(4))
-            self.assertLess(seen, alone * 1.1 + 0.05)
+            self.assertLess(seen, alone * 1.1 + 0.05 * PATIENCE)
             places = set()
             moving = 0
             deadline = time.monotonic() + 20 * PATIENCE
