@@ -9,7 +9,7 @@ namespace {
 
 /// Names the lens, and the place too unless the message begins with one of its own. A file that is named and cannot be
 /// read is a mistake of the configuration; a device node that may not be opened is not.
-Error AtLens(const LensConfig& config, Error error) {
+Error AtLens(const LensConfig& config, const Error& error) {
   const std::string place = error.code == Code::BadData ? "" : config.where.Text() + ": ";
   const Code code = error.code == Code::Io && !config.device.driver->reopen ? Code::BadData : error.code;
   return {code, place + "lens \"" + config.name + "\": " + error.message};

@@ -114,19 +114,20 @@ void TellReloaded(const Result<LensService::Replaced>& replaced) {
 
 /// Reads the configuration on the thread for files, and takes it if all of it makes sense.
 void OfferReload(EventLoop& loop, LensService& service, const std::string& file, const Clock& clock) {
-  service.OnReload([&loop, &service, file, &clock](std::function<void(const Result<LensService::Replaced>&)> then) {
-    const auto taken = service.files().Submit([&loop, &service, file, &clock, then] {
-      auto config = ReadConfig(file);
-      if (auto checked = config ? CheckAll(*config) : PassOn(config); !checked) config = PassOn(checked);
-      loop.Post([&service, config = std::move(config), &clock, then] {
-        const auto opener = [&](const LensConfig& lens) { return OpenerOf(lens, clock, service); };
-        const auto replaced = config ? service.Replace(config->lenses, opener) : PassOn(config);
-        TellReloaded(replaced);
-        then(replaced);
+  service.OnReload(
+      [&loop, &service, file, &clock](const std::function<void(const Result<LensService::Replaced>&)>& then) {
+        const auto taken = service.files().Submit([&loop, &service, file, &clock, then] {
+          auto config = ReadConfig(file);
+          if (auto checked = config ? CheckAll(*config) : PassOn(config); !checked) config = PassOn(checked);
+          loop.Post([&service, config = std::move(config), &clock, then] {
+            const auto opener = [&](const LensConfig& lens) { return OpenerOf(lens, clock, service); };
+            const auto replaced = config ? service.Replace(config->lenses, opener) : PassOn(config);
+            TellReloaded(replaced);
+            then(replaced);
+          });
+        });
+        if (!taken) then(Fail(Code::Busy, "too much waits to be read or written; try again"));
       });
-    });
-    if (!taken) then(Fail(Code::Busy, "too much waits to be read or written; try again"));
-  });
 }
 
 Result<void> WatchSignals(EventLoop& loop, LensService& service) {
