@@ -283,6 +283,7 @@ class ExitStatus(unittest.TestCase):
         with FalseDaemon(self.folder.name, lambda client: None) as path:  # goes in the middle of a call
             self.ends(69, "list", path=path)
 
+    @unittest.skipIf(PATIENCE > 4, "a sanitizer's allocator ends the program where memory ends")
     def test_70_internal(self):
         big = self.file("big.png", grey_png(12000))
         limit = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_AS, (256 << 20, 256 << 20))}
