@@ -84,6 +84,28 @@ void EventLoop::After(Duration delay, Task task) {
   sd_event_source_unref(source);
 }
 
+Alarm::Alarm(EventLoop& loop, std::function<void()> task) : task_(std::move(task)) {
+  const auto run = [](sd_event_source*, std::uint64_t, void* self) {
+    (void)Guarded("the event loop", static_cast<Alarm*>(self)->task_);
+    return 0;
+  };
+  sd_event_source* source = nullptr;
+  if (sd_event_add_time(loop.get(), &source, CLOCK_MONOTONIC, 0, 1000, run, this) < 0) return;
+  source_.reset(source);
+  Off();
+}
+
+void Alarm::Set(Instant time) {
+  if (!source_) return;
+  const auto usec = std::chrono::ceil<std::chrono::microseconds>(time.time_since_epoch()).count();
+  sd_event_source_set_time(source_.get(), static_cast<std::uint64_t>(usec));
+  sd_event_source_set_enabled(source_.get(), SD_EVENT_ONESHOT);
+}
+
+void Alarm::Off() {
+  if (source_) sd_event_source_set_enabled(source_.get(), SD_EVENT_OFF);
+}
+
 int EventLoop::RunSignal(sd_event_source*, const signalfd_siginfo* signal, void* self) {
   const int number = static_cast<int>(signal->ssi_signo);
   static_cast<EventLoop*>(self)->signals_.at(number)(number);

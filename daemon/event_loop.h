@@ -59,4 +59,20 @@ class EventLoop {
   std::vector<Task> posted_;  // guarded by mutex_
 };
 
+/// Runs a task at a time that may be changed before it comes. Event loop thread only; the loop must outlive it.
+class Alarm {
+ public:
+  Alarm(EventLoop& loop, std::function<void()> task);
+  Alarm(const Alarm&) = delete;
+  Alarm& operator=(const Alarm&) = delete;
+
+  /// Once, at `time` on CLOCK_MONOTONIC or soon after, in place of the time that was set before.
+  void Set(Instant time);
+  void Off();
+
+ private:
+  const std::function<void()> task_;
+  EventSource source_;
+};
+
 }  // namespace lensd::daemon

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "lens_json.h"
 #include "proto/interfaces.h"
 #include "serve.h"
 
@@ -67,14 +68,24 @@ Result<LensService::Replaced> LensService::Replace(const std::vector<LensConfig>
     if (gone) replaced.removed.push_back(lens->name());
     lens->End(gone ? "lens \"" + lens->name() + "\" was taken out of the configuration"
                    : "lens \"" + lens->name() + "\" is configured anew");
+    lens->users().lease.Drop(LensLease::End::Reopened);
+    TellListed(*lens, gone ? "removed" : "reopened", lens->WhyAbsent()->message);
     watchers_.Replace(*lens, gone ? nullptr : next->get());
     if (!gone) BeginAfter(**next, *lens);
     retired_.push_back(std::move(lens));
   }
   for (const std::string& name : replaced.added) {
-    (*std::ranges::find(lenses_, name, &ServedLens::name))->Begin();
+    ServedLens& lens = **std::ranges::find(lenses_, name, &ServedLens::name);
+    watchers_.Tell(lens);
+    TellListed(lens, "added", "");
+    lens.Begin();
   }
   return replaced;
+}
+
+/// The list of lenses is another one, or this lens of it is configured in another way.
+void LensService::TellListed(const ServedLens& lens, std::string_view change, const std::string& reason) {
+  watchers_.Announce(lens, "list", {{"change", change}, {"connection", nullptr}, {"reason", TextOrNull(reason)}});
 }
 
 /// A device is opened once whoever held it has let go of it.

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/clock.h"
@@ -75,6 +76,7 @@ class LensService final : public Service {
   const LensSurroundings surroundings_;
   varlink::InterfaceDefinition definition_;
   void BeginAfter(ServedLens& lens, const ServedLens& before);
+  void TellListed(const ServedLens& lens, std::string_view change, const std::string& reason);
 
   std::vector<std::unique_ptr<ServedLens>> lenses_;
   std::vector<std::unique_ptr<ServedLens>> retired_;  ///< calls under way may yet name them

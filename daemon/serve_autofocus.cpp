@@ -56,10 +56,10 @@ std::function<void(const rig::AutofocusOutcome&)> TrackTo(ServedLens& lens, cons
 }
 
 rig::ProgressCallback ProgressTo(ServedLens& lens, const ExchangePointer& exchange) {
-  if (!exchange->call().more) return nullptr;
   return [&lens, exchange](const rig::AutofocusProgress& now) {
-    lens.Later([exchange, text = Wrap("progress", varlink::WriteJson(AutofocusProgressJson(now)))] {
-      exchange->Continue(text);
+    lens.Later([&lens, exchange, progress = AutofocusProgressJson(now)] {
+      if (exchange->call().more) exchange->Continue(Wrap("progress", varlink::WriteJson(progress)));
+      lens.watchers().TellProgress(lens, Procedure::Autofocus, progress);
     });
   };
 }

@@ -201,13 +201,19 @@ void FrameSessions::Begin(const ExchangePointer& exchange) {
   request->outside->wanted = [lens, session](const rig::FrameWanted& wanted) {
     lens->Later([session, json = FrameWantedJson(wanted)] { TellWish(session, json); });
   };
-  auto run = [request = *std::move(request), ended = session->ended_in_rig](rig::Rig& rig, auto done) mutable {
+  auto progress = [lens](const rig::AutofocusProgress& now) {
+    lens->Later([lens, json = AutofocusProgressJson(now)] {
+      lens->watchers().TellProgress(*lens, Procedure::Autofocus, json);
+    });
+  };
+  auto run = [request = *std::move(request), progress, ended = session->ended_in_rig](rig::Rig& rig,
+                                                                                      auto done) mutable {
     if (request.outside->pixel_um == 0 && rig.camera() != nullptr) request.outside->pixel_um = rig.camera()->pixel_um;
     if (auto busy = rig.WhyNotFocused()) {
       *ended = true;
       return done(PassOn(*std::move(busy)));
     }
-    rig.Autofocus(std::move(request), nullptr,
+    rig.Autofocus(std::move(request), std::move(progress),
                   [ended, done = std::move(done)](Result<rig::AutofocusOutcome> outcome) mutable {
                     *ended = true;
                     done(std::move(outcome));

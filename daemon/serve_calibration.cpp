@@ -175,7 +175,9 @@ enum class Origin { Measured, Said };
 void FinishBacklash(ServedLens& lens, const ExchangePointer& exchange, Axis axis, rig::BacklashOutcome outcome,
                     Origin origin) {
   const auto tell = [exchange, &lens, axis](const rig::BacklashOutcome& ended) {
-    exchange->Finish(varlink::WriteJson({{"backlash", BacklashJson(lens.name(), axis, ended)}}));
+    const Json result = BacklashJson(lens.name(), axis, ended);
+    exchange->Finish(varlink::WriteJson({{"backlash", result}}));
+    lens.watchers().Announce(lens, "backlash", result);
   };
   if (!outcome.measured) return tell(outcome);
   const auto& configured = lens.config().rig.axes[axis].backlash;
@@ -201,10 +203,12 @@ void FinishBacklash(ServedLens& lens, const ExchangePointer& exchange, Axis axis
 
 std::function<void(const rig::BacklashProgress&)> BacklashProgressTo(ServedLens& lens,
                                                                      const ExchangePointer& exchange) {
-  if (!exchange->call().more) return nullptr;
   return [&lens, exchange](const rig::BacklashProgress& now) {
-    const Json json{{"sweep", now.sweep}, {"sweepsExpected", now.of}, {"frames", now.frames}};
-    lens.Later([exchange, text = Wrap("progress", varlink::WriteJson(json))] { exchange->Continue(text); });
+    Json json{{"sweep", now.sweep}, {"sweepsExpected", now.of}, {"frames", now.frames}};
+    lens.Later([&lens, exchange, progress = std::move(json)] {
+      if (exchange->call().more) exchange->Continue(Wrap("progress", varlink::WriteJson(progress)));
+      lens.watchers().TellProgress(lens, Procedure::Backlash, progress);
+    });
   };
 }
 

@@ -1,12 +1,10 @@
 // TakeLease, DropLease, and whom a lease keeps from moving a lens.
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
-#include <random>
 
 #include "lens_json.h"
 #include "lens_service.h"
+#include "random_name.h"
 #include "serve.h"
 
 namespace lensd::daemon {
@@ -17,13 +15,6 @@ using varlink::Json;
 constexpr double kLongestMs = 24.0 * 3600.0 * 1e3;
 /// Keys of what a connection leaves behind when it closes: sessions count from 1, leases from here.
 constexpr std::uint64_t kLeaseKeys = std::uint64_t{1} << 63;
-
-std::string NewKey() {
-  std::random_device random;
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%08x%08x", random(), random());
-  return text.data();
-}
 
 /// Whether a call of a method is one that a lease of somebody else stands against.
 bool Drives(const Method& method, varlink::JsonView parameters) {
@@ -69,10 +60,14 @@ void TakeLease(LensService& service, const ExchangePointer& exchange) {
     return Refuse(exchange, *lens,
                   {Code::InvalidArgument, "a lease has an answer: it cannot be taken by a oneway call"});
   }
-  if (lens->lease() != nullptr && lens->lease()->owner != exchange->peer()) {
+  const Lease* const before = lens->lease();
+  if (before != nullptr && !Holds(*before, exchange)) {
     return RefuseLeased(service, exchange, *lens, "it can be taken then");
   }
-  Lease lease{.key = NewKey(), .holder = exchange->caller(), .owner = nullptr, .until = std::nullopt};
+  Lease lease{.key = before != nullptr ? before->key : RandomName(),
+              .holder = exchange->caller(),
+              .owner = nullptr,
+              .until = std::nullopt};
   if (for_ms != nullptr) {
     const std::chrono::duration<double, std::milli> time(for_ms->get<double>());
     lease.until = service.clock().Now() + std::chrono::duration_cast<Duration>(time);
@@ -82,11 +77,13 @@ void TakeLease(LensService& service, const ExchangePointer& exchange) {
         std::ranges::find(service.lenses(), lens, [](const auto& each) { return each.get(); }) -
         service.lenses().begin());
     exchange->AtClose(kLeaseKeys + index, [lens, owner = lease.owner] {
-      if (lens->lease() != nullptr && lens->lease()->owner == owner) lens->users().lease.reset();
+      if (lens->lease() != nullptr && lens->lease()->owner == owner) {
+        lens->users().lease.Drop(LensLease::End::Disconnected);
+      }
     });
   }
-  lens->users().lease = lease;
   exchange->Finish(varlink::WriteJson({{"lens", lens->name()}, {"lease", lease.key}}));
+  lens->users().lease.Take(std::move(lease));
 }
 
 void DropLease(LensService& service, const ExchangePointer& exchange) {
@@ -95,7 +92,7 @@ void DropLease(LensService& service, const ExchangePointer& exchange) {
   if (const Lease* lease = lens->lease(); lease != nullptr && !Holds(*lease, exchange)) {
     return RefuseLeased(service, exchange, *lens, "its key ends it before");
   }
-  lens->users().lease.reset();
+  lens->users().lease.Drop(LensLease::End::Dropped);
   exchange->Finish("{}");
 }
 

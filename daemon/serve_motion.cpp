@@ -75,7 +75,7 @@ void ShowProgress(const ServedLens& lens, const ExchangePointer& exchange, Axis 
     if (!status || !status->moving) return std::nullopt;
     return Wrap("progress", varlink::WriteJson(MoveProgressJson(axis, *status)));
   };
-  lens.watchers().Add({exchange, &lens, tell, false});
+  lens.watchers().Add({exchange, &lens, tell});
 }
 
 /// The end of a move: nothing is said of its progress after it.

@@ -61,6 +61,7 @@ void Keep(ServedLens& lens, const ExchangePointer& exchange, rig::Preset preset)
   lens.ChangePresets(put, [&lens, exchange, preset](const Result<void>& kept) {
     if (!kept) return Refuse(exchange, lens, kept.error());
     exchange->Finish(varlink::WriteJson({{"preset", PresetJson(preset)}}));
+    lens.watchers().Announce(lens, "preset", {{"change", "saved"}, {"label", preset.label}});
   });
 }
 
@@ -109,9 +110,10 @@ void Remove(ServedLens& lens, const ExchangePointer& exchange) {
     std::erase_if(presets, [&](const rig::Preset& old) { return old.label == label; });
     return {};
   };
-  lens.ChangePresets(remove, [&lens, exchange](const Result<void>& kept) {
+  lens.ChangePresets(remove, [&lens, exchange, label = preset->label](const Result<void>& kept) {
     if (!kept) return Refuse(exchange, lens, kept.error());
     exchange->Finish("{}");
+    lens.watchers().Announce(lens, "preset", {{"change", "removed"}, {"label", label}});
   });
 }
 

@@ -10,10 +10,6 @@ namespace {
 constexpr double kLeastIntervalMs = 10.0;
 constexpr double kMostIntervalMs = 10e3;
 
-std::string StatusEvent(const std::string& text) {
-  return "{\"event\":{\"status\":" + text + "}}";
-}
-
 /// The lenses a call is about: the one it names, or all. Nothing: it has been told that there is no such lens.
 std::optional<std::vector<const ServedLens*>> About(LensService& service, const ExchangePointer& exchange) {
   std::vector<const ServedLens*> lenses;
@@ -37,7 +33,8 @@ void List(LensService& service, const ExchangePointer& exchange) {
   }
   std::string reply = "{\"lenses\":[";
   for (const auto& lens : service.lenses()) reply += (lens == service.lenses().front() ? "" : ",") + lens->info();
-  exchange->Finish(reply + "]}");
+  // What was added since 1.0, each under a name that the comment of what was added gives: nothing yet.
+  exchange->Finish(reply + R"(],"instance":")" + service.watchers().instance() + R"(","features":[]})");
 }
 
 void Status(LensService& service, const ExchangePointer& exchange) {
@@ -49,7 +46,7 @@ void Status(LensService& service, const ExchangePointer& exchange) {
   if (!exchange->call().more) return exchange->Finish(reply);
   exchange->Continue(reply);
   const auto tell = [](const ServedLens& lens) { return "{\"lenses\":[" + lens.text() + "]}"; };
-  service.watchers().Add({exchange, Only(exchange, *lenses), tell, false});
+  service.watchers().Add({exchange, Only(exchange, *lenses), tell});
 }
 
 void Metrics(LensService& service, const ExchangePointer& exchange) {
@@ -84,9 +81,8 @@ void Monitor(LensService& service, const ExchangePointer& exchange) {
     }
     period = std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(least->number()));
   }
-  for (const ServedLens* lens : *lenses) exchange->Continue(StatusEvent(lens->text()));
-  const auto tell = [](const ServedLens& lens) { return StatusEvent(lens.text()); };
-  service.watchers().Add({exchange, Only(exchange, *lenses), tell, true, period});
+  service.watchers().Add({exchange, Only(exchange, *lenses), nullptr, period});
+  for (const ServedLens* lens : *lenses) service.watchers().TellNow(exchange, *lens);
 }
 
 }  // namespace

@@ -44,30 +44,14 @@ std::shared_ptr<const Planning> SharedPlanning(const rig::Rig& rig, const rig::R
 }  // namespace
 
 ServedLens::ServedLens(LensConfig config, const LensSurroundings& surroundings, Open open)
-    : config_(std::move(config)), surroundings_(surroundings), open_(std::move(open)) {
+    : config_(std::move(config)),
+      surroundings_(surroundings),
+      open_(std::move(open)),
+      users_(std::make_unique<LensUsers>(surroundings.loop, surroundings.clock,
+                                         [this](const Json& change) { TellLease(change); })) {
   shown_.info = varlink::WriteJson(AbsentInfoJson(config_.name, config_.device.driver->name));
+  shown_.told_connection = "connecting";
   ShowAbsent("connecting", std::string(kBeingOpened));
-}
-
-/// LensStatus, serialised, with what is not part of the rig's state. From any thread.
-std::string ServedLens::StatusText(Json json, std::string_view connection, const rig::Status& status) const {
-  json["connection"] = connection;
-  json["latched"] = stop_.latched.load();
-  json["warnings"] = shown_.warnings;
-  if (config_.rig.temperature.compensate && status.optics && !status.compensates) {
-    json["warnings"].push_back(
-        "the temperature is not compensated, because no coefficient is known: give um_per_c in [lens.temperature], or "
-        "a calibration with [temperature]");
-  }
-  json["readAtNs"] = status.sampled_at.time_since_epoch().count();
-  return varlink::WriteJson(json);
-}
-
-void ServedLens::ShowAbsent(std::string_view connection, std::string problem) {
-  auto status = std::make_shared<rig::Status>();
-  status->problem = std::move(problem);
-  shown_.text = StatusText(StatusJson(name(), *status), connection, *status);
-  shown_.status = std::move(status);
 }
 
 std::optional<Error> ServedLens::WhyAbsent() const {
@@ -177,7 +161,7 @@ void ServedLens::TellIfHung() {
   if (worker_ || opening_.life >= Life::Ending || status().problem != kBeingOpened) return;
   ShowAbsent("hung", "its device has not answered for 15 s while it was being opened; lensd still waits for it");
   Log(Severity::Warning, Event::LensLost, status().problem, name());
-  watchers().Tell(*this);
+  TellChange();
 }
 
 /// On the thread of Retry.
@@ -205,7 +189,8 @@ bool ServedLens::TryToOpen() {
     } else {
       return;
     }
-    watchers().Tell(*this);
+    TellChange();
+    TellFaults({});
     RunParked();
   });
   return opened;
@@ -221,8 +206,8 @@ void ServedLens::StartRig(Made made, Result<std::vector<rig::Preset>> presets) {
   plans_.planning = SharedPlanning(*rig, config_.rig);
   shown_.info = varlink::WriteJson(InfoJson(name(), *rig, config_.rig, plans_.planning.get(), kept_.calibration_file));
   const rig::Status now = rig->GetStatus();
-  shown_.text = StatusText(StatusJson(name(), now), now.connected ? "connected" : "absent", now);
-  shown_.status = std::make_shared<const rig::Status>(now);
+  const std::string_view connection = now.connected ? "connected" : "absent";
+  Show(std::make_shared<const rig::Status>(now), StatusText(StatusJson(name(), now), connection, now), connection);
   Worker::Listener listener;
   listener.published = [this](const rig::Status& status, std::vector<Worker::Task> later) {
     Published(status, std::move(later));
@@ -247,7 +232,7 @@ void ServedLens::WorkerEnded(std::optional<Error> why) {
   Log(Severity::Error, Event::LensFailed, problem + "; it is opened again", name());
   worker_.reset();
   ShowAbsent("absent", problem);
-  watchers().Tell(*this);
+  TellChange();
   OpenAfter(Retry::kFirstPause * (1 << std::min(opening_.failures++, kMostDoublings)));
 }
 
@@ -279,10 +264,10 @@ void ServedLens::Published(const rig::Status& status, std::vector<Worker::Task> 
 }
 
 void ServedLens::Update(std::shared_ptr<const rig::Status> status, std::string text, bool changed) {
-  const bool was_connected = shown_.status->connected;
-  shown_.status = std::move(status);
-  shown_.text = std::move(text);
-  if (shown_.status->connected != was_connected) {
+  const std::shared_ptr<const rig::Status> before = shown_.status;
+  const std::string_view connection = status->connected ? "connected" : "absent";
+  Show(std::move(status), std::move(text), connection);
+  if (shown_.status->connected != before->connected) {
     if (shown_.status->connected) {
       Log(Severity::Info, Event::LensReady, "the lens answers", name());
       if (config_.home_at_start && FirstNotHomed(*shown_.status)) HomeAtStart();
@@ -290,7 +275,9 @@ void ServedLens::Update(std::shared_ptr<const rig::Status> status, std::string t
       Log(Severity::Warning, Event::LensLost, shown_.status->problem, name());
     }
   }
-  if (changed) watchers().Tell(*this);
+  if (!changed) return;
+  TellChange();
+  TellFaults(*before);
 }
 
 bool ServedLens::Stale() const {
@@ -331,9 +318,17 @@ void ServedLens::ChangeCalibration(EditCalibration edit, std::function<void(cons
     const bool taken = surroundings_.files.Submit([this, done, file = kept_.calibration_file, next = *next] {
       auto kept = Keep(file, next ? rig::CalibrationText(*next) : "");
       if (!kept) kept = Fail(Code::NotKept, "in force, but not kept: " + kept.error().message);
-      surroundings_.loop.Post([this, done, kept] { Replan([done, kept] { done(kept); }); });
+      surroundings_.loop.Post([this, done, kept] {
+        Replan([this, done, kept] {
+          TellCalibration(kept);
+          done(kept);
+        });
+      });
     });
-    if (!taken) done(Fail(Code::Busy, "in force, but not kept: too much waits to be written"));
+    if (taken) return;
+    const Result<void> kept = Fail(Code::Busy, "in force, but not kept: too much waits to be written");
+    TellCalibration(kept);
+    done(kept);
   });
 }
 
@@ -365,14 +360,6 @@ void ServedLens::NextPresetChange() {
     });
   });
   if (!taken) end(Fail(Code::Busy, "too much waits to be written; try again"));
-}
-
-// ---- who uses it --------------------------------------------------------------------------------------------------
-
-const Lease* ServedLens::lease() const {
-  const auto& lease = users_->lease;
-  const bool over = lease && lease->until && surroundings_.clock.Now() >= *lease->until;
-  return lease && !over ? &*lease : nullptr;
 }
 
 }  // namespace lensd::daemon

@@ -13,6 +13,7 @@
 #include "config.h"
 #include "driving_calls.h"
 #include "event_loop.h"
+#include "lens_lease.h"
 #include "planning.h"
 #include "plug_signal.h"
 #include "retry.h"
@@ -37,17 +38,10 @@ struct LensSurroundings {
   std::string state;  ///< folder for what outlives the daemon; empty: nowhere
 };
 
-/// Who alone may move a lens.
-struct Lease {
-  std::string key;
-  std::string holder;            ///< who took it, for people
-  const void* owner = nullptr;   ///< its connection; null: it ends with a time
-  std::optional<Instant> until;  ///< when it ends
-};
-
 /// Who drives a lens, and who alone may.
 struct LensUsers {
-  std::optional<Lease> lease;  ///< it may be over: ServedLens::lease() says
+  LensUsers(EventLoop& loop, const Clock& clock, LensLease::Told told) : lease(loop, clock, std::move(told)) {}
+  LensLease lease;
   DrivingCalls driving;
 };
 
@@ -160,15 +154,18 @@ class ServedLens {
   void ChangePresets(EditPresets edit, std::function<void(const Result<void>&)> done);
 
   /// Null: none holds.
-  const Lease* lease() const;
+  const Lease* lease() const { return users_->lease.now(); }
   LensUsers& users() const { return *users_; }
 
  private:
   /// What it tells of itself.
   struct Shown {
     std::string info;
-    std::string text;
+    std::string rig;                            ///< LensStatus, serialised, without what is not the rig's
+    std::string text;                           ///< LensStatus, serialised
     std::shared_ptr<const rig::Status> status;  ///< what `text` says
+    std::string connection;                     ///< a Connection
+    std::string told_connection;                ///< the one that was announced last
     std::string published;                      ///< the worker's thread: the state last told of, to see changes
     std::vector<std::string> warnings;          ///< of kept files; while there is a worker they do not change
   };
@@ -211,7 +208,12 @@ class ServedLens {
   void HomeAtStart();
   void RunParked();
   std::string StatusText(varlink::Json json, std::string_view connection, const rig::Status& status) const;
+  void Show(std::shared_ptr<const rig::Status> status, std::string text, std::string_view connection);
   void ShowAbsent(std::string_view connection, std::string problem);
+  void TellChange();
+  void TellLease(const varlink::Json& change);
+  void TellFaults(const rig::Status& before) const;
+  void TellCalibration(const Result<void>& kept) const;
   void Published(const rig::Status& status, std::vector<Worker::Task> later);
   void Update(std::shared_ptr<const rig::Status> status, std::string text, bool changed);
   void NextPresetChange();
@@ -223,7 +225,7 @@ class ServedLens {
   Shown shown_;
   Plans plans_;
   Kept kept_;
-  const std::unique_ptr<LensUsers> users_ = std::make_unique<LensUsers>();
+  const std::unique_ptr<LensUsers> users_;
   Stopping stop_;
   Opening opening_;
   std::unique_ptr<Worker> worker_;

@@ -5,11 +5,13 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "base/clock.h"
+#include "drivers/api/lens.h"
+#include "event_counts.h"
 #include "event_loop.h"
 #include "exchange.h"
 #include "varlink/json.h"
@@ -23,13 +25,16 @@ class ServedLens;
 struct Watcher {
   ExchangePointer exchange;
   const ServedLens* only = nullptr;  ///< null: all lenses
-  /// The reply that tells the state of a lens; nothing: it does not concern this call.
+  /// The reply that tells the state of a lens; nothing: it does not concern this call. Null: it hears every kind of
+  /// event, as Monitor tells them.
   std::function<std::optional<std::string>(const ServedLens&)> tell;
-  bool wants_events = false;  ///< also hears of finished moves and autofocus, every one
   Duration period = kDefaultPeriod;
 
   static constexpr Duration kDefaultPeriod = std::chrono::milliseconds(40);
 };
+
+/// What takes many moves and frames, and tells how far it has come.
+enum class Procedure { Autofocus, Backlash };
 
 /// Event loop thread only.
 class Watchers {
@@ -39,13 +44,17 @@ class Watchers {
   /// Until its client goes or Remove().
   void Add(Watcher watcher);
   void Remove(const ExchangePointer& exchange) { watching_.erase(exchange.get()); }
+  /// Tells a call that hears of events how a lens stands, whether that is new or not.
+  void TellNow(const ExchangePointer& exchange, const ServedLens& lens);
   /// The state of `lens` is another one.
   void Tell(const ServedLens& lens);
+  /// How far it has come with something.
+  void TellProgress(const ServedLens& lens, Procedure procedure, const varlink::Json& progress);
   /// `lens` is no longer served: who watched it alone watches the one in its place, or is told that there is none.
   void Replace(const ServedLens& lens, const ServedLens* by);
-  /// Something of `lens` ended: `result` is the field of an Event. Who reads so slowly that even these pile up is
-  /// dropped, and told how many replies it got.
-  void Announce(const ServedLens& lens, std::string_view field, const varlink::Json& result);
+  /// Something happened to `lens` that no monitor is spared: `event` is the field of an Event. Who reads so slowly that
+  /// even these pile up is dropped, and told up to where it heard everything.
+  void Announce(const ServedLens& lens, std::string_view field, const varlink::Json& event);
   void AnnounceMoves(const ServedLens& lens, const varlink::Json& moves);
 
   /// What has been announced of a lens so far.
@@ -53,21 +62,35 @@ class Watchers {
     std::int64_t moves = 0, reached = 0, verified = 0, autofocuses = 0, focused = 0;
   };
   Tally TallyOf(const ServedLens& lens) const;
+  /// Names this run of the daemon.
+  const std::string& instance() const { return counts_.instance(); }
 
  private:
+  /// What a call has not been told of a lens yet; of each kind the newest. A number of 0: nothing.
+  struct Waiting {
+    EventNumber state{};
+    drivers::PerAxis<EventNumber> moves{};
+    std::map<Procedure, std::pair<EventNumber, std::string>> procedures{};
+  };
   struct Watching {
     Watcher watcher;
-    std::set<const ServedLens*> changed;  ///< and not told yet
-    Instant next{};                       ///< when it may be told
+    std::map<const ServedLens*, Waiting> waiting{};
+    Instant next{};  ///< when it may be told
     std::int64_t sent = 0;
+    std::map<std::string, EventNumber> last{};  ///< told, by lens
   };
   static bool Concerns(const Watching& watching, const ServedLens& lens);
-  static void Send(Watching& watching);
+  void CountResult(const ServedLens& lens, std::string_view field, const varlink::Json& event);
+  void SendEvent(Watching& watching, const ServedLens& lens, EventNumber number, std::string_view field,
+                 std::string_view json);
+  void SendAbout(Watching& watching, const ServedLens& lens);
   void TellOne(Watching& watching);
-  void Tick();
+  void Hurry(Watching& watching);
+  void Drop(const ExchangePointer& exchange);
 
   EventLoop& loop_;
   const Clock& clock_;
+  EventCounts counts_;
   std::map<const Exchange*, Watching> watching_;
   std::map<const ServedLens*, Tally> tallies_;
   bool ticking_ = false;

@@ -198,20 +198,6 @@ struct BacklashText {
   int pairs = 0;
 };
 
-std::string BacklashLine(const Json& result) {
-  std::string line = result.value("lens", "") + ": " + result.value("axis", "") + " backlash ";
-  if (!result.value("known", false)) return line + "not measured: " + TextOf(result, "reason");
-  line += NumberText(result, "size", 5, " steps");
-  if (result.value("measured", false)) {
-    line += ", 95 % between " + NumberText(result, "sizeLow", 5, " and ") + NumberText(result, "sizeHigh", 5, "") +
-            ", by " + NumberText(result, "frames", 6, " frames");
-  } else {
-    line += ", as you said";
-  }
-  const std::string reason = TextOf(result, "reason");
-  return line + (reason.empty() ? "" : "; " + reason);
-}
-
 Outcome Backlash(Session& session, const BacklashText& text) {
   Json parameters = Json::object();
   for (const std::string& word : text.words) {

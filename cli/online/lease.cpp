@@ -57,7 +57,9 @@ void AddLease(CLI::App& root, Run& run) {
   auto options = std::make_shared<Options>();
   auto* command = root.add_subcommand("lease", "keep others from moving a lens; stopping it stays open to all");
   command->group(kOnline)->require_subcommand(1);
-  auto* take = command->add_subcommand("take", "takes the lease, prints its key, and holds it until Control-C");
+  auto* take = command->add_subcommand(
+      "take",
+      "takes the lease, or renews the one whose key is in LENSD_LEASE, prints its key, and holds it until Control-C");
   take->add_option("NAME", options->name, "lens");
   take->add_option("--for", options->time, "do not wait: it ends after this time, such as 10min")->type_name("TIME");
   take->callback(

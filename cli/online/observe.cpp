@@ -5,6 +5,7 @@
 #include "cli/online/arguments.h"
 #include "cli/online/commands.h"
 #include "cli/online/daemon_client.h"
+#include "cli/online/event_text.h"
 #include "cli/online/texts.h"
 
 namespace lensd::cli {
@@ -58,13 +59,6 @@ Outcome Status(Session& session, const std::string& name, bool watch) {
     }
     return true;
   });
-}
-
-std::string EventText(const Json& event) {
-  if (event.contains("status")) return StatusText(event["status"]);
-  if (event.contains("move")) return MoveText(event["move"]);
-  if (event.contains("autofocus")) return AutofocusText(event["autofocus"]);
-  return varlink::WriteJson(event);
 }
 
 Outcome Monitor(Session& session, const std::string& name) {
@@ -124,7 +118,11 @@ void AddMetrics(CLI::App& root, Run& run) {
 
 void AddMonitor(CLI::App& root, Run& run) {
   auto name = std::make_shared<std::string>();
-  auto* command = root.add_subcommand("monitor", "states, finished moves and autofocus runs, until Control-C");
+  auto* command = root.add_subcommand(
+      "monitor",
+      "what happens, one line each, until Control-C: states, progress, finished moves, autofocus runs and backlash "
+      "measurements, faults, leases, changes of calibration and presets, lenses that come and go. States and progress "
+      "may be left out for newer ones. With --json one object a line, whose sequence and lasting count what happened");
   command->group(kOnline);
   command->add_option("NAME", *name, "lens; all of them when left out");
   command->callback([&run, name] { run = [name](Session& session) { return Monitor(session, *name); }; });

@@ -169,4 +169,18 @@ std::string AutofocusText(const Json& result) {
   return line;
 }
 
+std::string BacklashLine(const Json& result) {
+  std::string line = result.value("lens", "") + ": " + result.value("axis", "") + " backlash ";
+  if (!result.value("known", false)) return line + "not measured: " + TextOf(result, "reason");
+  line += NumberText(result, "size", 5, " steps");
+  if (result.value("measured", false)) {
+    line += ", 95 % between " + NumberText(result, "sizeLow", 5, " and ") + NumberText(result, "sizeHigh", 5, "") +
+            ", by " + NumberText(result, "frames", 6, " frames");
+  } else {
+    line += ", as you said";
+  }
+  const std::string reason = TextOf(result, "reason");
+  return line + (reason.empty() ? "" : "; " + reason);
+}
+
 }  // namespace lensd::cli

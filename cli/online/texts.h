@@ -23,5 +23,7 @@ std::string AutofocusProgressText(const varlink::Json& progress);
 std::string AutofocusStepText(const varlink::Json& step);
 /// One line of AutofocusResult, and one for each candidate.
 std::string AutofocusText(const varlink::Json& result);
+/// One line of BacklashResult.
+std::string BacklashLine(const varlink::Json& result);
 
 }  // namespace lensd::cli

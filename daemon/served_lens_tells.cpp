@@ -1,0 +1,78 @@
+// What a lens tells of itself: its state, and what changed of it that is not the rig's to tell.
+#include <utility>
+
+#include "lens_json.h"
+#include "served_lens.h"
+
+namespace lensd::daemon {
+
+using varlink::Json;
+
+/// LensStatus, serialised, with what is not part of the rig's state. From any thread.
+std::string ServedLens::StatusText(Json json, std::string_view connection, const rig::Status& status) const {
+  json["connection"] = connection;
+  json["latched"] = stop_.latched.load();
+  json["warnings"] = shown_.warnings;
+  if (config_.rig.temperature.compensate && status.optics && !status.compensates) {
+    json["warnings"].push_back(
+        "the temperature is not compensated, because no coefficient is known: give um_per_c in [lens.temperature], or "
+        "a calibration with [temperature]");
+  }
+  json["readAtNs"] = status.sampled_at.time_since_epoch().count();
+  return varlink::WriteJson(json);
+}
+
+/// From now on this is the state: `text` is LensStatus but for the lease, which the rig does not know.
+void ServedLens::Show(std::shared_ptr<const rig::Status> status, std::string text, std::string_view connection) {
+  shown_.connection = connection;
+  shown_.status = std::move(status);
+  shown_.rig = std::move(text);
+  shown_.text = shown_.rig;
+  shown_.text.back() = ',';
+  shown_.text.append("\"lease\":").append(varlink::WriteJson(LeaseJson(lease()))).append("}");
+}
+
+void ServedLens::ShowAbsent(std::string_view connection, std::string problem) {
+  auto status = std::make_shared<rig::Status>();
+  status->problem = std::move(problem);
+  std::string text = StatusText(StatusJson(name(), *status), connection, *status);
+  Show(std::move(status), std::move(text), connection);
+}
+
+/// The state is another one; whether the lens is there may be part of it.
+void ServedLens::TellChange() {
+  watchers().Tell(*this);
+  if (shown_.told_connection == shown_.connection) return;
+  shown_.told_connection = shown_.connection;
+  watchers().Announce(*this, "list",
+                      {{"change", shown_.connection == "connected" ? "opened" : "gone"},
+                       {"connection", shown_.connection},
+                       {"reason", TextOrNull(shown_.status->problem)}});
+}
+
+void ServedLens::TellLease(const Json& change) {
+  Show(shown_.status, std::move(shown_.rig), std::string(shown_.connection));  // the state tells of it too
+  watchers().Tell(*this);
+  watchers().Announce(*this, "lease", change);
+}
+
+/// What axes complain of now and did not before, and the other way round.
+void ServedLens::TellFaults(const rig::Status& before) const {
+  for (const drivers::Axis axis : drivers::kAxes) {
+    const auto& was = before.axes[axis];
+    const auto& is = shown_.status->axes[axis];
+    if (!is || is->fault == (was ? was->fault : "")) continue;
+    watchers().Announce(*this, "fault", {{"axis", drivers::AxisName(axis)}, {"fault", TextOrNull(is->fault)}});
+  }
+}
+
+void ServedLens::TellCalibration(const Result<void>& kept) const {
+  const auto& optics = shown_.status->optics;
+  const auto error = optics ? optics->error() : std::nullopt;
+  watchers().Announce(*this, "calibration",
+                      {{"grade", GradeName(optics ? optics->grade() : rig::Grade::Uncalibrated)},
+                       {"errorUm", error ? varlink::NumberOrNull(error->value * 1e6) : Json(nullptr)},
+                       {"kept", kept.has_value()}});
+}
+
+}  // namespace lensd::daemon
