@@ -170,16 +170,27 @@ Duration FrameRequests::Patience() const {
   return kPatience + beat_.exposure + std::chrono::duration_cast<Duration>(frames);
 }
 
+/// The camera is not to blame for a time in which nobody asked it, because the machine had no time for this program:
+/// after that it has a moment to give its frame.
+bool FrameRequests::MayBeLate(Instant now) {
+  constexpr Duration kPause = std::chrono::seconds(1);
+  if (now - service_.last > kPause) service_.spared_until = now + kPause;
+  service_.last = now;
+  return now >= service_.spared_until;
+}
+
 void FrameRequests::Serve(Instant now) {
   const auto steady = lens_.SteadySince();
+  const bool may_be_late = MayBeLate(now);
   const auto late = [&, patience = Patience()](const FrameRequest& request) {
+    if (!may_be_late) return false;
     if (request.lens == LensMotion::Any) return now > request.since + patience;
     return steady && now > std::max(request.since, *steady) + patience;
   };
   for (auto& done : TakeIf(late)) {
     replies_.Add(std::move(done), Result<LensedFrame>(Fail(Code::Timeout, "the camera gave no usable frame in time")));
   }
-  EndLateViews(now);
+  if (may_be_late) EndLateViews(now);
   // A frame is judged only once a reading from after its exposure is there.
   if (!frame_ || !lens_.sampled_at() || *lens_.sampled_at() < frame_->exposure_end) return;
   const drivers::Frame frame = *std::exchange(frame_, std::nullopt);

@@ -70,6 +70,12 @@ class FrameRequests {
     Instant next{};   ///< exposures that begin earlier are not shown
     Instant heard{};  ///< when the camera last gave a frame, or was not asked on the viewer's behalf
   };
+  /// The times of Serve().
+  struct Service {
+    Instant last{};
+    Instant spared_until{};  ///< nothing is late before this
+  };
+  bool MayBeLate(Instant now);
   bool IsShown(const Onlooker& onlooker) const;
   bool ViewIsDue(Instant now) const;
   void Show(const LensedFrame& frame, bool moved);
@@ -93,6 +99,7 @@ class FrameRequests {
   Beat beat_;
   std::optional<drivers::Frame> frame_;
   Native handed_out_bound_{};  ///< of focus, with the frame before
+  Service service_;
   std::vector<FrameRequest> waiting_;
   std::vector<Onlooker> onlookers_;
 };

@@ -4,6 +4,7 @@ import fcntl
 import mmap
 import os
 import random
+import signal
 import struct
 import tempfile
 import time
@@ -172,6 +173,19 @@ class ViewTest(DaemonTest):
                 reply, _ = next_picture(client)
                 dropped = reply["dropped"]
             self.assertGreater(dropped, first["dropped"])
+
+    def test_a_machine_that_has_no_time_for_lensd_ends_no_view(self):
+        with self.client() as client:
+            view(client, lens="b", encoding="jpeg")
+            before = next_picture(client)[0]["frame"]["sequence"]
+            os.kill(self.daemon.process.pid, signal.SIGSTOP)
+            time.sleep(6)  # longer than a camera has for a frame
+            os.kill(self.daemon.process.pid, signal.SIGCONT)
+            deadline = time.monotonic() + 20 * PATIENCE
+            began = time.monotonic_ns()
+            while next_picture(client)[0]["frame"]["exposureStartNs"] < began:
+                self.assertLess(time.monotonic(), deadline)
+            self.assertGreater(next_picture(client)[0]["frame"]["sequence"], before)
 
     def test_sixteen_views_and_no_more(self):
         clients = [self.client() for _ in range(17)]

@@ -47,7 +47,7 @@ class FileClient(Client):
                 return None
             self.buffer += data
         message, self.buffer = self.buffer.split(b"\0", 1)
-        return json.loads(message.decode())
+        return self.judged(json.loads(message.decode()))
 
     def __exit__(self, *unused):
         for file in self.files:
@@ -68,11 +68,9 @@ def view(client, **parameters):
 
 
 def next_picture(client):
-    """The first reply of the next picture, and all its bytes."""
+    """The first reply of the next picture, and all its bytes. The view must go on: after an error nothing comes."""
     first = client.receive()
-    if "error" in first:
-        return first, b""
-    assert first["continues"], first
+    assert first and first.get("continues"), first
     reply = first["parameters"]
     if reply.get("fd") is not None:
         file = client.files.pop(reply["fd"])
