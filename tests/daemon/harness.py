@@ -2,6 +2,7 @@
 import contextlib
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -16,8 +17,17 @@ LENS = "io.lensd.Lens."
 PATIENCE = float(os.environ.get("LENSD_TEST_PATIENCE", "1"))
 
 
+def errors_of_page():
+    """By method, what docs/interface.md says that its calls may end with."""
+    with open(os.path.join(HERE, "..", "..", "docs", "interface.md"), encoding="utf-8") as file:
+        methods = re.findall(r"^### (\w+)\n(?:(?!^###).*\n)*?Errors: (.*)\.$", file.read(), re.MULTILINE)
+    return {name: set(re.findall(r"`(\w+)`", errors)) for name, errors in methods}
+
+
 class Client:
-    """One connection. Messages are decoded, errors are returned as they are."""
+    """One connection. Messages are decoded, errors are returned as they are; one that the page of the interface does not
+    list for its method fails the test that meets it."""
+    page = errors_of_page()
 
     def __init__(self, path, timeout=30):
         self.socket = socket.socket(socket.AF_UNIX)
@@ -28,6 +38,7 @@ class Client:
             self.socket.close()
             raise
         self.buffer = b""
+        self.calls = []  # without an answer yet; None: nobody knows, since a test wrote bytes of its own
 
     def __enter__(self):
         return self
@@ -36,13 +47,16 @@ class Client:
         self.socket.close()
 
     def send_bytes(self, data):
+        self.calls = None
         self.socket.sendall(data)
 
     def send(self, method, parameters=None, **flags):
         message = {"method": method, **flags}
         if parameters is not None:
             message["parameters"] = parameters
-        self.send_bytes(json.dumps(message).encode() + b"\0")
+        if self.calls is not None and not flags.get("oneway"):
+            self.calls.append(method)
+        self.socket.sendall(json.dumps(message).encode() + b"\0")
 
     def receive(self):
         """The next message, or None when the server has closed."""
@@ -55,7 +69,21 @@ class Client:
                 return None
             self.buffer += data
         message, self.buffer = self.buffer.split(b"\0", 1)
-        return json.loads(message.decode())
+        return self.judged(json.loads(message.decode()))
+
+    def judged(self, reply):
+        """The same, after a look at the page."""
+        if not self.calls:
+            return reply
+        method = self.calls[0]
+        if not reply.get("continues"):
+            self.calls.pop(0)
+        error = reply.get("error", "")
+        refused = "connections are open" in reply.get("parameters", {}).get("message", "")  # whatever the call was
+        if method.startswith(LENS) and error.startswith(LENS) and not refused:
+            listed = self.page.get(method[len(LENS):], set())
+            assert error[len(LENS):] in listed, f"docs/interface.md does not list {error} for {method}: {reply}"
+        return reply
 
     def call(self, method, parameters=None, **flags):
         self.send(method, parameters, **flags)
