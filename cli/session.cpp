@@ -70,6 +70,7 @@ Exit StatusOf(Code code) {
     case Code::NotHomed:
       return Exit::NotHomed;
     case Code::Disconnected:
+    case Code::WrongDevice:
       return Exit::Unavailable;
     case Code::Unsupported:
       return Exit::Unsupported;

@@ -345,6 +345,7 @@ std::string_view ErrorName(Code code) {
     case Code::Superseded:
       return "io.lensd.Lens.Superseded";
     case Code::Disconnected:
+    case Code::WrongDevice:
       return "io.lensd.Lens.Disconnected";
     case Code::Busy:
       return "io.lensd.Lens.Busy";

@@ -40,6 +40,7 @@ int StatusOf(Code code) {
       return EX_CONFIG;
     case Code::Busy:
     case Code::Disconnected:
+    case Code::WrongDevice:
     case Code::Timeout:
       return EX_UNAVAILABLE;
     case Code::Io:

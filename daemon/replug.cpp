@@ -82,25 +82,32 @@ class Slot {
   }
 
  private:
+  /// Closing may wait for what the device has in hand, which is no concern of whoever is told that it is gone.
   void Lose(Error why) {
     closed_.camera = camera_counts();
     closed_.lens = lens_errors();
+    const auto lost = std::make_shared<drivers::Device>();
     {
       const std::lock_guard lock(mutex_);
-      device_ = {};
+      std::swap(*lost, device_);
       present_ = false;
       why_ = std::move(why);
     }
-    retry_.emplace(signal_, [this] { return TryToOpen(); });
+    retry_.emplace(signal_, [this, lost] {
+      *lost = {};
+      return TryToOpen();
+    });
   }
 
   bool TryToOpen() {
     auto opened = open_();
     Error why{Code::Disconnected, ""};
     if (!opened) {
-      why.message = opened.error().message;
-    } else if (!Fits(*opened)) {
-      why.message = "another device has taken its place; restart lensd if that is meant";
+      // What cannot be done by what is there now, and could be by what was there: it is not the same.
+      const bool another = opened.error().code == Code::WrongDevice || opened.error().code == Code::Unsupported;
+      why = {another ? Code::WrongDevice : Code::Disconnected, opened.error().message};
+    } else if (auto misfit = Misfit(*opened); !misfit.empty()) {
+      why = {Code::WrongDevice, std::move(misfit)};
       opened = PassOn(why);
     }
     const std::lock_guard lock(mutex_);
@@ -112,16 +119,31 @@ class Slot {
     return true;
   }
 
-  bool Fits(const drivers::Device& other) const {
-    if ((other.lens != nullptr) != lens_.has_value() || (other.camera != nullptr) != camera_.has_value()) return false;
+  /// Empty, or in what the device differs from the one before.
+  std::string Misfit(const drivers::Device& other) const {
+    const std::string end = "; restart lensd if that is meant";
+    if ((other.lens != nullptr) != lens_.has_value()) return "the device there has no lens" + end;
+    if ((other.camera != nullptr) != camera_.has_value()) return "the device there has no camera" + end;
     if (lens_) {
       const auto& can = other.lens->capabilities();
-      if (can.model != lens_->model || can.serial != lens_->serial || !SameAxes(can, *lens_)) return false;
+      if (const auto who = Another(*lens_, can); !who.empty()) return who + end;
+      if (!SameAxes(can, *lens_)) return "the lens came back with other axes or ranges" + end;
     }
-    if (!camera_) return true;
+    if (!camera_) return "";
     const auto& can = other.camera->capabilities();
-    return can.model == camera_->model && can.serial == camera_->serial && can.width == camera_->width &&
-           can.height == camera_->height && can.bits == camera_->bits;
+    if (const auto who = Another(*camera_, can); !who.empty()) return who + end;
+    const bool same = can.width == camera_->width && can.height == camera_->height && can.bits == camera_->bits;
+    return same ? "" : "the camera came back with another picture size or format" + end;
+  }
+
+  template <class Described>
+  static std::string Another(const Described& before, const Described& now) {
+    if (before.model == now.model && before.serial == now.serial) return "";
+    return "another device has taken its place: " + Named(now.model, now.serial) + " instead of " +
+           Named(before.model, before.serial);
+  }
+  static std::string Named(const std::string& model, const std::string& serial) {
+    return model + (serial.empty() ? "" : " with serial number " + serial);
   }
 
   std::mutex mutex_;
@@ -184,6 +206,9 @@ class ReplugLens final : public drivers::Lens {
   }
   void DoInterrupt() override {
     slot_->Interrupt([](drivers::Device& device) { device.lens->Interrupt(); });
+  }
+  void DoCutReadShort() override {
+    slot_->Interrupt([](drivers::Device& device) { device.lens->CutReadShort(); });
   }
   std::uint64_t DoCountBusErrors() const override { return slot_->lens_errors(); }
 

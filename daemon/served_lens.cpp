@@ -36,6 +36,11 @@ bool MayComeYet(Code code) {
          code == Code::Io || code == Code::Cancelled || code == Code::Internal;
 }
 
+/// Of a lens whose device was open once.
+std::string_view ConnectionOf(const rig::Status& status) {
+  return status.connected ? "connected" : status.wrong_device ? "wrongDevice" : "absent";
+}
+
 std::shared_ptr<const Planning> SharedPlanning(const rig::Rig& rig, const rig::RigConfig& config) {
   auto planning = PlanningOf(rig, config);
   return planning ? std::make_shared<const Planning>(*std::move(planning)) : nullptr;
@@ -206,7 +211,7 @@ void ServedLens::StartRig(Made made, Result<std::vector<rig::Preset>> presets) {
   plans_.planning = SharedPlanning(*rig, config_.rig);
   shown_.info = varlink::WriteJson(InfoJson(name(), *rig, config_.rig, plans_.planning.get(), kept_.calibration_file));
   const rig::Status now = rig->GetStatus();
-  const std::string_view connection = now.connected ? "connected" : "absent";
+  const std::string_view connection = ConnectionOf(now);
   Show(std::make_shared<const rig::Status>(now), StatusText(StatusJson(name(), now), connection, now), connection);
   Worker::Listener listener;
   listener.published = [this](const rig::Status& status, std::vector<Worker::Task> later) {
@@ -255,7 +260,7 @@ void ServedLens::Published(const rig::Status& status, std::vector<Worker::Task> 
   std::string without_time = varlink::WriteJson(json);
   const bool changed = without_time != shown_.published;
   shown_.published = std::move(without_time);
-  std::string text = StatusText(std::move(json), status.connected ? "connected" : "absent", status);
+  std::string text = StatusText(std::move(json), ConnectionOf(status), status);
   surroundings_.loop.Post([this, copy = std::make_shared<const rig::Status>(status), text = std::move(text), changed,
                            tasks = std::move(later)]() mutable {
     Update(std::move(copy), std::move(text), changed);

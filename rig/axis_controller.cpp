@@ -141,10 +141,18 @@ std::optional<EndedMotion> AxisController::End(Outcome outcome) {
     RememberRest();
   } else {
     target_.reset();
-    if (motion->adrift() > 0.0 || motion->live()) track_.LoseSight(motion->adrift());
+    LoseSightOf(*motion);
     if (motion->commands() > 0) Coast();
   }
   return EndedMotion{motion->TakeCallback(), motion->commands()};
+}
+
+/// Of a motion that was not seen under way it is not known how far it came.
+void AxisController::LoseSightOf(const AxisMotion& motion) {
+  if (motion.adrift() > 0.0) return track_.LoseSight(motion.adrift(), AxisTrack::Until::Arrival);
+  const double reach = state_ ? motion.UnseenReach(*state_) : 0.0;
+  const auto until = setup_.can.follows() ? AxisTrack::Until::SeenAtRest : AxisTrack::Until::Arrival;
+  if (reach > 0.0 || motion.live()) track_.LoseSight(reach, until);
 }
 
 /// It is not stopped by us, or not at once.
@@ -233,7 +241,8 @@ Result<void> AxisController::RememberMotion(Native lowest, Native highest) {
     if (covered(motion)) return {};
   }
   if (auto saved = remembered_.Save(setup_.axis, motion); !saved) {
-    return Fail(Code::NotKept, "nothing was moved, because the position could not be remembered: " + saved.error().message);
+    return Fail(Code::NotKept,
+                "nothing was moved, because the position could not be remembered: " + saved.error().message);
   }
   return {};
 }

@@ -83,6 +83,7 @@ class AxisController final : private Motor {
   Result<void> RememberMotion(Native lowest, Native highest);
   void RememberRest();
   void Coast();
+  void LoseSightOf(const AxisMotion& motion);
 
   drivers::Lens& lens_;
   RememberedPositions& remembered_;

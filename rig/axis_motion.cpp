@@ -54,6 +54,12 @@ AxisMotion::End AxisMotion::Advance(Motor& motor, const drivers::AxisState& stat
   return std::nullopt;
 }
 
+double AxisMotion::UnseenReach(const drivers::AxisState& state) const {
+  const bool under_way = phase_ == Phase::TakingUp || phase_ == Phase::Going || phase_ == Phase::Settling;
+  const bool unseen = !setup_.can.follows() || leg_.Unseen(state);
+  return under_way && leg_.begun() && unseen ? leg_.Reach(state) + track_.adrift() : 0.0;
+}
+
 void AxisMotion::LetRunOut() {
   runs_out_ = true;
   leg_.CutShort();

@@ -70,6 +70,8 @@ class AxisMotion {
   /// It ended without having been seen: the axis is within this of its reading, native units; 0: it was seen.
   double adrift() const { return adrift_; }
   bool live() const { return leg_.live(); }
+  /// How far from its readings it may be where it is cut short now, native units; 0: it is where they say.
+  double UnseenReach(const drivers::AxisState& state) const;
   bool homing() const { return !request_.target || request_.home_first; }
   /// Motions the device was asked for so far; the parts of a shaped step are one.
   int commands() const { return attempts_.commands; }

@@ -61,7 +61,7 @@ void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool o
   if (state.moving || step > scatter) travel_ += step;
   last_ = state.position;
   // Of an axis that ended its motion unseen, what it does next may still be that motion.
-  if (ours || !rest_ || adrift_ > 0.0) {
+  if (ours || !rest_ || adrift_.by > 0.0) {
     rest_ = state.position;
   } else if (std::abs((state.position - *rest_).value) > scatter) {
     moved_by_another_ = true;
@@ -69,6 +69,7 @@ void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool o
     rest_ = state.position;
     slack_.Reset(sampled_at);
   }
+  if (!ours && !state.moving && !state.assumed && adrift_.until == Until::SeenAtRest) adrift_.by = 0.0;
   slack_.Note(state.position, state.moving, sampled_at);
 }
 
@@ -83,7 +84,7 @@ void AxisTrack::Commanded(Way way, Instant now) {
 
 void AxisTrack::Arrived() {
   arrived_ = true;
-  adrift_ = 0.0;
+  adrift_.by = 0.0;
 }
 
 void AxisTrack::Homed(Instant now) {
@@ -135,7 +136,7 @@ AxisMemory AxisTrack::Remember(Native position) const {
   memory.known = known_;
   memory.slack = slack_.left();
   memory.travel = travel_;
-  memory.doubt = doubt_ + adrift_;
+  memory.doubt = doubt_ + adrift_.by;
   return memory;
 }
 

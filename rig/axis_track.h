@@ -54,8 +54,10 @@ class AxisTrack {
   void BacklashChanged();
   /// The motion ended at its target.
   void Arrived();
-  /// The motion ended unseen: the mechanism may be this far from the readings until a motion arrives, native units.
-  void LoseSight(double within) { adrift_ = within; }
+  enum class Until { SeenAtRest, Arrival };
+  /// The motion ended unseen: the mechanism may be this far from the readings, native units, until a motion arrives, or
+  /// already until the device says where it stands without taking it for granted.
+  void LoseSight(double within, Until until) { adrift_ = {within, until}; }
   /// Stands at the reference.
   void Homed(Instant now);
 
@@ -63,7 +65,7 @@ class AxisTrack {
   /// The mechanism stands within this of the readback, native units, where its last motion was seen to end.
   double Bound() const;
   /// What is to be added where it was not; 0: it was.
-  double adrift() const { return adrift_; }
+  double adrift() const { return adrift_.by; }
   /// The last motion asked of the axis ended at its target; true if none was.
   bool arrived() const { return arrived_; }
   /// The same of the end of a motion from `position`.
@@ -95,7 +97,10 @@ class AxisTrack {
   std::optional<Native> rest_;  ///< where it should stand
   double travel_ = 0.0;
   double doubt_ = 0.0;  ///< native units: a remembered position that could not be told better
-  double adrift_ = 0.0;
+  struct {
+    double by = 0.0;
+    Until until = Until::Arrival;
+  } adrift_;
   bool arrived_ = true;
   bool known_ = true;
   bool moved_by_us_ = false;

@@ -67,6 +67,10 @@ Rig::Impl::~Impl() {
 
 Instant Rig::Impl::Step(Instant now) {
   commanded = false;
+  if (replies.TakeHurry()) {
+    RunReplies();
+    return now;
+  }
   frames.Poll(now, autofocus.uses_camera());
   if (WantsReading(now)) ReadLens();
   AdvanceMotions();
@@ -190,6 +194,7 @@ void Rig::Impl::Stop(const std::vector<Axis>& named, StopCallback done) {
   }
   if (Names(named, Axis::Focus)) autofocus.Cancel(cancelled);
   replies.Add(std::move(done), std::move(answer));
+  replies.Hurry();  // a reading may take longer than the stop did
 }
 
 void Rig::Impl::ResetFaults(const std::vector<Axis>& named, StopCallback done) {
@@ -260,6 +265,7 @@ Status Rig::Impl::GetStatus() const {
   Status status;
   status.connected = reader.connected();
   if (problem) status.problem = problem->message;
+  status.wrong_device = problem && problem->code == Code::WrongDevice;
   status.has_camera = device.camera != nullptr;
   if (device.camera) status.counters = device.camera->counters();
   status.counters.bus_errors += device.lens->bus_errors();
@@ -278,7 +284,8 @@ Status Rig::Impl::GetStatus() const {
 Activity Rig::Impl::CurrentActivity() const {
   if (const auto occupied = procedure.lock()) return *occupied;
   if (autofocus.running()) return autofocus.activity();
-  if (const auto axis = InMotion()) return {axes[*axis]->motion()->homing() ? Activity::Kind::Homing : Activity::Kind::Moving, 0, 0};
+  if (const auto axis = InMotion())
+    return {axes[*axis]->motion()->homing() ? Activity::Kind::Homing : Activity::Kind::Moving, 0, 0};
   if (frames.anyone()) return {Activity::Kind::Snapshot, 0, 0};
   return {};
 }
@@ -294,7 +301,8 @@ std::optional<Axis> Rig::Impl::InMotion() const {
 
 std::optional<Error> Rig::Impl::WhyNotFocused() const {
   const auto busy = [](const char* what, const char* activity) {
-    return Fail(Code::Busy, std::string(what) + ": wait for its end, or stop it", {.axis = "focus", .activity = activity})
+    return Fail(Code::Busy, std::string(what) + ": wait for its end, or stop it",
+                {.axis = "focus", .activity = activity})
         .error();
   };
   if (!procedure.expired()) return busy("the backlash of this lens is being measured", "backlash");

@@ -38,9 +38,9 @@ std::optional<Error> LensReader::Read() {
     Note(*std::move(read));
     return std::nullopt;
   }
-  ++failures_;
   const Code code = read.error().code;
-  if (code == Code::Cancelled) return std::nullopt;
+  if (code == Code::Cancelled) return std::nullopt;  // whoever cut it short is heard first
+  ++failures_;
   if (IsTransient(code) && failures_ < kAttempts) {
     next_read_ = clock_.Now() + kAgain;
     return std::nullopt;

@@ -19,6 +19,9 @@ class Replies {
     if (!done) return;
     Add([done = std::move(done), answer = std::move(answer)]() mutable { done(std::move(answer)); });
   }
+  /// Those that wait now are not to wait for a reading too.
+  void Hurry() { in_a_hurry_ = true; }
+  bool TakeHurry() { return std::exchange(in_a_hurry_, false); }
   bool empty() const { return waiting_.empty(); }
   /// The oldest of them. There must be one.
   std::move_only_function<void()> Take() {
@@ -29,6 +32,7 @@ class Replies {
 
  private:
   std::deque<std::move_only_function<void()>> waiting_;
+  bool in_a_hurry_ = false;
 };
 
 }  // namespace lensd::rig

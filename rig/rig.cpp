@@ -168,6 +168,10 @@ Status Rig::GetStatus() const {
   return impl_->GetStatus();
 }
 
+void Rig::CutReadingShort() {
+  impl_->device.lens->CutReadShort();
+}
+
 void Rig::Interrupt() {
   impl_->device.lens->Interrupt();
   if (impl_->device.camera) impl_->device.camera->Interrupt();

@@ -47,6 +47,7 @@ int ExitStatusOf(Code code) {
     case Code::Internal:
       return EX_SOFTWARE;
     case Code::Disconnected:
+    case Code::WrongDevice:
     case Code::Unsupported:
     case Code::NotHomed:
       return EX_UNAVAILABLE;

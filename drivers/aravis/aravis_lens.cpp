@@ -93,10 +93,22 @@ Result<AxisState> AravisLens::ReadAxis(ArvCamera* camera, Axis axis, std::option
   // The axis' own word counts where it has one; the controller's is about all of them.
   const Condition word = *own ? **own : controller.value_or(Condition::Ready);
   state.moving = Moves(axis, state.position, word == Condition::Busy, clock_.Now());
+  ForgetCut(axis);
   state.assumed = way.assumed;
   state.homed = word != Condition::NotInitialized && controller != Condition::NotInitialized;
   state.fault = FaultOf(controller == Condition::NotConnected ? Condition::NotConnected : word);
   return state;
+}
+
+/// A position that is neither where it set out nor where it was sent is no echo, and not told at the end alone.
+void AravisLens::ForgetCut(Axis axis) {
+  Way& way = ways_[axis];
+  if (!way.cut || !way.from || !way.seen) return;
+  const double resolution = facts_.axes[axis]->can.resolution;
+  const auto near = [&](Native place) { return std::abs((*way.seen - place).value) <= resolution; };
+  if (near(*way.cut) || near(*way.from)) return;
+  way.cut.reset();
+  way.assumed = false;
 }
 
 void AravisLens::Told(Axis axis, std::optional<Native> target) {
@@ -106,6 +118,7 @@ void AravisLens::Told(Axis axis, std::optional<Native> target) {
   const bool rested = !way.commanded && now - way.changed > kShowsBusy;
   way.from = rested ? way.seen : std::nullopt;
   way.target = target;
+  way.cut.reset();
   way.commanded = way.changed = now;
   way.busy_seen = way.assumed = way.there_at_once = way.watched = false;
   way.approaching = way.busy_readings = 0;
@@ -212,8 +225,14 @@ Result<void> AravisLens::DoStop(Axis axis) {
   return link_->Call<void>([this, axis](ArvCamera* camera) -> Result<void> {
     const auto before = ReadAll(camera);
     if (auto aborted = Execute(camera, facts_.abort); !aborted) return aborted;
-    ways_[axis].target.reset();
-    ways_[axis].commanded.reset();
+    Way& way = ways_[axis];
+    const bool under_way = !before || (before->axes[axis] && before->axes[axis]->moving);
+    if (under_way && way.target && !way.live) {
+      way.cut = way.target;
+      way.assumed = true;
+    }
+    way.target.reset();
+    way.commanded.reset();
     for (const Axis other : kAxes) {
       if (other == axis || !facts_.axes[other] || !ways_[other].target) continue;
       const bool may_move = !before || (before->axes[other] && before->axes[other]->moving);

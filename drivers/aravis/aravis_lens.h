@@ -34,12 +34,9 @@ struct LensFacts {
   bool any() const;
 };
 
-/// Looks for the lens' features, those of `names` first; on the link's thread. No axis at all is an answer.
-/// Unsupported: a feature named in the configuration does not exist or cannot be written.
+/// Selects the lens' controller and looks for its features, those of `names` first; on the link's thread. No axis at
+/// all is an answer. Unsupported: a feature named in the configuration does not exist or cannot be written.
 Result<LensFacts> FindLens(ArvCamera* camera, const LensNames& names);
-
-/// Selects the lens' controller; on the link's thread, each time the camera is opened.
-Result<void> SelectController(ArvCamera* camera, const LensFacts& facts);
 
 /// Feature by feature over the control channel.
 class AravisLens final : public Lens {
@@ -67,6 +64,7 @@ class AravisLens final : public Lens {
     std::optional<Native> target;      ///< last told; none: the search of the reference, or a stop
     std::optional<Native> from;        ///< where it rested before that
     std::optional<Native> seen;        ///< last read
+    std::optional<Native> cut;         ///< the target of a motion stopped before anything was seen of it
     Instant changed{};                 ///< when that last did
     int approaching = 0;               ///< readings in a row on the way to the target, each nearer
     int busy_readings = 0;             ///< in a row
@@ -79,6 +77,7 @@ class AravisLens final : public Lens {
   static bool Approaches(const Way& way, Native position, double resolution);
   bool Moves(Axis axis, Native position, bool busy, Instant now);
   void Told(Axis axis, std::optional<Native> target);
+  void ForgetCut(Axis axis);
 
   PerAxis<Way> ways_;                   ///< the link's thread
   std::optional<Celsius> temperature_;  ///< the link's thread, as below

@@ -7,6 +7,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "camera_search.h"
+#include "discovery.h"
+
 namespace lensd::drivers::aravis {
 namespace {
 
@@ -14,24 +17,11 @@ constexpr Duration kOpenDeadline = std::chrono::seconds(12);
 constexpr Duration kFirstPause = std::chrono::milliseconds(100);
 constexpr Duration kLongestPause = std::chrono::seconds(2);
 constexpr Duration kCheckEvery = std::chrono::seconds(1);
+// Parts of a call's deadline: when it is asked whether the camera is still there, and how often. 0.95 of it in all.
+constexpr int kSoon = 4, kHails = 5, kHailEvery = 7;
 
 Instant Now() {
   return std::chrono::steady_clock::now();
-}
-
-/// Where Aravis would reach the device whose serial number this is; a network address where it has one, since opening
-/// by that needs no second search.
-std::string NameOfSerial(const std::string& serial) {
-  arv_update_device_list();
-  for (unsigned int i = 0; i < arv_get_n_devices(); ++i) {
-    const char* its = arv_get_device_serial_nbr(i);
-    if (its == nullptr || serial != its) continue;
-    const char* protocol = arv_get_device_protocol(i);
-    const bool on_network = protocol != nullptr && std::string_view(protocol) == "GigEVision";
-    const char* name = on_network ? arv_get_device_address(i) : arv_get_device_id(i);
-    return name != nullptr ? name : "";
-  }
-  return "";
 }
 
 }  // namespace
@@ -83,13 +73,35 @@ std::uint64_t AravisLink::Enqueue(Task task) {
   return generation;
 }
 
-Result<void> AravisLink::WaitFor(const std::function<bool()>& done, std::uint64_t generation, Duration deadline) {
+Result<void> AravisLink::WaitFor(const std::function<bool()>& done, std::uint64_t generation) {
+  const Instant deadline = Now() + config_.deadline;
   std::unique_lock lock(mutex_);
   const auto over = [&] { return done() || interrupts_ != generation; };
-  const bool in_time = answered_.wait_for(lock, deadline, over);
+  const bool gone = !answered_.wait_for(lock, config_.deadline / kSoon, over) && Gone(lock, over);
+  const bool in_time = gone || answered_.wait_until(lock, deadline, over);
   if (done()) return {};
+  if (gone) {
+    state_.lost = true;
+    wake_.notify_one();
+    return Fail(Code::Disconnected, "the camera with " + config_.Named() + " does not answer any more");
+  }
   if (in_time) return Fail(Code::Cancelled, "interrupted");
   return Fail(Code::Timeout, "the camera with " + config_.Named() + " did not answer in time");
+}
+
+/// Whether nobody is at the camera's address any more: Aravis takes 2.5 s to say so of one register. A camera that is
+/// busy with what it was asked may be slow to answer this too, so it has nearly the whole deadline.
+bool AravisLink::Gone(std::unique_lock<std::mutex>& lock, const std::function<bool()>& over) {
+  if (state_.address.empty()) return false;
+  Hail hail(state_.address);
+  for (int i = 0; i < kHails; ++i) {
+    hail.Send();
+    const bool ended = answered_.wait_for(lock, config_.deadline / kHailEvery, over);
+    const Presence presence = ended ? Presence::Camera : hail.Wait({});
+    if (presence == Presence::Refuses || presence == Presence::Unreachable) return true;
+    if (presence != Presence::Silent) return false;
+  }
+  return true;
 }
 
 void AravisLink::Interrupt() {
@@ -115,11 +127,12 @@ void AravisLink::Note(const Error& error) {
   state_.lost = true;
 }
 
-/// Disconnected, and what is known of it.
+/// Disconnected or WrongDevice, and what is known of it.
 Error AravisLink::WhyAbsent() const {
   const std::lock_guard lock(mutex_);
-  const std::string none = "the camera with " + config_.Named() + " does not answer";
-  return {Code::Disconnected, state_.why_not.empty() ? none : state_.why_not};
+  if (!state_.why_not) return {Code::Disconnected, "the camera with " + config_.Named() + " does not answer"};
+  const bool wrong = state_.why_not->code == Code::WrongDevice;
+  return {wrong ? Code::WrongDevice : Code::Disconnected, state_.why_not->message};
 }
 
 // ---- the link's thread --------------------------------------------------------------------------------------------
@@ -215,7 +228,7 @@ void AravisLink::Reopen(const std::stop_token& stop) {
     if (opened) break;
     {
       const std::lock_guard lock(mutex_);
-      state_.why_not = camera_.handle ? opened.error().message : "";
+      state_.why_not = opened.error();
     }
     Close();
   }
@@ -225,26 +238,17 @@ void AravisLink::Reopen(const std::stop_token& stop) {
   const std::lock_guard lock(mutex_);
   state_.lost = false;
   state_.connected = true;
-  state_.why_not.clear();
-}
-
-Result<Handle<ArvCamera>> AravisLink::Find() {
-  std::string name = !config_.address.empty() ? config_.address : config_.id;
-  if (!config_.serial.empty()) name = NameOfSerial(config_.serial);
-  const std::string missing = "there is no camera with " + config_.Named();
-  if (name.empty())
-    return Fail(Code::Disconnected, missing + "; is it connected and powered? arv-tool-0.8 lists what is");
-  CallError error;
-  Handle<ArvCamera> camera(arv_camera_new(name.c_str(), error.out()));
-  if (error) return error.Why("opening the camera with " + config_.Named());
-  if (!camera) return Fail(Code::Disconnected, missing);
-  return camera;
+  state_.why_not.reset();
 }
 
 Result<void> AravisLink::OpenCamera() {
-  auto found = Find();
-  if (!found) return PassOn(found);
-  camera_.handle = std::move(*found);
+  auto opened = OpenConfigured(config_);
+  if (!opened) return PassOn(opened);
+  camera_.handle = std::move(opened->camera);
+  {
+    const std::lock_guard lock(mutex_);
+    state_.address = opened->address;
+  }
   ArvDevice* device = arv_camera_get_device(camera_.handle.get());
   arv_device_set_range_check_policy(device, ARV_RANGE_CHECK_POLICY_ENABLE);
   arv_device_set_access_check_policy(device, ARV_ACCESS_CHECK_POLICY_ENABLE);

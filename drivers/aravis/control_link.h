@@ -75,15 +75,15 @@ class AravisLink {
     std::optional<Result<void>> opened;  ///< for the first time
     bool connected = false;
     bool lost = false;
-    int missed = 0;       ///< deadlines in a row, no call having been answered since
-    std::string why_not;  ///< what keeps a camera that answers again from being used; empty: none answers
+    int missed = 0;                ///< deadlines in a row, no call having been answered since
+    std::optional<Error> why_not;  ///< why it could not be opened again, since that was last tried
+    std::string address;           ///< of a camera on a network
   };
 
   AravisLink(const DriverConfig& config, Setup setup);
   void Run(const std::stop_token& stop);
   void Serve(const std::stop_token& stop);
   Result<void> OpenCamera();
-  Result<Handle<ArvCamera>> Find();
   void Close();
   void Reopen(const std::stop_token& stop);
   void FailQueue();
@@ -91,7 +91,8 @@ class AravisLink {
   void CheckUp();
   void Note(const Error& error);
   Error WhyAbsent() const;
-  Result<void> WaitFor(const std::function<bool()>& done, std::uint64_t generation, Duration deadline);
+  Result<void> WaitFor(const std::function<bool()>& done, std::uint64_t generation);
+  bool Gone(std::unique_lock<std::mutex>& lock, const std::function<bool()>& over);
   std::uint64_t Enqueue(Task task);
 
   const DriverConfig config_;
@@ -128,7 +129,7 @@ Result<T> AravisLink::Call(Work<T> work) {
     answered_.notify_all();
   };
   const std::uint64_t generation = Enqueue(std::move(task));
-  const auto waited = WaitFor(lock_free_done, generation, config_.deadline);
+  const auto waited = WaitFor(lock_free_done, generation);
   const std::lock_guard lock(mutex_);
   if (slot->answer) return std::move(*slot->answer);
   slot->given_up = true;

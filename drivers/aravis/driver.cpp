@@ -2,6 +2,7 @@
 // must be there again when the camera comes back.
 #include "drivers/aravis/driver.h"
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -19,6 +20,25 @@ struct Found {
   std::optional<LensFacts> lens;
 };
 
+bool SameAxis(const std::optional<AxisFeature>& before, const std::optional<AxisFeature>& now) {
+  if (!before || !now) return before.has_value() == now.has_value();
+  return before->feature == now->feature && before->status == now->status && before->can.minimum == now->can.minimum &&
+         before->can.maximum == now->can.maximum && before->can.resolution == now->can.resolution;
+}
+
+/// WrongDevice: the camera is back without the lens that it had.
+Result<void> ExpectLens(ArvCamera* camera, const DriverConfig& config, const LensFacts& before) {
+  const auto now = FindLens(camera, config.lens);
+  if (!now && now.error().code != Code::Unsupported) return PassOn(now);
+  const bool same = now && now->status == before.status && now->abort == before.abort &&
+                    std::ranges::all_of(kAxes, [&](Axis axis) { return SameAxis(before.axes[axis], now->axes[axis]); });
+  if (same) return {};
+  const std::string what = !now         ? now.error().message
+                           : now->any() ? "its lens has other features or ranges than before"
+                                        : "it has no lens any more";
+  return Fail(Code::WrongDevice, "the camera with " + config.Named() + " is back, but " + what);
+}
+
 Result<void> SetUp(ArvCamera* camera, const DriverConfig& config, Found& found) {
   auto facts = SetUpCamera(camera, config.camera);
   if (!facts) return PassOn(facts);
@@ -31,14 +51,14 @@ Result<void> SetUp(ArvCamera* camera, const DriverConfig& config, Found& found) 
   }
   const CameraFacts& before = *found.camera;
   if (facts->serial != before.serial || facts->model != before.model) {
-    return Fail(Code::Disconnected, "another camera answers at " + config.Named() + " now: " + facts->model +
-                                        " with serial number " + facts->serial + " instead of " + before.model +
-                                        " with " + before.serial);
+    return Fail(Code::WrongDevice, "another camera answers at " + config.Named() + " now: " + facts->model +
+                                       " with serial number " + facts->serial + " instead of " + before.model +
+                                       " with " + before.serial);
   }
   if (facts->width != before.width || facts->height != before.height || facts->format != before.format) {
-    return Fail(Code::Protocol, "the camera came back with another picture size or format");
+    return Fail(Code::WrongDevice, "the camera came back with another picture size or format");
   }
-  return SelectController(camera, *found.lens);
+  return ExpectLens(camera, config, *found.lens);
 }
 
 }  // namespace

@@ -81,6 +81,12 @@ void TameGlib() {
   std::call_once(once, [] {
     g_log_set_always_fatal(static_cast<GLogLevelFlags>(0));
     g_log_set_default_handler(KeepWarning, nullptr);
+    // Cameras are opened by several threads at once: what Aravis and libxml2 set up at the first description is set up
+    // here.
+    constexpr char kDescription[] = "<RegisterDescription/>";
+    CallError ignored;
+    const Handle<ArvDomDocument> first(
+        arv_dom_document_new_from_memory(kDescription, sizeof kDescription - 1, ignored.out()));
   });
 }
 

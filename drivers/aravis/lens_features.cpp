@@ -159,17 +159,18 @@ Result<void> FindController(ArvCamera* camera, const LensNames& names, LensFacts
   return {};
 }
 
-}  // namespace
-
-bool LensFacts::any() const {
-  return std::ranges::any_of(kAxes, [&](Axis axis) { return axes[axis].has_value(); });
-}
-
+/// Each time the camera is opened.
 Result<void> SelectController(ArvCamera* camera, const LensFacts& facts) {
   if (facts.controller.empty()) return {};
   CallError error;
   arv_camera_set_string(camera, facts.selector.c_str(), facts.controller.c_str(), error.out());
   return error.Check("selecting optic_controller \"" + facts.controller + "\"");
+}
+
+}  // namespace
+
+bool LensFacts::any() const {
+  return std::ranges::any_of(kAxes, [&](Axis axis) { return axes[axis].has_value(); });
 }
 
 Result<LensFacts> FindLens(ArvCamera* camera, const LensNames& names) {

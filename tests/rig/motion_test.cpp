@@ -132,7 +132,7 @@ TEST_F(MotionTest, AStallIsReportedAndTheMotorStopped) {
   EXPECT_FALSE(answers.only()->reached);
   EXPECT_NE(answers.only()->reason.find("stalled"), std::string::npos) << answers.only()->reason;
   EXPECT_LE(answers.only()->elapsed, 1100ms);
-  EXPECT_EQ(controls_->stops, 1);
+  EXPECT_GT(controls_->stops, 0);
 }
 
 TEST_F(MotionTest, ASlowMotorIsGivenUpAtTheDeadline) {
@@ -232,6 +232,23 @@ TEST_F(MotionTest, StopEndsAMotionWithinAPollAndTheTargetBecomesTheReadback) {
   EXPECT_FALSE(status->moving);
   EXPECT_NEAR(status->position.value, 300.0, 5.0);
   EXPECT_EQ(status->target, status->position);
+}
+
+/// On a bus a reading takes longer than the stop did.
+TEST_F(MotionTest, AStopIsAnsweredBeforeTheNextReading) {
+  Open();
+  Answers<MoveOutcome> moved;
+  rig_->Move(Axis::Focus, At(900), moved.Take());
+  Run(200ms);
+  const int reads = controls_->reads;
+  Answers<void> stopped;
+  rig_->Stop({}, stopped.Take());
+  const Instant next = rig_->Step(clock_.Now());
+  ASSERT_TRUE(stopped.only());
+  EXPECT_EQ(moved.only().error().code, Code::Cancelled);
+  EXPECT_EQ(controls_->reads, reads);
+  EXPECT_GT(controls_->stops, 0);
+  EXPECT_LE(next, clock_.Now()) << "the reading is only put off";
 }
 
 TEST_F(MotionTest, StopAfterAMoveInOneBreathNeverLetsItBegin) {

@@ -18,6 +18,7 @@ enum class Code {
   Cancelled,        ///< stopped by a person or a closing connection
   Superseded,       ///< a newer command for the same axis took over
   Disconnected,     ///< the device or the peer is not there
+  WrongDevice,      ///< a device is there, but not the one that is meant
   Busy,             ///< something else is going on; try again
   Leased,           ///< another client alone may do that now
   NotHomed,         ///< an axis does not know where it stands: home it first

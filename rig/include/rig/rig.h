@@ -166,6 +166,7 @@ struct Status {
   bool connected = false;
   std::string
       problem;  ///< empty, or why the lens does not answer: then nothing moves as far as is known, and nothing is homed
+  bool wrong_device = false;  ///< the problem is that another device is in its place
   Instant sampled_at{};  ///< of the axes
   drivers::PerAxis<std::optional<AxisStatus>> axes;
   std::shared_ptr<const OpticsTable> optics;  ///< under the conditions of this moment; null: not known
@@ -273,6 +274,8 @@ class Rig {
   Status GetStatus() const;
   /// From any thread: makes a device call in progress end soon, so that Step() returns.
   void Interrupt();
+  /// From any thread: the same of a reading only, which is made up for later. Before a stop.
+  void CutReadingShort();
 
  private:
   class Impl;

@@ -265,7 +265,7 @@ TEST(AravisDevice, AnotherCameraAtItsAddressIsLeftAloneAndNamed) {
   }
   EXPECT_NE(said.find("another camera answers"), std::string::npos) << said;
   EXPECT_NE(said.find("TWO instead of"), std::string::npos) << said;
-  EXPECT_EQ(CodeOf(device.lens->StartMove(Axis::Focus, Native{100})), Code::Disconnected);
+  EXPECT_EQ(CodeOf(device.lens->StartMove(Axis::Focus, Native{100})), Code::WrongDevice);
   stand.Unplug();
   stand.PlugAnother("ONE");
   const Instant end = std::chrono::steady_clock::now() + 20s;

@@ -97,6 +97,46 @@ TEST(AravisFaults, WithoutAStatusAPositionThatChangesIsMotion) {
   EXPECT_NEAR(bench.truth(), 3800, 1.0);
 }
 
+/// Stopped after some 1000 of 3800 steps: what reads as the target, or still as the start, is not where it stands.
+class StoppedMidway : public ::testing::TestWithParam<std::tuple<GigePosition, const char*>> {};
+
+TEST_P(StoppedMidway, TheBoundCoversWhereItStandsAndTheSameCommandMovesOn) {
+  const auto [position, feedback] = GetParam();
+  const std::string scene = ::testing::TempDir() + "/gige_stop.toml";
+  std::ofstream(scene)
+      << "version = 1\n[camera]\nwidth = 32\nheight = 24\n[lens]\nsteps = 4001\nspeed_steps_per_s = 1500\n"
+         "[[surface]]\nkind = \"wall\"\ndistance_m = 1.2\nconstant = 0.5\n";
+  Bench bench({.scene = scene, .position = position, .busy_late = 50ms}, {{"feedback", std::string(feedback)}});
+  const auto begin = bench.Move(10.0);
+  ASSERT_TRUE(begin && *begin && (*begin)->reached);
+  const testing::Trouble stop{testing::Trouble::Kind::Power, 700ms, 1h};
+  const auto stopped = bench.Move(3800, stop, [&](bool on) {
+    if (on) bench.rig().Stop({}, [](const Result<void>& answer) { EXPECT_TRUE(answer); });
+  });
+  ASSERT_TRUE(stopped);
+  ASSERT_FALSE(*stopped);
+  bench.AwaitRest();
+  const auto focus = *bench.rig().GetStatus().axes[Axis::Focus];
+  const double truth = bench.stand().camera().TrueFocus();
+  ASSERT_GT(truth, 200.0);
+  ASSERT_LT(truth, 3000.0);
+  EXPECT_LE(std::abs(focus.position.value - truth), focus.bound.value) << focus.position.value << ", truly " << truth;
+  if (position == GigePosition::Live && *feedback == 'c') {
+    EXPECT_LT(focus.bound.value, 500.0) << "a position that is live shows where it stands";
+  }
+  const auto again = bench.Move(3800);
+  ASSERT_TRUE(again && *again);
+  EXPECT_TRUE((*again)->reached) << (*again)->reason;
+  EXPECT_NEAR(bench.truth(), 3800, 1.0);
+  EXPECT_LT(bench.rig().GetStatus().axes[Axis::Focus]->bound.value, 500.0) << "known again";
+}
+
+INSTANTIATE_TEST_SUITE_P(Gige, StoppedMidway,
+                         ::testing::Values(std::tuple(GigePosition::Echo, "counts"),
+                                           std::tuple(GigePosition::AtEnd, "counts"),
+                                           std::tuple(GigePosition::Live, "counts"),
+                                           std::tuple(GigePosition::Echo, "echo")));
+
 TEST(AravisFaults, AnErrorStatusEndsAMoveAsAFault) {
   const std::string scene = ::testing::TempDir() + "/gige_stall.toml";
   std::ofstream(scene) << "version = 1\n[camera]\nwidth = 32\nheight = 24\n[lens]\nsteps = 4001\n"

@@ -65,6 +65,16 @@ class MovingBench {
     const Instant limit = clock_.Now() + std::chrono::seconds(5);
     while (!rig_->GetStatus().connected && clock_.Now() < limit) StepOnce();
   }
+  /// Steps on until it is seen standing, or for a few seconds.
+  void AwaitRest() {
+    const Instant limit = clock_.Now() + std::chrono::seconds(5);
+    for (int standing = 0; standing < 5 && clock_.Now() < limit;) {
+      StepOnce();
+      const rig::Status status = rig_->GetStatus();
+      const auto& focus = status.axes[drivers::Axis::Focus];
+      standing = focus && !focus->moving ? standing + 1 : 0;
+    }
+  }
   /// Where the mechanism was when the last move ended: not far from here just before the last reading, which an answer
   /// may take long to bring, or then. Nobody can know of a knock in between.
   bool WasAt(double place, double tolerance) const {

@@ -95,7 +95,8 @@ struct LensState {
 };
 
 /// A lens. Calls check their arguments and forward to the driver; each I/O call ends within the driver's I/O deadline
-/// and none waits for motion: poll Read(). One thread calls everything but Interrupt(). The destructor stops what
+/// and none waits for motion: poll Read(). One thread calls everything but Interrupt() and
+/// CutReadShort(). The destructor stops what
 /// moves, as far as the device can, and closes.
 class Lens {
  public:
@@ -122,6 +123,9 @@ class Lens {
   std::uint64_t bus_errors() const { return DoCountBusErrors(); }
   /// From any thread: makes an I/O call in progress return Cancelled soon. Harmless when none is.
   void Interrupt() { DoInterrupt(); }
+  /// From any thread: a Read() in progress returns Cancelled soon, where it takes long enough to matter, because
+  /// something more urgent waits for it. Harmless when none is.
+  void CutReadShort() { DoCutReadShort(); }
 
  protected:
   explicit Lens(Capabilities capabilities) : capabilities_(std::move(capabilities)) {}
@@ -133,6 +137,7 @@ class Lens {
   virtual Result<void> DoStop(Axis axis) = 0;
   virtual Result<void> DoResetFault(Axis axis);
   virtual void DoInterrupt() {}
+  virtual void DoCutReadShort() {}
   /// By default the calls that ended so; drivers that ask again by themselves know of more.
   virtual std::uint64_t DoCountBusErrors() const { return failed_calls_; }
 

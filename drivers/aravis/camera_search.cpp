@@ -1,0 +1,125 @@
+// One search for everybody, and opening without the lock of Aravis' list.
+#include "camera_search.h"
+
+#include <arv.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "discovery.h"
+
+namespace lensd::drivers::aravis {
+namespace {
+
+constexpr Duration kSearchDeadline = std::chrono::seconds(8);
+
+std::string Text(const char* text) {
+  return text == nullptr ? "" : text;
+}
+
+std::vector<ListedCamera> ListNow() {
+  arv_update_device_list();
+  std::vector<ListedCamera> cameras;
+  for (unsigned int i = 0; i < arv_get_n_devices(); ++i) {
+    cameras.push_back({.id = Text(arv_get_device_id(i)),
+                       .physical_id = Text(arv_get_device_physical_id(i)),
+                       .protocol = Text(arv_get_device_protocol(i)),
+                       .address = Text(arv_get_device_address(i)),
+                       .vendor = Text(arv_get_device_vendor(i)),
+                       .model = Text(arv_get_device_model(i)),
+                       .serial = Text(arv_get_device_serial_nbr(i))});
+  }
+  return cameras;
+}
+
+/// What is under way for all who want it. Aravis' list is one a process, and each search frees the words of the last.
+class SharedSearch {
+ public:
+  Result<std::vector<ListedCamera>> Search() {
+    std::unique_lock lock(mutex_);
+    if (running_) {
+      const auto joined = begun_;
+      const auto over = [&] { return !running_ || begun_ != joined; };
+      if (ended_.wait_for(lock, kSearchDeadline, over)) return found_;
+      return Fail(Code::Timeout, "the search for cameras does not end");
+    }
+    running_ = true;
+    ++begun_;
+    lock.unlock();
+    auto found = ListNow();
+    lock.lock();
+    running_ = false;
+    found_ = found;
+    ended_.notify_all();
+    return found;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  bool running_ = false;             // guarded by mutex_, as all below
+  std::uint64_t begun_ = 0;          ///< searches
+  std::vector<ListedCamera> found_;  ///< by the last that ended
+};
+
+SharedSearch& TheSearch() {
+  static SharedSearch search;
+  return search;
+}
+
+/// By its addresses, with no list in between: no lock is held.
+Result<OpenedCamera> OpenAt(const std::string& host, const std::string& named) {
+  const auto route = AskCamera(host);
+  if (!route) return Fail(route.error().code, "no camera with " + named + ": " + route.error().message);
+  CallError device_error, camera_error;
+  const Handle<GInetAddress> here(g_inet_address_new_from_string(route->here.c_str()));
+  const Handle<GInetAddress> there(g_inet_address_new_from_string(route->camera.c_str()));
+  const Handle<ArvDevice> device(arv_gv_device_new(here.get(), there.get(), device_error.out()));
+  if (device_error) return device_error.Why("opening the camera with " + named);
+  if (!device) return Fail(Code::Disconnected, "the camera with " + named + " cannot be opened");
+  OpenedCamera opened;
+  opened.camera.reset(arv_camera_new_with_device(device.get(), camera_error.out()));
+  opened.address = route->camera;
+  if (camera_error) return camera_error.Why("opening the camera with " + named);
+  return opened;
+}
+
+bool IsMeant(const ListedCamera& listed, const DriverConfig& config) {
+  if (!config.serial.empty()) return listed.serial == config.serial;
+  return listed.id == config.id || listed.physical_id == config.id || listed.vendor + "-" + listed.serial == config.id;
+}
+
+Result<OpenedCamera> OpenNamed(const ListedCamera& listed, const std::string& named) {
+  if (listed.protocol == "GigEVision") return OpenAt(listed.address, named);
+  CallError error;
+  OpenedCamera opened;
+  opened.camera.reset(arv_camera_new(listed.id.c_str(), error.out()));
+  if (error) return error.Why("opening the camera with " + named);
+  if (!opened.camera) return Fail(Code::Disconnected, "the camera with " + named + " cannot be opened");
+  return opened;
+}
+
+}  // namespace
+
+Result<std::vector<ListedCamera>> SearchCameras() {
+  return TheSearch().Search();
+}
+
+Result<OpenedCamera> OpenListed(const ListedCamera& listed) {
+  return OpenNamed(listed, "id \"" + listed.id + "\"");
+}
+
+Result<OpenedCamera> OpenConfigured(const DriverConfig& config) {
+  if (!config.address.empty()) return OpenAt(config.address, config.Named());
+  const auto cameras = SearchCameras();
+  if (!cameras) return PassOn(cameras);
+  const auto found = std::ranges::find_if(*cameras, [&](const ListedCamera& one) { return IsMeant(one, config); });
+  if (found != cameras->end()) return OpenNamed(*found, config.Named());
+  return Fail(Code::Disconnected, "there is no camera with " + config.Named() +
+                                      "; is it connected and powered? arv-tool-0.8 lists what is");
+}
+
+}  // namespace lensd::drivers::aravis

@@ -1,0 +1,39 @@
+// Finding cameras and opening them. Aravis holds one lock while it searches and while it opens by name, so that a
+// camera that is not there would hold up those that are: here an address is asked first, and all searches are one.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config.h"
+#include "gobject_handles.h"
+
+namespace lensd::drivers::aravis {
+
+/// A camera as a search shows it.
+struct ListedCamera {
+  std::string id;           ///< Aravis' own, "Vendor-Model-Serial"
+  std::string physical_id;  ///< its MAC address, or its GUID
+  std::string protocol;     ///< "GigEVision" or "USB3Vision"
+  std::string address;      ///< of its network, or its bus
+  std::string vendor, model, serial;
+};
+
+/// A camera that was opened, and the address it is at; empty: it is not on a network.
+struct OpenedCamera {
+  Handle<ArvCamera> camera;
+  std::string address;
+};
+
+/// Every camera on the networks and on USB. Takes a second; who asks while a search goes on shares its result. From any
+/// thread. Timeout: Aravis does not come back.
+Result<std::vector<ListedCamera>> SearchCameras();
+
+/// Opens a camera of that list. Errors as OpenCamera().
+Result<OpenedCamera> OpenListed(const ListedCamera& listed);
+
+/// Finds the configured camera and opens it. From any thread. Disconnected: it is not there, and why as far as is
+/// known. Protocol, Timeout, Busy.
+Result<OpenedCamera> OpenConfigured(const DriverConfig& config);
+
+}  // namespace lensd::drivers::aravis

@@ -1,0 +1,153 @@
+// The discovery command of GigE Vision's control protocol, to one address.
+#include "discovery.h"
+
+#include <arpa/inet.h>
+#include <netdb.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <vector>
+
+namespace lensd::drivers::aravis {
+namespace {
+
+constexpr std::uint16_t kControlPort = 3956;
+constexpr int kTries = 4;
+constexpr Duration kEachTry = std::chrono::milliseconds(250);
+/// Key, "please acknowledge", DISCOVERY_CMD, no payload, a number for the answer to repeat.
+constexpr std::array<unsigned char, 8> kQuestion = {0x42, 0x01, 0x00, 0x02, 0x00, 0x00, 0x4c, 0x44};
+/// DISCOVERY_ACK; its status comes before.
+constexpr std::array<unsigned char, 2> kAnswer = {0x00, 0x03};
+constexpr std::size_t kHeader = 8;
+
+bool IsAnswer(const unsigned char* packet, std::size_t size) {
+  return size >= kHeader && std::equal(kAnswer.begin(), kAnswer.end(), packet + 2) &&
+         std::equal(kQuestion.end() - 2, kQuestion.end(), packet + kHeader - 2);
+}
+
+sockaddr_in At(const std::string& host) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(kControlPort);
+  inet_pton(AF_INET, host.c_str(), &address.sin_addr);
+  return address;
+}
+
+std::string Numbers(const in_addr& host) {
+  std::array<char, INET_ADDRSTRLEN> text{};
+  return inet_ntop(AF_INET, &host, text.data(), text.size()) != nullptr ? text.data() : "";
+}
+
+Result<std::vector<std::string>> AddressesOf(const std::string& host) {
+  addrinfo hints{};
+  hints.ai_family = AF_INET;
+  hints.ai_socktype = SOCK_DGRAM;
+  addrinfo* list = nullptr;
+  const int failed = getaddrinfo(host.c_str(), nullptr, &hints, &list);
+  const std::unique_ptr<addrinfo, void (*)(addrinfo*)> owner(list, [](addrinfo* all) {
+    if (all != nullptr) freeaddrinfo(all);
+  });
+  if (failed != 0) {
+    return Fail(Code::Disconnected, "there is no host \"" + host + "\": " + gai_strerror(failed));
+  }
+  std::vector<std::string> addresses;
+  for (const addrinfo* one = list; one != nullptr; one = one->ai_next) {
+    sockaddr_in address{};
+    std::memcpy(&address, one->ai_addr, sizeof address);
+    addresses.push_back(Numbers(address.sin_addr));
+  }
+  return addresses;
+}
+
+Result<Route> AskAddress(const std::string& address) {
+  Hail hail(address);
+  Presence presence = Presence::Silent;
+  for (int i = 0; i < kTries && (presence == Presence::Silent || presence == Presence::Stranger); ++i) {
+    hail.Send();
+    presence = hail.Wait(kEachTry);
+  }
+  switch (presence) {
+    case Presence::Camera:
+      return Route{.camera = address, .here = hail.here()};
+    case Presence::Stranger:
+      return Fail(Code::Protocol, "what answers at " + address + " is no GigE Vision camera");
+    case Presence::Refuses:
+      return Fail(Code::Disconnected, "the host at " + address + " is there and refuses: it is no GigE Vision camera");
+    case Presence::Unreachable:
+      return Fail(Code::Disconnected, address + " cannot be reached: " + hail.why());
+    case Presence::Silent:
+      break;
+  }
+  return Fail(Code::Disconnected, "nothing answers at " + address + "; is the camera connected and powered?");
+}
+
+}  // namespace
+
+Hail::Hail(const std::string& address) : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
+  // Connected: the kernel says then whether anybody can be there, and passes on nothing from others.
+  const sockaddr_in there = At(address);
+  if (socket_ < 0 || connect(socket_, reinterpret_cast<const sockaddr*>(&there), sizeof there) != 0) Fails(errno);
+}
+
+Hail::~Hail() {
+  if (socket_ >= 0) close(socket_);
+}
+
+void Hail::Fails(int error) {
+  if (error == EAGAIN || error == EINTR) return;
+  error_ = error;
+  presence_ = error == ECONNREFUSED ? Presence::Refuses : Presence::Unreachable;
+}
+
+void Hail::Send() {
+  if (presence_ == Presence::Unreachable || presence_ == Presence::Refuses) return;
+  if (send(socket_, kQuestion.data(), kQuestion.size(), MSG_NOSIGNAL) < 0) Fails(errno);
+}
+
+Presence Hail::Wait(Duration limit) {
+  const Instant deadline = std::chrono::steady_clock::now() + limit;
+  while (presence_ == Presence::Silent || presence_ == Presence::Stranger) {
+    const Duration left = std::max(deadline - std::chrono::steady_clock::now(), Duration{});
+    pollfd ready{.fd = socket_, .events = POLLIN, .revents = 0};
+    const auto ms = static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(left).count());
+    if (poll(&ready, 1, ms) <= 0) break;
+    std::array<unsigned char, 1024> packet{};
+    const ssize_t size = recv(socket_, packet.data(), packet.size(), 0);
+    if (size < 0) {
+      Fails(errno);
+    } else {
+      presence_ = IsAnswer(packet.data(), static_cast<std::size_t>(size)) ? Presence::Camera : Presence::Stranger;
+    }
+  }
+  return presence_;
+}
+
+std::string Hail::here() const {
+  sockaddr_in own{};
+  socklen_t size = sizeof own;
+  if (getsockname(socket_, reinterpret_cast<sockaddr*>(&own), &size) != 0) return "";
+  return Numbers(own.sin_addr);
+}
+
+std::string Hail::why() const {
+  return std::strerror(error_);
+}
+
+Result<Route> AskCamera(const std::string& host) {
+  const auto addresses = AddressesOf(host);
+  if (!addresses) return PassOn(addresses);
+  Result<Route> route = Fail(Code::Disconnected, "the host \"" + host + "\" has no address");
+  for (const std::string& address : *addresses) {
+    route = AskAddress(address);
+    if (route) break;
+  }
+  return route;
+}
+
+}  // namespace lensd::drivers::aravis
