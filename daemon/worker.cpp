@@ -59,6 +59,7 @@ void Worker::SubmitStop(Command command) {
     stops_->Raise();
     ++waiting_.stops;
     waiting_.commands.push_back(std::move(command));
+    rig_->CutReadingShort();
   }
   wake_.notify_one();
 }

@@ -98,9 +98,9 @@ Duration Bus::IoDeadline() const {
 
 // ---- callers ------------------------------------------------------------------------------------------------------
 
-void Bus::Interrupt(Interrupts& interrupts) {
+void Bus::Interrupt(Interrupts& interrupts, Calls calls) {
   const std::lock_guard lock(mutex_);
-  ++interrupts.count;
+  ++(calls == Calls::All ? interrupts.count : interrupts.looks);
   answers_.notify_all();
 }
 
@@ -137,7 +137,8 @@ Result<void> Bus::Stop(BusSlot& seat, const Interrupts& interrupts) {
 
 Result<std::vector<Sample>> Bus::Look(std::span<const std::unique_ptr<BusSlot>> seats, const Interrupts& interrupts) {
   std::unique_lock lock(mutex_);
-  const auto before = interrupts.count;
+  const auto before = interrupts.count, looks_before = interrupts.looks;
+  const auto interrupted = [&] { return interrupts.count != before || interrupts.looks != looks_before; };
   const Instant now = clock_.Now();
   for (const auto& seat : seats) ++seat->looks_asked;
   wake_.notify_all();
@@ -150,7 +151,7 @@ Result<std::vector<Sample>> Bus::Look(std::span<const std::unique_ptr<BusSlot>> 
       if (answered(i) && !seats[i]->look_answer) return true;
       all = all && answered(i);
     }
-    return all || interrupts.count != before;
+    return all || interrupted();
   };
   const auto recent = [&](const auto& seat) { return seat->newest && clock_.Now() - seat->newest->at < kOldest; };
   answers_.wait_until(lock, now + kFreshWait, settled);
@@ -158,7 +159,7 @@ Result<std::vector<Sample>> Bus::Look(std::span<const std::unique_ptr<BusSlot>> 
   for (std::size_t i = 0; i < seats.size(); ++i) {
     if (answered(i) && !seats[i]->look_answer) return PassOn(seats[i]->look_answer);
   }
-  if (interrupts.count != before) return Fail(Code::Cancelled, "interrupted");
+  if (interrupted()) return Fail(Code::Cancelled, "interrupted");
   std::vector<Sample> samples;
   for (std::size_t i = 0; i < seats.size(); ++i) {
     if (!answered(i) && !recent(seats[i])) {
@@ -272,14 +273,15 @@ Result<void> Bus::Ask(BusSlot& seat, Priority priority, const Exchange& exchange
   return Send(seat, exchange);
 }
 
-/// Waits until the line is quiet after a bad exchange, letting stops through.
+/// Waits for the silence before a frame, and longer after a bad exchange, letting stops through.
 Result<void> Bus::WaitForTurn(BusSlot& seat) {
   std::unique_lock lock(mutex_);
   while (true) {
     ServeStops(lock);
     if (seat.interrupted || seat.withdrawn || quitting_) return Fail(Code::Cancelled, "stopped");
-    if (clock_.Now() >= line_.quiet_until) return {};
-    wake_.wait_until(lock, line_.quiet_until, [&] { return quitting_ || AnyStop(seats_); });
+    const Instant free = std::max(line_.quiet_until, Quiet());
+    if (clock_.Now() >= free) return {};
+    wake_.wait_until(lock, free, [&] { return quitting_ || AnyStop(seats_); });
   }
 }
 
@@ -325,7 +327,10 @@ Result<void> Bus::Probe(BusSlot& seat) {
 }
 
 Result<void> Bus::Send(BusSlot& seat, const Exchange& exchange) {
-  if (config_.serial()) std::this_thread::sleep_until(line_.last_byte + Gap());
+  std::unique_lock lock(mutex_);
+  const Instant quiet = Quiet();
+  lock.unlock();
+  std::this_thread::sleep_until(quiet);
   line_.link.Flush();
   const Instant sent_at = clock_.Now();
   return Note(seat, exchange(line_.link), sent_at);
@@ -381,11 +386,12 @@ Result<void> Bus::NoteBad(BusSlot& seat) {
   return PassOn(Named(*seat.drive, {Code::Disconnected, unit.heard ? "does not answer any more" : "does not answer"}));
 }
 
-/// Silence between frames: three and a half characters, never less than 1.75 ms (Modbus over serial line, 2.5.1.1).
-Duration Bus::Gap() {
-  const std::lock_guard lock(mutex_);
+/// When there has been silence enough for a frame on a serial line: three and a half characters, never less than 1.75
+/// ms (Modbus over serial line, 2.5.1.1). Under mutex_.
+Instant Bus::Quiet() const {
+  if (!config_.serial()) return {};
   const Duration characters{static_cast<Duration::rep>(3.5 * 11.0 * 1e9 / config_.baud)};
-  return std::max({characters, Duration(std::chrono::microseconds(1750)), profile_gap_, config_.gap});
+  return line_.last_byte + std::max({characters, Duration(std::chrono::microseconds(1750)), profile_gap_, config_.gap});
 }
 
 }  // namespace lensd::drivers::modbus

@@ -82,8 +82,11 @@ class Bus {
   /// Counts calls of Interrupt() for one lens; guarded by the bus.
   struct Interrupts {
     std::uint64_t count = 0;
+    std::uint64_t looks = 0;  ///< those that are for looks alone
   };
-  void Interrupt(Interrupts& interrupts);
+  enum class Calls { All, Looks };
+  /// Those of that lens that wait for their answer return Cancelled.
+  void Interrupt(Interrupts& interrupts, Calls calls);
 
   /// Gives an order and waits for its answer. Timeout, Cancelled: the order is withdrawn, unless it is out already.
   Result<void> Give(BusSlot& seat, const Order& order, const Interrupts& interrupts);
@@ -118,7 +121,7 @@ class Bus {
   Result<void> Send(BusSlot& seat, const Exchange& exchange);
   Result<void> Note(BusSlot& seat, Result<void> result, Instant sent_at);
   Result<void> NoteBad(BusSlot& seat);
-  Duration Gap();
+  Instant Quiet() const;
   Duration IoDeadline() const;
 
   const BusConfig config_;

@@ -55,14 +55,31 @@ Result<Drive::Seen> Drive::ReadStatus(RegisterAccess& talk) {
   return seen;
 }
 
-Result<std::string> Drive::ReadAlarm(RegisterAccess& talk) {
-  std::string text;
-  if (config_.profile.alarm) {
-    const auto alarm = talk.ReadNumber(*config_.profile.alarm, config_.profile.word_order);
-    if (!alarm) return PassOn(alarm);
-    text = AlarmText(config_.profile, *alarm);
+Result<Drive::Alarm> Drive::ReadAlarm(RegisterAccess& talk) {
+  const Profile& profile = config_.profile;
+  Alarm alarm;
+  if (profile.alarm) {
+    const auto number = talk.ReadNumber(*profile.alarm, profile.word_order);
+    if (!number) return PassOn(number);
+    alarm.text = AlarmText(profile, *number);
+    alarm.not_homed = profile.alarm_not_homed && (*number & profile.alarm_mask) == *profile.alarm_not_homed;
   }
-  return text.empty() ? "the drive reports a fault" : text;
+  if (alarm.text.empty()) alarm.text = "the drive reports a fault";
+  return alarm;
+}
+
+/// A drive that complains obeys nothing before it is reset. Where only its reference is missing, the search of that is
+/// the cure.
+Result<void> Drive::ResetToHome(const Order& order, RegisterAccess& talk) {
+  const auto alarm = ReadAlarm(talk);
+  if (!alarm) return PassOn(alarm);
+  if (!alarm->not_homed) {
+    return Fail(Code::Unsupported, label_ + " does not move before its fault is reset: " + alarm->text);
+  }
+  if (order.kind != Order::Kind::Home) {
+    return Fail(Code::NotHomed, label_ + " has no reference yet: home it first (" + alarm->text + ")");
+  }
+  return talk.Run(config_.profile.reset, config_.profile, 0);
 }
 
 Result<void> Drive::Execute(const Order& order, RegisterAccess& talk) {
@@ -71,13 +88,12 @@ Result<void> Drive::Execute(const Order& order, RegisterAccess& talk) {
     phase_ = Phase::Idle;
     return talk.Run(config_.profile.reset, config_.profile, 0);
   }
-  const auto seen = ReadStatus(talk);
-  if (!seen) return PassOn(seen);
-  if (seen->fault) {
-    auto alarm = ReadAlarm(talk);
-    if (!alarm) return PassOn(alarm);
-    return Fail(Code::Unsupported, label_ + " does not move before its fault is reset: " + *alarm);
+  auto seen = ReadStatus(talk);
+  if (seen && seen->fault) {
+    if (auto reset = ResetToHome(order, talk); !reset) return reset;
+    seen = ReadStatus(talk);
   }
+  if (!seen) return PassOn(seen);
   if (order.kind == Order::Kind::Move && config_.profile.homing_required && !Homed(*seen)) {
     return Fail(Code::NotHomed, label_ + " has no reference yet: home it first");
   }
@@ -154,7 +170,7 @@ Result<Sample> Drive::Look(RegisterAccess& talk) {
   if (seen->fault) {
     auto alarm = ReadAlarm(talk);
     if (!alarm) return PassOn(alarm);
-    sample.state.fault = *std::move(alarm);
+    sample.state.fault = std::move(alarm->text);
   }
   sample.state.moving = Follow(*seen, talk) || seen->moving;
   if (sample.state.fault.empty()) sample.state.fault = complaint_;

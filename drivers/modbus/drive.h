@@ -94,7 +94,12 @@ class Drive {
   };
 
   Result<Seen> ReadStatus(RegisterAccess& talk);
-  Result<std::string> ReadAlarm(RegisterAccess& talk);
+  struct Alarm {
+    bool not_homed = false;  ///< only the reference is missing
+    std::string text;
+  };
+  Result<Alarm> ReadAlarm(RegisterAccess& talk);
+  Result<void> ResetToHome(const Order& order, RegisterAccess& talk);
   Result<void> Begin(RegisterAccess& talk);
   /// Whether the goal is still under way after `seen`.
   bool Follow(const Seen& seen, RegisterAccess& talk);

@@ -98,8 +98,12 @@ Result<void> ModbusLens::DoResetFault(Axis axis) {
   return bus_->Give(SeatOf(axis), {.kind = Order::Kind::Reset, .target = 0}, interrupts_);
 }
 
+void ModbusLens::DoCutReadShort() {
+  bus_->Interrupt(interrupts_, Bus::Calls::Looks);
+}
+
 void ModbusLens::DoInterrupt() {
-  bus_->Interrupt(interrupts_);
+  bus_->Interrupt(interrupts_, Bus::Calls::All);
 }
 
 }  // namespace lensd::drivers::modbus

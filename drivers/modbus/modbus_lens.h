@@ -22,6 +22,7 @@ class ModbusLens final : public drivers::Lens {
   Result<void> DoStop(drivers::Axis axis) override;
   Result<void> DoResetFault(drivers::Axis axis) override;
   void DoInterrupt() override;
+  void DoCutReadShort() override;
   std::uint64_t DoCountBusErrors() const override;
 
   BusSlot& SeatOf(drivers::Axis axis);

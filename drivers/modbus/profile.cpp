@@ -158,6 +158,8 @@ Result<void> ReadAlarm(const Settings& table, Profile& profile) {
   profile.alarm = *ReadPlace(read, NumberType::U16);
   profile.alarm_is_bits = read.Choice("kind", {"code", "bits"}, 0) == 1;
   profile.alarm_mask = read.Integer("mask", 0xFFFFFFFF, {0, 4294967295.0});
+  if (read.Has("not_homed")) profile.alarm_not_homed = read.Integer("not_homed", 0, {1, 4294967295.0});
+  if (profile.alarm_not_homed && profile.alarm_is_bits) read.Reject("not_homed", "is for codes, and these are bits");
   const Settings* names = read.Table("names");
   if (auto done = read.Finish(); !done) return done;
   if (names == nullptr) return {};

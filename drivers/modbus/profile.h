@@ -59,6 +59,7 @@ struct Profile {
   bool alarm_is_bits = false;  ///< a set of alarms, else a code
   std::int64_t alarm_mask = -1;
   std::map<std::int64_t, std::string> alarm_names;  ///< by code, or by number of the bit
+  std::optional<std::int64_t> alarm_not_homed;      ///< the code that says: no reference, home it first
 
   Sequence move, rearm, home, after_home, stop, release, reset;
   bool homing_required = false;
