@@ -56,19 +56,20 @@ Result<Listener> Listener::Open(const std::string& path) {
     return Fail(Code::InvalidArgument, "systemd must pass exactly one listening Unix stream socket; see lensd.socket");
   }
   fcntl(descriptor, F_SETFL, fcntl(descriptor, F_GETFL) | O_NONBLOCK);
-  return Listener(descriptor, "");
+  return Listener(descriptor);
 }
 
 Result<Listener> Listener::Bind(const std::string& path) {
   auto address = AddressOf(path);
   if (!address) return PassOn(address);
   if (auto free = ReplaceStale(path, *address); !free) return PassOn(free);
-  Listener made(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0), "");
+  Listener made(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (made.descriptor_ < 0) return Fail(Code::Io, std::string("no socket to be had: ") + std::strerror(errno));
   if (bind(made.descriptor_, Generic(*address), sizeof(*address)) != 0) {
     return Fail(Code::Io, "cannot make the socket " + path + ": " + std::strerror(errno));
   }
-  made.own_path_ = path;
+  struct stat own{};
+  if (lstat(path.c_str(), &own) == 0) made.own_ = {path, own.st_dev, own.st_ino};
   if (listen(made.descriptor_, SOMAXCONN) != 0) {
     return Fail(Code::Io, "cannot listen at " + path + ": " + std::strerror(errno));
   }
@@ -76,11 +77,13 @@ Result<Listener> Listener::Bind(const std::string& path) {
 }
 
 Listener::Listener(Listener&& other) noexcept
-    : descriptor_(std::exchange(other.descriptor_, -1)), own_path_(std::exchange(other.own_path_, "")) {}
+    : descriptor_(std::exchange(other.descriptor_, -1)), own_(std::exchange(other.own_, {})) {}
 
 void Listener::Remove() {
-  if (!own_path_.empty()) unlink(own_path_.c_str());
-  own_path_.clear();
+  struct stat found{};
+  const Place own = std::exchange(own_, {});
+  if (own.path.empty() || lstat(own.path.c_str(), &found) != 0) return;
+  if (found.st_dev == own.device && found.st_ino == own.inode) unlink(own.path.c_str());
 }
 
 Listener::~Listener() {

@@ -1,6 +1,7 @@
 // The socket clients find us by.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "base/result.h"
@@ -18,15 +19,20 @@ class Listener {
   ~Listener();
 
   int descriptor() const { return descriptor_; }
-  /// Removes the path it made, for a program that ends without destructors.
+  /// Removes the path it made, unless that is another socket's by now; for a program that ends without destructors.
   void Remove();
 
  private:
-  Listener(int descriptor, std::string own_path) : descriptor_(descriptor), own_path_(std::move(own_path)) {}
+  /// A socket in the file system; another program may have made its own in the same place since.
+  struct Place {
+    std::string path;  ///< empty: systemd's, or removed
+    std::uint64_t device = 0, inode = 0;
+  };
+  explicit Listener(int descriptor) : descriptor_(descriptor) {}
   static Result<Listener> Bind(const std::string& path);
 
   int descriptor_;
-  std::string own_path_;  // empty: systemd's
+  Place own_;
 };
 
 }  // namespace lensd::daemon

@@ -160,6 +160,18 @@ class Configuration(unittest.TestCase):
         self.assertEqual(first.stop(), 0)
         self.assertFalse(os.path.exists(path))
 
+    def test_a_socket_made_anew_outlives_the_daemon_before(self):
+        first = Daemon()
+        os.unlink(first.socket)
+        with socket.socket(socket.AF_UNIX) as newer:
+            newer.bind(first.socket)
+            newer.listen()
+            first.process.send_signal(signal.SIGTERM)
+            self.assertEqual(first.process.wait(timeout=30 * PATIENCE), 0)
+            with socket.socket(socket.AF_UNIX) as client:
+                client.connect(first.socket)
+        first.stop()
+
     def test_other_files_are_not_replaced(self):
         with open(self.file, "w", encoding="utf-8"):
             pass
