@@ -270,7 +270,7 @@ void ServedLens::Published(const rig::Status& status, std::vector<Worker::Task> 
 
 void ServedLens::Update(std::shared_ptr<const rig::Status> status, std::string text, bool changed) {
   const std::shared_ptr<const rig::Status> before = shown_.status;
-  const std::string_view connection = status->connected ? "connected" : "absent";
+  const std::string_view connection = ConnectionOf(*status);
   Show(std::move(status), std::move(text), connection);
   if (shown_.status->connected != before->connected) {
     if (shown_.status->connected) {
