@@ -45,8 +45,8 @@ double WidestGap(const std::vector<CurvePoint>& points, double top, double reach
 
 Moving::Moving(const Setup& setup) : setup_(setup), from_(setup.lowest), to_(setup.highest) {
   const double range = setup.highest - setup.lowest;
-  const double wanted = setup.blur_px ? kStridePx * *setup.blur_px : range / kBlindStrides;
-  stride_ = std::max(wanted, setup.resolution);
+  const double usual = setup.blur_px ? kStridePx * *setup.blur_px : range / kBlindStrides;
+  stride_ = std::max(setup.step.value_or(usual), setup.resolution);
   pace_ = std::min(stride_, *setup.stride);
   if (!setup.ascending) std::swap(from_, to_);
 }

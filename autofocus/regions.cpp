@@ -42,6 +42,7 @@ Regions::Regions(std::string_view method, const Setup& setup, std::vector<driver
                  Session first)
     : method_(method), setup_(setup), regions_(std::move(regions)), policy_(policy) {
   sessions_.push_back(std::move(first));
+  shown_.emplace_back();
 }
 
 int Regions::frames_expected() const {
@@ -50,10 +51,9 @@ int Regions::frames_expected() const {
 }
 
 Result<Advice> Regions::Next(const Place& place, const drivers::Frame& frame) {
-  ++frames_;
-  const Taken taken{place, frame};
+  const Taken taken{place, frame, frames_++};
   if (chosen_) {
-    auto checked = sessions_[chosen_region_].Next(place, frame, regions_[chosen_region_]);
+    auto checked = Show(chosen_region_, taken);
     if (!checked) return checked;
     if (std::holds_alternative<GoAndLook>(*checked)) return checked;
     auto verdict = std::get<Verdict>(*checked);
@@ -61,7 +61,7 @@ Result<Advice> Regions::Next(const Place& place, const drivers::Frame& frame) {
     return Advice(*chosen_);
   }
   if (regions_.size() > 1 && taken_.size() < kKeptFrames) taken_.push_back(taken);
-  auto advice = Show(taken);
+  auto advice = Show(sessions_.size() - 1, taken);
   while (advice && std::holds_alternative<Verdict>(*advice)) {
     if (regions_.size() == 1) return advice;
     verdicts_.push_back(std::get<Verdict>(*std::move(advice)));
@@ -73,12 +73,25 @@ Result<Advice> Regions::Next(const Place& place, const drivers::Frame& frame) {
 
 Result<Advice> Regions::NextScore(double position, const Sharpness& sharpness) {
   if (regions_.size() != 1) return Fail(Code::InvalidArgument, "several regions need pictures, not their sharpness");
-  ++frames_;
+  shown_.back().push_back(frames_++);
   return sessions_.back().NextScore(position, sharpness);
 }
 
-Result<Advice> Regions::Show(const Taken& taken) {
-  return sessions_.back().Next(taken.place, taken.frame, regions_[sessions_.size() - 1]);
+Result<Advice> Regions::Show(std::size_t region, const Taken& taken) {
+  auto advice = sessions_[region].Next(taken.place, taken.frame, regions_[region]);
+  if (advice) shown_[region].push_back(taken.number);
+  return advice;
+}
+
+std::vector<Regions::Seen> Regions::Curves() const {
+  std::vector<Seen> seen;
+  for (std::size_t region = 0; region < sessions_.size(); ++region) {
+    const std::vector<CurvePoint> curve = sessions_[region].Curve();
+    for (std::size_t i = 0; i < std::min(curve.size(), shown_[region].size()); ++i) {
+      seen.push_back({shown_[region][i], static_cast<int>(region), curve[i].value, curve[i].sigma});
+    }
+  }
+  return seen;
 }
 
 /// The next region begins with the frames there are, as long as its method can use frames of any position.
@@ -86,10 +99,12 @@ Result<Advice> Regions::StartNext() {
   auto session = Session::Create(method_, setup_);
   if (!session) return PassOn(session);
   sessions_.push_back(*std::move(session));
-  Result<Advice> advice = Show(taken_.front());
+  shown_.emplace_back();
+  const std::size_t region = sessions_.size() - 1;
+  Result<Advice> advice = Show(region, taken_.front());
   for (std::size_t i = 1; i < taken_.size() && advice && std::holds_alternative<GoAndLook>(*advice); ++i) {
     if (sessions_.back().method() != "defocus") break;
-    advice = Show(taken_[i]);
+    advice = Show(region, taken_[i]);
   }
   return advice;
 }

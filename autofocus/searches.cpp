@@ -16,6 +16,8 @@ namespace {
 
 using Points = std::span<const SearchPoint>;
 
+// px of blur between the frames of the first pass
+constexpr double kCoarseStepPx = 8.0, kClimbPx = 16.0, kFittedStepPx = 5.0, kScanPx = 9.0;
 constexpr double kBlindSteps = 170.0;  ///< a "pixel of blur" is this part of the range where the optics are not known
 
 double BlurPixel(const Setup& setup) {
@@ -71,7 +73,7 @@ Advice Exhaustive(const Setup& setup, Points points) {
 
 Advice CoarseFine(const Setup& setup, Points points) {
   const double fine = BlurPixel(setup);
-  const double coarse = 8.0 * fine;
+  const double coarse = kCoarseStepPx * fine;
   const auto first = Grid(setup, setup.lowest, setup.highest, coarse);
   const Points taken = points.subspan(1);
   if (taken.size() < first.size()) return GoAndLook{first[taken.size()]};
@@ -135,7 +137,7 @@ Advice Fibonacci(const Setup& setup, Points points) {
 /// Up the hill from where the lens stands; past the top the step is divided by four and turned round.
 Advice HillClimb(const Setup& setup, Points points) {
   const double finest = BlurPixel(setup);
-  double step = (setup.ascending ? 16.0 : -16.0) * finest;
+  double step = (setup.ascending ? kClimbPx : -kClimbPx) * finest;
   SearchPoint best = points.front();
   bool climbed = false, turned = false;
   double next = Inside(setup, best.position + step);
@@ -169,9 +171,9 @@ Advice HillClimb(const Setup& setup, Points points) {
 /// f/1.8, 1.4 um pixels). The original waits four frames at each point for lens and statistics to settle, where ours
 /// knows.
 Advice ContrastScan(const Setup& setup, Points points) {
-  constexpr double kCoarsePx = 9.0, kFinePx = 2.25, kRatio = 0.75;
+  constexpr double kFinePx = 2.25, kRatio = 0.75;
   constexpr std::size_t kMostFine = 5;
-  const double coarse = kCoarsePx * BlurPixel(setup), fine = kFinePx * BlurPixel(setup);
+  const double coarse = kScanPx * BlurPixel(setup), fine = kFinePx * BlurPixel(setup);
   std::vector<SearchPoint> scan;  // of the pass under way
   bool up = true;
   double next = setup.lowest, most = 0.0, least = std::numeric_limits<double>::infinity(), at_most = setup.lowest;
@@ -201,7 +203,7 @@ Advice ContrastScan(const Setup& setup, Points points) {
 /// One pass, then the vertex of a parabola through `shape` of the five points around the sharpest.
 template <class Shape>
 Advice FittedSweep(const Setup& setup, Points points, const Shape& shape) {
-  const double step = 5.0 * BlurPixel(setup);
+  const double step = kFittedStepPx * BlurPixel(setup);
   const auto grid = Grid(setup, setup.lowest, setup.highest, step);
   const Points taken = points.subspan(1);
   if (taken.size() < grid.size()) return GoAndLook{grid[taken.size()]};
@@ -232,16 +234,22 @@ Advice SweepHyperbola(const Setup& setup, Points points) {
 }
 
 constexpr std::array kSearches = {
-    Search{"exhaustive", Exhaustive},        Search{"coarse-fine", CoarseFine},
-    Search{"golden-section", GoldenSection}, Search{"fibonacci", Fibonacci},
-    Search{"hill-climb", HillClimb},         Search{"sweep-parabola", SweepParabola},
-    Search{"sweep-gaussian", SweepGaussian}, Search{"sweep-hyperbola", SweepHyperbola},
-    Search{"contrast-scan", ContrastScan},
+    Search{"exhaustive", Exhaustive, 1.0},
+    Search{"coarse-fine", CoarseFine, kCoarseStepPx},
+    Search{"golden-section", GoldenSection, 0.0},
+    Search{"fibonacci", Fibonacci, 0.0},
+    Search{"hill-climb", HillClimb, kClimbPx},
+    Search{"sweep-parabola", SweepParabola, kFittedStepPx},
+    Search{"sweep-gaussian", SweepGaussian, kFittedStepPx},
+    Search{"sweep-hyperbola", SweepHyperbola, kFittedStepPx},
+    Search{"contrast-scan", ContrastScan, kScanPx},
 };
 
 class SearchMethod final : public Method {
  public:
-  SearchMethod(Strategy strategy, const Setup& setup) : strategy_(strategy), setup_(setup) {}
+  SearchMethod(const Search& search, const Setup& setup) : strategy_(search.strategy), setup_(setup) {
+    if (setup.step && search.first_step > 0) setup_.blur_px = *setup.step / search.first_step;
+  }
 
   Advice Next(const Look& look) override {
     const double light = std::max(look.score.mean * look.score.mean, 1e-12);
@@ -263,7 +271,7 @@ std::span<const Search> Searches() {
 }
 
 std::unique_ptr<Method> MakeSearch(const Search& search, const Setup& setup) {
-  return std::make_unique<SearchMethod>(search.strategy, setup);
+  return std::make_unique<SearchMethod>(search, setup);
 }
 
 }  // namespace lensd::autofocus

@@ -33,6 +33,7 @@ using Strategy = Advice (*)(const Setup& setup, std::span<const SearchPoint> poi
 struct Search {
   std::string_view name;
   Strategy strategy;
+  double first_step;  ///< px of blur between frames of its first pass; 0: it has no passes, and takes no step
 };
 std::span<const Search> Searches();
 

@@ -23,6 +23,7 @@ struct MethodRow {
   std::string_view name;
   bool needs_optics;      ///< pictures, and what a step does to their blur
   bool looks_on_the_way;  ///< only when asked for by name
+  bool takes_step;        ///< Setup::step
   std::unique_ptr<Method> (*make)(const Setup& setup);
 };
 
@@ -33,9 +34,9 @@ std::unique_ptr<Method> Make(const Setup& setup) {
 
 /// What "auto" tries, in this order, as far as the lens allows.
 constexpr MethodRow kMethods[] = {
-    {"defocus", true, false, Make<Defocus>},
-    {"sweep", false, false, Make<Sweep>},
-    {"moving", false, true, Make<Moving>},
+    {"defocus", true, false, false, Make<Defocus>},
+    {"sweep", false, false, true, Make<Sweep>},
+    {"moving", false, true, true, Make<Moving>},
 };
 
 /// `name` is one of MethodNames() other than "auto".
@@ -66,36 +67,69 @@ Result<Window> WindowOf(const drivers::Region& region, int width, int height) {
   window.width = std::min(static_cast<int>(std::lround(region.width * width)), width - window.x);
   window.height = std::min(static_cast<int>(std::lround(region.height * height)), height - window.y);
   if (window.width < kSmallestWindow || window.height < kSmallestWindow) {
-    return Fail(Code::InvalidArgument, "the region must cover at least " + std::to_string(kSmallestWindow) + " x " +
-                                           std::to_string(kSmallestWindow) + " pixels of the frame", {.parameter = "region"});
+    return Fail(Code::InvalidArgument,
+                "the region must cover at least " + std::to_string(kSmallestWindow) + " x " +
+                    std::to_string(kSmallestWindow) + " pixels of the frame",
+                {.parameter = "region"});
   }
   return window;
 }
+
+namespace {
+
+/// Pixels of blur between the frames of a search's first pass: no finer than positions are.
+Result<void> CheckStep(std::string_view method, const Setup& setup) {
+  const auto row = std::ranges::find(kMethods, method, &MethodRow::name);
+  const auto search = std::ranges::find(Searches(), method, &Search::name);
+  const double first_step = search != Searches().end()                     ? search->first_step
+                            : row != std::end(kMethods) && row->takes_step ? 1.0
+                                                                           : 0.0;
+  if (first_step == 0.0) {
+    return Fail(
+        Code::InvalidArgument,
+        "the method '" + std::string(method) + "' chooses its places itself: leave the step out, or take 'sweep'",
+        {.parameter = "step"});
+  }
+  if (*setup.step >= first_step * setup.resolution * (1.0 - 1e-9)) return {};
+  return Fail(Code::OutOfRange,
+              "the first pass of '" + std::string(method) + "' goes by steps of at least " +
+                  std::to_string(std::lround(first_step)) + " positions, since finer ones follow",
+              {.parameter = "step"});
+}
+
+/// Whether this lens and its pictures allow the method; not "auto".
+Result<void> CheckMethod(std::string_view method, const Setup& setup) {
+  const std::string quoted = "the method '" + std::string(method) + "'";
+  const auto* row = std::ranges::find(kMethods, method, &MethodRow::name);
+  if (row != std::end(kMethods) && row->needs_optics && !setup.pictures)
+    return Fail(Code::InvalidArgument, quoted + " needs pictures, not their sharpness", {.parameter = "method"});
+  if (row != std::end(kMethods) && row->looks_on_the_way && !setup.stride)
+    return Fail(Code::Unsupported, quoted + " looks while the lens moves: " + setup.no_stride);
+  const auto all = MethodNames();
+  if (std::ranges::find(all, method) == all.end()) {
+    std::string known;
+    for (const std::string_view name : all) known += " " + std::string(name);
+    return Fail(Code::InvalidArgument, "there is no autofocus method '" + std::string(method) + "'; there are:" + known,
+                {.parameter = "method"});
+  }
+  return setup.step ? CheckStep(method, setup) : Result<void>();
+}
+
+}  // namespace
 
 Result<Session> Session::Create(std::string_view method, const Setup& setup) {
   std::vector<std::string_view> names;
   if (method == "auto") {
     for (const MethodRow& row : kMethods) {
-      if (((setup.blur_px && setup.pictures) || !row.needs_optics) && !row.looks_on_the_way) names.push_back(row.name);
+      const bool possible = (setup.blur_px && setup.pictures) || !row.needs_optics;
+      if (possible && !row.looks_on_the_way && (!setup.step || row.takes_step)) names.push_back(row.name);
     }
   } else {
-    const auto* row = std::ranges::find(kMethods, method, &MethodRow::name);
-    if (row != std::end(kMethods) && row->needs_optics && !setup.pictures) {
-      return Fail(Code::InvalidArgument,
-                  "the method '" + std::string(method) + "' needs pictures, not their sharpness", {.parameter = "method"});
-    }
-    if (row != std::end(kMethods) && row->looks_on_the_way && !setup.stride) {
-      return Fail(Code::Unsupported,
-                  "the method '" + std::string(method) + "' looks while the lens moves: " + setup.no_stride);
-    }
+    if (auto can = CheckMethod(method, setup); !can) return PassOn(can);
     const auto all = MethodNames();
-    if (const auto found = std::ranges::find(all, method); found != all.end()) names.push_back(*found);
+    names.push_back(*std::ranges::find(all, method));
   }
-  if (!names.empty()) return Session(setup, std::move(names));
-  std::string known;
-  for (const std::string_view name : MethodNames()) known += " " + std::string(name);
-  return Fail(Code::InvalidArgument, "there is no autofocus method '" + std::string(method) + "'; there are:" + known,
-              {.parameter = "method"});
+  return Session(setup, std::move(names));
 }
 
 Session::Session(const Setup& setup, std::vector<std::string_view> names)
@@ -235,6 +269,7 @@ Advice Session::Prove(double stands) {
     verdict.sigma = std::max(verdict.sigma, 0.5 * std::abs(*better - answer));
     verdict.position = *better;
     verdict.subject.reset();
+    verdict.found_by = FoundBy::Sharpness;
     proof_->sent = true;
     return GoAndLook{*better};
   }
@@ -243,6 +278,10 @@ Advice Session::Prove(double stands) {
 
 int Session::frames_expected() const {
   return std::max(frames_before_ + method_->FramesExpected() + 1, frames());
+}
+
+std::vector<CurvePoint> Session::Curve() const {
+  return curve_->Taken();
 }
 
 double Session::relative_sharpness() const {
@@ -338,7 +377,7 @@ Verdict Session::Check() const {
     if (room < least) continue;  // the method has judged the end of the travel
     const SideSeen seen = SeenOnSide(sharpness, last, sign * least, sign * most);
     if (seen == SideSeen::LessSharp) continue;
-    if (room < 2.0 * least) return refuse(kAtTheEnd);
+    if (room < 2.0 * least) return refuse(AtTheEndOf(setup_));
     return refuse({Cause::Unclear, seen == SideSeen::Sharper
                                        ? "a frame beside the answer is sharper than it"
                                        : "frames beside the answer are as sharp as it: no top was seen"});

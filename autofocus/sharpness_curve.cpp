@@ -74,6 +74,13 @@ std::string Reason(double prominence, const PeakChoice* choice) {
 
 }  // namespace
 
+Why AtTheEndOf(const Setup& setup) {
+  return {Cause::EndOfTravel,
+          setup.ends == Setup::Ends::Travel
+              ? "sharpest at the end of the travel: the subject may lie beyond what this lens reaches"
+              : "sharpest at the end of the range asked for: the subject may lie beyond it; ask for a wider one"};
+}
+
 Verdict Refuse(Why why) {
   Verdict verdict;
   verdict.cause = why.cause;
@@ -276,7 +283,7 @@ Verdict JudgePeak(const Setup& setup, const SharpnessCurve& curve, const std::ve
   if (curve.Overexposed()) return Refuse(kTooBright);
   const double allowed = std::max(setup.blur_px ? kHalfDepthOfFieldPx * *setup.blur_px : 2 * step, setup.resolution);
   const bool at_end = AtTheEnd(setup, points, highest);
-  Why trouble = kAtTheEnd;
+  Why trouble = AtTheEndOf(setup);
   std::string no_shape;  // `trouble` may refer to it
   std::optional<PeakChoice> peak;
   if (!at_end) {

@@ -82,8 +82,8 @@ inline constexpr Why kSeveralDepths{Cause::SeveralDepths,
                                     "parts of the region are in focus at different distances: choose a smaller region"};
 inline constexpr Why kTooBright{Cause::TooBright,
                                 "parts of the region are too bright for the sensor, and too little is left"};
-inline constexpr Why kAtTheEnd{Cause::EndOfTravel,
-                               "sharpest at the end of the travel: the subject may lie beyond what this lens reaches"};
+/// Sharpest at the end of the travel, or of the part that was asked for.
+Why AtTheEndOf(const Setup& setup);
 
 /// The top of a curve that stands out of the noise.
 struct CurveTop {

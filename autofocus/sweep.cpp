@@ -13,16 +13,17 @@ constexpr double kFineBlurPx = 1.25;    ///< about where the search ends
 constexpr int kBlindIntervals = 48;     ///< of the first pass where the optics are not known
 constexpr int kDivision = 3;            ///< of the step, from pass to pass
 constexpr int kLeastIntervals = 4;
-constexpr double kFitSteps = 2.6;  ///< the fit takes the frames this near to the sharpest
-constexpr double kPlateau = 0.7;   ///< neighbours at this share of the peak: the step is below its width
+constexpr double kRounding = 1e-6;  ///< of an interval
+constexpr double kFitSteps = 2.6;   ///< the fit takes the frames this near to the sharpest
+constexpr double kPlateau = 0.7;    ///< neighbours at this share of the peak: the step is below its width
 
 }  // namespace
 
 Sweep::Sweep(const Setup& setup) : setup_(setup) {
   const double range = setup.highest - setup.lowest;
-  const double wanted = setup.blur_px ? kCoarseBlurPx * *setup.blur_px : range / kBlindIntervals;
-  const double step = std::max(wanted, setup.resolution);
-  const int intervals = std::max(kLeastIntervals, static_cast<int>(std::ceil(range / step)));
+  const double usual = setup.blur_px ? kCoarseBlurPx * *setup.blur_px : range / kBlindIntervals;
+  const double step = std::max(setup.step.value_or(usual), setup.resolution);
+  const int intervals = std::max(kLeastIntervals, static_cast<int>(std::ceil(range / step - kRounding)));
   step_ = range / intervals;
   fine_step_ = setup.blur_px ? std::max(kFineBlurPx * *setup.blur_px, setup.resolution) : 0.0;
   PlanPass(setup.lowest, setup.highest, intervals, Ends::Included);

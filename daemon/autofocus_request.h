@@ -10,7 +10,8 @@
 
 namespace lensd::daemon {
 
-/// From the parameters that all of them share: region or regions, policy and method. InvalidArgument.
+/// From the parameters that all of them share: region or regions, policy, method, deadline, range and step.
+/// InvalidArgument.
 Result<rig::AutofocusRequest> AutofocusRequestOf(const varlink::Json& parameters);
 
 class ServedLens;

@@ -5,28 +5,13 @@
 #include <cmath>
 #include <limits>
 
+#include "json_values.h"
+
 namespace lensd::daemon {
 namespace {
 
 using drivers::Axis;
 using varlink::Json;
-
-double Milliseconds(Duration duration) {
-  return std::chrono::duration<double, std::milli>(duration).count();
-}
-
-template <class Unit>
-Json Optional(const std::optional<Quantity<Unit>>& quantity, double per_unit = 1.0) {
-  return quantity ? varlink::NumberOrNull(quantity->value * per_unit) : Json(nullptr);
-}
-
-constexpr double kMmPerMetre = 1e3;
-constexpr double kUmPerMetre = 1e6;
-
-/// Null at infinity and past it.
-Json DistanceJson(const std::optional<Dioptres>& vergence) {
-  return vergence && vergence->value > 0.0 ? varlink::NumberOrNull(1.0 / vergence->value) : Json(nullptr);
-}
 
 std::string_view ActivityName(rig::Activity::Kind kind) {
   switch (kind) {
@@ -53,12 +38,6 @@ Json MovedBy(const rig::AxisStatus& axis) {
 
 constexpr std::array<std::string_view, 3> kOrigins = {"lens", "sensor", "front"};
 
-/// The name of an enumeration's value from a list in the same order.
-template <std::size_t N, class Value>
-std::string_view NameIn(const std::array<std::string_view, N>& names, Value value) {
-  return names.at(static_cast<std::size_t>(value));
-}
-
 std::string_view UnitName(drivers::NativeUnit unit) {
   return unit == drivers::NativeUnit::FNumber ? "fNumber" : drivers::NativeUnitName(unit);
 }
@@ -68,13 +47,6 @@ Json MoveCauseName(rig::MoveCause cause) {
                                                               "backlash", "missed",  "external",    "fault",
                                                               "stalled",  "late",    "noReference", "focusLost"};
   return TextOrNull(std::string(NameIn(kNames, cause)));
-}
-
-std::string_view AutofocusCauseName(const rig::AutofocusOutcome& outcome) {
-  static constexpr std::array<std::string_view, 11> kNames = {
-      "noTexture", "tooBright",    "severalDepths", "endOfTravel", "subjectMoved", "ambiguous",
-      "unclear",   "uncalibrated", "placeUnknown",  "deadline",    "missed"};
-  return outcome.focused ? "found" : NameIn(kNames, outcome.cause);
 }
 
 Json AxesInfoJson(const rig::Rig& rig) {
@@ -261,46 +233,6 @@ Json MoveProgressJson(Axis axis, const rig::AxisStatus& status) {
   return {{"axis", drivers::AxisName(axis)},
           {"position", NativeJson(status.position.value)},
           {"target", NativeJson(status.target.value)}};
-}
-
-Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome) {
-  Json candidates = Json::array();
-  for (const rig::AutofocusCandidate& candidate : outcome.candidates) {
-    candidates.push_back({{"region", candidate.region},
-                          {"position", NativeJson(candidate.position.value)},
-                          {"vergenceD", Optional(candidate.vergence)}});
-  }
-  Json json{{"lens", name},
-            {"focused", outcome.focused},
-            {"method", outcome.method},
-            {"frames", outcome.frames},
-            {"moves", outcome.moves},
-            {"elapsedMs", Milliseconds(outcome.elapsed)},
-            {"vergenceD", Optional(outcome.vergence)},
-            {"sigmaD", Optional(outcome.sigma)},
-            {"position", NativeJson(outcome.position.value)},
-            {"confidence", outcome.confidence},
-            {"cause", AutofocusCauseName(outcome)},
-            {"reason", outcome.reason}};
-  if (!candidates.empty()) json["candidates"] = std::move(candidates);
-  return json;
-}
-
-Json AutofocusProgressJson(const rig::AutofocusProgress& progress) {
-  return {{"frames", progress.frames},
-          {"moves", progress.moves},
-          {"framesExpected", progress.frames_expected},
-          {"position", NativeJson(progress.position.value)},
-          {"sharpness", varlink::NumberOrNull(progress.sharpness)}};
-}
-
-Json FrameWantedJson(const rig::FrameWanted& wanted) {
-  return {{"frame", wanted.number},
-          {"framesExpected", wanted.frames_expected},
-          {"position", NativeJson(wanted.position.value)},
-          {"extensionMm", Optional(wanted.extension, kMmPerMetre)},
-          {"vergenceD", Optional(wanted.vergence)},
-          {"settledAtNs", wanted.since.time_since_epoch().count()}};
 }
 
 Json FrameJson(const rig::LensedFrame& lensed) {

@@ -6,6 +6,7 @@
 #include "lens_service.h"
 #include "proto/interfaces.h"
 #include "serve.h"
+#include "target_json.h"
 
 namespace lensd::daemon {
 
@@ -16,6 +17,55 @@ namespace {
 drivers::Region RegionOf(const Json& region) {
   const auto number = [&](const char* key) { return region[key].get<double>(); };
   return {number("x"), number("y"), number("w"), number("h")};
+}
+
+constexpr double kLongestDeadlineMs = 3600e3;
+
+Result<std::optional<Duration>> DeadlineOf(const Json& parameters) {
+  const Json* given = Given(parameters, "deadlineMs");
+  if (given == nullptr) return std::nullopt;
+  const double milliseconds = given->get<double>();
+  if (!(milliseconds > 0 && milliseconds <= kLongestDeadlineMs)) {
+    return PassOn(Wrong("deadlineMs must be above 0 and at most 3600000, an hour",
+                        {.parameter = "deadlineMs", .minimum = 0.0, .maximum = kLongestDeadlineMs, .unit = "ms"}));
+  }
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(milliseconds));
+}
+
+Result<std::optional<rig::SearchStep>> StepOf(const Json& parameters) {
+  using Kind = rig::SearchStep::Kind;
+  struct Field {
+    std::string_view name;
+    Kind kind;
+    double scale;
+  };
+  static constexpr Field kFields[] = {
+      {"relative", Kind::Native, 1.0}, {"extensionUm", Kind::Extension, 1e-6}, {"blurPx", Kind::Blur, 1.0}};
+  const Json* step = Given(parameters, "step");
+  if (step == nullptr) return std::nullopt;
+  std::optional<rig::SearchStep> found;
+  int fields = 0;
+  for (const Field& field : kFields) {
+    const Json* value = Given(*step, field.name);
+    if (value == nullptr) continue;
+    ++fields;
+    found = rig::SearchStep{field.kind, value->get<double>() * field.scale};
+    if (!(found->value > 0)) {
+      return PassOn(Wrong("a step must be above 0", {.parameter = "step." + std::string(field.name), .minimum = 0.0}));
+    }
+  }
+  if (fields != 1) return PassOn(Wrong("a step has exactly one field", {.parameter = "step"}));
+  return found;
+}
+
+Result<std::optional<rig::SearchRange>> RangeOf(const Json& parameters) {
+  const Json* range = Given(parameters, "range");
+  if (range == nullptr) return std::nullopt;
+  auto from = TargetOf((*range)["from"], OriginOf(parameters), "range.from");
+  if (!from) return PassOn(from);
+  auto to = TargetOf((*range)["to"], OriginOf(parameters), "range.to");
+  if (!to) return PassOn(to);
+  return rig::SearchRange{*from, *to};
 }
 
 }  // namespace
@@ -40,6 +90,15 @@ Result<rig::AutofocusRequest> AutofocusRequestOf(const Json& parameters) {
     if (!policy) return PassOn(policy);
     request.policy = *policy;
   }
+  auto deadline = DeadlineOf(parameters);
+  if (!deadline) return PassOn(deadline);
+  request.deadline = *deadline;
+  auto range = RangeOf(parameters);
+  if (!range) return PassOn(range);
+  request.range = *range;
+  auto step = StepOf(parameters);
+  if (!step) return PassOn(step);
+  request.step = *step;
   return request;
 }
 

@@ -20,9 +20,7 @@ using varlink::Json;
 
 constexpr std::size_t kMostSessions = 8;
 constexpr std::size_t kMostBytes = std::size_t{8} << 20;  ///< of one frame
-constexpr double kDefaultDeadlineMs = 60e3;
-constexpr double kLongestDeadlineMs = 600e3;
-constexpr double kDefaultSigma = 0.01;  ///< of a score
+constexpr double kDefaultSigma = 0.01;                    ///< of a score
 
 /// Null: the lens' own camera counts.
 Result<double> PixelOf(const Json& parameters) {
@@ -30,16 +28,6 @@ Result<double> PixelOf(const Json& parameters) {
   if (pixel == nullptr) return 0.0;
   if (!(pixel->get<double>() > 0)) return PassOn(Wrong("pixelUm must be above 0", {.parameter = "pixelUm"}));
   return pixel->get<double>();
-}
-
-Result<Duration> DeadlineOf(const Json& parameters) {
-  double milliseconds = kDefaultDeadlineMs;
-  if (const Json* given = Given(parameters, "deadlineMs")) milliseconds = given->get<double>();
-  if (!(milliseconds > 0 && milliseconds <= kLongestDeadlineMs)) {
-    return PassOn(Wrong("deadlineMs must be above 0 and at most 600000",
-                        {.parameter = "deadlineMs", .minimum = 0.0, .maximum = kLongestDeadlineMs, .unit = "ms"}));
-  }
-  return std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(milliseconds));
 }
 
 Error TooLarge() {
@@ -179,11 +167,10 @@ void FrameSessions::Begin(const ExchangePointer& exchange) {
   if (!request) return Refuse(exchange, *lens, request.error());
   auto pixel = PixelOf(parameters);
   if (!pixel) return Refuse(exchange, *lens, pixel.error());
-  auto deadline = DeadlineOf(parameters);
-  if (!deadline) return Refuse(exchange, *lens, deadline.error());
   if (exchange->peer() == nullptr) return exchange->Finish("{}");  // oneway: nobody could answer
   if (sessions_.size() >= kMostSessions) {
-    return Refuse(exchange, *lens, {Code::Busy, "too many autofocus sessions are open: end one, or close its connection"});
+    return Refuse(exchange, *lens,
+                  {Code::Busy, "too many autofocus sessions are open: end one, or close its connection"});
   }
   auto session = std::make_shared<FrameSession>();
   session->number = ++last_session_;
@@ -194,7 +181,6 @@ void FrameSessions::Begin(const ExchangePointer& exchange) {
   sessions_[session->number] = session;
   exchange->AtClose(static_cast<std::uint64_t>(session->number), [this, session] { EndSession(session); });
 
-  request->deadline = *deadline;
   request->outside.emplace();
   request->outside->pixel_um = *pixel;
   if (const Json* scores = Given(parameters, "scores")) request->outside->scores_only = scores->get<bool>();

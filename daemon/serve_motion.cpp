@@ -9,6 +9,7 @@
 #include "rig/exposure.h"
 #include "rig/zoom.h"
 #include "serve.h"
+#include "target_json.h"
 
 namespace lensd::daemon {
 namespace {
@@ -19,43 +20,6 @@ using varlink::Json;
 /// The definition admits no other names.
 Axis AxisOf(const Json& name) {
   return *drivers::AxisFromName(name.get_ref<const std::string&>());
-}
-
-struct TargetField {
-  std::string_view name;
-  rig::Target::Kind kind;
-  double scale;  // from the unit in the name to the rig's
-};
-constexpr std::array kTargetFields = {
-    TargetField{"distanceM", rig::Target::Kind::Distance, 1.0},
-    TargetField{"vergenceD", rig::Target::Kind::Vergence, 1.0},
-    TargetField{"extensionMm", rig::Target::Kind::Extension, 1e-3},
-    TargetField{"fNumber", rig::Target::Kind::FNumber, 1.0},
-    TargetField{"focalLengthMm", rig::Target::Kind::FocalLength, 1e-3},
-    TargetField{"position", rig::Target::Kind::Native, 1.0},
-    TargetField{"relative", rig::Target::Kind::NativeRelative, 1.0},
-    TargetField{"nearer", rig::Target::Kind::TowardNear, 1.0},
-};
-
-/// "target.position": what the target of a call is given by.
-std::string TargetPath(const Json& parameters) {
-  const auto* const field = std::ranges::find_if(
-      kTargetFields, [&](const TargetField& each) { return Given(parameters["target"], each.name) != nullptr; });
-  return field == kTargetFields.end() ? "target" : "target." + std::string(field->name);
-}
-
-Result<rig::Target> TargetOf(const Json& parameters) {
-  const auto wrong = [] { return PassOn(Wrong("a target has exactly one field", {.parameter = "target"})); };
-  std::optional<rig::Target> target;
-  for (const TargetField& field : kTargetFields) {
-    const Json* value = Given(parameters["target"], field.name);
-    if (value == nullptr) continue;
-    if (target) return wrong();
-    target = rig::Target{field.kind, value->get<double>() * field.scale, std::nullopt};
-  }
-  if (!target) return wrong();
-  target->from = OriginOf(parameters);
-  return *target;
 }
 
 /// Of a call; nothing: all of them.
@@ -83,8 +47,9 @@ void FinishMove(const ServedLens& lens, const ExchangePointer& exchange, const R
   lens.watchers().Remove(exchange);
   if (!move) {
     const bool about_target = move.error().code == Code::OutOfRange || move.error().code == Code::InvalidArgument;
-    return Refuse(exchange, lens,
-                  about_target ? About(TargetPath(exchange->parameters()), move.error()) : move.error());
+    return Refuse(
+        exchange, lens,
+        about_target ? About(TargetPath("target", exchange->parameters()["target"]), move.error()) : move.error());
   }
   exchange->Finish(Wrap("move", varlink::WriteJson(*move)));
   lens.watchers().Announce(lens, "move", *move);
@@ -145,7 +110,8 @@ std::optional<Error> WhyNot(const ExchangePointer& exchange, Axis axis) {
 
 void Move(ServedLens& lens, const ExchangePointer& exchange) {
   const Axis axis = AxisOf(exchange->parameters()["axis"]);
-  const Result<rig::Target> target = TargetOf(exchange->parameters());
+  const Result<rig::Target> target =
+      TargetOf(exchange->parameters()["target"], OriginOf(exchange->parameters()), "target");
   if (!target) return Refuse(exchange, lens, target.error());
   if (const auto why = WhyNot(exchange, axis)) return Refuse(exchange, lens, *why);
   if (exchange->call().more) ShowProgress(lens, exchange, axis);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <tuple>
 #include <utility>
 
@@ -13,22 +14,12 @@ namespace {
 
 using drivers::Axis;
 
-/// Time for a search of the whole range: as many frames as the coarse pass of a sweep takes and the finer ones, each
-/// with a short way to it, and four times the travel. A frame wanted of a lens that stands is the one after the one
-/// under way: two periods.
-Duration UsualDeadline(const autofocus::Setup& search, const drivers::Camera* camera, const AxisSetup& axis) {
-  constexpr Duration kUsual = std::chrono::seconds(20);
-  constexpr double kFiner = 100.0, kBlindFrames = 48.0, kCoarsePx = 10.0;
-  constexpr double kShortWay = 0.1;  // s
-  constexpr double kTravels = 4.0;
-  constexpr double kSlowest = 0.01;  // Hz: what is slower has told nonsense
-  const double coarse = search.blur_px ? kCoarsePx * *search.blur_px : (search.highest - search.lowest) / kBlindFrames;
-  const double frames = kFiner + (search.highest - search.lowest) / std::max(coarse, search.resolution);
-  const double rate = camera != nullptr ? camera->capabilities().frame_rate_hz : 0.0;
-  const double each = kShortWay + (rate > 0.0 ? 2.0 / std::max(rate, kSlowest) : 0.0);
-  const double travel = axis.speed && *axis.speed > 0 ? (axis.maximum - axis.minimum).value / *axis.speed : 0.0;
-  const std::chrono::duration<double> needed(frames * each + kTravels * travel);
-  return std::max(kUsual, std::chrono::duration_cast<Duration>(needed));
+constexpr double kMs = 1e3;
+constexpr Duration kUsual = std::chrono::seconds(20), kUsualOutside = std::chrono::minutes(1),
+                   kLongestOutside = std::chrono::hours(1);
+
+double Milliseconds(Duration time) {
+  return std::chrono::duration<double, std::milli>(time).count();
 }
 
 }  // namespace
@@ -54,7 +45,10 @@ autofocus::Setup AutofocusJob::SetupFor(const AutofocusRequest& request) const {
   const AxisSetup& axis = focus().setup();
   const AutofocusRun::Scale scale = Scale();
   autofocus::Setup setup;
-  std::tie(setup.lowest, setup.highest) = std::minmax({scale.Position(axis.minimum), scale.Position(axis.maximum)});
+  const double from = scale.Position(request.range ? Native{request.range->from.value} : axis.minimum);
+  const double to = scale.Position(request.range ? Native{request.range->to.value} : axis.maximum);
+  std::tie(setup.lowest, setup.highest) = std::minmax({from, to});
+  if (request.range) setup.ends = autofocus::Setup::Ends::Chosen;
   setup.resolution = std::abs(scale.Position(axis.minimum + Native{scale.resolution}) - scale.Position(axis.minimum));
   const double middle = 0.5 * (axis.minimum + axis.maximum).value;
   setup.backlash = std::abs(scale.Position(Native{middle + scale.slack}) - scale.Position(Native{middle}));
@@ -82,39 +76,141 @@ std::string AutofocusJob::WhyNotInMotion() const {
   return "";
 }
 
-Result<autofocus::Regions> AutofocusJob::SearchFor(const AutofocusRequest& request) const {
-  if (means_.camera == nullptr && !request.outside) {
-    return Fail(Code::Unsupported,
-                "this lens has no camera: autofocus needs one, or frames from outside (AutofocusBegin)");
-  }
-  if (!means_.axes[Axis::Focus]) return Fail(Code::Unsupported, "this lens has no motorised focus");
-  if (auto unknown = focus().WhyUnknown()) return PassOn(*std::move(unknown));
+Result<std::vector<drivers::Region>> AutofocusJob::RegionsFor(const AutofocusRequest& request) const {
   std::vector<drivers::Region> regions = request.regions;
   if (request.outside) {
     if (regions.empty()) regions.push_back({0.0, 0.0, 1.0, 1.0});
     if (regions.size() > 1 && request.outside->scores_only) {
       return Fail(Code::InvalidArgument, "several regions need pictures, not their sharpness");
     }
-  } else {
-    const auto& camera = means_.camera->capabilities();
-    if (regions.empty()) regions.push_back(camera.focus_region);
-    for (const drivers::Region& region : regions) {
-      auto window = autofocus::WindowOf(region, camera.width, camera.height);
-      if (!window) return PassOn(window);
-    }
+    return regions;
   }
-  if (request.track && (request.outside || regions.size() != 1)) {
+  const auto& camera = means_.camera->capabilities();
+  if (regions.empty()) regions.push_back(camera.focus_region);
+  for (const drivers::Region& region : regions) {
+    auto window = autofocus::WindowOf(region, camera.width, camera.height);
+    if (!window) return PassOn(window);
+  }
+  return regions;
+}
+
+/// In the session's positions.
+Result<double> AutofocusJob::StepFor(const SearchStep& step, const autofocus::Setup& setup) const {
+  using Kind = SearchStep::Kind;
+  static constexpr const char* kFields[] = {"step.relative", "step.extensionUm", "step.blurPx"};
+  static constexpr double kShown[] = {1.0, 1e6, 1.0};  // of the step's unit in the field's
+  const auto kind = static_cast<std::size_t>(step.kind);
+  const AutofocusRun::Scale scale = Scale();
+  double unit = setup.resolution / scale.resolution;
+  if (step.kind == Kind::Extension) unit = 1.0;
+  if (step.kind == Kind::Blur) unit = setup.blur_px.value_or(0.0);
+  if ((step.kind == Kind::Extension && scale.optics == nullptr) || !(unit > 0.0)) {
+    return Fail(Code::Unsupported,
+                step.kind == Kind::Extension
+                    ? "this lens is not calibrated: give the step in native steps, such as 20steps"
+                    : "what a step does to blur is not known (it takes calibrated optics, an f-number and the pixels' "
+                      "size): give the step in native steps, such as 20steps",
+                {.parameter = kFields[kind]});
+  }
+  const double wanted = step.value * unit;
+  constexpr double kLeastIntervals = 4.0, kRounding = 1e-9;
+  const double most = (setup.highest - setup.lowest) / kLeastIntervals;
+  if (wanted >= setup.resolution * (1.0 - kRounding) && wanted <= most * (1.0 + kRounding)) return wanted;
+  std::ostringstream text;
+  text << "a step must be from one position to a quarter of the range: from " << setup.resolution / unit * kShown[kind]
+       << " to " << most / unit * kShown[kind];
+  const std::string name = step.kind == Kind::Native ? std::string(drivers::NativeUnitName(focus().setup().can.unit))
+                           : step.kind == Kind::Extension ? "um"
+                                                          : "px";
+  return Fail(Code::OutOfRange, text.str() + " " + name,
+              {.axis = "focus",
+               .parameter = kFields[kind],
+               .minimum = setup.resolution / unit * kShown[kind],
+               .maximum = most / unit * kShown[kind],
+               .unit = name});
+}
+
+/// Time for a search of the whole range: as many frames as the coarse pass of a sweep takes and the finer ones, each
+/// with a short way to it, and four times the range.
+Duration AutofocusJob::Needs(const autofocus::Setup& search, Duration each_frame) const {
+  constexpr double kFiner = 100.0, kBlindFrames = 48.0, kCoarsePx = 10.0;
+  constexpr double kShortWay = 0.1;  // s
+  constexpr double kTravels = 4.0;
+  const AxisSetup& axis = focus().setup();
+  const double range = search.highest - search.lowest;
+  const double usual = search.blur_px ? kCoarsePx * *search.blur_px : range / kBlindFrames;
+  const double frames = kFiner + range / std::max(search.step.value_or(usual), search.resolution);
+  const double native = range / search.resolution * Scale().resolution;
+  const double travel = axis.speed && *axis.speed > 0 ? native / *axis.speed : 0.0;
+  const double each = kShortWay + std::chrono::duration<double>(each_frame).count();
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(frames * each + kTravels * travel));
+}
+
+/// The time of a run whose caller sets no deadline, by how often frames have come from outside so far.
+void AutofocusJob::FollowFrameRate() {
+  if (!timed_) return;
+  run_->Allow(std::clamp(Needs(*timed_, run_->elapsed() / (run_->frames() + 1)), kUsualOutside, kLongestOutside));
+}
+
+/// A frame wanted of a lens that stands is the one after the one under way: two periods. How often frames come from
+/// outside shows when they come.
+Result<void> AutofocusJob::AllowTime(const AutofocusRequest& request, AutofocusRun::Plan& plan) const {
+  constexpr double kSlowest = 0.01;  // Hz: what is slower has told nonsense
+  const double rate = request.outside ? 0.0 : means_.camera->capabilities().frame_rate_hz;
+  const std::chrono::duration<double> period(rate > 0.0 ? 1.0 / std::max(rate, kSlowest) : 0.0);
+  plan.usual = std::max(request.outside ? kUsualOutside : kUsual,
+                        Needs(plan.setup, std::chrono::duration_cast<Duration>(2.0 * period)));
+  plan.limit = request.deadline.value_or(plan.usual);
+  const auto least = std::chrono::duration_cast<Duration>(plan.regions.frames_expected() * period);
+  if (plan.limit >= least && plan.limit > Duration::zero()) return {};
+  std::ostringstream text;
+  text.precision(3);
+  text << "a deadline of " << Milliseconds(plan.limit) << " ms is too short: ";
+  if (plan.limit > Duration::zero()) {
+    text << "the search takes " << plan.regions.frames_expected() << " frames of " << kMs * period.count()
+         << " ms when all goes well, ";
+  }
+  text << "and up to " << Milliseconds(plan.usual) / kMs << " s where it has to search the whole range";
+  return Fail(Code::OutOfRange, text.str(),
+              {.axis = "focus", .parameter = "deadlineMs", .minimum = Milliseconds(least), .unit = "ms"});
+}
+
+Result<AutofocusRun::Plan> AutofocusJob::SearchFor(const AutofocusRequest& request) const {
+  if (means_.camera == nullptr && !request.outside) {
+    return Fail(Code::Unsupported,
+                "this lens has no camera: autofocus needs one, or frames from outside (AutofocusBegin)");
+  }
+  if (!means_.axes[Axis::Focus]) return Fail(Code::Unsupported, "this lens has no motorised focus");
+  if (auto unknown = focus().WhyUnknown()) return PassOn(*std::move(unknown));
+  auto regions = RegionsFor(request);
+  if (!regions) return PassOn(regions);
+  if (request.track && (request.outside || regions->size() != 1)) {
     return Fail(Code::InvalidArgument, "tracking takes one region, and frames of the lens' own camera",
                 {.parameter = "track"});
   }
-  if (request.deadline && *request.deadline <= Duration::zero())
-    return Fail(Code::InvalidArgument, "a deadline must be above 0", {.parameter = "deadlineMs"});
-  return autofocus::Regions::Create(request.method, SetupFor(request), regions, request.policy);
+  autofocus::Setup setup = SetupFor(request);
+  if (!(setup.highest - setup.lowest > 0.5 * setup.resolution)) {
+    return Fail(Code::InvalidArgument, "the range is a single position: there is nothing to search",
+                {.parameter = "range"});
+  }
+  if (request.step) {
+    auto step = StepFor(*request.step, setup);
+    if (!step) return PassOn(step);
+    setup.step = *step;
+  }
+  auto search = autofocus::Regions::Create(request.method, setup, *std::move(regions), request.policy);
+  if (!search) return PassOn(search);
+  AutofocusRun::Plan plan{.regions = *std::move(search), .setup = setup};
+  if (request.range) {
+    plan.range = std::minmax(Native{request.range->from.value}, Native{request.range->to.value});
+  }
+  if (auto allowed = AllowTime(request, plan); !allowed) return PassOn(allowed);
+  return plan;
 }
 
 // ---- from its beginning to its end --------------------------------------------------------------------------------
 
-void AutofocusJob::Begin(AutofocusRequest request, autofocus::Regions search, ProgressCallback progress,
+void AutofocusJob::Begin(AutofocusRequest request, AutofocusRun::Plan search, ProgressCallback progress,
                          AutofocusCallback done) {
   ++number_;
   ended_ = false;
@@ -123,12 +219,11 @@ void AutofocusJob::Begin(AutofocusRequest request, autofocus::Regions search, Pr
   tell_ = request.track;
   if (request.outside) external_.emplace(*request.outside);
   FocusActuator& lens = *this;
-  const Duration limit = request.deadline.value_or(UsualDeadline(SetupFor(request), means_.camera, focus().setup()));
-  run_ = std::make_unique<AutofocusRun>(std::move(search), limit, lens, Scale());
-  if (tell_) {
-    run_->Track({.search_anew = [this, request = std::move(request)] { return SearchFor(request); }, .limit = limit});
-  }
-  run_->Begin();
+  timed_.reset();
+  if (request.outside && !request.deadline) timed_ = search.setup;
+  run_ = std::make_unique<AutofocusRun>(std::move(search), lens, Scale());
+  if (tell_) run_->Track({.search_anew = [this, request = std::move(request)] { return SearchFor(request); }});
+  run_->Begin(focus().state() ? focus().state()->position : Native{});
 }
 
 void AutofocusJob::Cancel(const Error& why) {
@@ -145,7 +240,12 @@ void AutofocusJob::End(Result<AutofocusOutcome> outcome) {
   // A liquid lens is searched in its own units, and still focuses somewhere that is known.
   const OpticsTable* optics = means_.optics.table();
   if (outcome && !outcome->vergence && optics != nullptr && optics->has_focus()) {
-    outcome->vergence = optics->VergenceFromExtension(optics->ExtensionFromNative(outcome->position));
+    const auto at = [&](Native position) {
+      return optics->VergenceFromExtension(optics->ExtensionFromNative(position));
+    };
+    outcome->vergence = at(outcome->position);
+    if (outcome->subject) outcome->subject->vergence = at(outcome->subject->position);
+    for (AutofocusSample& sample : outcome->samples) sample.vergence = at(sample.position);
   }
   means_.frames.ForgetAutofocus();
   means_.replies.Add(std::exchange(done_, nullptr), std::move(outcome));
@@ -250,6 +350,7 @@ void AutofocusJob::ServeExternal() {
     wanted.number = run_->frames() + 1;
     wanted.frames_expected = run_->frames_expected();
     wanted.position = focus().state()->position;
+    wanted.samples = run_->Samples();
     if (const OpticsTable* optics = means_.optics.table(); optics != nullptr && optics->has_focus()) {
       wanted.extension = optics->ExtensionFromNative(wanted.position);
       wanted.vergence = optics->VergenceFromExtension(*wanted.extension);
@@ -262,13 +363,16 @@ void AutofocusJob::ServeExternal() {
     if (!steady) external_->AnnounceAgain();
     return means_.replies.Add(external_->Refuse(), Result<void>(Fail(Code::InvalidArgument, *std::move(wrong))));
   }
+  FollowFrameRate();
   auto [frame, done] = external_->Accept();
   Observation shown{.lensed = {.frame = std::move(frame.frame), .axes = {}, .extension = {}, .f_number = {}},
                     .score = frame.score};
   for (const Axis axis : drivers::kAxes) {
     if (!means_.axes[axis] || !means_.axes[axis]->state()) continue;
     const Native stood = means_.axes[axis]->state()->position;
-    shown.lensed.axes[axis] = LensedFrame::AxisDuring{.lowest = stood, .highest = stood, .moving = false, .mid = stood};
+    const Native bound{means_.axes[axis]->track().Bound() + means_.axes[axis]->track().adrift()};
+    shown.lensed.axes[axis] = LensedFrame::AxisDuring{
+        .lowest = stood, .highest = stood, .moving = false, .bound = bound, .mid = stood, .mid_bound = bound};
   }
   means_.replies.Add(std::move(frame.taken), Result<void>());
   means_.replies.Add(std::move(done), Result<Observation>(std::move(shown)));

@@ -31,10 +31,10 @@ class AutofocusJob final : private FocusActuator {
  public:
   explicit AutofocusJob(const AutofocusMeans& means) : means_(means) {}
 
-  /// The search that a request asks for. Errors as Rig::Autofocus().
-  Result<autofocus::Regions> SearchFor(const AutofocusRequest& request) const;
+  /// The search that a request asks for, its range being native positions. Errors as Rig::Autofocus().
+  Result<AutofocusRun::Plan> SearchFor(const AutofocusRequest& request) const;
   /// Begins it. None is running, and focus is free.
-  void Begin(AutofocusRequest request, autofocus::Regions search, ProgressCallback progress, AutofocusCallback done);
+  void Begin(AutofocusRequest request, AutofocusRun::Plan search, ProgressCallback progress, AutofocusCallback done);
   /// Ends it from outside. Its motion of the focus axis ends unanswered.
   void Cancel(const Error& why);
   /// A frame for an autofocus whose camera is not the lens' own.
@@ -66,6 +66,11 @@ class AutofocusJob final : private FocusActuator {
   AxisController& focus() const { return *means_.axes[drivers::Axis::Focus]; }
   AutofocusRun::Scale Scale() const;
   autofocus::Setup SetupFor(const AutofocusRequest& request) const;
+  Result<double> StepFor(const SearchStep& step, const autofocus::Setup& setup) const;
+  Result<std::vector<drivers::Region>> RegionsFor(const AutofocusRequest& request) const;
+  Result<void> AllowTime(const AutofocusRequest& request, AutofocusRun::Plan& plan) const;
+  Duration Needs(const autofocus::Setup& setup, Duration each_frame) const;
+  void FollowFrameRate();
   std::string WhyNotInMotion() const;
   Result<void> Check(const SubmittedFrame& frame) const;
   void ServeExternal();
@@ -78,6 +83,7 @@ class AutofocusJob final : private FocusActuator {
   std::unique_ptr<AutofocusRun> run_;
   bool ended_ = false;                      ///< the run is; it is cleared away once nothing of it is on the stack
   std::optional<ExternalCamera> external_;  ///< of the run, where its frames come from outside
+  std::optional<autofocus::Setup> timed_;   ///< of the run, where its time follows the frames from outside
   AutofocusCallback done_;
   std::shared_ptr<ProgressCallback> progress_;
   std::function<void(const AutofocusOutcome&)> tell_;

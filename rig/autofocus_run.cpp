@@ -3,8 +3,10 @@
 // need be.
 #include "autofocus_run.h"
 
+#include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <sstream>
 #include <utility>
 
 namespace lensd::rig {
@@ -18,15 +20,36 @@ Duration ThreadCpu() {
 
 }  // namespace
 
-AutofocusRun::AutofocusRun(autofocus::Regions search, Duration limit, FocusActuator& lens, Scale scale)
-    : lens_(lens), scale_(scale), search_(SearchFor(std::move(search), limit)) {}
+AutofocusRun::AutofocusRun(Plan plan, FocusActuator& lens, Scale scale)
+    : lens_(lens), scale_(scale), search_(SearchFor(std::move(plan))) {}
 
-AutofocusRun::Search AutofocusRun::SearchFor(autofocus::Regions regions, Duration limit) const {
-  return {.regions = std::move(regions),
+AutofocusRun::Search AutofocusRun::SearchFor(Plan plan) const {
+  const Instant deadline = lens_.Now() + plan.limit;
+  return {.plan = std::move(plan),
           .began_at = lens_.Now(),
-          .deadline = lens_.Now() + limit,
+          .deadline = deadline,
           .motions_before = lens_.motions(),
           .cpu = {}};
+}
+
+void AutofocusRun::Begin(Native stands) {
+  stands_ = stands;
+  if (!EntersRange()) RequestFrame();
+}
+
+/// From where it stands outside of the range the lens goes to the nearer end; a frame is asked for there.
+bool AutofocusRun::EntersRange() {
+  if (!search_.plan.range) return false;
+  const Native inside = std::clamp(stands_, search_.plan.range->first, search_.plan.range->second);
+  if (std::abs((inside - stands_).value) < 0.5 * scale_.resolution) return false;
+  start_ = stands_;
+  GoTo({.position = scale_.Position(inside)});
+  return true;
+}
+
+void AutofocusRun::Allow(Duration limit) {
+  search_.plan.limit = search_.plan.usual = limit;
+  search_.deadline = search_.began_at + limit;
 }
 
 void AutofocusRun::RequestFrame(LensMotion lens) {
@@ -39,7 +62,14 @@ Activity AutofocusRun::activity() const {
 
 void AutofocusRun::CheckDeadline() {
   if (holding() || lens_.Now() < search_.deadline || going_back_with_) return;
-  GoBack(Refusal(autofocus::Cause::Deadline, "no answer by the deadline"));
+  std::ostringstream reason;
+  reason.precision(3);
+  const auto seconds = [](Duration time) { return std::chrono::duration<double>(time).count(); };
+  reason << "no answer by the deadline, " << seconds(search_.plan.limit) << " s";
+  if (search_.plan.usual > search_.plan.limit) {
+    reason << ": a search of the whole range may take " << seconds(search_.plan.usual) << " s";
+  }
+  GoBack(Refusal(autofocus::Cause::Deadline, reason.str()));
 }
 
 void AutofocusRun::OnFrame(Result<Observation> seen) {
@@ -54,18 +84,21 @@ void AutofocusRun::OnFrame(Result<Observation> seen) {
     auto changed = Watch(*seen);
     if (!changed) return End(PassOn(changed));
     if (!*changed) return RequestFrame();
+    if (EntersRange()) return;
   }
   if (!start_) start_ = stands_;
+  search_.frames.push_back(SampleOf(*seen));
   const Duration before = ThreadCpu();
-  auto advice = seen->score ? search_.regions.NextScore(place.position, *seen->score)
-                            : search_.regions.Next(place, seen->lensed.frame);
+  auto advice = seen->score ? search_.plan.regions.NextScore(place.position, *seen->score)
+                            : search_.plan.regions.Next(place, seen->lensed.frame);
   search_.cpu += ThreadCpu() - before;
   if (!advice) return GoBack(PassOn(advice));
   lens_.Report({.frames = frames(),
                 .moves = lens_.motions() - search_.motions_before,
                 .frames_expected = frames_expected(),
                 .position = stands_,
-                .sharpness = search_.regions.relative_sharpness()},
+                .sharpness = search_.plan.regions.relative_sharpness(),
+                .samples = Samples()},
                [this, next = *std::move(advice)] { Follow(next); });
 }
 
@@ -74,6 +107,37 @@ autofocus::Place AutofocusRun::PlaceOf(const LensedFrame::AxisDuring& focus) con
   if (sweep_ == Sweep::None) return scale_.Position(stands_);
   const double span = scale_.Position(focus.mid + focus.mid_bound) - scale_.Position(focus.mid - focus.mid_bound);
   return {scale_.Position(focus.mid), std::abs(span) / std::sqrt(12.0)};
+}
+
+/// Its place, without its score.
+AutofocusSample AutofocusRun::SampleOf(const Observation& seen) const {
+  using State = AutofocusSample::State;
+  const auto& focus = *seen.lensed.axes[drivers::Axis::Focus];
+  AutofocusSample sample;
+  sample.frame = frames();
+  sample.state = sweep_ != Sweep::None ? State::Moving : backlash_open_ ? State::BacklashOpen : State::Standing;
+  sample.position = stands_;
+  sample.bound = sweep_ != Sweep::None ? focus.mid_bound : focus.bound;
+  if (scale_.optics != nullptr) {
+    sample.vergence = scale_.optics->VergenceFromExtension(scale_.optics->ExtensionFromNative(stands_));
+  }
+  sample.exposure_start = seen.lensed.frame.exposure_start;
+  sample.exposure_end = seen.lensed.frame.exposure_end;
+  return sample;
+}
+
+std::vector<AutofocusSample> AutofocusRun::Samples() const {
+  const auto curves = search_.plan.regions.Curves();
+  std::vector<AutofocusSample> samples;
+  for (std::size_t i = curves.size() - std::min(curves.size(), kMostSamples); i < curves.size(); ++i) {
+    const auto& seen = curves[i];
+    AutofocusSample sample = search_.frames[static_cast<std::size_t>(seen.frame)];
+    sample.region = seen.region;
+    sample.score = seen.score;
+    sample.score_sigma = seen.sigma;
+    samples.push_back(sample);
+  }
+  return samples;
 }
 
 void AutofocusRun::Follow(const autofocus::Advice& advice) {
@@ -144,6 +208,7 @@ void AutofocusRun::GoBack(Result<AutofocusOutcome> answer) {
     if (moved) stands_ = moved->position;
     AutofocusOutcome refusal = Refusal(last->cause, last->reason + trouble);
     refusal.candidates = std::move(last->candidates);
+    refusal.samples = std::move(last->samples);
     End(std::move(refusal));
   });
 }
@@ -168,7 +233,7 @@ Result<bool> AutofocusRun::Watch(const Observation& seen) {
   if (!tracking_->tracker.Changed(*score, frame.bits, window->width * window->height, lens_.Now())) return false;
   auto search = tracking_->search_anew();
   if (!search) return PassOn(search);
-  search_ = SearchFor(*std::move(search), tracking_->limit);
+  search_ = SearchFor(*std::move(search));
   tracking_->holding = false;
   start_ = stands_;
   return true;
@@ -185,10 +250,25 @@ AutofocusOutcome AutofocusRun::Refusal(autofocus::Cause cause, std::string reaso
   return Outcome(verdict);
 }
 
+AutofocusSubject AutofocusRun::SubjectOf(const autofocus::Verdict& verdict) const {
+  const double position = verdict.subject ? verdict.subject->position : verdict.position;
+  AutofocusSubject subject;
+  subject.region = search_.plan.regions.answered();
+  subject.by = verdict.found_by;
+  subject.position = scale_.NativeAt(position);
+  if (scale_.optics == nullptr) return subject;
+  const Metres extension{position};
+  const double to_sensor = (scale_.optics->FocalLengthAt(extension) + extension).value;
+  const double sigma = verdict.subject ? verdict.subject->sigma : verdict.sigma;
+  subject.vergence = scale_.optics->VergenceFromExtension(extension);
+  subject.sigma = Dioptres{sigma / (to_sensor * to_sensor)};
+  return subject;
+}
+
 AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const {
   AutofocusOutcome outcome;
   outcome.focused = verdict.focused;
-  outcome.method = search_.regions.method();
+  outcome.method = search_.plan.regions.method();
   outcome.frames = frames();
   outcome.moves = lens_.motions() - search_.motions_before;
   outcome.elapsed = lens_.Now() - search_.began_at;
@@ -203,11 +283,9 @@ AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const 
     outcome.vergence = scale_.optics->VergenceFromExtension(extension);
     // dU/de = 1/Z_s².
     if (verdict.focused) outcome.sigma = Dioptres{verdict.sigma / (to_sensor * to_sensor)};
-    if (verdict.focused && verdict.subject) {
-      outcome.subject = scale_.optics->VergenceFromExtension(Metres{verdict.subject->position});
-      outcome.subject_sigma = Dioptres{verdict.subject->sigma / (to_sensor * to_sensor)};
-    }
   }
+  outcome.samples = Samples();
+  if (verdict.focused) outcome.subject = SubjectOf(verdict);
   for (const autofocus::Candidate& found : verdict.candidates) {
     AutofocusCandidate candidate;
     candidate.position = scale_.NativeAt(found.position);

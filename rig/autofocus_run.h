@@ -31,30 +31,43 @@ class AutofocusRun {
     const OpticsTable* optics = nullptr;
   };
 
+  /// One search, before it begins.
+  struct Plan {
+    autofocus::Regions regions;
+    autofocus::Setup setup{};
+    Duration limit{};                                  ///< until its answer
+    Duration usual{};                                  ///< what a search of the whole range may take
+    std::optional<std::pair<Native, Native>> range{};  ///< frames are taken from here to there; nothing: anywhere
+  };
+
   /// What a run needs that goes on after its answer.
   struct Tracking {
-    std::function<Result<autofocus::Regions>()> search_anew;
-    Duration limit{};  ///< of each search
+    std::function<Result<Plan>()> search_anew;
     autofocus::Tracker tracker{};
     bool holding = false;  ///< between two searches
   };
 
   /// `lens` must outlive it.
-  AutofocusRun(autofocus::Regions search, Duration limit, FocusActuator& lens, Scale scale);
-  /// Asks for the first frame.
-  void Begin() { RequestFrame(); }
+  AutofocusRun(Plan plan, FocusActuator& lens, Scale scale);
+  /// Asks for the first frame, where the lens stands or, from outside of the range, at its nearer end.
+  void Begin(Native stands);
   /// Before Begin(): tracks from the first answer on.
   void Track(Tracking tracking) { tracking_ = std::move(tracking); }
   /// To be called at every step: ends the search at its deadline.
   void CheckDeadline();
+  /// What a search may take turns out otherwise: so long from its beginning.
+  void Allow(Duration limit);
+  Duration elapsed() const { return lens_.Now() - search_.began_at; }
   Activity activity() const;
-  const std::vector<drivers::Region>& regions() const { return search_.regions.regions(); }
-  int frames() const { return search_.regions.frames(); }
-  int frames_expected() const { return search_.regions.frames_expected(); }
+  const std::vector<drivers::Region>& regions() const { return search_.plan.regions.regions(); }
+  int frames() const { return search_.plan.regions.frames(); }
+  int frames_expected() const { return search_.plan.regions.frames_expected(); }
+  std::vector<AutofocusSample> Samples() const;
 
  private:
   struct Search {
-    autofocus::Regions regions;
+    Plan plan;
+    std::vector<AutofocusSample> frames{};  ///< all of them, in order, without their scores
     Instant began_at;
     Instant deadline;
     int motions_before = 0;
@@ -62,7 +75,9 @@ class AutofocusRun {
   };
   enum class Sweep { None, UnderWay, Arrived };  ///< with frames taken on the way
 
-  Search SearchFor(autofocus::Regions regions, Duration limit) const;
+  Search SearchFor(Plan plan) const;
+  bool EntersRange();
+  AutofocusSample SampleOf(const Observation& seen) const;
   bool holding() const { return tracking_ && tracking_->holding; }
   void RequestFrame(LensMotion lens = LensMotion::Standing);
   autofocus::Place PlaceOf(const LensedFrame::AxisDuring& focus) const;
@@ -77,6 +92,7 @@ class AutofocusRun {
   void End(Result<AutofocusOutcome> answer);
   Result<bool> Watch(const Observation& seen);
   AutofocusOutcome Outcome(const autofocus::Verdict& verdict) const;
+  AutofocusSubject SubjectOf(const autofocus::Verdict& verdict) const;
   AutofocusOutcome Missed(const MoveOutcome& moved) const;
   AutofocusOutcome Refusal(autofocus::Cause cause, std::string reason) const;
 

@@ -209,7 +209,25 @@ void Rig::Impl::ResetFaults(const std::vector<Axis>& named, StopCallback done) {
   replies.Add(std::move(done), std::move(answer));
 }
 
+/// From here on the ends of its range are native positions, wherever the lens goes.
+Result<void> Rig::Impl::PinRange(AutofocusRequest& request) const {
+  if (!request.range) return {};
+  for (auto [end, name] : {std::pair(&request.range->from, "range.from"), std::pair(&request.range->to, "range.to")}) {
+    auto native = Resolve(Axis::Focus, *end);
+    if (!native) {
+      ErrorFacts facts = native.error().facts ? *native.error().facts : ErrorFacts{};
+      facts.parameter = name;
+      return Fail(native.error().code, "the range: " + native.error().message, std::move(facts));
+    }
+    *end = {.kind = Target::Kind::Native, .value = native->value, .from = {}, .take_up = {}};
+  }
+  return {};
+}
+
 void Rig::Impl::Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done) {
+  if (auto pinned = PinRange(request); !pinned) {
+    return replies.Add(std::move(done), Result<AutofocusOutcome>(PassOn(pinned)));
+  }
   auto search = autofocus.SearchFor(request);
   if (!search) return replies.Add(std::move(done), Result<AutofocusOutcome>(PassOn(search)));
   const bool focus_under_way = axes[Axis::Focus]->motion() != nullptr;

@@ -38,7 +38,7 @@ class Rig::Impl {
 
   std::weak_ptr<const Activity> procedure;  ///< of many commands; gone when it is over
   std::uint64_t commands_given = 0;         ///< that displace others
-  bool commanded = false;            ///< since the last step
+  bool commanded = false;                   ///< since the last step
   drivers::Device device;
   const Clock& clock;
   RememberedPositions remembered;
@@ -53,6 +53,7 @@ class Rig::Impl {
   static AxisControllers Controllers(const RigConfig& config, drivers::Lens& lens, RememberedPositions& remembered,
                                      const Clock& clock);
   Result<Native> InReach(drivers::Axis axis, const Target& target) const;
+  Result<void> PinRange(AutofocusRequest& request) const;
   bool WantsReading(Instant now) const;
   void ReadLens();
   void AdvanceMotions();

@@ -91,7 +91,7 @@ Advice Defocus::Next(const Look& look) {
   }
   if (taken_.size() >= kFrameBudget) return WhyNot(stack, posterior);
   const bool fits = defocus::HasTexture(stack) && posterior.misfit() <= kMostMisfit;
-  if (taken_.size() >= 3 && fits && Beyond(posterior) && BestIsAtAnEnd()) return Refuse(kAtTheEnd);
+  if (taken_.size() >= 3 && fits && Beyond(posterior) && BestIsAtAnEnd()) return Refuse(AtTheEndOf(setup_));
   return Decide(look, stack, posterior);
 }
 
@@ -179,7 +179,7 @@ Advice Defocus::Climb(const std::vector<CurvePoint>& points, std::size_t best, c
   if (next) return GoTo(*next / px);
   const auto [gap, middle] = WidestGap(points);
   if (gap > 2.0 * std::max(reach.most, 1.6 * setup_.resolution)) return GoTo(middle / px);
-  if (AtTheEnd(setup_, points, points[best])) return Refuse(kAtTheEnd);
+  if (AtTheEnd(setup_, points, points[best])) return Refuse(AtTheEndOf(setup_));
   return WhyNot(stack, posterior);
 }
 
@@ -289,6 +289,7 @@ Advice Defocus::Judge(const CurvePoint& centre, double vertex, double apart, con
   const double sigma = std::hypot(posterior.sigma() * px, 0.5 * disagree, 0.2 * px);
   verdict.sigma = std::hypot(sigma, vertex - centre.position, setup_.resolution / std::sqrt(12.0));
   verdict.subject = {.position = vertex, .sigma = sigma};
+  verdict.found_by = agrees ? FoundBy::Blur : FoundBy::Sharpness;
   verdict.confidence =
       std::erf(std::max(kHalfDepthOfFieldPx * px, setup_.resolution) / (std::sqrt(2.0) * verdict.sigma));
   std::ostringstream reason;

@@ -16,8 +16,6 @@
 namespace lensd::bench {
 namespace {
 
-constexpr Duration kPatience = std::chrono::seconds(100);  // no run may last longer, on the simulated clock
-
 /// SplitMix64: a well mixed number from a counter.
 std::uint64_t Mixed(std::uint64_t value) {
   value += 0x9E3779B97F4A7C15ULL;
@@ -52,7 +50,8 @@ Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& picture
                                    std::uint64_t seed) {
   const sim::Scene& scene = pictures->scene();
   AutofocusRunResult result;
-  result.start_steps = static_cast<double>(Mixed(seed) % static_cast<std::uint64_t>(scene.lens.steps));
+  result.start_steps =
+      wanted.start.value_or(static_cast<double>(Mixed(seed) % static_cast<std::uint64_t>(scene.lens.steps)));
 
   SteppedClock clock;
   sim::WorldOptions options{.seed = Mixed(seed + 1), .focus_start = Native{result.start_steps}, .pictures = pictures};
@@ -81,7 +80,7 @@ Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& picture
     result.blurs_px.push_back(BlurAt(*world->truth, scene, now.position.value));
   };
   (*rig)->Autofocus(request, note, [&](Result<rig::AutofocusOutcome> outcome) { end = std::move(outcome); });
-  while (!end && clock.Now() < Instant{kPatience}) clock.AdvanceTo((*rig)->Step(clock.Now()));
+  while (!end && clock.Now() < Instant{wanted.patience}) clock.AdvanceTo((*rig)->Step(clock.Now()));
   if (!end) return Fail(Code::Internal, "an autofocus run did not end by itself");
   if (!*end) return PassOn(*end);
 
@@ -95,10 +94,10 @@ Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& picture
   result.reason = outcome.reason;
   result.candidates = outcome.candidates.size();
   Score(*world->truth, scene, result);
-  if (outcome.subject && !world->truth->subjects().empty()) {
+  if (outcome.focused && outcome.method == "defocus" && !world->truth->subjects().empty()) {
     // From where the lens stands, so that wrong optics count by what they do to that small distance only.
     const double stands_off_d = world->truth->Now().focal_plane_d - world->truth->subjects().front().vergence_d;
-    const double off_d = stands_off_d + (*outcome.subject - *outcome.vergence).value;
+    const double off_d = stands_off_d + (*outcome.subject->vergence - *outcome.vergence).value;
     result.subject_px = 2.0 * off_d / result.half_dof_d;
   }
   return result;

@@ -41,10 +41,12 @@ struct AutofocusRuns {
   int runs = 100;
   std::uint64_t seed = 1;
   int threads = 2;
-  bool whole_frame = false;         ///< look at all of the frame instead of the scene's region
-  double f_number_error = 1.0;      ///< what the rig believes of f-numbers, over the truth
-  double focal_length_error = 1.0;  ///< the same of the focal length
-  Duration late{};                  ///< readings of the lens are so much older than they say, which the rig is told
+  bool whole_frame = false;                       ///< look at all of the frame instead of the scene's region
+  double f_number_error = 1.0;                    ///< what the rig believes of f-numbers, over the truth
+  double focal_length_error = 1.0;                ///< the same of the focal length
+  std::optional<double> start = {};               ///< steps: every run's, instead of one of its own
+  Duration patience = std::chrono::seconds(100);  ///< no run may last longer, on the simulated clock
+  Duration late{};  ///< readings of the lens are so much older than they say, which the rig is told
 };
 
 /// Run i starts at a place and with a noise seed that follow from `seed` and i alone, so that methods are compared on

@@ -10,6 +10,7 @@
 
 #include "cli/online/arguments.h"
 #include "cli/online/commands.h"
+#include "cli/online/target.h"
 #include "cli/online/texts.h"
 #include "cli/quantity.h"
 
@@ -18,8 +19,61 @@ namespace {
 
 using varlink::Json;
 
+Result<Json> ParseSearchRange(const std::string& text) {
+  const std::size_t dots = text.find("..");
+  if (dots == std::string::npos) {
+    return Fail(Code::InvalidArgument,
+                "--range '" + text +
+                    "': two places with .. between them, such as 0.8m..2m, 0.5D..1.2D, @400..@900 or -50..+50");
+  }
+  auto from = ParseFocusTarget(text.substr(0, dots), "--range");
+  if (!from) return from;
+  auto to = ParseFocusTarget(text.substr(dots + 2), "--range");
+  if (!to) return to;
+  return Json{{"from", *std::move(from)}, {"to", *std::move(to)}};
+}
+
+Result<Json> ParseSearchStep(const std::string& text) {
+  constexpr std::string_view kSteps = "steps";
+  if (text.ends_with(kSteps)) {
+    auto count = ParseNumber(std::string_view(text).substr(0, text.size() - kSteps.size()), "--step");
+    if (!count) return PassOn(count);
+    return Json{{"relative", *count->Nearest()}};
+  }
+  auto size = ParseBlur(text, "--step");
+  if (!size) {
+    return Fail(Code::InvalidArgument, "--step '" + text +
+                                           "': a number of native steps such as 20steps, a length of extension such as "
+                                           "8um, or a change of blur such as 5px; above 0");
+  }
+  if (size->in_pixels) return Json{{"blurPx", *size->value.Nearest()}};
+  return Json{{"extensionUm", *size->value.Nearest() * 1e6}};
+}
+
+/// How long, where and how finely to search.
+Result<void> AddSearch(const Session& session, const AutofocusOptions& options, Json& parameters) {
+  if (!options.deadline.empty()) {
+    auto deadline = ParseTime(options.deadline, "--deadline");
+    if (!deadline) return PassOn(deadline);
+    parameters["deadlineMs"] = std::chrono::duration<double, std::milli>(*deadline).count();
+  }
+  if (!options.range.empty()) {
+    auto range = ParseSearchRange(options.range);
+    if (!range) return PassOn(range);
+    parameters["range"] = *std::move(range);
+    if (const auto& from = session.globals().from) {
+      parameters["distanceFrom"] = kFromNames.at(static_cast<std::size_t>(*from));
+    }
+  }
+  if (options.step.empty()) return {};
+  auto step = ParseSearchStep(options.step);
+  if (!step) return PassOn(step);
+  parameters["step"] = *std::move(step);
+  return {};
+}
+
 /// What both ways of autofocus have in common.
-std::expected<Json, Failure> ParametersOf(const AutofocusOptions& options) {
+std::expected<Json, Failure> ParametersOf(const Session& session, const AutofocusOptions& options) {
   Json parameters{{"lens", LensOf(options.name)}};
   if (!options.method.empty()) parameters["method"] = options.method;
   if (!options.policy.empty()) parameters["policy"] = options.policy;
@@ -30,11 +84,12 @@ std::expected<Json, Failure> ParametersOf(const AutofocusOptions& options) {
     regions.push_back(*std::move(region));
   }
   if (!regions.empty()) parameters["regions"] = std::move(regions);
+  if (auto search = AddSearch(session, options, parameters); !search) return PassOn(search);
   return parameters;
 }
 
 Outcome Autofocus(Session& session, const AutofocusOptions& options) {
-  auto parameters = ParametersOf(options);
+  auto parameters = ParametersOf(session, options);
   if (!parameters) return PassOn(parameters);
   if (options.frames_from.empty() && !options.pixel.empty()) {
     return Refuse(Exit::Usage,
@@ -130,6 +185,21 @@ void AddAutofocus(CLI::App& root, Run& run) {
   command->add_option("--policy", options->policy, "which of several regions: nearest (default), farthest or widest")
       ->type_name("NAME");
   command->add_option("--method", options->method, "method; the daemon chooses when left out")->type_name("NAME");
+  command
+      ->add_option("--deadline", options->deadline,
+                   "how long the search may take, such as 30s; as long as one of the whole range takes when left out")
+      ->type_name("TIME");
+  command
+      ->add_option("--range", options->range,
+                   "where to search: two places as `focus` takes them, such as 0.8m..2m, 0.5D..1.2D, @400..@900, or "
+                   "-50..+50 from where it stands")
+      ->type_name("A..B");
+  command
+      ->add_option(
+          "--step", options->step,
+          "how far apart the frames of the first pass are at most, such as 20steps, 8um of extension or 5px of "
+          "blur; only methods that go by steps are taken then")
+      ->type_name("STEP");
   command
       ->add_option("--frames-from", options->frames_from,
                    "use no camera of the daemon's: for each frame run this shell command, which has to save a new "

@@ -13,6 +13,9 @@ struct AutofocusOptions {
   std::vector<std::string> regions;
   std::string policy;
   std::string method;
+  std::string deadline;  ///< these three as written; empty: the daemon's
+  std::string range;
+  std::string step;
   bool track = false;
   std::string frames_from;  ///< a shell command; empty: the lens' own camera
   std::string pixel;        ///< of its pictures

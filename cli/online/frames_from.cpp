@@ -20,7 +20,7 @@ namespace {
 using varlink::Json;
 
 constexpr std::size_t kPieceBytes = std::size_t{512} << 10;
-constexpr Duration kPatience = std::chrono::minutes(11);  // longer than any session lasts
+constexpr Duration kPatience = std::chrono::minutes(61);  // longer than any session lasts
 
 /// A place for one picture, named in the environment.
 class Spot {

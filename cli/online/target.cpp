@@ -10,7 +10,7 @@ namespace {
 
 using varlink::Json;
 
-Result<double> Native(std::string_view text, std::string_view option = "TARGET") {
+Result<double> Native(std::string_view text, std::string_view option) {
   auto number = ParseNumber(text, option);
   if (!number) return PassOn(number);
   return *number->Nearest();
@@ -36,22 +36,22 @@ Result<std::optional<Json>> ParseStepTarget(std::string_view text, std::string_v
   return Json{{absolute ? "position" : "relative", *number}};
 }
 
-Result<Json> ParseFocusTarget(std::string_view text) {
-  if (text.starts_with("near:")) return Field("nearer", Native(text.substr(5)));
-  if (text.starts_with("far:")) return Field("nearer", Native(text.substr(4)), -1.0);
-  auto steps = ParseStepTarget(text, "TARGET");
+Result<Json> ParseFocusTarget(std::string_view text, std::string_view option) {
+  if (text.starts_with("near:")) return Field("nearer", Native(text.substr(5), option));
+  if (text.starts_with("far:")) return Field("nearer", Native(text.substr(4), option), -1.0);
+  auto steps = ParseStepTarget(text, option);
   if (!steps) return PassOn(steps);
   if (*steps) return **std::move(steps);
   if (text.starts_with("ext:")) {
-    auto extension = ParseLength(text.substr(4), "TARGET");
+    auto extension = ParseLength(text.substr(4), option);
     if (!extension) return PassOn(extension);
     return Json{{"extensionMm", extension->value * 1e3}};
   }
-  auto depth = ParseDepth(text, "TARGET");
+  auto depth = ParseDepth(text, option);
   if (!depth) return PassOn(depth);
   if (depth->IsDistance() && text.find_first_of("+-") == 0) {
     return Fail(Code::InvalidArgument,
-                "TARGET '" + std::string(text) +
+                std::string(option) + " '" + std::string(text) +
                     "': a distance has no sign; +N and -N are counts of steps, ext:2.6mm an extension");
   }
   return Json{{depth->IsDistance() ? "distanceM" : "vergenceD", depth->value}};

@@ -14,7 +14,7 @@ namespace lensd::cli {
 Result<std::optional<varlink::Json>> ParseStepTarget(std::string_view text, std::string_view option);
 
 /// The interface's Target for focus: a distance or vergence, `+N` or `-N` native steps, `near:N` or `far:N` steps
-/// nearer or farther, `@N` an absolute native position, `ext:2.6mm` an extension. Code::InvalidArgument.
-Result<varlink::Json> ParseFocusTarget(std::string_view text);
+/// nearer or farther, `@N` an absolute native position, `ext:2.6mm` an extension. Code::InvalidArgument names `option`.
+Result<varlink::Json> ParseFocusTarget(std::string_view text, std::string_view option = "TARGET");
 
 }  // namespace lensd::cli

@@ -95,6 +95,36 @@ TEST(ClosedLoopTest, AMotorOfFewStepsIsFocusedByEveryMethodOfAuto) {
   }
 }
 
+// 50 mm of travel in 50,000 steps at 5,000 a second, 20 mm from focus: blurred by 2,000 px. A search of all of it takes
+// longer than the 20 s that shorter travels get.
+TEST(ClosedLoopTest, ALongTravelEndsInAnAnswer) {
+  constexpr double kFocalMm = 25.0, kInFocusMm = 25.0, kStepsPerMm = 1000.0;
+  auto scene = sim::LoadScene(std::string(LENSD_SOURCE_DIR) + "/scenes/regimes/coarse-steps.toml");
+  ASSERT_TRUE(scene) << scene.error().message;
+  scene->camera.width = 240;
+  scene->camera.height = 180;
+  scene->lens.steps = 50000;
+  scene->lens.max_extension_mm = 50.0;
+  scene->lens.speed_steps_per_s = 5000.0;
+  scene->lens.acceleration_steps_per_s2 = 100000.0;
+  scene->surfaces.at(0).shape = sim::PlaneShape{.u0_d = 1e3 * kInFocusMm / (kFocalMm * (kFocalMm + kInFocusMm))};
+  auto pictures = sim::Pictures::Create(std::make_shared<const sim::Scene>(*std::move(scene)));
+  ASSERT_TRUE(pictures) << pictures.error().message;
+  std::vector<double> starts_mm = {45.0};
+  if (testing::ByLevel(0, 1, 1) > 0) starts_mm.push_back(5.0);
+  for (const double start_mm : starts_mm) {
+    const auto results = RunAutofocus(*pictures, {.method = "auto",
+                                                  .runs = 1,
+                                                  .seed = 4716,
+                                                  .start = start_mm * kStepsPerMm,
+                                                  .patience = std::chrono::minutes(10)});
+    ASSERT_TRUE(results) << results.error().message;
+    const AutofocusRunResult& run = results->front();
+    EXPECT_TRUE(run.within()) << run.reason;
+    EXPECT_GT(run.elapsed, std::chrono::seconds(20));
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Shipped, Regimes,
                          ::testing::Values("coarse-steps", "end-of-range", "fine-steps", "flicker", "gradient",
                                            "lights", "low-light", "ringing", "shake", "sinusoid", "small-window",

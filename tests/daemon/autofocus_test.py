@@ -155,6 +155,88 @@ class Session(DaemonTest):
         self.assertAlmostEqual(result["vergenceD"], 1 / 0.9, delta=0.04)
         self.assertLessEqual(result["moves"], 10)  # on a busy machine a slower pass follows
 
+    def test_the_curve_so_far_comes_with_every_frame(self):
+        self.move(500)
+        with self.daemon.client(60 * PATIENCE) as client:
+            client.send(LENS + "Autofocus", {"lens": "a", "method": "sweep", "step": {"relative": 200}}, more=True)
+            counts, reply = [], {"continues": True}
+            while reply.get("continues"):
+                reply = client.receive()
+                if reply["parameters"].get("progress"):
+                    samples = reply["parameters"]["progress"]["samples"]
+                    counts.append(len(samples))
+                    self.assertEqual([sample["frame"] for sample in samples], list(range(1, len(samples) + 1)))
+        result = reply["parameters"]["autofocus"]
+        self.assertTrue(result["focused"], result)
+        self.assertEqual(counts, list(range(1, result["frames"] + 1)))
+        self.assertEqual(len(result["samples"]), result["frames"])
+        top = max(result["samples"], key=lambda sample: sample["score"])
+        self.assertAlmostEqual(top["position"], result["position"], delta=60)
+        self.assertEqual({sample["state"] for sample in result["samples"]}, {"standing"})
+        first_pass = [sample["position"] for sample in result["samples"][1:20]]
+        self.assertTrue(all(0 < b - a <= 200 for a, b in zip(first_pass, first_pass[1:])), first_pass)
+        subject = result["subject"]
+        self.assertEqual((subject["region"], subject["foundBy"]), (0, "sharpness"))
+        self.assertAlmostEqual(subject["vergenceD"], 1 / 0.9, delta=0.04)
+        self.assertAlmostEqual(subject["focalPlaneM"], 1 / subject["vergenceD"], places=9)
+        self.assertGreater(subject["sigmaD"], 0)
+
+    def test_a_search_keeps_to_its_range(self):
+        self.move(500)
+        with self.daemon.client(60 * PATIENCE) as client:
+            reply = client.call(LENS + "Autofocus", {
+                "lens": "a", "range": {"from": {"distanceM": 0.8}, "to": {"distanceM": 1.1}}})["parameters"]["autofocus"]
+            self.assertTrue(reply["focused"], reply)
+            self.assertAlmostEqual(reply["vergenceD"], 1 / 0.9, delta=0.04)
+            for sample in reply["samples"]:
+                self.assertTrue(1 / 1.1 - 0.01 <= sample["vergenceD"] <= 1 / 0.8 + 0.01, sample)
+            # A subject that lies elsewhere is a refusal; the lens is back where it was, outside of the range.
+            self.move(500)
+            reply = client.call(LENS + "Autofocus", {
+                "lens": "a", "range": {"from": {"distanceM": 1.4}, "to": {"vergenceD": 0.3}}})["parameters"]["autofocus"]
+            self.assertEqual((reply["focused"], reply["cause"], reply["subject"]), (False, "endOfTravel", None), reply)
+            self.assertEqual(self.position()["position"], 500)
+
+    def test_what_a_search_cannot_keep_to_is_refused_by_name(self):
+        with self.daemon.client(60 * PATIENCE) as client:
+            for method in ("Autofocus", "AutofocusBegin"):
+                for wrong, error, parameter in (
+                        ({"range": {"from": {"position": 10}, "to": {"position": 99999}}}, "OutOfRange", "range.to"),
+                        ({"range": {"from": {"distanceM": 0.001}, "to": {"position": 9}}}, "OutOfRange", "range.from"),
+                        ({"range": {"from": {}, "to": {"position": 9}}}, "InvalidRequest", "range.from"),
+                        ({"range": {"from": {"position": 9}, "to": {"position": 9}}}, "InvalidRequest", "range"),
+                        ({"step": {"relative": 0.2}}, "OutOfRange", "step.relative"),
+                        ({"step": {"relative": -5}}, "InvalidRequest", "step.relative"),
+                        ({"step": {"extensionUm": 1e6}}, "OutOfRange", "step.extensionUm"),
+                        ({"step": {"relative": 5, "blurPx": 5}}, "InvalidRequest", "step"),
+                        ({"step": {"blurPx": 5}, "method": "defocus"}, "InvalidRequest", "step"),
+                        ({"deadlineMs": 3600001}, "InvalidRequest", "deadlineMs"),
+                        ({"deadlineMs": 0}, "InvalidRequest", "deadlineMs")):
+                    answer = client.call(LENS + method, {"lens": "a", **wrong})
+                    self.assertEqual((answer.get("error"), answer["parameters"].get("parameter")),
+                                     (LENS + error, parameter), (wrong, answer))
+            answer = client.call(LENS + "Autofocus", {"lens": "a", "deadlineMs": 20})
+            self.assertEqual((answer.get("error"), answer["parameters"]["parameter"]), (LENS + "OutOfRange", "deadlineMs"))
+            self.assertGreater(answer["parameters"]["minimum"], 20)
+            self.assertIn("whole range", answer["parameters"]["message"])
+
+    def test_lensctl_says_how_long_where_and_how_finely(self):
+        self.move(500)
+        ran = self.daemon.lensctl("--json", "autofocus", "a", "--range", "@1000..@3000", "--step", "12px", "--deadline", "60s")
+        self.assertEqual(ran.returncode, 0, ran)
+        result = json.loads(ran.stdout)
+        self.assertEqual(result["method"], "sweep")
+        for sample in result["samples"]:
+            self.assertTrue(999 <= sample["position"] <= 3001, sample)
+        for arguments, status, says in (
+                (("--range", "0.8m"), 64, "--range '0.8m'"), (("--range", "0.8m..2"), 64, "--range '2'"),
+                (("--range", "@1..@99999"), 6, "the range"), (("--step", "20"), 64, "--step '20'"),
+                (("--step", "0.1steps"), 6, "a step must be from one position"), (("--deadline", "30"), 64, "--deadline '30'"),
+                (("--deadline", "20ms"), 6, "too short")):
+            ran = self.daemon.lensctl("autofocus", "a", *arguments)
+            self.assertEqual(ran.returncode, status, ran)
+            self.assertIn(says, ran.stderr)
+
     def test_scores_need_no_pictures(self):
         self.move(500)
         with self.daemon.client(60 * PATIENCE) as client:

@@ -146,7 +146,7 @@ class OutsideTest : public RigTest {
  protected:
   void TearDown() override { rig_.reset(); }  // who still waits is told, while there is somewhere to tell it
   /// A session of scores on the fake lens, which has a camera that must not stream.
-  void Begin(bool scores = true, std::string method = "auto", Duration deadline = 60s) {
+  void Begin(bool scores = true, std::string method = "auto", std::optional<Duration> deadline = Duration(60s)) {
     AutofocusRequest request;
     request.method = std::move(method);
     request.deadline = deadline;
@@ -282,6 +282,57 @@ TEST_F(OutsideTest, AnotherCommandOrTheDeadlineEndsIt) {
   EXPECT_FALSE(answers_.only()->focused);
   EXPECT_NE(answers_.only()->reason.find("deadline"), std::string::npos);
   EXPECT_NEAR(Focus(), 321.0, 1.0);
+}
+
+// Frames every four seconds: a search takes longer than the minute that a quick one has.
+TEST_F(OutsideTest, TheDeadlineFollowsHowOftenFramesCome) {
+  Open();
+  Begin(true, "sweep", std::nullopt);
+  while (answers_.all.empty()) {
+    RunUntilWanted();
+    if (!answers_.all.empty()) break;
+    ASSERT_TRUE(wanted_);
+    ASSERT_EQ(wanted_->samples.size(), static_cast<std::size_t>(wanted_->number - 1));
+    ASSERT_TRUE(Score(SharpnessHere(), 4s));
+  }
+  ASSERT_TRUE(answers_.only());
+  EXPECT_TRUE(answers_.only()->focused) << answers_.only()->reason;
+  EXPECT_GT(answers_.only()->elapsed, 60s);
+  EXPECT_NEAR(answers_.only()->position.value, 600.0, 10.0);
+}
+
+// A client that falls silent is waited for a minute before its first frame, and never for more than an hour.
+TEST_F(OutsideTest, SilenceHasAnEnd) {
+  Open();
+  Begin(true, "sweep", std::nullopt);
+  RunUntil(answers_, 70s);
+  ASSERT_TRUE(answers_.only());
+  EXPECT_EQ(answers_.only()->cause, autofocus::Cause::Deadline);
+  EXPECT_NEAR(std::chrono::duration<double>(answers_.only()->elapsed).count(), 60.0, 1.0);
+}
+
+TEST_F(OutsideTest, RangeAndStepHoldForFramesFromOutside) {
+  Open();
+  AutofocusRequest request;
+  request.outside =
+      OutsideCamera{.pixel_um = 5.0, .scores_only = true, .wanted = [this](const FrameWanted& now) { wanted_ = now; }};
+  request.range = {At(400.0), At(900.0)};
+  request.step = SearchStep{SearchStep::Kind::Native, 25.0};
+  rig_->Autofocus(std::move(request), nullptr, answers_.Take());
+  std::vector<double> places;
+  while (answers_.all.empty()) {
+    RunUntilWanted();
+    if (!answers_.all.empty()) break;
+    ASSERT_TRUE(wanted_);
+    places.push_back(wanted_->position.value);
+    ASSERT_TRUE(Score(SharpnessHere()));
+  }
+  ASSERT_TRUE(answers_.only());
+  EXPECT_TRUE(answers_.only()->focused) << answers_.only()->reason;
+  EXPECT_EQ(answers_.only()->samples.size(), places.size());
+  EXPECT_EQ(places.front(), 400.0);  // the lens stood outside
+  for (std::size_t i = 0; i <= 20; ++i) EXPECT_NEAR(places.at(i + 1), 400.0 + 25.0 * static_cast<double>(i), 1.0);
+  EXPECT_LE(*std::ranges::max_element(places), 900.0);
 }
 
 }  // namespace

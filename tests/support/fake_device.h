@@ -28,6 +28,7 @@ struct FakeControls {
   bool forgives = false;       ///< the next command of focus ends the fault
   bool dark = false;           ///< the camera gives no frames
   double sharp_at = 600.0;     ///< focus position of the subject
+  double told_rate_hz = 0.0;   ///< what the camera says of its frame rate when it is made; 0: nothing
   double contrast = 0.5;       ///< of its texture; 0: blank
   double temperature_c = NAN;  ///< what its thermometer says; NAN: it has none
   enum class Shows { Way, Target, Start };
@@ -180,6 +181,7 @@ class FakeCamera final : public drivers::Camera {
                 .width = kSize,
                 .height = kSize,
                 .pixel_um = 5.0,
+                .frame_rate_hz = controls->told_rate_hz,
                 .focus_region = {0.0, 0.0, 1.0, 1.0}}),
         clock_(clock),
         controls_(std::move(controls)),

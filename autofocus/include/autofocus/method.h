@@ -31,6 +31,10 @@ struct Setup {
   /// How far the lens goes from one frame to the next at its full speed; none: its place is not known in motion.
   std::optional<double> stride = {};
   std::string no_stride = {};  ///< why there is none
+  /// At most so far from one frame of the first pass to the next, where the caller says so; >= resolution.
+  std::optional<double> step = {};
+  /// Of lowest..highest: those of the travel, or of a part of it that the caller chose.
+  enum class Ends { Travel, Chosen } ends = Ends::Travel;
 };
 
 /// One frame.
@@ -60,6 +64,12 @@ struct Candidate {
   int region = 0;      ///< index of the region
 };
 
+/// What an answer rests on.
+enum class FoundBy {
+  Sharpness,  ///< the top of the sharpness curve
+  Blur,       ///< that, and how blurred the frames around it are: the two agree
+};
+
 /// Why a method refuses; Verdict::reason has it in words.
 enum class Cause {
   NoTexture,  ///< nothing changes with focus
@@ -78,9 +88,10 @@ enum class Cause {
 /// The end.
 struct Verdict {
   bool focused = false;
-  Cause cause = Cause::Unclear;       ///< where not focused
-  double position = 0.0;              ///< best focus, where focused
-  double sigma = 0.0;                 ///< standard deviation of `position`
+  Cause cause = Cause::Unclear;  ///< where not focused
+  double position = 0.0;         ///< best focus, where focused
+  double sigma = 0.0;            ///< standard deviation of `position`
+  FoundBy found_by = FoundBy::Sharpness;
   std::optional<Candidate> subject;   ///< where all frames together place the focus, if better known than by standing
   double confidence = 0.0;            ///< 0..1: how sure the method is that this is the sharpest place
   std::string reason;                 ///< why it believes, or why it refuses: one line for people

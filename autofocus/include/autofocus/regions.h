@@ -42,6 +42,18 @@ class Regions {
   int frames() const { return frames_; }
   int frames_expected() const;
 
+  /// A frame as one region saw it.
+  struct Seen {
+    int frame = 0;  ///< of the run, from 0
+    int region = 0;
+    double score = 0.0;  ///< sharpness: gradient energy free of noise over squared brightness, or what a client said
+    double sigma = 0.0;  ///< standard deviation of that
+  };
+  /// Every region's curve so far, region by region, frames in the order they were taken.
+  std::vector<Seen> Curves() const;
+  /// The region that gave the answer.
+  int answered() const { return static_cast<int>(chosen_region_); }
+
   static constexpr std::size_t kMost = 16;
 
  private:
@@ -50,8 +62,9 @@ class Regions {
   struct Taken {
     Place place;
     drivers::Frame frame;
+    int number = 0;  ///< from 0
   };
-  Result<Advice> Show(const Taken& taken);
+  Result<Advice> Show(std::size_t region, const Taken& taken);
   Result<Advice> StartNext();
   Advice Choose(double stands);
   Verdict RefuseAll() const;
@@ -61,9 +74,10 @@ class Regions {
   Setup setup_;
   std::vector<drivers::Region> regions_;
   Policy policy_;
-  std::vector<Session> sessions_;  ///< of the regions so far
-  std::vector<Verdict> verdicts_;  ///< of those that are done
-  std::vector<Taken> taken_;       ///< the first few frames, for the regions to come
+  std::vector<Session> sessions_;        ///< of the regions so far
+  std::vector<std::vector<int>> shown_;  ///< to each of these: the frames' numbers
+  std::vector<Verdict> verdicts_;        ///< of those that are done
+  std::vector<Taken> taken_;             ///< the first few frames, for the regions to come
   int frames_ = 0;
   std::optional<Verdict> chosen_;  ///< being checked
   std::size_t chosen_region_ = 0;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "autofocus/method.h"
+#include "autofocus/peak_fit.h"
 #include "autofocus/sharpness.h"
 #include "base/result.h"
 
@@ -57,6 +58,9 @@ class Session {
   int frames_expected() const;
   /// Sharpness of the last frame relative to the first: gradient energy free of noise and brightness.
   double relative_sharpness() const;
+  /// All frames in the order they were taken, as comparable as they are by now: a later frame may show that a part of
+  /// the window has to be left out of all of them.
+  std::vector<CurvePoint> Curve() const;
 
  private:
   Session(const Setup& setup, std::vector<std::string_view> names);

@@ -45,6 +45,27 @@ struct LensedFrame {
   std::optional<FNumber> f_number_bound = {};  ///< 0 where the f-number is fixed
 };
 
+constexpr std::size_t kMostSamples = 1000;  ///< that are told of one autofocus
+
+/// A frame of an autofocus, as one of its regions saw it.
+struct AutofocusSample {
+  enum class State {
+    Standing,     ///< the lens stood, its backlash taken up
+    Moving,       ///< it moved meanwhile
+    BacklashOpen  ///< it stood, but came against its approach direction
+  };
+  int frame = 0;   ///< of the run, from 0
+  int region = 0;  ///< index of the request's region
+  State state = State::Standing;
+  Native position;                   ///< of the mechanism at mid-exposure
+  Native bound;                      ///< it was within this of that
+  std::optional<Dioptres> vergence;  ///< there, where optics are known
+  double score = 0.0;                ///< sharpness, as of autofocus::Regions::Seen
+  double score_sigma = 0.0;
+  Instant exposure_start{};
+  Instant exposure_end{};
+};
+
 /// Where an autofocus whose frames come from outside wants the next one.
 struct FrameWanted {
   int number = 1;                   ///< of the frame in this run
@@ -52,7 +73,8 @@ struct FrameWanted {
   Native position;                  ///< where the lens stands
   std::optional<Metres> extension;  ///< there, where optics are known
   std::optional<Dioptres> vergence;
-  Instant since{};  ///< exposures that begin now or later will do
+  Instant since{};                         ///< exposures that begin now or later will do
+  std::vector<AutofocusSample> samples{};  ///< the curve so far
 };
 using WantedCallback = std::function<void(const FrameWanted&)>;
 
@@ -85,12 +107,33 @@ struct OutsideScore {
 
 struct AutofocusOutcome;
 
+/// How far apart the frames of a search's first pass may be.
+struct SearchStep {
+  enum class Kind {
+    Native,     ///< native units
+    Extension,  ///< metres of extension
+    Blur        ///< px of blur diameter
+  };
+  Kind kind = Kind::Native;
+  double value = 0.0;  ///< > 0
+};
+
+/// Where frames are taken: between these two places of focus, in either order, ends included.
+struct SearchRange {
+  Target from;
+  Target to;
+};
+
 struct AutofocusRequest {
   std::vector<drivers::Region> regions{};                 ///< default: the camera's own
   autofocus::Policy policy = autofocus::Policy::Nearest;  ///< which of several regions gives the answer
   std::string method = "auto";                            ///< a name of autofocus::MethodNames()
-  /// For the search, from its start; going back adds a move. Nothing: 20 s, or what 100 frames of a slow camera take.
+  /// For the search, from its start; going back adds a move. Nothing: as long as a search of the whole range takes, by
+  /// the camera's frame rate and the lens' speed, and at least 20 s; with an OutsideCamera by how often its frames
+  /// come, at least a minute and at most an hour.
   std::optional<Duration> deadline{};
+  std::optional<SearchRange> range{};  ///< default: all of the travel
+  std::optional<SearchStep> step{};    ///< default: what the optics call for
   /// Goes on after each answer or refusal, which it is told of, and holds focus on the one region until it is stopped,
   /// superseded or fails: only then the run ends. The deadline is one for each search.
   std::function<void(const AutofocusOutcome&)> track{};
@@ -98,13 +141,23 @@ struct AutofocusRequest {
                                            ///< all of them by default
 };
 
+/// What an autofocus came to focus on.
+struct AutofocusSubject {
+  int region = 0;  ///< index of the request's region
+  autofocus::FoundBy by = autofocus::FoundBy::Sharpness;
+  Native position;                   ///< where all frames together place the focus: the lens stands near it
+  std::optional<Dioptres> vergence;  ///< there, where optics are known
+  std::optional<Dioptres> sigma;     ///< of that
+};
+
 /// How far an autofocus run has come.
 struct AutofocusProgress {
-  int frames = 0;           ///< used so far
-  int moves = 0;            ///< motions of the focus motor so far
-  int frames_expected = 0;  ///< in all, as far as can be told
-  Native position;          ///< of the last frame
-  double sharpness = 0.0;   ///< of the last frame relative to the first
+  int frames = 0;                          ///< used so far
+  int moves = 0;                           ///< motions of the focus motor so far
+  int frames_expected = 0;                 ///< in all, as far as can be told
+  Native position;                         ///< of the last frame
+  double sharpness = 0.0;                  ///< of the last frame relative to the first
+  std::vector<AutofocusSample> samples{};  ///< the newest kMostSamples
 };
 
 /// One of several places in focus.
@@ -122,14 +175,14 @@ struct AutofocusOutcome {
   Duration elapsed{};
   std::optional<Dioptres> vergence;  ///< where the lens now stands, where optics are known
   std::optional<Dioptres> sigma;
-  std::optional<Dioptres> subject;        ///< where all frames together place the focus, where optics are known
-  std::optional<Dioptres> subject_sigma;  ///< of that
-  Native position;                        ///< where the lens now stands
-  Duration cpu{};                         ///< processor time the method itself took
-  double confidence = 0.0;                ///< 0..1
+  std::optional<AutofocusSubject> subject{};           ///< where focused
+  Native position;                                     ///< where the lens now stands
+  Duration cpu{};                                      ///< processor time the method itself took
+  double confidence = 0.0;                             ///< 0..1
   autofocus::Cause cause = autofocus::Cause::Unclear;  ///< of a refusal
   std::string reason;                                  ///< why it believes the answer, or why it refuses
   std::vector<AutofocusCandidate> candidates;          ///< what there was to choose from, where it was more than one
+  std::vector<AutofocusSample> samples{};              ///< the newest kMostSamples, those of the last search
 };
 
 using StopCallback = std::move_only_function<void(Result<void>)>;

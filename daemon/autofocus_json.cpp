@@ -1,0 +1,95 @@
+// Autofocus as the interface's types.
+#include <array>
+#include <vector>
+
+#include "json_values.h"
+#include "lens_json.h"
+
+namespace lensd::daemon {
+
+using varlink::Json;
+
+namespace {
+
+std::string_view AutofocusCauseName(const rig::AutofocusOutcome& outcome) {
+  static constexpr std::array<std::string_view, 11> kNames = {
+      "noTexture", "tooBright",    "severalDepths", "endOfTravel", "subjectMoved", "ambiguous",
+      "unclear",   "uncalibrated", "placeUnknown",  "deadline",    "missed"};
+  return outcome.focused ? "found" : NameIn(kNames, outcome.cause);
+}
+
+Json SamplesJson(const std::vector<rig::AutofocusSample>& samples) {
+  static constexpr std::array<std::string_view, 3> kStates = {"standing", "moving", "backlashOpen"};
+  Json json = Json::array();
+  for (const rig::AutofocusSample& sample : samples) {
+    json.push_back({{"frame", sample.frame + 1},
+                    {"region", sample.region},
+                    {"state", NameIn(kStates, sample.state)},
+                    {"position", NativeJson(sample.position.value)},
+                    {"positionBound", varlink::NumberOrNull(sample.bound.value)},
+                    {"vergenceD", Optional(sample.vergence)},
+                    {"score", sample.score},
+                    {"scoreSigma", sample.score_sigma},
+                    {"exposureStartNs", sample.exposure_start.time_since_epoch().count()},
+                    {"exposureEndNs", sample.exposure_end.time_since_epoch().count()}});
+  }
+  return json;
+}
+
+Json SubjectJson(const std::optional<rig::AutofocusSubject>& subject) {
+  if (!subject) return nullptr;
+  return {{"region", subject->region},
+          {"foundBy", subject->by == autofocus::FoundBy::Blur ? "blur" : "sharpness"},
+          {"position", NativeJson(subject->position.value)},
+          {"vergenceD", Optional(subject->vergence)},
+          {"focalPlaneM", DistanceJson(subject->vergence)},
+          {"sigmaD", Optional(subject->sigma)}};
+}
+
+}  // namespace
+
+Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome) {
+  Json candidates = Json::array();
+  for (const rig::AutofocusCandidate& candidate : outcome.candidates) {
+    candidates.push_back({{"region", candidate.region},
+                          {"position", NativeJson(candidate.position.value)},
+                          {"vergenceD", Optional(candidate.vergence)}});
+  }
+  Json json{{"lens", name},
+            {"focused", outcome.focused},
+            {"method", outcome.method},
+            {"frames", outcome.frames},
+            {"moves", outcome.moves},
+            {"elapsedMs", Milliseconds(outcome.elapsed)},
+            {"vergenceD", Optional(outcome.vergence)},
+            {"sigmaD", Optional(outcome.sigma)},
+            {"position", NativeJson(outcome.position.value)},
+            {"confidence", outcome.confidence},
+            {"cause", AutofocusCauseName(outcome)},
+            {"reason", outcome.reason},
+            {"subject", SubjectJson(outcome.subject)},
+            {"samples", SamplesJson(outcome.samples)}};
+  if (!candidates.empty()) json["candidates"] = std::move(candidates);
+  return json;
+}
+
+Json AutofocusProgressJson(const rig::AutofocusProgress& progress) {
+  return {{"frames", progress.frames},
+          {"moves", progress.moves},
+          {"framesExpected", progress.frames_expected},
+          {"position", NativeJson(progress.position.value)},
+          {"sharpness", varlink::NumberOrNull(progress.sharpness)},
+          {"samples", SamplesJson(progress.samples)}};
+}
+
+Json FrameWantedJson(const rig::FrameWanted& wanted) {
+  return {{"frame", wanted.number},
+          {"framesExpected", wanted.frames_expected},
+          {"position", NativeJson(wanted.position.value)},
+          {"extensionMm", Optional(wanted.extension, kMmPerMetre)},
+          {"vergenceD", Optional(wanted.vergence)},
+          {"settledAtNs", wanted.since.time_since_epoch().count()},
+          {"samples", SamplesJson(wanted.samples)}};
+}
+
+}  // namespace lensd::daemon
