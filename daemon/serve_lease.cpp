@@ -12,7 +12,7 @@ namespace {
 
 using varlink::Json;
 
-constexpr double kLongestMs = 24.0 * 3600.0 * 1e3;
+constexpr double kLongestLeaseMs = 24.0 * 3600.0 * 1e3;
 /// Keys of what a connection leaves behind when it closes: sessions count from 1, leases from here.
 constexpr std::uint64_t kLeaseKeys = std::uint64_t{1} << 63;
 
@@ -51,10 +51,10 @@ void TakeLease(LensService& service, const ExchangePointer& exchange) {
   ServedLens* const lens = service.Find(exchange);
   if (lens == nullptr) return;
   const Json* for_ms = Given(exchange->parameters(), "forMs");
-  if (for_ms != nullptr && !(for_ms->get<double>() > 0.0 && for_ms->get<double>() <= kLongestMs)) {
+  if (for_ms != nullptr && !(for_ms->get<double>() > 0.0 && for_ms->get<double>() <= kLongestLeaseMs)) {
     return Refuse(exchange, *lens,
                   Wrong("forMs is above 0 and at most a day",
-                        {.parameter = "forMs", .minimum = 0.0, .maximum = kLongestMs, .unit = "ms"}));
+                        {.parameter = "forMs", .minimum = 0.0, .maximum = kLongestLeaseMs, .unit = "ms"}));
   }
   if (exchange->peer() == nullptr) {
     return Refuse(exchange, *lens,

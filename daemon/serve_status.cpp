@@ -11,7 +11,7 @@ constexpr double kLeastIntervalMs = 10.0;
 constexpr double kMostIntervalMs = 10e3;
 
 /// The lenses a call is about: the one it names, or all. Nothing: it has been told that there is no such lens.
-std::optional<std::vector<const ServedLens*>> About(LensService& service, const ExchangePointer& exchange) {
+std::optional<std::vector<const ServedLens*>> LensesMeant(LensService& service, const ExchangePointer& exchange) {
   std::vector<const ServedLens*> lenses;
   if (!exchange->view().Given("lens")) {
     for (const auto& lens : service.lenses()) lenses.push_back(lens.get());
@@ -38,7 +38,7 @@ void List(LensService& service, const ExchangePointer& exchange) {
 }
 
 void Status(LensService& service, const ExchangePointer& exchange) {
-  const auto lenses = About(service, exchange);
+  const auto lenses = LensesMeant(service, exchange);
   if (!lenses) return;
   std::string reply = "{\"lenses\":[";
   for (const ServedLens* lens : *lenses) reply += (lens == lenses->front() ? "" : ",") + lens->text();
@@ -50,7 +50,7 @@ void Status(LensService& service, const ExchangePointer& exchange) {
 }
 
 void Metrics(LensService& service, const ExchangePointer& exchange) {
-  const auto lenses = About(service, exchange);
+  const auto lenses = LensesMeant(service, exchange);
   if (!lenses) return;
   varlink::Json metrics = varlink::Json::array();
   for (const ServedLens* lens : *lenses) {
@@ -69,7 +69,7 @@ void Metrics(LensService& service, const ExchangePointer& exchange) {
 }
 
 void Monitor(LensService& service, const ExchangePointer& exchange) {
-  const auto lenses = About(service, exchange);
+  const auto lenses = LensesMeant(service, exchange);
   if (!lenses) return;
   Duration period = Watcher::kDefaultPeriod;
   if (const auto least = exchange->view().Given("minIntervalMs")) {
