@@ -121,6 +121,31 @@ Result<LensConfig> ReadLens(const Settings& table, const Buses& buses) {
   return lens;
 }
 
+std::vector<std::string> ReadGroups(SettingsReader& read, std::string_view key, std::vector<std::string> fallback) {
+  const Settings* given = read.Any(key);
+  if (given == nullptr) return fallback;
+  const Settings::Array* array = given->AsArray();
+  std::vector<std::string> names;
+  for (const Settings& name : array == nullptr ? Settings::Array{} : *array) {
+    if (const auto* text = std::get_if<std::string>(&name.value()); text != nullptr && !text->empty()) {
+      names.push_back(*text);
+    }
+  }
+  if (array == nullptr || names.size() != array->size()) {
+    read.Reject(key, "must be an array of names of groups, as [\"lens\"]; [] gives the role to no group");
+  }
+  return names;
+}
+
+Result<AccessConfig> ReadAccess(const Settings& table) {
+  SettingsReader read(table, "[access]");
+  AccessConfig access;
+  access.move = ReadGroups(read, "move", access.move);
+  access.administer = ReadGroups(read, "administer", access.administer);
+  if (auto done = read.Finish(); !done) return PassOn(done);
+  return access;
+}
+
 Result<void> AddFile(const std::string& path, Config& config) {
   Result<Settings> file = io::ReadTomlFile(path);
   if (!file) return PassOn(file);
@@ -129,7 +154,13 @@ Result<void> AddFile(const std::string& path, Config& config) {
   if (read.Integer("version", 1) != 1) read.Reject("version", "this lensd reads version 1");
   const std::vector<const Settings*> buses = read.Tables("bus");
   const std::vector<const Settings*> lenses = read.Tables("lens");
+  const Settings* access = read.Table("access");
   if (auto done = read.Finish(); !done) return done;
+  if (access != nullptr) {
+    auto read_access = ReadAccess(*access);
+    if (!read_access) return PassOn(read_access);
+    config.access = *std::move(read_access);
+  }
   for (const Settings* table : buses) {
     if (auto added = AddBus(*table, config.buses); !added) return added;
   }

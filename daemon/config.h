@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "access.h"
 #include "base/result.h"
 #include "base/settings.h"
 #include "drivers/api/device.h"
@@ -34,6 +35,7 @@ struct LensConfig {
 bool SameLens(const LensConfig& one, const LensConfig& other);
 
 struct Config {
+  AccessConfig access;  ///< of the last file that has [access]
   Buses buses;
   std::vector<LensConfig> lenses;
 };

@@ -34,9 +34,8 @@ Instant Now() {
 
 }  // namespace
 
-Result<std::unique_ptr<Connection>> Connection::Create(ConnectionHost& host, int socket, Restriction restriction,
-                                                       Closed closed) {
-  std::unique_ptr<Connection> made(new Connection(host, socket, std::move(restriction), std::move(closed)));
+Result<std::unique_ptr<Connection>> Connection::Create(ConnectionHost& host, int socket, Guest guest, Closed closed) {
+  std::unique_ptr<Connection> made(new Connection(host, socket, std::move(guest), std::move(closed)));
   sd_event_source* source = nullptr;
   sd_event_source* turn = nullptr;
   int status = sd_event_add_io(host.loop.get(), &source, socket, EPOLLIN, OnSocket, made.get());
@@ -49,8 +48,8 @@ Result<std::unique_ptr<Connection>> Connection::Create(ConnectionHost& host, int
   return made;
 }
 
-Connection::Connection(ConnectionHost& host, int socket, Restriction restriction, Closed closed)
-    : host_(host), socket_(socket), restriction_(std::move(restriction)), closed_(std::move(closed)) {
+Connection::Connection(ConnectionHost& host, int socket, Guest guest, Closed closed)
+    : host_(host), socket_(socket), guest_(std::move(guest)), closed_(std::move(closed)) {
   inbox_.last_read = Now();
 }
 
@@ -171,7 +170,7 @@ void Connection::Serve() {
 
 ExchangePointer Connection::Begin(varlink::ReceivedCall call, std::uint64_t number) {
   const bool oneway = call.oneway;
-  auto exchange = std::make_shared<Exchange>(std::move(call), oneway ? nullptr : this, number);
+  auto exchange = std::make_shared<Exchange>(std::move(call), oneway ? nullptr : this, guest_.credentials, number);
   if (!oneway) return exchange;
   ++*oneway_;
   exchange->ended_ = [this, alive = std::weak_ptr(oneway_)] {
@@ -195,7 +194,7 @@ void Connection::ServeOne(Incoming message) {
   if (message.early) {
     if (auto held = std::exchange(exchange->held_, std::nullopt)) exchange->SendLast(*std::move(held));
   } else if (restricted()) {
-    exchange->Refuse(restriction_.error, {{"message", restriction_.message}});
+    exchange->Refuse(guest_.restriction.error, {{"message", guest_.restriction.message}});
     inbox_.messages.clear();
     inbox_.peer_done = true;
   } else {

@@ -58,9 +58,14 @@ class Connection {
     std::string message;
   };
 
+  /// Who connected, and what it may ask.
+  struct Guest {
+    std::shared_ptr<const Credentials> credentials;
+    Restriction restriction{};
+  };
+
   /// Takes over the socket, which must not block. Code::Io.
-  static Result<std::unique_ptr<Connection>> Create(ConnectionHost& host, int socket, Restriction restriction,
-                                                    Closed closed);
+  static Result<std::unique_ptr<Connection>> Create(ConnectionHost& host, int socket, Guest guest, Closed closed);
   ~Connection();
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
@@ -78,7 +83,8 @@ class Connection {
   /// Reads what has come already.
   void Start() { OnSocket(nullptr, socket_, EPOLLIN, this); }
   void Close(std::string_view reason);
-  bool restricted() const { return !restriction_.error.empty(); }
+  bool restricted() const { return !guest_.restriction.error.empty(); }
+  uid_t user() const { return guest_.credentials->user; }
   /// Nothing is asked, and nothing of it is left to wait for.
   bool idle() const { return !current_ && inbox_.messages.empty() && at_close_.empty(); }
   Instant last_read() const { return inbox_.last_read; }
@@ -110,7 +116,7 @@ class Connection {
     bool flushing = false;
   };
   static std::size_t SizeOf(const Incoming& message) { return sizeof message + message.text.size(); }
-  Connection(ConnectionHost& host, int socket, Restriction restriction, Closed closed);
+  Connection(ConnectionHost& host, int socket, Guest guest, Closed closed);
   static int OnSocket(sd_event_source* source, int descriptor, unsigned revents, void* self);
   static int OnTurn(sd_event_source* source, void* self);
   bool Read();
@@ -127,7 +133,7 @@ class Connection {
 
   ConnectionHost& host_;
   int socket_;
-  Restriction restriction_;
+  Guest guest_;
   Closed closed_;
   EventSource source_;
   EventSource turn_;  // another round of Serve() after others had their turn

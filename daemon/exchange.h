@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "access.h"
 #include "descriptor.h"
 #include "varlink/message.h"
 
@@ -21,8 +22,13 @@ class Connection;
 class Exchange : public std::enable_shared_from_this<Exchange> {
  public:
   /// `connection` is null for oneway calls; `number` counts all calls in the order they were read.
-  Exchange(varlink::ReceivedCall call, Connection* connection, std::uint64_t number)
-      : call_(std::move(call)), connection_(connection), peer_(connection), number_(number) {}
+  Exchange(varlink::ReceivedCall call, Connection* connection, std::shared_ptr<const Credentials> credentials,
+           std::uint64_t number)
+      : call_(std::move(call)),
+        connection_(connection),
+        peer_(connection),
+        credentials_(std::move(credentials)),
+        number_(number) {}
 
   const varlink::ReceivedCall& call() const { return call_; }
   /// The parameters as they were parsed; an object.
@@ -46,6 +52,9 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   std::size_t unread() const;
   /// Which client called: equal for calls of one connection that is still open; null for oneway calls.
   const void* peer() const { return peer_; }
+  /// Which connection it came by, oneway calls too: to compare only.
+  const void* client() const { return credentials_.get(); }
+  const Credentials& credentials() const { return *credentials_; }
   /// The program and the user behind the client, for people: "lensctl[4711] of user 1000".
   std::string caller() const;
   /// Called when the client's connection closes, also after the last reply; once, from the event loop. An empty
@@ -65,6 +74,7 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   mutable std::optional<varlink::Json> parameters_;
   Connection* connection_;
   const void* peer_;  // outlives connection_, to compare only
+  const std::shared_ptr<const Credentials> credentials_;
   const std::uint64_t number_;
   bool in_turn_ = true;              // replies may go out; otherwise the last one is held until then
   std::optional<std::string> held_;  // the last reply

@@ -113,16 +113,26 @@ void TellReloaded(const Result<LensService::Replaced>& replaced) {
           Listed("reopened", replaced->reopened) + Listed("unchanged", replaced->unchanged));
 }
 
+void Restrict(Router& router, const AccessConfig& config) {
+  Access access(config);
+  for (const std::string& group : access.unknown()) {
+    Log(Severity::Info, Event::Started,
+        "this machine has no group " + group + ": [access] gives its role to nobody else");
+  }
+  router.Restrict(std::move(access));
+}
+
 /// Reads the configuration on the thread for files, and takes it if all of it makes sense.
-void OfferReload(EventLoop& loop, LensService& service, const std::string& file, const Clock& clock) {
+void OfferReload(EventLoop& loop, LensService& service, Router& router, const std::string& file, const Clock& clock) {
   service.OnReload(
-      [&loop, &service, file, &clock](const std::function<void(const Result<LensService::Replaced>&)>& then) {
-        const auto taken = service.files().Submit([&loop, &service, file, &clock, then] {
+      [&loop, &service, &router, file, &clock](const std::function<void(const Result<LensService::Replaced>&)>& then) {
+        const auto taken = service.files().Submit([&loop, &service, &router, file, &clock, then] {
           auto config = ReadConfig(file);
           if (auto checked = config ? CheckAll(*config) : PassOn(config); !checked) config = PassOn(checked);
-          loop.Post([&service, config = std::move(config), &clock, then] {
+          loop.Post([&service, &router, config = std::move(config), &clock, then] {
             const auto opener = [&](const LensConfig& lens) { return OpenerOf(lens, clock, service); };
             const auto replaced = config ? service.Replace(config->lenses, opener) : PassOn(config);
+            if (replaced) Restrict(router, config->access);
             TellReloaded(replaced);
             then(replaced);
           });
@@ -156,11 +166,12 @@ int Serve(const Options& options, const Config& config, const Clock& clock) {
   if (!options.state.empty()) io::RemoveTemporaries(options.state);
   LensService service(**loop, clock, options.state);
   if (auto added = AddLenses(config, clock, service); !added) return Explain(added.error());
-  if (options.config) OfferReload(**loop, service, *options.config, clock);
+  Router router({"lensd", "lensd", LENSD_VERSION, "https://lensd.io"});
+  Restrict(router, config.access);
+  if (options.config) OfferReload(**loop, service, router, *options.config, clock);
   if (auto watched = WatchSignals(**loop, service); !watched) return Explain(watched.error());
   const auto monitor = drivers::hotplug::Monitor::Create((*loop)->get(), [&service] { service.plug_signal().Raise(); });
   if (!monitor) Log(Severity::Warning, Event::Started, monitor.error().message + "; looking now and then instead");
-  Router router({"lensd", "lensd", LENSD_VERSION, "https://lensd.io"});
   router.Add(service);
   auto server = Server::Create(**loop, listener->descriptor(), router, Limits{}, "io.lensd.Lens.Busy",
                                [](std::string_view notice) { Log(Severity::Warning, Event::ClientDropped, notice); });

@@ -5,12 +5,14 @@
 #include <string_view>
 #include <vector>
 
+#include "access.h"
 #include "exchange.h"
 
 namespace lensd::daemon {
 
-/// Whether a lease keeps everybody but its holder from calling a method.
-enum class NeedsLease { No, Yes, ToApply };
+/// Whether a lease keeps everybody but its holder from calling a method. ToApply: where its parameter `apply` is true.
+/// ToChange: it changes what is kept of a lens and moves nothing, so that no stop stands against it.
+enum class NeedsLease { No, Yes, ToApply, ToChange };
 /// Whether a call may change a lens or what is kept of it. One that may not is nothing without an answer.
 enum class MayChangeState { No, Yes };
 
@@ -29,6 +31,8 @@ struct Method {
   MayChangeState may_change_state = MayChangeState::No;
   Acts acts = Acts::InTurn;
   Streams streams = Streams::No;
+  /// Whose call is served. ToApply: observers may call it where it applies nothing.
+  Role role = may_change_state == MayChangeState::Yes ? Role::Move : Role::Observe;
 };
 using MethodTable = std::vector<Method>;
 

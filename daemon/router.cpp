@@ -77,12 +77,34 @@ void Router::Dispatch(const ExchangePointer& exchange) const {
   if (!exchange->call().more && row.streams == Streams::Only) {
     return exchange->Refuse(varlink::kExpectedMore, Json::object());
   }
+  if (!Allows(row, interface, exchange)) return;
   // Nobody is told what it finds, and it does nothing else.
   if (exchange->call().oneway && row.may_change_state == MayChangeState::No) return exchange->Finish("{}");
   const auto thrown = Guarded(std::string(full), [&] {
     if (served.service->Admit(row, exchange)) row.serve(exchange);
   });
   if (thrown) exchange->Refuse(std::string(interface) + ".Internal", {{"message", thrown->message}});
+}
+
+/// False: the caller has been told who may.
+bool Router::Allows(const Method& method, std::string_view interface, const ExchangePointer& exchange) const {
+  if (!access_) return true;
+  const auto apply = exchange->view().Given("apply");
+  const bool only_asks = method.needs_lease == NeedsLease::ToApply && !(apply && apply->boolean());
+  const Role needed = only_asks ? Role::Observe : method.role;
+  if (access_->RoleOf(exchange->credentials()) >= needed) return true;
+  const std::vector<std::string> groups = access_->GroupsFor(needed);
+  std::string names;
+  for (const std::string& name : groups) names += (names.empty() ? "" : ", ") + name;
+  exchange->Refuse(
+      std::string(interface) + ".NotPermitted",
+      {{"message", std::string(method.name) + " needs the role " + std::string(RoleName(needed)) + ", which user " +
+                       std::to_string(exchange->credentials().user) + " does not have: it is given to members of " +
+                       (names.empty() ? "no group" : names) +
+                       " ([access] of the configuration), from their next login on"},
+       {"role", RoleName(needed)},
+       {"groups", groups}});
+  return false;
 }
 
 void Router::ServeOwn(std::string_view method, const ExchangePointer& exchange) const {

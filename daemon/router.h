@@ -2,10 +2,13 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "access.h"
 #include "base/result.h"
 #include "exchange.h"
 #include "method_table.h"
@@ -35,7 +38,10 @@ struct ServiceInfo {
 /// Event loop thread only. Serves org.varlink.service itself.
 class Router {
  public:
+  /// Everybody may do everything until Restrict().
   explicit Router(ServiceInfo info);
+  /// From now on a method is served to those clients only that have its role.
+  void Restrict(Access access) { access_ = std::move(access); }
   /// `service` must outlive the router. A method without a row is our own bug and ends the program.
   void Add(Service& service);
   /// Whether a message is a call, not a long one, of a method that acts when it is read. Quick, and it may err: it says
@@ -46,10 +52,12 @@ class Router {
 
  private:
   const varlink::InterfaceDefinition* FindDefinition(std::string_view interface) const;
+  bool Allows(const Method& method, std::string_view interface, const ExchangePointer& exchange) const;
   void ServeOwn(std::string_view method, const ExchangePointer& exchange) const;
 
   ServiceInfo info_;
   varlink::InterfaceDefinition own_;
+  std::optional<Access> access_;
   std::vector<std::string> act_when_read_;  // full names
   struct Served {
     Service* service = nullptr;

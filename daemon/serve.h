@@ -21,7 +21,7 @@ MethodTable CalibrationMethods(LensService& service);  ///< serve_calibration.cp
 MethodTable PresetMethods(LensService& service);       ///< serve_presets.cpp
 MethodTable ReloadMethods(LensService& service);       ///< serve_reload.cpp
 
-/// Whether a stop or a lease keeps the caller from moving the lens it names. False: it has been told.
+/// Whether a stop or a lease keeps the caller from moving or changing the lens it names. False: it has been told.
 bool MayDrive(LensService& service, const Method& method, const ExchangePointer& exchange);
 
 }  // namespace lensd::daemon

@@ -271,7 +271,8 @@ void Backlash(ServedLens& lens, const ExchangePointer& exchange) {
 MethodTable CalibrationMethods(LensService& service) {
   return {
       {"GetCalibration", service.ForLens(Calibration)},
-      {"Calibrate", service.ForLens(Calibrate), NeedsLease::No, MayChangeState::Yes},
+      {"Calibrate", service.ForLens(Calibrate), NeedsLease::ToChange, MayChangeState::Yes, Acts::InTurn, Streams::No,
+       Role::Administer},
       {"MeasureBacklash", service.ForLens(Backlash), NeedsLease::Yes, MayChangeState::Yes, Acts::InTurn, Streams::Yes}};
 }
 

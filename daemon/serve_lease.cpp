@@ -16,7 +16,7 @@ constexpr double kLongestLeaseMs = 24.0 * 3600.0 * 1e3;
 /// Keys of what a connection leaves behind when it closes: sessions count from 1, leases from here.
 constexpr std::uint64_t kLeaseKeys = std::uint64_t{1} << 63;
 
-/// Whether a call of a method is one that a lease of somebody else stands against.
+/// Whether a call of a method may move a lens, so that a stop stands against it, and another client's lease.
 bool Drives(const Method& method, varlink::JsonView parameters) {
   const auto apply = parameters.Given("apply");
   return method.needs_lease == NeedsLease::Yes ||
@@ -26,7 +26,7 @@ bool Drives(const Method& method, varlink::JsonView parameters) {
 /// The connection that took the lease, or whoever gives its key.
 bool Holds(const Lease& lease, const ExchangePointer& exchange) {
   const auto key = exchange->view().Given("lease");
-  return (lease.owner != nullptr && lease.owner == exchange->peer()) || (key && key->text() == lease.key);
+  return (lease.owner != nullptr && lease.owner == exchange->client()) || (key && key->text() == lease.key);
 }
 
 /// Ends a call that the lease of somebody else stands against: who has it, and for how long.
@@ -72,7 +72,7 @@ void TakeLease(LensService& service, const ExchangePointer& exchange) {
     const std::chrono::duration<double, std::milli> time(for_ms->get<double>());
     lease.until = service.clock().Now() + std::chrono::duration_cast<Duration>(time);
   } else {
-    lease.owner = exchange->peer();
+    lease.owner = exchange->client();
     const auto index = static_cast<std::uint64_t>(
         std::ranges::find(service.lenses(), lens, [](const auto& each) { return each.get(); }) -
         service.lenses().begin());
@@ -99,16 +99,19 @@ void DropLease(LensService& service, const ExchangePointer& exchange) {
 }  // namespace
 
 bool MayDrive(LensService& service, const Method& method, const ExchangePointer& exchange) {
-  if (!Drives(method, exchange->view())) return true;
+  const bool drives = Drives(method, exchange->view());
+  if (!drives && method.needs_lease != NeedsLease::ToChange) return true;
   ServedLens* const lens = service.Named(exchange);
   if (lens == nullptr) return true;
   const auto axis = exchange->view().Given("axis");
-  if (auto why = lens->WhyStopped(exchange->number(), axis ? drivers::AxisFromName(axis->text()) : std::nullopt)) {
+  if (auto why =
+          !drives ? std::nullopt
+                  : lens->WhyStopped(exchange->number(), axis ? drivers::AxisFromName(axis->text()) : std::nullopt)) {
     return Refuse(exchange, *lens, *why), false;
   }
   const Lease* const lease = lens->lease();
   if (lease == nullptr || Holds(*lease, exchange)) {
-    lens->users().driving.Note(exchange, service.clock().Now());
+    if (drives) lens->users().driving.Note(exchange, service.clock().Now());
     return true;
   }
   RefuseLeased(service, exchange, *lens, "only who gives its key may move it before");

@@ -196,8 +196,8 @@ MethodTable MotionMethods(LensService& service) {
   return {{"Move", service.ForLens(Move), NeedsLease::Yes, MayChangeState::Yes, Acts::InTurn, Streams::Yes},
           {"Home", service.ForLens(Home), NeedsLease::Yes, MayChangeState::Yes},
           {"Stop", [&service](const ExchangePointer& exchange) { Stop(service, exchange); }, NeedsLease::No,
-           MayChangeState::Yes, Acts::WhenRead},
-          {"ResetFaults", service.ForLens(ResetFaults), NeedsLease::No, MayChangeState::Yes}};
+           MayChangeState::Yes, Acts::WhenRead, Streams::No, Role::Observe},
+          {"ResetFaults", service.ForLens(ResetFaults), NeedsLease::ToChange, MayChangeState::Yes}};
 }
 
 }  // namespace lensd::daemon

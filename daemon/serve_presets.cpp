@@ -120,10 +120,10 @@ void Remove(ServedLens& lens, const ExchangePointer& exchange) {
 }  // namespace
 
 MethodTable PresetMethods(LensService& service) {
-  return {{"PresetSave", service.ForLens(Save), NeedsLease::No, MayChangeState::Yes},
+  return {{"PresetSave", service.ForLens(Save), NeedsLease::ToChange, MayChangeState::Yes},
           {"PresetList", service.ForLens(List)},
           {"PresetRecall", service.ForLens(Recall), NeedsLease::Yes, MayChangeState::Yes},
-          {"PresetRemove", service.ForLens(Remove), NeedsLease::No, MayChangeState::Yes}};
+          {"PresetRemove", service.ForLens(Remove), NeedsLease::ToChange, MayChangeState::Yes}};
 }
 
 }  // namespace lensd::daemon

@@ -24,7 +24,7 @@ void Reload(LensService& service, const ExchangePointer& exchange) {
 
 MethodTable ReloadMethods(LensService& service) {
   return {{"Reload", [&service](const ExchangePointer& exchange) { Reload(service, exchange); }, NeedsLease::No,
-           MayChangeState::Yes}};
+           MayChangeState::Yes, Acts::InTurn, Streams::No, Role::Administer}};
 }
 
 }  // namespace lensd::daemon

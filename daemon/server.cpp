@@ -57,49 +57,46 @@ int Server::OnAccept(sd_event_source*, int listening, unsigned, void* self) {
 
 std::size_t Server::CountOf(uid_t user) const {
   return static_cast<std::size_t>(std::ranges::count_if(
-      clients_, [&](const Client& client) { return client.user == user && !client.connection->restricted(); }));
+      clients_, [&](const auto& client) { return client->user() == user && !client->restricted(); }));
 }
 
 /// Closes the connection of `user` that has long been of no use, if there is one; and of those for stops the oldest.
 void Server::MakeRoom(uid_t user) {
   const Instant long_ago = MonotonicClock().Now() - kLongIdle;
-  const auto idle = std::ranges::find_if(clients_, [&](const Client& client) {
-    return client.user == user && client.connection->idle() && client.connection->last_read() < long_ago;
+  const auto idle = std::ranges::find_if(clients_, [&](const auto& client) {
+    return client->user() == user && client->idle() && client->last_read() < long_ago;
   });
-  if (idle != clients_.end()) return idle->connection->Close("idle for long, and others wait for its place");
-  const auto restricted = [](const Client& client) { return client.connection->restricted(); };
+  if (idle != clients_.end()) return (*idle)->Close("idle for long, and others wait for its place");
+  const auto restricted = [](const auto& client) { return client->restricted(); };
   if (static_cast<std::size_t>(std::ranges::count_if(clients_, restricted)) < host_.limits.stop_connections) return;
-  std::ranges::find_if(clients_, restricted)->connection->Close("");
+  std::ranges::find_if(clients_, restricted)->get()->Close("");
 }
 
 void Server::Take(int socket) {
-  ucred peer{};
-  socklen_t size = sizeof peer;
-  (void)getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size);
+  Connection::Guest guest{std::make_shared<const Credentials>(CredentialsOf(socket))};
+  const uid_t user = guest.credentials->user;
   const auto full = [&] {
-    return clients_.size() >= host_.limits.connections || CountOf(peer.uid) >= host_.limits.user_connections;
+    return clients_.size() >= host_.limits.connections || CountOf(user) >= host_.limits.user_connections;
   };
-  if (full()) MakeRoom(peer.uid);
-  Connection::Restriction restriction;
+  if (full()) MakeRoom(user);
   if (full()) {
     const std::size_t most = std::min(host_.limits.connections, host_.limits.user_connections);
-    restriction = {refusal_, std::to_string(most) + " connections are open; try again later"};
+    guest.restriction = {refusal_, std::to_string(most) + " connections are open; try again later"};
     notice_("refused a client: all connections are taken");
   }
   auto made =
-      Connection::Create(host_, socket, std::move(restriction),
+      Connection::Create(host_, socket, std::move(guest),
                          [this](Connection& connection, std::string_view reason) { Forget(connection, reason); });
   if (!made) return notice_(made.error().message);
   Connection& connection = **made;
-  clients_.push_back({*std::move(made), peer.uid});
+  clients_.push_back(*std::move(made));
   connection.Start();
 }
 
 /// The connection is still on the call stack: it is destroyed when the loop comes round.
 void Server::Forget(Connection& connection, std::string_view reason) {
-  const auto found =
-      std::ranges::find_if(clients_, [&](const Client& client) { return client.connection.get() == &connection; });
-  closed_.push_back(std::move(found->connection));
+  const auto found = std::ranges::find_if(clients_, [&](const auto& client) { return client.get() == &connection; });
+  closed_.push_back(std::move(*found));
   clients_.erase(found);
   sd_event_source_set_enabled(sweep_.get(), SD_EVENT_ONESHOT);
   if (!reason.empty()) notice_("dropped a client: " + std::string(reason));

@@ -38,17 +38,13 @@ class Server {
   void MakeRoom(uid_t user);
   void Forget(Connection& connection, std::string_view reason);
 
-  struct Client {
-    std::unique_ptr<Connection> connection;
-    uid_t user = 0;
-  };
   std::size_t CountOf(uid_t user) const;
 
   ConnectionHost host_;
   std::string refusal_;
   Notice notice_;
   EventSource source_;
-  std::list<Client> clients_;  // the longest there first
+  std::list<std::unique_ptr<Connection>> clients_;  // the longest there first
   std::vector<std::unique_ptr<Connection>> closed_;
   EventSource sweep_;
 };

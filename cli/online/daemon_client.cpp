@@ -35,6 +35,7 @@ constexpr std::array kKnownErrors = {
     KnownError{"io.lensd.Lens.Overrun", Exit::Busy},
     KnownError{"io.lensd.Lens.Leased", Exit::Leased},
     KnownError{"io.lensd.Lens.BadConfiguration", Exit::Config},
+    KnownError{"io.lensd.Lens.NotPermitted", Exit::NotPermitted},
     KnownError{"io.lensd.Lens.NotHomed", Exit::NotHomed},
     KnownError{"io.lensd.Lens.Disconnected", Exit::Unavailable},
     KnownError{"io.lensd.Lens.DeviceError", Exit::Io},
@@ -50,12 +51,12 @@ constexpr std::array kKnownErrors = {
     KnownError{varlink::kExpectedMore, Exit::Usage},
 };
 
-/// Methods that move a lens or renew its lease take the key of it, which $LENSD_LEASE hands from one command to the
-/// next.
+/// Methods that move or change a lens, or renew its lease, take the key of it, which $LENSD_LEASE hands from one
+/// command to the next.
 Json WithLease(std::string_view method, Json parameters) {
-  constexpr std::array<std::string_view, 10> kDriving = {
-      "SetExposure",     "Move",         "Home",      "Plan",     "Autofocus", "AutofocusBegin",
-      "MeasureBacklash", "PresetRecall", "TakeLease", "DropLease"};
+  constexpr std::array<std::string_view, 14> kDriving = {
+      "SetExposure", "Move",       "Home",         "Plan",         "Autofocus",   "AutofocusBegin", "MeasureBacklash",
+      "Calibrate",   "PresetSave", "PresetRemove", "PresetRecall", "ResetFaults", "TakeLease",      "DropLease"};
   const char* const key = std::getenv("LENSD_LEASE");
   const auto name = method.substr(method.rfind('.') + 1);
   const bool takes_it =

@@ -38,6 +38,34 @@ class Lease(DaemonTest):
             self.assertEqual(owner.call(LENS + "DropLease", {"lens": "a"}), {"parameters": {}})
             self.assertTrue(self.move(other, 50)["parameters"]["move"]["reached"])
 
+    def test_what_is_kept_of_the_lens_is_covered_too(self):
+        changes = {"Calibrate": {"remove": True}, "PresetSave": {"label": "x"}, "PresetRemove": {"label": "x"},
+                   "ResetFaults": {}, "SetExposure": {"exposureMs": 5}, "MeasureBacklash": {"size": 0}}
+        with self.daemon.client() as owner, self.daemon.client() as other:
+            key = self.take(owner)
+            for method, parameters in changes.items():
+                reply = other.call(LENS + method, {"lens": "a", **parameters})
+                self.assertEqual(reply.get("error"), LENS + "Leased", method)
+                reply = other.call(LENS + method, {"lens": "a", "lease": key, **parameters})
+                self.assertNotIn("error", reply, method)
+            for method, parameters in changes.items():
+                self.assertNotIn("error", owner.call(LENS + method, {"lens": "a", **parameters}), method)
+
+    def test_oneway_calls_of_its_connection_count(self):
+        with self.daemon.client() as owner:
+            self.take(owner)
+            for native in (21, 22):
+                owner.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": native}}, oneway=True)
+                self.wait_for(lambda wanted=native: self.position()["position"] == wanted)
+
+    def test_a_stop_that_holds_does_not_keep_its_owner_from_ending_it(self):
+        with self.daemon.client() as owner:
+            self.take(owner)
+            owner.call(LENS + "Stop", {"lens": "a", "latch": True})
+            self.assertEqual(self.move(owner, 10)["error"], LENS + "Cancelled")
+            self.assertEqual(owner.call(LENS + "ResetFaults", {"lens": "a"}), {"parameters": {}})
+            self.assertTrue(self.move(owner, 10)["parameters"]["move"]["reached"])
+
     def test_it_ends_with_its_connection(self):
         with self.daemon.client() as other:
             with self.daemon.client() as owner:

@@ -103,6 +103,7 @@ class Service(unittest.TestCase):
         os.makedirs("/etc/systemd/system/lensd.service.d")
         with open("/etc/systemd/system/lensd.service.d/test.conf", "w", encoding="utf-8") as file:
             file.write(DROP_IN)
+        must("systemd-sysusers")
         must("udevadm", "control", "--reload")
         must("systemctl", "daemon-reload")
         must("systemctl", "restart", "systemd-modules-load.service")
@@ -126,7 +127,7 @@ class Service(unittest.TestCase):
     def test_1_a_call_wakes_the_service(self):
         self.assertEqual((shown("ActiveState", "lensd.socket"), shown("ActiveState")), ("active", "inactive"))
         about = os.stat(SOCKET)
-        self.assertEqual((grp.getgrgid(about.st_gid).gr_name, about.st_mode & 0o777), ("video", 0o660))
+        self.assertEqual((grp.getgrgid(about.st_gid).gr_name, about.st_mode & 0o777), ("lens", 0o660))
         self.assertEqual(os.path.realpath("/run/varlink/registry/io.lensd.Lens"), SOCKET)
         listed = ctl("list", "--json")
         self.assertEqual(listed.returncode, 0, listed.stderr + said())
@@ -135,11 +136,13 @@ class Service(unittest.TestCase):
         self.assertEqual((shown("ActiveState"), shown("SubState"), shown("Type")), ("active", "running", "notify"))
 
     def test_2_only_the_group_may_call(self):
-        video = grp.getgrnam("video").gr_gid
-        refused = ctl("list", user=65534, group=65534, extra_groups=[])
-        self.assertEqual(refused.returncode, 77, refused.stdout + refused.stderr)
-        allowed = ctl("list", user=65534, group=65534, extra_groups=[video])
-        self.assertEqual(allowed.returncode, 0, allowed.stderr)
+        lens, keepers = grp.getgrnam("lens").gr_gid, grp.getgrnam("lens-admin").gr_gid
+        for command, groups, wanted in (("list", [], 77), ("list", [lens], 0), ("reload", [lens], 77),
+                                        ("reload", [lens, keepers], 0)):
+            done = ctl(command, user=65534, group=65534, extra_groups=groups)
+            self.assertEqual(done.returncode, wanted, (command, groups, done.stdout, done.stderr))
+        moved = ctl("focus", "here", "@300", user=65534, group=65534, extra_groups=[lens])
+        self.assertEqual(moved.returncode, 0, moved.stderr)
 
     def test_3_it_is_nobody_and_keeps_its_state(self):
         self.assertTrue(json.loads(ctl("focus", "here", "@700", "--json").stdout)["reached"])
