@@ -43,11 +43,12 @@ function(lensd_test_program name)
   lensd_join(test_${name})
 endfunction()
 
-# lensd_test(NAME SOURCES ... ROOMS ... [LIBRARIES ...] [LABELS ...] [TIMEOUT seconds] [WAITS])
+# lensd_test(NAME SOURCES ... ROOMS ... [LIBRARIES ...] [LABELS ...] [TIMEOUT seconds] [WAITS] [LOCK name])
 # The same; every test in it becomes a ctest. Label `slow` keeps it out of script/test --fast. ctest runs four jobs on two
-# processors: a test counts as two of them, one that mostly WAITS for devices as one.
+# processors: a test counts as two of them, one that mostly WAITS for devices as one. Tests of one LOCK run one after the other,
+# while ctest runs others.
 function(lensd_test name)
-  cmake_parse_arguments(TEST "WAITS" "TIMEOUT" "SOURCES;ROOMS;LIBRARIES;LABELS" ${ARGN})
+  cmake_parse_arguments(TEST "WAITS" "TIMEOUT;LOCK" "SOURCES;ROOMS;LIBRARIES;LABELS" ${ARGN})
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 120)
   endif()
@@ -55,7 +56,11 @@ function(lensd_test name)
   if(TEST_WAITS)
     set(processors 1)
   endif()
+  set(lock "")
+  if(TEST_LOCK)
+    set(lock RESOURCE_LOCK ${TEST_LOCK})
+  endif()
   lensd_test_program(${name} SOURCES ${TEST_SOURCES} ROOMS ${TEST_ROOMS} LIBRARIES ${TEST_LIBRARIES})
   gtest_discover_tests(test_${name} DISCOVERY_MODE PRE_TEST TEST_PREFIX ${name}.
-                       PROPERTIES TIMEOUT ${TEST_TIMEOUT} PROCESSORS ${processors} LABELS "${name};${TEST_LABELS}")
+                       PROPERTIES TIMEOUT ${TEST_TIMEOUT} PROCESSORS ${processors} LABELS "${name};${TEST_LABELS}" ${lock})
 endfunction()
