@@ -65,13 +65,13 @@ std::optional<Error> AxisController::WhyUnknown() const {
   if (known() || !setup_.can.can_home || setup_.config.home_on_demand) return std::nullopt;
   const std::string name(AxisName(setup_.axis));
   return Error{Code::NotHomed, "the position of " + name +
-                                   " is not known since lensd ended or the lens was lost in mid-move: home it first"};
+                                   " is not known since lensd ended in mid-move or the lens was gone: home it first"};
 }
 
 // ---- readings -----------------------------------------------------------------------------------------------------
 
 std::optional<drivers::AxisState> AxisController::Note(std::optional<drivers::AxisState> reading, Instant sampled_at) {
-  const auto before = lost_ ? std::nullopt : std::exchange(state_, std::nullopt);  // after a gap it has to stand anew
+  const auto before = gone_ ? std::nullopt : std::exchange(state_, std::nullopt);  // after a gap it has to stand anew
   state_ = std::move(reading);
   if (!state_) return std::nullopt;
   state_->position = state_->position + track_.offset();
@@ -87,12 +87,15 @@ std::optional<drivers::AxisState> AxisController::Note(std::optional<drivers::Ax
   if (!motion_ && !coasting_ && !noted.moving) RememberRest();
   // A reading from before the stop says nothing of it.
   if (coasting_) state_->moving = true;
-  if (const auto memory = std::exchange(lost_, std::nullopt)) track_.Return(*memory, noted.position);
+  if (const auto gone = std::exchange(gone_, std::nullopt)) {
+    // A device that was opened anew, or was without power, says itself that it has no reference.
+    gone->homed && !noted.homed ? track_.Forget() : track_.Return(gone->memory, noted.position);
+  }
   return noted;
 }
 
 void AxisController::Lose() {
-  lost_.reset();
+  gone_.reset();
   if (state_) {
     AxisMemory memory = track_.Remember(state_->position);
     memory.in_motion = motion_ || coasting_ || state_->moving;
@@ -100,7 +103,7 @@ void AxisController::Lose() {
     memory.lowest = std::min(state_->position, target_.value_or(state_->position)) - room;
     memory.highest = std::max(state_->position, target_.value_or(state_->position)) + room;
     if (motion_ && motion_->homing()) memory.known = false;
-    lost_ = memory;
+    gone_ = {memory, state_->homed};
   }
   target_.reset();
 }

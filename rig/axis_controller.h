@@ -80,6 +80,11 @@ class AxisController final : private Motor {
   Result<void> Home() override;
   Native AtReference(Native position) override;
 
+  /// As it was when the lens ceased to answer.
+  struct Gone {
+    AxisMemory memory;
+    bool homed = false;  ///< as the device had it
+  };
   Result<void> RememberMotion(Native lowest, Native highest);
   void RememberRest();
   void Coast();
@@ -95,7 +100,7 @@ class AxisController final : private Motor {
   std::unique_ptr<AxisMotion> motion_;
   std::optional<Native> target_;
   std::optional<Instant> coasting_;  ///< its motion ended then, and it has not been seen to stand
-  std::optional<AxisMemory> lost_;   ///< as it was when the lens ceased to answer
+  std::optional<Gone> gone_;         ///< while the lens does not answer
   int commands_ = 0;
 };
 
