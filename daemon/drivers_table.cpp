@@ -14,7 +14,7 @@ namespace lensd::daemon {
 namespace {
 
 constexpr drivers::Driver kDrivers[] = {
-    {.name = "sim", .open = sim::OpenSim, .probe = nullptr, .check = sim::CheckSim, .reopen = false},
+    {.name = "sim", .open = sim::OpenSim, .probe = nullptr, .check = sim::CheckSim, .simulated = true, .reopen = false},
     {.name = "v4l2",
      .open = drivers::v4l2::OpenV4l2,
      .probe = drivers::v4l2::ProbeV4l2,

@@ -26,6 +26,7 @@
 #include "options.h"
 #include "router.h"
 #include "server.h"
+#include "simulator_service.h"
 #include "stop_motors.h"
 
 namespace lensd::daemon {
@@ -173,6 +174,8 @@ int Serve(const Options& options, const Config& config, const Clock& clock) {
   const auto monitor = drivers::hotplug::Monitor::Create((*loop)->get(), [&service] { service.plug_signal().Raise(); });
   if (!monitor) Log(Severity::Warning, Event::Started, monitor.error().message + "; looking now and then instead");
   router.Add(service);
+  SimulatorService simulator(service);
+  router.Add(simulator);
   auto server = Server::Create(**loop, listener->descriptor(), router, Limits{}, "io.lensd.Lens.Busy",
                                [](std::string_view notice) { Log(Severity::Warning, Event::ClientDropped, notice); });
   if (!server) return Explain(server.error());

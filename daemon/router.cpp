@@ -51,7 +51,8 @@ bool Router::ActsWhenRead(std::string_view message) const {
 const varlink::InterfaceDefinition* Router::FindDefinition(std::string_view interface) const {
   if (interface == own_.name()) return &own_;
   const auto found = services_.find(interface);
-  return found == services_.end() ? nullptr : &found->second.service->definition();
+  const bool there = found != services_.end() && found->second.service->Offered();
+  return there ? &found->second.service->definition() : nullptr;
 }
 
 void Router::Dispatch(const ExchangePointer& exchange) const {
@@ -110,7 +111,9 @@ bool Router::Allows(const Method& method, std::string_view interface, const Exch
 void Router::ServeOwn(std::string_view method, const ExchangePointer& exchange) const {
   if (method == "GetInfo") {
     Json interfaces{own_.name()};
-    for (const auto& [name, unused] : services_) interfaces.push_back(name);
+    for (const auto& [name, served] : services_) {
+      if (served.service->Offered()) interfaces.push_back(name);
+    }
     return exchange->Finish(varlink::WriteJson({{"vendor", info_.vendor},
                                                 {"product", info_.product},
                                                 {"version", info_.version},

@@ -23,6 +23,8 @@ class Service {
   virtual const varlink::InterfaceDefinition& definition() const = 0;
   /// A row for each method of the definition; the same for good.
   virtual const MethodTable& methods() const = 0;
+  /// Whether it is there now: else its interface is not served, as if it had never been added.
+  virtual bool Offered() const { return true; }
   /// Whether the caller may call it now. False: it has been told why not.
   virtual bool Admit(const Method& /*method*/, const ExchangePointer& /*exchange*/) { return true; }
 };

@@ -83,18 +83,8 @@ void StreamFrame(TaskThread& pictures, EventLoop& loop, const ExchangePointer& e
   const bool taken = pictures.Submit([&loop, exchange, wish, frame] {
     auto picture = PictureMaker(wish).Make(frame.frame);
     if (!picture) return loop.Post([exchange, error = picture.error()] { Refuse(exchange, error); });
-    auto pieces = std::make_shared<std::deque<std::string>>(
-        PiecesOf(*picture, {{"frame", FrameJson(frame)}, {"picture", PictureJson(*picture)}}));
-    loop.Post([exchange, pieces] {
-      const auto send = [raw = exchange.get(), pieces] {
-        if (pieces->empty()) return;
-        const std::string piece = std::move(pieces->front());
-        pieces->pop_front();
-        pieces->empty() ? raw->Finish(piece) : raw->Continue(piece);
-      };
-      exchange->OnDrained(send);
-      send();
-    });
+    auto pieces = PiecesOf(*picture, {{"frame", FrameJson(frame)}, {"picture", PictureJson(*picture)}});
+    loop.Post([exchange, pieces = std::move(pieces)]() mutable { SendPieces(exchange, std::move(pieces)); });
   });
   if (!taken) Refuse(exchange, {Code::Busy, "too many pictures wait to be compressed; try again"});
 }

@@ -29,7 +29,9 @@ const ServedLens* Only(const ExchangePointer& exchange, const std::vector<const 
 
 void List(LensService& service, const ExchangePointer& exchange) {
   for (const auto& lens : service.lenses()) {
-    if (lens->Stale()) return lens->Replan([&service, exchange] { List(service, exchange); });
+    // What moves will tell what it has become when it rests.
+    const bool idle = lens->status().activity.kind == rig::Activity::Kind::Idle;
+    if (idle && lens->Outdated()) return lens->Replan([&service, exchange] { List(service, exchange); });
   }
   std::string reply = "{\"lenses\":[";
   for (const auto& lens : service.lenses()) reply += (lens == service.lenses().front() ? "" : ",") + lens->info();
@@ -74,10 +76,10 @@ void Monitor(LensService& service, const ExchangePointer& exchange) {
   Duration period = Watcher::kDefaultPeriod;
   if (const auto least = exchange->view().Given("minIntervalMs")) {
     if (!(least->number() >= kLeastIntervalMs && least->number() <= kMostIntervalMs)) {
-      return Refuse(exchange, Wrong("minIntervalMs is from 10 to 10000", {.parameter = "minIntervalMs",
-                                                                          .minimum = kLeastIntervalMs,
-                                                                          .maximum = kMostIntervalMs,
-                                                                          .unit = "ms"}));
+      return Refuse(
+          exchange,
+          Wrong("minIntervalMs is from 10 to 10000",
+                {.parameter = "minIntervalMs", .minimum = kLeastIntervalMs, .maximum = kMostIntervalMs, .unit = "ms"}));
     }
     period = std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(least->number()));
   }

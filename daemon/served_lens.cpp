@@ -147,6 +147,7 @@ Result<ServedLens::Made> ServedLens::MakeRig() {
   Made made;
   if (!loaded->warning.empty()) made.warnings.push_back(loaded->warning);
   auto memory = Memory(serial, made.warnings);
+  made.simulation = device->simulation;
   auto rig = rig::Rig::Create(config_.rig, *std::move(device), surroundings_.clock, calibration, std::move(memory));
   if (!rig && calibration) return Fail(Code::BadData, file + ": " + rig.error().message);
   if (!rig) return PassOn(rig);
@@ -203,6 +204,7 @@ bool ServedLens::TryToOpen() {
 
 void ServedLens::StartRig(Made made, Result<std::vector<rig::Preset>> presets) {
   std::unique_ptr<rig::Rig> rig = std::move(made.rig);
+  simulation_ = std::move(made.simulation);
   shown_.warnings = std::move(made.warnings);
   for (const std::string& warning : shown_.warnings) Log(Severity::Warning, Event::StateUnreadable, warning, name());
   kept_.calibration_file = CalibrationFile(config_, surroundings_.state, rig->lens().serial);
@@ -236,6 +238,7 @@ void ServedLens::WorkerEnded(std::optional<Error> why) {
   const std::string problem = why ? why->message : "its worker ended";
   Log(Severity::Error, Event::LensFailed, problem + "; it is opened again", name());
   worker_.reset();
+  simulation_.reset();
   ShowAbsent("absent", problem);
   TellChange();
   OpenAfter(Retry::kFirstPause * (1 << std::min(opening_.failures++, kMostDoublings)));
@@ -283,10 +286,6 @@ void ServedLens::Update(std::shared_ptr<const rig::Status> status, std::string t
   if (!changed) return;
   TellChange();
   TellFaults(*before);
-}
-
-bool ServedLens::Stale() const {
-  return Outdated() && shown_.status->activity.kind == rig::Activity::Kind::Idle;
 }
 
 void ServedLens::Replan(std::function<void()> then) {

@@ -94,6 +94,8 @@ class ServedLens {
   const std::shared_ptr<const rig::Status>& shared_status() const { return shown_.status; }
   /// Null: the optics are not known.
   const std::shared_ptr<const Planning>& planning() const { return plans_.planning; }
+  /// Null: real hardware, or not there.
+  const std::shared_ptr<drivers::Simulation>& simulation() const { return simulation_; }
   const std::string& calibration_file() const { return kept_.calibration_file; }  ///< empty: nowhere
   Watchers& watchers() const { return surroundings_.watchers; }
   const LensSurroundings& surroundings() const { return surroundings_; }
@@ -135,8 +137,6 @@ class ServedLens {
 
   /// What is planned with is of another zoom or temperature than the lens stands at.
   bool Outdated() const { return worker_ && shown_.status->optics != plans_.optics; }
-  /// The same, and nothing changes it just now.
-  bool Stale() const;
   /// Plans with what holds now, then goes on with `then`.
   void Replan(std::function<void()> then);
 
@@ -197,6 +197,7 @@ class ServedLens {
   /// A rig, and what the user should know of the files it was made from.
   struct Made {
     std::unique_ptr<rig::Rig> rig;
+    std::shared_ptr<drivers::Simulation> simulation;
     std::vector<std::string> warnings;
   };
   Result<Made> MakeRig();
@@ -228,6 +229,7 @@ class ServedLens {
   const std::unique_ptr<LensUsers> users_;
   Stopping stop_;
   Opening opening_;
+  std::shared_ptr<drivers::Simulation> simulation_;
   std::unique_ptr<Worker> worker_;
   std::optional<Retry> retry_;  // until there is a worker
 };

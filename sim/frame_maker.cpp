@@ -90,12 +90,27 @@ void AddPicture(std::vector<float>& light, const Picture& picture, float weight)
   for (const auto& bright : picture.bright) light[bright.index] += weight * (bright.light - 1.0f);
 }
 
+CameraSettings SettingsOf(CameraSettings camera, Sensor sensor) {
+  if (sensor == Sensor::Real) return camera;
+  camera.full_well_e.reset();  // no photons are counted
+  camera.read_noise_e = 0.0;
+  camera.shake_px = 0.0;
+  return camera;
+}
+
 }  // namespace
+
+FrameMaker::FrameMaker(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictures> pictures, Sensor sensor,
+                       std::uint64_t seed)
+    : mechanics_(std::move(mechanics)),
+      pictures_(std::move(pictures)),
+      camera_(SettingsOf(mechanics_->scene().camera, sensor)),
+      seed_(seed) {}
 
 Shot FrameMaker::ShotOf(const Exposure& exposure) const {
   const Scene& scene = mechanics_->scene();
   Shot shot{.exposure = exposure, .length = exposure.length, .states = {}};
-  if (const Fault* wrong = mechanics_->faults().ActiveAt(FaultKind::WrongExposure, exposure.start)) {
+  if (const auto wrong = mechanics_->FaultAt(FaultKind::WrongExposure, exposure.start)) {
     shot.length = Duration(std::llround(static_cast<double>(exposure.length.count()) * wrong->factor));
   }
   shot.length = std::max(shot.length, Duration(1));
@@ -116,7 +131,7 @@ Shot FrameMaker::ShotOf(const Exposure& exposure) const {
 
 Result<std::vector<std::uint16_t>> FrameMaker::Exposed(const Shot& shot, Channel channel, const std::stop_token& stop) {
   const Scene& scene = mechanics_->scene();
-  const CameraSettings& camera = scene.camera;
+  const CameraSettings& camera = camera_;
   light_.assign(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height), 0.0f);
   for (const TrueState& state : shot.states) {
     auto picture = pictures_->At(AsIfStill(scene, state), stop, channel);
@@ -142,7 +157,7 @@ Result<Samples> FrameMaker::Make(const Shot& shot, const std::stop_token& stop) 
     return Samples{frame.luminance, frame.colour};
   }
   using Values = std::vector<std::uint16_t>;
-  const CameraSettings& camera = mechanics_->scene().camera;
+  const CameraSettings& camera = camera_;
   if (!camera.colour) {
     auto luminance = Exposed(shot, Channel::Luminance, stop);
     if (!luminance) return PassOn(luminance);

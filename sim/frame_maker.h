@@ -26,11 +26,14 @@ struct Samples {
   std::shared_ptr<const std::vector<std::uint16_t>> colour;  ///< null: a camera without
 };
 
+/// As the scene says, or without noise and shake.
+enum class Sensor { Real, Ideal };
+
 /// Makes frames of one world, one at a time, on whichever thread asks; or gives those that the scene has prepared.
 class FrameMaker {
  public:
-  FrameMaker(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictures> pictures, std::uint64_t seed)
-      : mechanics_(std::move(mechanics)), pictures_(std::move(pictures)), seed_(seed) {}
+  FrameMaker(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictures> pictures, Sensor sensor,
+             std::uint64_t seed);
 
   /// What the lens and the faults make of an exposure that is over but not long past.
   Shot ShotOf(const Exposure& exposure) const;
@@ -43,6 +46,7 @@ class FrameMaker {
 
   const std::shared_ptr<Mechanics> mechanics_;
   const std::shared_ptr<Pictures> pictures_;
+  const CameraSettings camera_;
   const std::uint64_t seed_;
   std::vector<float> light_;  ///< 1 is white; kept between frames, for its memory
 };

@@ -104,8 +104,8 @@ Mechanics::Mechanics(std::shared_ptr<const Scene> scene, const Clock& clock, dou
     : scene_(std::move(scene)),
       clock_(clock),
       epoch_(clock.Now()),
-      faults_(scene_->faults),
-      capabilities_(CapabilitiesOf(scene_->lens)) {
+      capabilities_(CapabilitiesOf(scene_->lens)),
+      faults_(scene_->faults) {
   const LensSettings& lens = scene_->lens;
   motors_[Axis::Focus].emplace(FocusMotor(lens), focus_start);
   if (capabilities_.axes[Axis::Iris]) {
@@ -186,14 +186,41 @@ TrueState Mechanics::StateAt(Duration at) {
   return StateOf(at);
 }
 
+Duration Mechanics::Earliest() {
+  const std::lock_guard lock(mutex_);
+  Duration earliest{};
+  for (const Axis axis : drivers::kAxes) {
+    if (motors_[axis]) earliest = std::max(earliest, motors_[axis]->earliest());
+  }
+  return earliest;
+}
+
+std::optional<Fault> Mechanics::FaultAt(FaultKind kind, Duration at, std::optional<Axis> axis) {
+  const std::lock_guard lock(mutex_);
+  return faults_.ActiveAt(kind, at, axis);
+}
+
+bool Mechanics::Disconnected() {
+  const std::lock_guard lock(mutex_);
+  return faults_.DisconnectedAt(Now());
+}
+
+void Mechanics::Inject(Fault fault) {
+  const std::lock_guard lock(mutex_);
+  // Up to the next microsecond: what has happened by now is not to be overtaken by a rounding.
+  const auto next = std::chrono::duration_cast<std::chrono::microseconds>(Advance()).count() + 1;
+  fault.at_ms = 1e-3 * static_cast<double>(next);
+  faults_.Add(fault);
+}
+
 Duration Mechanics::Advance() {
   const Duration now = Now();
-  const auto& events = faults_.mechanical();
-  while (events_done_ < events.size() && events[events_done_].at <= now) Happen(events[events_done_++]);
+  while (const auto event = faults_.TakeDue(now)) Happen(*event);
   return now;
 }
 
 void Mechanics::Happen(const FaultLine::Event& event) {
+  if (event.fault.kind == FaultKind::Disconnect) return LosePower(event.at);
   auto& motor = motors_[event.fault.axis];
   if (!motor) return;
   switch (event.fault.kind) {
@@ -206,6 +233,13 @@ void Mechanics::Happen(const FaultLine::Event& event) {
   }
 }
 
+void Mechanics::LosePower(Duration at) {
+  told_ = {};
+  for (const Axis axis : drivers::kAxes) {
+    if (motors_[axis]) motors_[axis]->LosePower(at);
+  }
+}
+
 TrueState Mechanics::StateOf(Duration at) const {
   const LensSettings& lens = scene_->lens;
   TrueState state;
@@ -214,10 +248,12 @@ TrueState Mechanics::StateOf(Duration at) const {
   state.extension_m = ExtensionAlong(lens, along) + 1e-6 * lens.drift_um_per_c * (lens.temperature_c - kCalibration_c);
   state.f_number = lens.min_f_number;
   if (motors_[Axis::Iris]) {
-    const double open = motors_[Axis::Iris]->PlaceAt(at) / (lens.iris_steps - 1.0);
+    state.iris_steps = motors_[Axis::Iris]->PlaceAt(at);
+    const double open = *state.iris_steps / (lens.iris_steps - 1.0);
     state.f_number = lens.min_f_number * std::pow(lens.max_f_number / lens.min_f_number, open);
   }
-  const double nominal_m = 1e-3 * (motors_[Axis::Zoom] ? motors_[Axis::Zoom]->PlaceAt(at) : lens.min_focal_length_mm);
+  if (motors_[Axis::Zoom]) state.zoom_mm = motors_[Axis::Zoom]->PlaceAt(at);
+  const double nominal_m = 1e-3 * state.zoom_mm.value_or(lens.min_focal_length_mm);
   if (lens.zooms()) {
     const double zoomed =
         (1e3 * nominal_m - lens.min_focal_length_mm) / (lens.max_focal_length_mm - lens.min_focal_length_mm);

@@ -32,13 +32,23 @@ class Mechanics {
   /// What the controller says of its axes; an axis in `frozen` as it was then.
   drivers::LensState Report(const drivers::PerAxis<std::optional<Duration>>& frozen);
 
-  /// How things were at a time not after now and not long past.
+  /// How things were at a time not after now and not before Earliest().
   TrueState StateAt(Duration at);
+  /// How far back StateAt() knows: to the beginning, unless many hundred commands have come since.
+  Duration Earliest();
+
+  /// The fault of that kind in force at `at`; `axis` where the kind is about one.
+  std::optional<Fault> FaultAt(FaultKind kind, Duration at, std::optional<drivers::Axis> axis = std::nullopt);
+  bool Disconnected();
+  /// From now on, whatever `fault` says of its beginning.
+  void Inject(Fault fault);
 
   const Scene& scene() const { return *scene_; }
-  const FaultLine& faults() const { return faults_; }
+  const drivers::Capabilities& capabilities() const { return capabilities_; }
 
  private:
+  /// Of the lens, which has its power from the plug that is pulled.
+  void LosePower(Duration at);
   /// Brings the fault script up to date and returns the time now. Call with the lock held.
   Duration Advance();
   void Happen(const FaultLine::Event& event);
@@ -49,13 +59,12 @@ class Mechanics {
   const std::shared_ptr<const Scene> scene_;
   const Clock& clock_;
   const Instant epoch_;
-  const FaultLine faults_;
   const drivers::Capabilities capabilities_;
 
   std::mutex mutex_;
+  FaultLine faults_;
   drivers::PerAxis<std::optional<Motor>> motors_;
   drivers::PerAxis<std::optional<double>> told_;  ///< the last target, where positions are no more than that
-  std::size_t events_done_ = 0;
 };
 
 }  // namespace lensd::sim

@@ -149,6 +149,12 @@ void Motor::Knock(Duration at, double by) {
   leg.place = ThroughBacklash(leg.shaft, leg.place_before, settings_.backlash);
 }
 
+void Motor::LosePower(Duration at) {
+  Leg& leg = Begin(at, {});
+  leg.count_before = leg.count_after = settings_.low;
+  leg.homed_before = leg.homed_after = false;
+}
+
 double Motor::CountAt(Duration at) const {
   const Leg& leg = LegAt(at);
   return MotionAt(leg.count, leg.count_before, leg.count_after, Seconds(at - leg.start)).position;

@@ -68,7 +68,11 @@ class Motor {
   void SetLoss(Duration at, double part);
   /// Displaces shaft and mechanism; the count does not notice.
   void Knock(Duration at, double by);
+  /// Its controller has been without power: it stops dead, counts from `low` wherever it stands, and has no reference.
+  void LosePower(Duration at);
 
+  /// How far back can be asked.
+  Duration earliest() const { return legs_.front().start; }
   double CountAt(Duration at) const;
   bool MovingAt(Duration at) const;
   bool HomedAt(Duration at) const;

@@ -1,5 +1,6 @@
 // The camera, lens and fault sections of a scene file.
 #include <algorithm>
+#include <array>
 #include <tuple>
 #include <utility>
 
@@ -10,6 +11,10 @@ namespace {
 
 constexpr Range kFraction{0.0, 1.0};
 constexpr double kMostPixels = 1 << 26;
+/// In the order of FaultKind.
+constexpr std::array<std::string_view, 11> kFaultKinds = {
+    "stall",          "jump",          "disconnect",  "reconnect",      "drop-reply",  "late-reply",
+    "stale-readback", "freeze-frames", "lose-frames", "wrong-exposure", "missed-steps"};
 
 /// A number, or an array of two in rising order.
 std::pair<double, double> ReadSpan(SettingsReader& read, std::string_view key, std::pair<double, double> fallback,
@@ -117,13 +122,22 @@ Result<LensSettings> ReadLens(const Settings* table) {
   return lens;
 }
 
+std::optional<FaultKind> FaultKindFromName(std::string_view name) {
+  const auto* const found = std::ranges::find(kFaultKinds, name);
+  if (found == kFaultKinds.end()) return std::nullopt;
+  return static_cast<FaultKind>(found - kFaultKinds.begin());
+}
+
+std::string FaultKindNames() {
+  std::string names;
+  for (const std::string_view kind : kFaultKinds) names += (names.empty() ? "" : ", ") + std::string(kind);
+  return names;
+}
+
 Result<Fault> ReadFault(const Settings& table) {
   Fault fault;
   SettingsReader read(table, "[[fault]]");
-  // In the order of FaultKind.
-  const std::vector<std::string_view> kinds = {"stall",       "jump",           "disconnect",     "reconnect",
-                                               "drop-reply",  "late-reply",     "stale-readback", "freeze-frames",
-                                               "lose-frames", "wrong-exposure", "missed-steps"};
+  const std::vector<std::string_view> kinds(kFaultKinds.begin(), kFaultKinds.end());
   read.RequiredText("kind");
   fault.kind = static_cast<FaultKind>(read.Choice("kind", kinds, 0));
   fault.at_ms = read.RequiredNumber("at_ms", {0.0, 1e12});

@@ -39,15 +39,16 @@ SimCamera::SimCamera(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictu
                      bool aside)
     : Camera(CapabilitiesOf(mechanics->scene())),
       mechanics_(std::move(mechanics)),
-      maker_(mechanics_, std::move(pictures), seed),
-      grid_(mechanics_->scene().camera.frame_rate_hz,
-            Duration(std::llround(mechanics_->scene().camera.exposure_ms * 1e6))) {
+      exposure_(std::make_shared<std::atomic<Duration>>(
+          Duration(std::llround(mechanics_->scene().camera.exposure_ms * 1e6)))),
+      maker_(mechanics_, std::move(pictures), Sensor::Real, seed),
+      grid_(mechanics_->scene().camera.frame_rate_hz, exposure_->load()) {
   // Prepared frames take no work.
   if (aside && mechanics_->scene().frames.empty()) darkroom_.emplace(maker_);
 }
 
 Result<void> SimCamera::CheckLink() const {
-  if (!mechanics_->faults().DisconnectedAt(mechanics_->Now())) return {};
+  if (!mechanics_->Disconnected()) return {};
   return Fail(Code::Disconnected, "the simulated camera is disconnected by a [[fault]] of its scene");
 }
 
@@ -70,6 +71,7 @@ Result<void> SimCamera::DoSetExposure(Duration exposure) {
     return Fail(Code::OutOfRange, "the simulated camera exposes from 1 us to 100 s");
   }
   grid_.SetExposure(mechanics_->Now(), exposure);
+  *exposure_ = exposure;
   return {};
 }
 
@@ -88,7 +90,7 @@ std::optional<Exposure> SimCamera::Newest() {
   auto exposure = grid_.NewestDone(mechanics_->Now());
   const auto counted = std::exchange(next_uncounted_, exposure ? exposure->sequence + 1 : next_uncounted_);
   while (exposure && exposure->sequence >= next_sequence_) {
-    if (mechanics_->faults().ActiveAt(FaultKind::LoseFrames, exposure->start) == nullptr) return exposure;
+    if (!mechanics_->FaultAt(FaultKind::LoseFrames, exposure->start)) return exposure;
     if (exposure->sequence >= counted) ++counts_.frames_lost;
     if (exposure->sequence == 0) return std::nullopt;
     exposure = grid_.Numbered(exposure->sequence - 1);
@@ -103,7 +105,7 @@ Result<std::optional<drivers::Frame>> SimCamera::DoPoll() {
   const auto exposure = Newest();
   if (!exposure) return std::optional<drivers::Frame>();
   next_sequence_ = exposure->sequence + 1;
-  const bool frozen = mechanics_->faults().ActiveAt(FaultKind::FreezeFrames, exposure->start) != nullptr;
+  const bool frozen = mechanics_->FaultAt(FaultKind::FreezeFrames, exposure->start).has_value();
   if (frozen && last_samples_.luminance) return FrameOf(*exposure, last_samples_);
   Shot shot = maker_.ShotOf(*exposure);
   shot.amplification = std::pow(10.0, (exposure->start < gain_.changed ? gain_.before_db : gain_.now_db) / 20.0);

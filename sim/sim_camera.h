@@ -1,6 +1,7 @@
 // The simulated camera.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -19,6 +20,8 @@ namespace lensd::sim {
 class SimCamera final : public drivers::Camera {
  public:
   SimCamera(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictures> pictures, std::uint64_t seed, bool aside);
+  /// What is set now, for any thread; outlives the camera.
+  std::shared_ptr<const std::atomic<Duration>> exposure() const { return exposure_; }
 
  private:
   Result<void> DoStart() override;
@@ -37,6 +40,7 @@ class SimCamera final : public drivers::Camera {
   drivers::Frame FrameOf(const Exposure& exposure, Samples samples);
 
   const std::shared_ptr<Mechanics> mechanics_;
+  const std::shared_ptr<std::atomic<Duration>> exposure_;
   FrameMaker maker_;
   FrameGrid grid_;
   std::uint64_t next_sequence_ = 0;   ///< the lowest not handed out

@@ -24,15 +24,14 @@ SimLens::~SimLens() {
 }
 
 Result<void> SimLens::CheckLink() const {
-  if (!mechanics_->faults().DisconnectedAt(mechanics_->Now())) return {};
+  if (!mechanics_->Disconnected()) return {};
   return Fail(Code::Disconnected, "the simulated lens is disconnected by a [[fault]] of its scene");
 }
 
 Result<void> SimLens::Acknowledge() const {
   const Duration now = mechanics_->Now();
-  const FaultLine& faults = mechanics_->faults();
-  const bool lost = faults.ActiveAt(FaultKind::DropReply, now) != nullptr;
-  if (lost || faults.ActiveAt(FaultKind::LateReply, now) != nullptr) return NoReply();
+  const bool lost = mechanics_->FaultAt(FaultKind::DropReply, now).has_value();
+  if (lost || mechanics_->FaultAt(FaultKind::LateReply, now)) return NoReply();
   return {};
 }
 
@@ -57,14 +56,13 @@ Result<void> SimLens::DoStop(drivers::Axis axis) {
 Result<drivers::LensState> SimLens::DoRead() {
   if (auto link = CheckLink(); !link) return PassOn(link);
   const Duration now = mechanics_->Now();
-  const FaultLine& faults = mechanics_->faults();
   drivers::PerAxis<std::optional<Duration>> frozen;
   for (const drivers::Axis axis : drivers::kAxes) {
-    if (const Fault* stale = faults.ActiveAt(FaultKind::StaleReadback, now, axis)) frozen[axis] = BeginOf(*stale);
+    if (const auto stale = mechanics_->FaultAt(FaultKind::StaleReadback, now, axis)) frozen[axis] = BeginOf(*stale);
   }
   drivers::LensState state = mechanics_->Report(frozen);
-  if (faults.ActiveAt(FaultKind::DropReply, now) != nullptr) return NoReply();
-  if (faults.ActiveAt(FaultKind::LateReply, now) == nullptr) {
+  if (mechanics_->FaultAt(FaultKind::DropReply, now)) return NoReply();
+  if (!mechanics_->FaultAt(FaultKind::LateReply, now)) {
     late_.reset();
     return state;
   }

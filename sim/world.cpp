@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "bench.h"
 #include "mechanics.h"
 #include "sim_camera.h"
 #include "sim_lens.h"
@@ -59,7 +60,9 @@ Result<World> OpenWorld(std::shared_ptr<const Scene> scene, const Clock& clock, 
   auto mechanics = std::make_shared<Mechanics>(std::move(scene), clock, start);
   World world;
   world.device.lens = std::make_unique<SimLens>(mechanics);
-  world.device.camera = std::make_unique<SimCamera>(mechanics, std::move(pictures), options.seed, options.aside);
+  auto camera = std::make_unique<SimCamera>(mechanics, pictures, options.seed, options.aside);
+  world.device.simulation = std::make_shared<Bench>(mechanics, std::move(pictures), camera->exposure());
+  world.device.camera = std::move(camera);
   world.device.optics = optics;
   world.truth = std::make_shared<WorldTruth>(std::move(mechanics));
   return world;

@@ -127,6 +127,10 @@ with Daemon(bins, files) as daemon:
             ends = [abs(SignedBlur(F, a, F + at + d, u)) / PIXEL for d in (-bound, 0, bound)]
             ok = min(ends) - 0.12 <= blur <= max(ends) + 0.12 or (blur < 0.5 and min(ends) < 0.6)
             if lens["fault"] != "stall":
+                true = client.call("io.lensd.Simulator.Truth", lens=lens["name"])["focusPosition"]
+                report.check(("verified" if move["verified"] else "reached without a fault") + " is true of the mechanism",
+                             abs(true - move["position"]) <= move["positionBound"],
+                             "%s truly at %.4f; %s %s" % (key, true, json.dumps(move), lens))
                 report.check(("verified" if move["verified"] else "reached without a fault") + " is true by picture", ok,
                              "%s blur %.3f px, want %.3f..%.3f; %s %s" % (key, blur, min(ends), max(ends), json.dumps(move), lens))
             elif not ok:

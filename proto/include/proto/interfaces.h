@@ -1,4 +1,4 @@
-// The interface io.lensd.Lens and where it is served.
+// The interfaces of lensd and where they are served.
 #pragma once
 
 #include <string_view>
@@ -7,8 +7,9 @@
 
 namespace lensd::proto {
 
-/// Its definition text, as GetInterfaceDescription returns it.
+/// Definition texts, as GetInterfaceDescription returns them.
 std::string_view LensInterfaceText();
+std::string_view SimulatorInterfaceText();
 
 inline constexpr std::string_view kLensInterface = "io.lensd.Lens";
 inline constexpr std::string_view kDefaultSocket = "/run/lensd/io.lensd.Lens";

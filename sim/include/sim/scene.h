@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -156,6 +157,11 @@ enum class FaultKind {
   WrongExposure,  ///< exposures last `factor` times what was asked, unreported
   MissedSteps,    ///< the mechanism loses `factor` of every move, which is counted all the same
 };
+
+/// As scene files name them: "stall", "drop-reply"; none: no such kind.
+std::optional<FaultKind> FaultKindFromName(std::string_view name);
+/// All of them, for people.
+std::string FaultKindNames();
 
 /// One thing that goes wrong, on the simulated clock (0: when the world was made).
 struct Fault {

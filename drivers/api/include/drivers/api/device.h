@@ -11,6 +11,7 @@
 #include "base/settings.h"
 #include "drivers/api/camera.h"
 #include "drivers/api/lens.h"
+#include "drivers/api/simulation.h"
 
 namespace lensd::drivers {
 
@@ -34,7 +35,8 @@ struct NominalOptics {
 struct Device {
   std::unique_ptr<Lens> lens;
   std::unique_ptr<Camera> camera;
-  std::optional<NominalOptics> optics;  ///< only from drivers that know (the simulated one)
+  std::optional<NominalOptics> optics;       ///< only from drivers that know (the simulated one)
+  std::shared_ptr<Simulation> simulation{};  ///< null: real hardware
 };
 
 /// Opens a device from the table of its [[lens]] or [lens.camera] section. Every key must be known.
@@ -67,7 +69,8 @@ struct Driver {
   ProbeFunction probe = nullptr;  ///< nullptr: its devices cannot be searched for
   /// Whether settings make sense, as far as can be told without the device (BadData); nullptr: open() tells.
   Result<void> (*check)(const Settings& settings) = nullptr;
-  bool reopen = true;  ///< a device that vanished is closed and opened anew; false: the same object finds it again
+  bool simulated = false;  ///< its devices bring a Simulation
+  bool reopen = true;      ///< a device that vanished is closed and opened anew; false: the same object finds it again
   /// Whether a [[bus]] of this driver makes sense (BadData); nullptr: it has no buses.
   Result<void> (*check_bus)(const Settings& bus) = nullptr;
   const Profiles* profiles = nullptr;  ///< what `profile` means in its settings; nullptr: nothing
