@@ -106,7 +106,8 @@ Result<LensConfig> ReadLens(const Settings& table, const Buses& buses) {
   const std::size_t start = read.Choice("start", {"keep", "home", "on-demand"}, 0);
   lens.home_at_start = start == 1;
   const Settings* bus = read.Any("bus");
-  auto rig = rig::ReadRigConfig(read);
+  const bool simulated = lens.device.driver != nullptr && lens.device.driver->simulated;
+  auto rig = rig::ReadRigConfig(read, simulated ? rig::NominalFrom::Driver : rig::NominalFrom::Configuration);
   if (!rig) return PassOn(rig);
   lens.rig = *std::move(rig);
   for (const drivers::Axis axis : drivers::kAxes) lens.rig.axes[axis].home_on_demand = start == 2;

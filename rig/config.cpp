@@ -1,6 +1,7 @@
 // One function a table of the section. Wrong values are named with their line; the driver's own keys are not read here.
 #include "rig/config.h"
 
+#include <algorithm>
 #include <string>
 
 namespace lensd::rig {
@@ -108,17 +109,16 @@ std::optional<std::pair<double, double>> ReadPower(SettingsReader& read, double 
   return std::pair(sensor_mm - 1e3 / power_d->first, sensor_mm - 1e3 / power_d->second);
 }
 
-Result<void> ReadOptics(const Settings& table, RigConfig& config) {
-  SettingsReader read(table, "[lens.optics]");
+/// What a lens is by its data sheet: all of it, or nothing of it.
+std::optional<drivers::NominalOptics> ReadNominal(SettingsReader& read, NominalFrom nominal) {
+  constexpr const char* kKeys[] = {"focal_length_mm", "f_number", "liquid",
+                                   "extension_mm",    "power_d",  "centre_shift_mm"};
+  const bool given = std::ranges::any_of(kKeys, [&](const char* key) { return read.Any(key) != nullptr; });
+  if (!given && nominal == NominalFrom::Driver) return std::nullopt;
   const auto focal_length_mm = ReadFocalLength(read);
-  config.focal_length_tolerance = read.Number("focal_length_tolerance_percent", 0.0, {0.0, 20.0}) * 1e-2;
-  if (const auto nm = read.OptionalNumber("wavelength_nm", kPositive)) config.wavelength = Metres{*nm * 1e-9};
-  config.calibration_path = read.OptionalPath("calibration");
   const auto f_number = ReadRange(read, "f_number", kPositive);
   const bool liquid = read.Boolean("liquid", false);
   const auto extension_mm = liquid ? ReadPower(read, focal_length_mm.first) : ReadRange(read, "extension_mm", {});
-  config.scale.principal_gap = Metres{read.Number("principal_gap_mm", 0.0, kNonNegative) * 1e-3};
-  config.pupil_factor = read.Number("pupil_factor", 1.0, kPositive);
   const double centre_shift_mm = read.Number("centre_shift_mm", 0.0, {-1e4, 1e4});
   if (centre_shift_mm != 0.0 && !(focal_length_mm.second > focal_length_mm.first)) {
     read.Reject("centre_shift_mm", "is for a zoom: give focal_length_mm as [shortest, longest]");
@@ -126,25 +126,35 @@ Result<void> ReadOptics(const Settings& table, RigConfig& config) {
   if (!f_number) read.Reject("f_number", "must be the widest and the smallest opening, as in [1.8, 16]");
   if (!extension_mm && !liquid)
     read.Reject("extension_mm", "must be the extension at both ends of focus, as in [0.0, 1.6]");
-  if (auto done = read.Finish(); !done) return done;
-  config.optics = drivers::NominalOptics{.focal_length_m = focal_length_mm.first * 1e-3,
-                                         .max_focal_length_m = focal_length_mm.second * 1e-3,
-                                         .centre_shift_m = centre_shift_mm * 1e-3,
-                                         .min_f_number = f_number->first,
-                                         .max_f_number = f_number->second,
-                                         .min_extension_m = extension_mm->first * 1e-3,
-                                         .max_extension_m = extension_mm->second * 1e-3,
-                                         .liquid = liquid};
-  return {};
+  if (!f_number || !extension_mm) return std::nullopt;
+  return drivers::NominalOptics{.focal_length_m = focal_length_mm.first * 1e-3,
+                                .max_focal_length_m = focal_length_mm.second * 1e-3,
+                                .centre_shift_m = centre_shift_mm * 1e-3,
+                                .min_f_number = f_number->first,
+                                .max_f_number = f_number->second,
+                                .min_extension_m = extension_mm->first * 1e-3,
+                                .max_extension_m = extension_mm->second * 1e-3,
+                                .liquid = liquid};
+}
+
+Result<void> ReadOptics(const Settings& table, NominalFrom nominal, RigConfig& config) {
+  SettingsReader read(table, "[lens.optics]");
+  config.optics = ReadNominal(read, nominal);
+  config.focal_length_tolerance = read.Number("focal_length_tolerance_percent", 0.0, {0.0, 20.0}) * 1e-2;
+  if (const auto nm = read.OptionalNumber("wavelength_nm", kPositive)) config.wavelength = Metres{*nm * 1e-9};
+  config.calibration_path = read.OptionalPath("calibration");
+  config.scale.principal_gap = Metres{read.Number("principal_gap_mm", 0.0, kNonNegative) * 1e-3};
+  config.pupil_factor = read.Number("pupil_factor", 1.0, kPositive);
+  return read.Finish();
 }
 
 }  // namespace
 
-Result<RigConfig> ReadRigConfig(SettingsReader& lens) {
+Result<RigConfig> ReadRigConfig(SettingsReader& lens, NominalFrom nominal) {
   RigConfig config;
   config.scale.from = static_cast<optics::DistanceFrom>(lens.Choice("distance_from", {"lens", "sensor", "front"}, 0));
   if (const Settings* table = lens.Table("optics")) {
-    if (auto read = ReadOptics(*table, config); !read) return PassOn(read);
+    if (auto read = ReadOptics(*table, nominal, config); !read) return PassOn(read);
   }
   if (const Settings* table = lens.Table("temperature")) {
     auto read = ReadTemperature(*table);

@@ -40,6 +40,25 @@ class Configuration(unittest.TestCase):
                 done = self.check(text)
                 self.assertEqual((done.returncode, done.stderr), (0, ""))
 
+    def test_a_simulated_lens_needs_no_data_sheet_beside_its_calibration(self):
+        only = '[lens.optics]\ncalibration = "later.toml"\nprincipal_gap_mm = 2\n'
+        self.assertEqual(self.check(GOOD + only).returncode, 0)
+        daemon = Daemon(config=GOOD + only)
+        try:
+            with daemon.client() as client:
+                optics = client.call(LENS + "List")["parameters"]["lenses"][0]["optics"]
+            self.assertEqual((optics["focalLengthMm"], optics["fNumberMin"], optics["extensionMaxMm"]), (25, 1.4, 1.6))
+            self.assertTrue(optics["calibrationFile"].endswith("/later.toml"))
+        finally:
+            self.assertEqual(daemon.stop(), 0)
+        # All of it or none, and no other driver knows it.
+        half = self.check(GOOD + only + "f_number = [1.4, 16]\n")
+        self.assertEqual(half.returncode, 78)
+        self.assertIn("focal_length_mm", half.stderr)
+        real = self.check('version = 1\n[[lens]]\nname = "a"\ndriver = "lensconnect"\nserial = "x"\n' + only)
+        self.assertEqual(real.returncode, 78)
+        self.assertIn("focal_length_mm", real.stderr)
+
     def test_every_lens_with_a_mistake_is_told(self):
         done = self.check(GOOD + "bogus = 1\n" + GOOD.split("\n", 1)[1].replace('"a"', '"b"') +
                           GOOD.split("\n", 1)[1].replace('"a"', '"c"').replace("small", "no-such"))

@@ -66,9 +66,12 @@ struct RigConfig {
   drivers::PerAxis<AxisConfig> axes;
 };
 
+/// Who has to say what optics a lens has: [lens.optics], where there is one, or the driver, which knows.
+enum class NominalFrom { Configuration, Driver };
+
 /// Takes the keys of RigConfig (distance_from, optics, focus, iris, zoom, filter, temperature) out of a [[lens]] table,
 /// leaving the others to the caller, who calls lens.Finish(). What is wrong inside a sub-table is the error; what is
 /// wrong with the keys themselves is recorded in `lens`.
-Result<RigConfig> ReadRigConfig(SettingsReader& lens);
+Result<RigConfig> ReadRigConfig(SettingsReader& lens, NominalFrom nominal = NominalFrom::Configuration);
 
 }  // namespace lensd::rig
