@@ -31,10 +31,12 @@ Json ExposureJson(const std::string& lens, const ExposureNow& now) {
           {"canSetExposure", now.can.can_set_exposure},
           {"exposureMinMs", known(now.can.shortest_exposure)},
           {"exposureMaxMs", known(now.can.longest_exposure)},
+          {"exposureStepMs", known(now.can.exposure_step)},
           {"gain", now.state.gain ? varlink::NumberOrNull(*now.state.gain) : Json(nullptr)},
           {"canSetGain", gain.has_value()},
           {"gainMin", gain ? varlink::NumberOrNull(gain->lowest) : Json(nullptr)},
           {"gainMax", gain ? varlink::NumberOrNull(gain->highest) : Json(nullptr)},
+          {"gainStep", gain && gain->step > 0.0 ? Json(gain->step) : Json(nullptr)},
           {"gainUnit", gain ? Json(gain->unit == drivers::GainUnit::Decibels ? "dB" : "native") : Json(nullptr)}};
 }
 
@@ -59,7 +61,8 @@ void SetExposure(ServedLens& lens, const ExchangePointer& exchange) {
   if (const Json* ms = Given(exchange->parameters(), "exposureMs")) {
     constexpr double kLongestMs = 1e9;
     if (!(ms->get<double>() > 0.0 && ms->get<double>() <= kLongestMs)) {
-      return Refuse(exchange, {Code::OutOfRange, "exposureMs must be above 0 and at most 1e9"});
+      const Error beyond{Code::OutOfRange, "exposureMs must be above 0 and at most 1e9"};
+      return Refuse(exchange, lens, About("exposureMs", beyond));
     }
     wanted.exposure = Duration(std::llround(ms->get<double>() * 1e6));
   }

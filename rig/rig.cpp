@@ -146,6 +146,8 @@ Result<drivers::ExposureState> Rig::SetExposure(const drivers::ExposureState& wa
   if ((wanted.exposure || wanted.gain) && impl_->autofocus.uses_camera()) {
     return Fail(Code::Busy, "autofocus compares pictures of this camera: wait for its end, or stop it");
   }
+  // Both or neither: a gain that is refused leaves the exposure alone too.
+  if (auto possible = camera->Check(wanted); !possible) return PassOn(possible);
   if (wanted.exposure) {
     if (auto set = camera->SetExposure(*wanted.exposure); !set) return PassOn(set);
   }

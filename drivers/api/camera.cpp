@@ -2,7 +2,9 @@
 #include "drivers/api/camera.h"
 
 #include <algorithm>
+#include <chrono>
 #include <sstream>
+#include <utility>
 
 namespace lensd::drivers {
 namespace {
@@ -18,6 +20,40 @@ void Grow(double& from, double& size, int px) {
   size = least;
 }
 
+double Milliseconds(Duration duration) {
+  return std::chrono::duration<double, std::milli>(duration).count();
+}
+
+Result<void> CheckExposure(const CameraCapabilities& can, Duration exposure) {
+  if (exposure <= Duration::zero()) return Fail(Code::InvalidArgument, "an exposure time must be above 0");
+  const bool too_long = can.longest_exposure > Duration::zero() && exposure > can.longest_exposure;
+  if (exposure >= can.shortest_exposure && !too_long) return {};
+  ErrorFacts facts{.parameter = "exposureMs", .unit = "ms"};
+  std::ostringstream message;
+  message << "an exposure of " << Milliseconds(exposure) << " ms is outside what this camera takes:";
+  if (can.shortest_exposure > Duration::zero()) {
+    facts.minimum = Milliseconds(can.shortest_exposure);
+    message << " from " << *facts.minimum << " ms";
+  }
+  if (can.longest_exposure > Duration::zero()) {
+    facts.maximum = Milliseconds(can.longest_exposure);
+    message << " to " << *facts.maximum << " ms";
+  }
+  return Fail(Code::OutOfRange, message.str(), std::move(facts));
+}
+
+Result<void> CheckGain(const std::optional<GainRange>& range, double gain) {
+  if (!range) return Fail(Code::Unsupported, "this camera's gain cannot be set");
+  if (gain >= range->lowest && gain <= range->highest) return {};
+  const bool decibels = range->unit == GainUnit::Decibels;
+  std::ostringstream message;
+  message << "gain " << gain << " is outside " << range->lowest << ".." << range->highest
+          << (decibels ? " dB" : " (the camera's own count)");
+  return Fail(
+      Code::OutOfRange, message.str(),
+      {.parameter = "gain", .minimum = range->lowest, .maximum = range->highest, .unit = decibels ? "dB" : "native"});
+}
+
 }  // namespace
 
 Camera::Camera(CameraCapabilities capabilities) : capabilities_(std::move(capabilities)) {
@@ -26,15 +62,20 @@ Camera::Camera(CameraCapabilities capabilities) : capabilities_(std::move(capabi
   Grow(region.y, region.height, capabilities_.height);
 }
 
-Result<void> Camera::SetGain(double gain) {
-  const auto& range = capabilities_.gain;
-  if (!range) return Fail(Code::Unsupported, "this camera's gain cannot be set");
-  if (!(gain >= range->lowest && gain <= range->highest)) {
-    std::ostringstream message;
-    message << "gain " << gain << " is outside " << range->lowest << ".." << range->highest
-            << (range->unit == GainUnit::Decibels ? " dB" : " (the camera's own count)");
-    return Fail(Code::OutOfRange, message.str());
+Result<void> Camera::Check(const ExposureState& wanted) const {
+  if (wanted.exposure) {
+    if (auto good = CheckExposure(capabilities_, *wanted.exposure); !good) return good;
   }
+  return wanted.gain ? CheckGain(capabilities_.gain, *wanted.gain) : Result<void>();
+}
+
+Result<void> Camera::SetExposure(Duration exposure) {
+  if (auto good = CheckExposure(capabilities_, exposure); !good) return good;
+  return Noted(DoSetExposure(exposure));
+}
+
+Result<void> Camera::SetGain(double gain) {
+  if (auto good = CheckGain(capabilities_.gain, gain); !good) return good;
   return Noted(DoSetGain(gain));
 }
 

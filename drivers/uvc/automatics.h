@@ -25,7 +25,7 @@ class Automatics {
   void Restore();
 
  private:
-  ControlAddress At(const TerminalControl& control) const { return {control.selector, terminal_.id, interface_}; }
+  ControlAddress At(const UnitControl& control) const { return {control.selector, terminal_.id, interface_}; }
   /// Sets the AE mode to the first of `modes` that the camera has, unless it is in one of `good` already.
   Result<void> TakeMode(std::uint8_t good, std::initializer_list<std::uint8_t> modes, const char* what);
   Result<void> SetMode(std::uint8_t mode);

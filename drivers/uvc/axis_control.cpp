@@ -25,7 +25,7 @@ std::int64_t ControlRange::Nearest(double value) const {
   return minimum + std::clamp<std::int64_t>(steps, 0, most) * resolution;
 }
 
-Result<ControlRange> ReadRange(Controls& controls, ControlAddress at, const TerminalControl& control,
+Result<ControlRange> ReadRange(Controls& controls, ControlAddress at, const UnitControl& control,
                                const std::string& what) {
   constexpr std::uint8_t kRequests[] = {kGetInfo, kGetMin, kGetMax, kGetRes, kGetCur};
   std::optional<std::int64_t> answers[std::size(kRequests)];

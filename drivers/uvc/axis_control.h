@@ -24,7 +24,7 @@ struct ControlRange {
 
 /// Asks an unsigned control of up to 4 bytes for its range. A device that refuses to tell the resolution gets 1, as the
 /// class text has it. Unsupported: no range can be had. Protocol: an empty range, or a value outside it.
-Result<ControlRange> ReadRange(Controls& controls, ControlAddress at, const TerminalControl& control,
+Result<ControlRange> ReadRange(Controls& controls, ControlAddress at, const UnitControl& control,
                                const std::string& what);
 
 /// A status packet of a control (UVC 1.1 section 2.4.2.2).

@@ -91,7 +91,7 @@ class Walk {
   }
 
   Result<void> TakeControl(Bytes one) {
-    constexpr std::uint8_t kHeader = 0x01, kInputTerminal = 0x02;
+    constexpr std::uint8_t kHeader = 0x01, kInputTerminal = 0x02, kProcessingUnit = 0x05;
     if (one[2] == kHeader) {
       if (one.size() < 12 || one.size() < 12u + one[11]) return TooShort("VideoControl header");
       control_->version = static_cast<std::uint16_t>(FromLittle(one.subspan(3, 2)));
@@ -104,6 +104,10 @@ class Walk {
       // Bits beyond the 32nd are of no use to anyone yet.
       const std::size_t length = std::min<std::size_t>(one[14], 4);
       control_->terminals.push_back({one[3], FromLittle(one.subspan(15, length))});
+    } else if (one[2] == kProcessingUnit) {
+      if (one.size() < 8 || one.size() < 8u + one[7]) return TooShort("processing unit");
+      const std::size_t length = std::min<std::size_t>(one[7], 4);
+      control_->units.push_back({one[3], one[4], FromLittle(one.subspan(8, length))});
     }
     return {};
   }
@@ -190,6 +194,16 @@ class Walk {
 };
 
 }  // namespace
+
+const ProcessingUnit* UnitWithGain(const VideoFunction& function, const CameraTerminal& terminal) {
+  const ProcessingUnit* found = nullptr;
+  for (const ProcessingUnit& unit : function.units) {
+    if (!unit.Has(kGain.bit)) continue;
+    if (unit.source == terminal.id) return &unit;
+    if (found == nullptr) found = &unit;
+  }
+  return found;
+}
 
 Result<std::vector<VideoFunction>> ParseConfiguration(std::span<const std::uint8_t> bytes) {
   return Walk().Run(bytes);

@@ -20,6 +20,14 @@ struct CameraTerminal {
   bool Has(int bit) const { return (controls >> bit & 1) != 0; }
 };
 
+/// What comes between sensor and stream: gain, brightness, colour.
+struct ProcessingUnit {
+  std::uint8_t id = 0;
+  std::uint8_t source = 0;     ///< of its pictures: a terminal, or another unit
+  std::uint32_t controls = 0;  ///< bmControls
+  bool Has(int bit) const { return (controls >> bit & 1) != 0; }
+};
+
 struct StreamFrame {
   std::uint8_t index = 0;
   int width = 0;                         ///< px
@@ -56,10 +64,15 @@ struct VideoFunction {
   std::uint8_t interface = 0;  ///< VideoControl interface number
   std::uint16_t version = 0;   ///< bcdUVC
   std::vector<CameraTerminal> terminals;
+  std::vector<ProcessingUnit> units;
   std::uint8_t status_endpoint = 0;  ///< address; 0: none
   std::uint16_t status_bytes = 0;
   std::vector<StreamInterface> streams;
 };
+
+/// The processing unit that has the gain of the pictures of `terminal`: the one that is fed by it, or else the first
+/// that has one. nullptr: none.
+const ProcessingUnit* UnitWithGain(const VideoFunction& function, const CameraTerminal& terminal);
 
 /// The video functions of a configuration, each with the streaming interfaces its header names. Descriptors of other
 /// classes and unknown formats are skipped. Protocol: a descriptor that does not fit into its own length or into the

@@ -35,9 +35,7 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  ControlAddress At(const TerminalControl& control) const {
-    return {control.selector, terminal.id, function.interface};
-  }
+  ControlAddress At(const UnitControl& control) const { return {control.selector, terminal.id, function.interface}; }
   Transport& transport() { return *transport_; }
 
   const VideoFunction function;

@@ -2,12 +2,8 @@
 #include "uvc_camera.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <sstream>
+#include <string>
 #include <utility>
-
-#include "axis_control.h"
 
 namespace lensd::drivers::uvc {
 namespace {
@@ -23,6 +19,19 @@ double GammaOf(std::uint8_t transfer_characteristics) {
   return transfer_characteristics == kBt470Bg ? 2.8 : kVideoGamma;
 }
 
+/// Of a control that can be set; nothing: it cannot, or does not tell its range, which is as good.
+Result<std::optional<ControlRange>> AskRange(Controls& controls, ControlAddress at, const UnitControl& control,
+                                             const std::string& what) {
+  auto range = ReadRange(controls, at, control, what);
+  if (range) return range->can_set ? std::optional(*range) : std::nullopt;
+  if (range.error().code == Code::Unsupported || range.error().code == Code::Protocol) return std::nullopt;
+  return PassOn(range);
+}
+
+std::int64_t HighestOf(const ControlRange& range) {
+  return range.Nearest(static_cast<double>(range.maximum));
+}
+
 std::size_t MostBytes(const StreamChoice& choice) {
   // A JPEG picture larger than the raw one is a mistake.
   return static_cast<std::size_t>(choice.width) * static_cast<std::size_t>(choice.height) *
@@ -35,7 +44,8 @@ Result<std::unique_ptr<Camera>> UvcCamera::Open(std::shared_ptr<Session> session
   session->transport().BeginCall();
   auto choice = Choose(session->function, config);
   if (!choice) return PassOn(choice);
-  const bool exposure = session->terminal.id != 0 && session->terminal.Has(kExposureAbsolute.bit);
+  const auto ranges = AskRanges(*session);
+  if (!ranges) return PassOn(ranges);
   CameraCapabilities can;
   can.driver = "uvc";
   can.model = session->identity.model;
@@ -45,38 +55,76 @@ Result<std::unique_ptr<Camera>> UvcCamera::Open(std::shared_ptr<Session> session
   can.bits = InfoOf(choice->pixels).raw.bits;
   can.pixel_um = config.pixel_um;
   can.frame_rate_hz = 1e7 / choice->interval;
-  can.can_set_exposure = exposure;
-  return std::unique_ptr<Camera>(new UvcCamera(std::move(can), std::move(session), config, *choice, exposure));
+  Describe(*ranges, can);
+  return std::unique_ptr<Camera>(new UvcCamera(std::move(can), std::move(session), config, *choice, *ranges));
 }
 
 UvcCamera::UvcCamera(CameraCapabilities capabilities, std::shared_ptr<Session> session, const CameraConfig& config,
-                     const StreamChoice& choice, bool exposure)
+                     const StreamChoice& choice, const Ranges& ranges)
     : Camera(std::move(capabilities)),
       session_(std::move(session)),
       config_(config),
       choice_(choice),
       period_(choice.interval * kIntervalUnit),
-      exposure_control_(exposure),
+      ranges_(ranges),
       assembler_(session_->clock, choice.pixels, MostBytes(choice), 1e7 / choice.interval) {}
 
 UvcCamera::~UvcCamera() {
   (void)DoStop();
 }
 
+Result<UvcCamera::Ranges> UvcCamera::AskRanges(Session& session) {
+  Ranges ranges;
+  if (session.terminal.id != 0 && session.terminal.Has(kExposureAbsolute.bit)) {
+    auto exposure = AskRange(session.controls, session.At(kExposureAbsolute), kExposureAbsolute, "exposure");
+    if (!exposure) return PassOn(exposure);
+    ranges.exposure = *exposure;
+  }
+  if (const ProcessingUnit* unit = UnitWithGain(session.function, session.terminal)) {
+    ranges.gain_at = {kGain.selector, unit->id, session.function.interface};
+    auto gain = AskRange(session.controls, ranges.gain_at, kGain, "gain");
+    if (!gain) return PassOn(gain);
+    ranges.gain = *gain;
+  }
+  return ranges;
+}
+
+void UvcCamera::Describe(const Ranges& ranges, CameraCapabilities& can) {
+  can.can_set_exposure = ranges.exposure.has_value();
+  if (const auto& exposure = ranges.exposure) {
+    can.shortest_exposure = exposure->minimum * kExposureUnit;
+    can.longest_exposure = HighestOf(*exposure) * kExposureUnit;
+    can.exposure_step = exposure->resolution * kExposureUnit;
+  }
+  if (const auto& gain = ranges.gain) {
+    can.gain = GainRange{.lowest = static_cast<double>(gain->minimum),
+                         .highest = static_cast<double>(HighestOf(*gain)),
+                         .unit = GainUnit::Native,
+                         .step = static_cast<double>(gain->resolution)};
+  }
+}
+
 Result<Duration> UvcCamera::AskExposure() {
-  if (!exposure_control_) return period_;
+  if (!ranges_.exposure) return period_;
   auto bytes = session_->controls.TryGet(kGetCur, session_->At(kExposureAbsolute), 4, "exposure");
   if (!bytes) return PassOn(bytes);
   return *bytes ? FromLittle(**bytes) * kExposureUnit : period_;
 }
 
 Result<ExposureState> UvcCamera::DoReadExposure() {
-  if (!exposure_control_) return ExposureState{};
   session_->transport().BeginCall();
-  auto bytes = session_->controls.TryGet(kGetCur, session_->At(kExposureAbsolute), 4, "exposure");
-  if (!bytes) return PassOn(bytes);
   ExposureState state;
-  if (*bytes) state.exposure = FromLittle(**bytes) * kExposureUnit;
+  if (ranges_.exposure) {
+    auto bytes =
+        session_->controls.TryGet(kGetCur, session_->At(kExposureAbsolute), kExposureAbsolute.length, "exposure");
+    if (!bytes) return PassOn(bytes);
+    if (*bytes) state.exposure = FromLittle(**bytes) * kExposureUnit;
+  }
+  if (ranges_.gain) {
+    auto bytes = session_->controls.TryGet(kGetCur, ranges_.gain_at, kGain.length, "gain");
+    if (!bytes) return PassOn(bytes);
+    if (*bytes) state.gain = FromLittle(**bytes);
+  }
   return state;
 }
 
@@ -136,26 +184,23 @@ Result<std::optional<Frame>> UvcCamera::DoPoll() {
 }
 
 Result<void> UvcCamera::DoSetExposure(Duration exposure) {
-  if (!exposure_control_) return Fail(Code::Unsupported, "this camera's exposure cannot be set");
+  if (!ranges_.exposure) return Fail(Code::Unsupported, "this camera's exposure cannot be set");
   session_->transport().BeginCall();
-  const ControlAddress at = session_->At(kExposureAbsolute);
-  auto range = ReadRange(session_->controls, at, kExposureAbsolute, "exposure");
-  if (!range) return PassOn(range);
-  const double units = static_cast<double>(exposure.count()) / static_cast<double>(kExposureUnit.count());
-  if (std::llround(units) < range->minimum || std::llround(units) > range->maximum) {
-    std::ostringstream message;
-    message << "exposure " << units / 10 << " ms is outside " << static_cast<double>(range->minimum) / 10 << ".."
-            << static_cast<double>(range->maximum) / 10 << " ms";
-    return Fail(Code::OutOfRange, message.str());
-  }
   if (auto taken = session_->automatics.TakeExposure(); !taken) return taken;
-  const std::int64_t value = range->Nearest(units);
-  if (auto set = session_->controls.Set(at, ToLittle(static_cast<std::uint32_t>(value), 4), "exposure"); !set) {
-    return set;
-  }
+  const double units = static_cast<double>(exposure.count()) / static_cast<double>(kExposureUnit.count());
+  const std::int64_t value = ranges_.exposure->Nearest(units);
+  const auto bytes = ToLittle(static_cast<std::uint32_t>(value), kExposureAbsolute.length);
+  if (auto set = session_->controls.Set(session_->At(kExposureAbsolute), bytes, "exposure"); !set) return set;
   // Frames under way may still have the old one: the longer of both holds for what is said about them.
   exposure_ = std::max(exposure_, value * kExposureUnit);
   return {};
+}
+
+Result<void> UvcCamera::DoSetGain(double gain) {
+  if (!ranges_.gain) return Fail(Code::Unsupported, "this camera's gain cannot be set");
+  session_->transport().BeginCall();
+  const auto bytes = ToLittle(static_cast<std::uint32_t>(ranges_.gain->Nearest(gain)), kGain.length);
+  return session_->controls.Set(ranges_.gain_at, bytes, "gain");
 }
 
 }  // namespace lensd::drivers::uvc

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "axis_control.h"
 #include "config.h"
 #include "drivers/api/camera.h"
 #include "drivers/pixels/luma.h"
@@ -22,17 +23,27 @@ class UvcCamera final : public Camera {
   ~UvcCamera() override;
 
  private:
+  /// What can be set; nothing: it cannot.
+  struct Ranges {
+    std::optional<ControlRange> exposure;  ///< 100 us
+    std::optional<ControlRange> gain;      ///< the camera's own count
+    ControlAddress gain_at{};
+  };
+
   UvcCamera(CameraCapabilities capabilities, std::shared_ptr<Session> session, const CameraConfig& config,
-            const StreamChoice& choice, bool exposure);
+            const StreamChoice& choice, const Ranges& ranges);
 
   Result<void> DoStart() override;
   Result<void> DoStop() override;
   Result<std::optional<Frame>> DoPoll() override;
   Result<void> DoSetExposure(Duration exposure) override;
+  Result<void> DoSetGain(double gain) override;
   Result<ExposureState> DoReadExposure() override;
   Counters DoCount() const override;
   void DoInterrupt() override { session_->transport().Interrupt(); }
 
+  static Result<Ranges> AskRanges(Session& session);
+  static void Describe(const Ranges& ranges, CameraCapabilities& can);
   /// As the camera has it; one frame period where it does not say.
   Result<Duration> AskExposure();
 
@@ -40,7 +51,7 @@ class UvcCamera final : public Camera {
   const CameraConfig config_;
   const StreamChoice choice_;
   const Duration period_;
-  const bool exposure_control_;
+  const Ranges ranges_;
   FrameAssembler assembler_;
   pixels::LumaReader luma_;
   bool streaming_ = false;

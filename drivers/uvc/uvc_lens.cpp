@@ -14,7 +14,7 @@ constexpr Duration kStill = std::chrono::milliseconds(300);
 constexpr double kLostByGears = 1e-3;
 constexpr std::array<Axis, 3> kAbsoluteAxes = {Axis::Focus, Axis::Iris, Axis::Zoom};
 
-const TerminalControl& ControlOf(Axis axis) {
+const UnitControl& ControlOf(Axis axis) {
   if (axis == Axis::Iris) return kIrisAbsolute;
   return axis == Axis::Zoom ? kZoomAbsolute : kFocusAbsolute;
 }
@@ -47,7 +47,7 @@ AxisCapabilities RelativeCapabilities(const LensConfig& config, double resolutio
 }  // namespace
 
 Result<std::optional<UvcLens::AbsoluteAxis>> UvcLens::FindAxis(Session& session, Axis axis, const LensConfig& config) {
-  const TerminalControl& control = ControlOf(axis);
+  const UnitControl& control = ControlOf(axis);
   if (!session.terminal.Has(control.bit)) return std::nullopt;
   auto range = ReadRange(session.controls, session.At(control), control, NameOf(axis));
   // A control that is listed and does not work is a control that is not there.

@@ -25,7 +25,7 @@ class UvcLens final : public Lens {
 
  private:
   struct AbsoluteAxis {
-    TerminalControl control;
+    UnitControl control;
     ControlRange range;
     double unit = 1.0;                   ///< native units in one of the control's
     std::optional<std::int64_t> target;  ///< last told

@@ -1,4 +1,5 @@
-// USB Video Class: the numbers on the wire that this driver uses (UVC 1.1 sections 4.2.1, 4.2.2.1, 4.3.1.1, A.8).
+// USB Video Class: the numbers on the wire that this driver uses (UVC 1.1 sections 4.2.1, 4.2.2.1, 4.2.2.3, 4.3.1.1,
+// A.8, A.9.5).
 #pragma once
 
 #include <array>
@@ -22,19 +23,22 @@ inline constexpr std::uint8_t kRequestErrorCode = 0x02;  ///< selector on entity
 inline constexpr std::uint8_t kVsProbe = 0x01;           ///< selectors of a streaming interface
 inline constexpr std::uint8_t kVsCommit = 0x02;
 
-/// A control of the camera terminal.
-struct TerminalControl {
+/// A control of the camera terminal, or of a processing unit.
+struct UnitControl {
   std::uint8_t selector;
   std::uint16_t length;  ///< bytes
   int bit;               ///< in bmControls
 };
-inline constexpr TerminalControl kAeMode{0x02, 1, 1};
-inline constexpr TerminalControl kExposureAbsolute{0x04, 4, 3};
-inline constexpr TerminalControl kFocusAbsolute{0x06, 2, 5};
-inline constexpr TerminalControl kFocusRelative{0x07, 2, 6};
-inline constexpr TerminalControl kFocusAuto{0x08, 1, 17};
-inline constexpr TerminalControl kIrisAbsolute{0x09, 2, 7};
-inline constexpr TerminalControl kZoomAbsolute{0x0B, 2, 9};
+inline constexpr UnitControl kAeMode{0x02, 1, 1};
+inline constexpr UnitControl kExposureAbsolute{0x04, 4, 3};
+inline constexpr UnitControl kFocusAbsolute{0x06, 2, 5};
+inline constexpr UnitControl kFocusRelative{0x07, 2, 6};
+inline constexpr UnitControl kFocusAuto{0x08, 1, 17};
+inline constexpr UnitControl kIrisAbsolute{0x09, 2, 7};
+inline constexpr UnitControl kZoomAbsolute{0x0B, 2, 9};
+
+/// Of a processing unit: what its count means is the camera's own.
+inline constexpr UnitControl kGain{0x04, 2, 9};
 
 /// Values of AE mode: exposure time and iris are each either set by hand or by the camera.
 inline constexpr std::uint8_t kAeManual = 1;

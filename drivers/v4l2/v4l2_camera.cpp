@@ -16,8 +16,6 @@
 namespace lensd::drivers::v4l2 {
 namespace {
 
-/// One exposure-time unit of V4L2.
-constexpr Duration kExposureUnit = std::chrono::microseconds(100);
 /// Assumed where the driver tells no rate.
 constexpr Duration kUnknownPeriod = std::chrono::milliseconds(100);
 /// Of the usual transfer functions of video, near enough.
@@ -179,8 +177,8 @@ Result<std::unique_ptr<drivers::Camera>> StreamCamera::Make(std::shared_ptr<cons
   if (!format) return PassOn(format);
   const auto rate = SetRate(*node, info, config.frame_rate_hz);
   if (!rate) return PassOn(rate);
-  auto exposure = FindControl(*node, V4L2_CID_EXPOSURE_ABSOLUTE);
-  if (!exposure) return PassOn(exposure);
+  auto image = ImageControls::Find(node, std::move(automatics));
+  if (!image) return PassOn(image);
   drivers::CameraCapabilities can;
   can.driver = "v4l2";
   can.model = info.card + " (" + info.driver + ")";
@@ -190,20 +188,18 @@ Result<std::unique_ptr<drivers::Camera>> StreamCamera::Make(std::shared_ptr<cons
   can.bits = format->raw.bits;
   can.pixel_um = config.pixel_um;
   can.frame_rate_hz = *rate;
-  can.can_set_exposure = exposure->has_value();
-  return std::unique_ptr<drivers::Camera>(new StreamCamera(std::move(can), std::move(node), std::move(automatics), info,
-                                                           *format, std::move(*exposure), clock));
+  image->Describe(can);
+  return std::unique_ptr<drivers::Camera>(
+      new StreamCamera(std::move(can), std::move(node), info, *format, *std::move(image), clock));
 }
 
-StreamCamera::StreamCamera(drivers::CameraCapabilities can, std::shared_ptr<const Node> node,
-                           std::shared_ptr<Automatics> automatics, const NodeInfo& info, const Format& format,
-                           std::optional<Control> exposure, const Clock& clock)
+StreamCamera::StreamCamera(drivers::CameraCapabilities can, std::shared_ptr<const Node> node, const NodeInfo& info,
+                           const Format& format, ImageControls image, const Clock& clock)
     : Camera(std::move(can)),
       node_(std::move(node)),
-      automatics_(std::move(automatics)),
       info_(info),
       format_(std::make_unique<const Format>(format)),
-      exposure_control_(std::move(exposure)),
+      image_(std::move(image)),
       clock_(clock),
       counter_(capabilities().frame_rate_hz) {}
 
@@ -361,7 +357,7 @@ Duration StreamCamera::Period() const {
 /// The interval is never too short, since the rig that moves the lens relies on it: what a driver leaves open counts as
 /// exposed.
 void StreamCamera::SetTimes(const Filled& filled, drivers::Frame& frame) const {
-  const Duration exposure = exposure_.value_or(Period());
+  const Duration exposure = image_.exposure().value_or(Period());
   // What is here has been exposed, whatever the driver says.
   const Instant now = clock_.Now();
   const Instant stamp = std::min(filled.stamp.value_or(now), now);
@@ -374,27 +370,6 @@ void StreamCamera::SetTimes(const Filled& filled, drivers::Frame& frame) const {
   // leaves once the first line has been exposed; the last line follows within a period.
   frame.exposure_start = stamp - exposure - format_->latency.value_or(Period());
   frame.exposure_end = filled.at_start ? std::min(stamp + Period(), now) : stamp;
-}
-
-Result<void> StreamCamera::DoSetExposure(Duration exposure) {
-  if (!exposure_control_) return Fail(Code::Unsupported, "this camera's exposure is fixed");
-  const std::int64_t units = (exposure + kExposureUnit / 2) / kExposureUnit;
-  if (units < exposure_control_->minimum || units > exposure_control_->maximum) {
-    const auto ms = [](std::int64_t count) { return std::to_string(static_cast<double>(count) * 0.1); };
-    return Fail(Code::OutOfRange, "this camera exposes from " + ms(exposure_control_->minimum) + " ms to " +
-                                      ms(exposure_control_->maximum) + " ms");
-  }
-  if (auto held = automatics_->Hold(V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL); !held) return held;
-  if (auto set = SetControl(*node_, *exposure_control_, units); !set) return set;
-  exposure_ = units * kExposureUnit;
-  if (!exposure_control_->readable) return {};
-  const auto applied = GetControl(*node_, *exposure_control_);
-  if (!applied) return PassOn(applied);
-  exposure_ = *applied * kExposureUnit;
-  if (*applied == units) return {};
-  return Fail(Code::OutOfRange, "the camera took an exposure of " +
-                                    std::to_string(static_cast<double>(*applied) * 0.1) + " ms instead of " +
-                                    std::to_string(static_cast<double>(units) * 0.1) + " ms");
 }
 
 }  // namespace lensd::drivers::v4l2

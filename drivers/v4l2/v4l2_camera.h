@@ -11,6 +11,7 @@
 #include "controls.h"
 #include "drivers/api/camera.h"
 #include "drivers/pixels/luma.h"
+#include "image_controls.h"
 #include "kernel.h"
 
 namespace lensd::drivers::v4l2 {
@@ -51,16 +52,14 @@ class StreamCamera final : public drivers::Camera {
     bool damaged = false;
   };
 
-  StreamCamera(drivers::CameraCapabilities can, std::shared_ptr<const Node> node,
-               std::shared_ptr<Automatics> automatics, const NodeInfo& info, const Format& format,
-               std::optional<Control> exposure, const Clock& clock);
+  StreamCamera(drivers::CameraCapabilities can, std::shared_ptr<const Node> node, const NodeInfo& info,
+               const Format& format, ImageControls image, const Clock& clock);
   Result<void> DoStart() override;
   Result<void> DoStop() override;
   Result<std::optional<drivers::Frame>> DoPoll() override;
-  Result<void> DoSetExposure(Duration exposure) override;
-  Result<drivers::ExposureState> DoReadExposure() override {
-    return drivers::ExposureState{.exposure = exposure_, .gain = {}};
-  }
+  Result<void> DoSetExposure(Duration exposure) override { return image_.SetExposure(exposure); }
+  Result<void> DoSetGain(double gain) override { return image_.SetGain(gain); }
+  Result<drivers::ExposureState> DoReadExposure() override { return image_.Read(); }
   drivers::Counters DoCount() const override {
     drivers::Counters counts = counter_.counts();
     counts.bus_errors = failed_calls();
@@ -81,14 +80,12 @@ class StreamCamera final : public drivers::Camera {
   std::uint32_t type() const;
 
   const std::shared_ptr<const Node> node_;
-  const std::shared_ptr<Automatics> automatics_;
   const NodeInfo info_;
   const std::unique_ptr<const Format> format_;
-  const std::optional<Control> exposure_control_;
+  ImageControls image_;
   const Clock& clock_;
   drivers::FrameCounter counter_;
-  Instant polled_{};                  ///< last
-  std::optional<Duration> exposure_;  ///< as the device has confirmed it
+  Instant polled_{};  ///< last
   drivers::pixels::LumaReader luma_;
   std::vector<Mapping> buffers_;  ///< of the plane that has the luminance; empty: not streaming
   int damaged_in_a_row_ = 0;

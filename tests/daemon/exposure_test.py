@@ -59,8 +59,8 @@ class ExposureTest(DaemonTest):
         with self.daemon.client() as client:
             now = client.call(LENS + "GetExposure")["parameters"]["exposure"]
         self.assertEqual(now, {"lens": "a", "exposureMs": 4.0, "canSetExposure": True, "exposureMinMs": 0.001,
-                               "exposureMaxMs": 1e5, "gain": 0.0, "canSetGain": True, "gainMin": 0.0, "gainMax": 24.0,
-                               "gainUnit": "dB"})
+                               "exposureMaxMs": 1e5, "exposureStepMs": None, "gain": 0.0, "canSetGain": True, "gainMin": 0.0, "gainMax": 24.0,
+                               "gainStep": None, "gainUnit": "dB"})
 
     def test_light_and_its_noise_follow_the_exposure_and_gain_lifts_both(self):
         mean, variance, exposure = self.light()
@@ -94,6 +94,11 @@ class ExposureTest(DaemonTest):
                                   ({"gain": 25.0}, "OutOfRange"), ({"gain": -1.0}, "OutOfRange"),
                                   ({}, "InvalidRequest")):
             self.assertEqual(self.set(**parameters)["error"], LENS + error, parameters)
+        for parameters, facts in (({"exposureMs": 1e6}, ("exposureMs", 0.001, 1e5, "ms")),
+                                  # Both or neither.
+                                  ({"exposureMs": 7.0, "gain": 25.0}, ("gain", 0.0, 24.0, "dB"))):
+            told = self.set(**parameters)["parameters"]
+            self.assertEqual(tuple(told[key] for key in ("parameter", "minimum", "maximum", "unit")), facts, told)
         with self.daemon.client() as client:
             now = client.call(LENS + "GetExposure")["parameters"]["exposure"]
         self.assertEqual((now["exposureMs"], now["gain"]), (4.0, 0.0))

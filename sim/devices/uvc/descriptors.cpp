@@ -13,13 +13,13 @@ void Add(Bytes& bytes, std::initializer_list<int> values) {
   for (const int value : values) bytes.push_back(static_cast<std::uint8_t>(value));
 }
 
-/// Header, camera terminal, an empty processing unit, output terminal.
+/// Header, camera terminal, a processing unit with gain (the tenth bit), output terminal.
 Bytes ControlUnits(std::uint32_t controls) {
   Bytes units;
   Add(units, {18, 0x24, 0x02, UvcModel::kTerminal, 0x01, 0x02, 0, 0, 0, 0, 0, 0, 0, 0, 3});
   Append(units, controls, 3);
-  Add(units, {12, 0x24, 0x05, 2, UvcModel::kTerminal, 0, 0, 2, 0, 0, 0, 0});
-  Add(units, {9, 0x24, 0x03, 3, 0x01, 0x01, 0, 2, 0});
+  Add(units, {12, 0x24, 0x05, UvcModel::kUnit, UvcModel::kTerminal, 0, 0, 2, 0, 0x02, 0, 0});
+  Add(units, {9, 0x24, 0x03, 3, 0x01, 0x01, 0, UvcModel::kUnit, 0});
   Bytes all;
   Add(all, {13, 0x24, 0x01, 0x10, 0x01});
   Append(all, static_cast<std::uint32_t>(13 + units.size()), 2);

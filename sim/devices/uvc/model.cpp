@@ -77,7 +77,8 @@ void UvcModel::Reset() {
   auto_focus_ = options_.auto_at_start ? 1 : 0;
   ae_mode_ = options_.auto_at_start ? kAuto : kManual;
   error_ = kNone;
-  exposure_ = static_cast<std::uint32_t>(std::lround(scene_->camera.exposure_ms * 10));
+  image_.exposure = static_cast<std::uint32_t>(std::lround(scene_->camera.exposure_ms * 10));
+  image_.gain = 0;
   announce_ = false;
   faults_ = {};
   for (const Axis axis : {Axis::Focus, Axis::Iris, Axis::Zoom}) {
@@ -109,7 +110,7 @@ UvcModel::Answer UvcModel::Control(std::span<const std::uint8_t, 8> setup, std::
   if ((setup[0] & 0x7F) != 0x21 || setup[2] != 0) return Refuse(kInvalidRequest);
   if (request.interface == 1) return Streaming(request);
   if (request.entity == 0 && request.selector == 0x02) return Reply({error_});
-  if (request.entity != kTerminal) return Refuse(kInvalidUnit);
+  if (request.entity != kTerminal && request.entity != kUnit) return Refuse(kInvalidUnit);
   return Spoiled(request);
 }
 
@@ -145,13 +146,13 @@ UvcModel::Answer UvcModel::Standard(std::span<const std::uint8_t, 8> setup) {
   return {Answer::Kind::Stall, {}};
 }
 
-/// The terminal's answer, and what the faults make of it.
+/// The terminal's or the unit's answer, and what the faults make of it.
 UvcModel::Answer UvcModel::Spoiled(const Request& request) {
   const auto takes = [](int& count) { return count > 0 && count-- > 0; };
   if (takes(faults_.stall)) return Refuse(faults_.error);
   const bool sets = request.code == 0x01;
   if (sets && takes(faults_.ignore)) return Reply();
-  Answer answer = Terminal(request);
+  Answer answer = request.entity == kUnit ? Gain(request) : Terminal(request);
   if (!sets && answer.kind == Answer::Kind::Done && takes(faults_.shorten)) answer.data.pop_back();
   if (takes(faults_.lose)) answer.kind = Answer::Kind::Lost;
   if (answer.kind == Answer::Kind::Done && takes(faults_.late)) answer.kind = Answer::Kind::Late;
@@ -290,12 +291,26 @@ UvcModel::Answer UvcModel::Exposure(const Request& request) {
   const Range range{1, 10000, 1, static_cast<std::uint32_t>(std::lround(scene_->camera.exposure_ms * 10))};
   const bool by_hand = ae_mode_ == kManual || ae_mode_ == kShutterPriority;
   if (auto answer = Describe(request, range, by_hand ? 0x03 : 0x07, 4)) return *answer;
-  if (request.code == 0x81) return Reply(LittleBytes(exposure_, 4));
+  if (request.code == 0x81) return Reply(LittleBytes(image_.exposure, 4));
   const std::uint32_t value = Little(request.out);
   if (!by_hand) return Refuse(kWrongState);
   if (value < range.minimum || value > range.maximum) return Refuse(kOutOfRange);
-  exposure_ = value;
+  image_.exposure = value;
   (void)world_.device.camera->SetExposure(value * std::chrono::microseconds(100));
+  return Reply();
+}
+
+/// The one control of the processing unit.
+UvcModel::Answer UvcModel::Gain(const Request& request) {
+  constexpr std::uint8_t kGain = 0x04;
+  if (request.selector != kGain) return Refuse(kInvalidControl);
+  const Range range{0, 240, 5, 0};
+  if (auto answer = Describe(request, range, 0x03, 2)) return *answer;
+  if (request.code == 0x81) return Reply(LittleBytes(image_.gain, 2));
+  const std::uint32_t value = Little(request.out);
+  if (value > range.maximum || value % range.resolution != 0) return Refuse(kOutOfRange);
+  image_.gain = value;
+  (void)world_.device.camera->SetGain(0.1 * value);
   return Reply();
 }
 

@@ -52,6 +52,7 @@ TEST(UvcDescriptors, Section3RealCamera) {
   EXPECT_TRUE(terminal.Has(kFocusAuto.bit));
   EXPECT_FALSE(terminal.Has(kFocusRelative.bit));
   EXPECT_FALSE(terminal.Has(kIrisAbsolute.bit));
+  EXPECT_TRUE(function.units.empty());
   ASSERT_EQ(function.streams.size(), 1u);
   const StreamInterface& stream = function.streams.front();
   ASSERT_EQ(stream.formats.size(), 1u);

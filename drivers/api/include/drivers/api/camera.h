@@ -43,6 +43,7 @@ struct GainRange {
   double lowest = 0.0;
   double highest = 0.0;
   GainUnit unit = GainUnit::Native;
+  double step = 0.0;  ///< from one to the next, counted from the lowest; 0: none, or not known
 };
 
 /// How a camera is to expose, or does; nothing: left as it is, or not known.
@@ -65,6 +66,7 @@ struct CameraCapabilities {
   bool can_set_exposure = false;
   Duration shortest_exposure{};     ///< that SetExposure() takes; 0: not known
   Duration longest_exposure{};      ///< 0: not known
+  Duration exposure_step{};         ///< from one to the next, counted from the shortest; 0: none, or not known
   std::optional<GainRange> gain{};  ///< nothing: it cannot be set
   Region focus_region;  ///< where autofocus looks unless told otherwise; the centre where the camera has no opinion
 };
@@ -85,9 +87,13 @@ class Camera {
   /// The newest frame not yet handed out, or none yet. Never waits for an exposure. InvalidArgument: not streaming.
   /// Disconnected, Timeout, Protocol.
   Result<std::optional<Frame>> Poll() { return Noted(DoPoll()); }
-  /// Exposure time of the frames that start after this call. Unsupported, OutOfRange.
+  /// Whether the capabilities allow what `wanted` has; nothing is asked of the device. InvalidArgument: an exposure
+  /// time not above 0. OutOfRange, with the range: outside it. Unsupported: a gain where there is none.
+  Result<void> Check(const ExposureState& wanted) const;
+  /// Exposure time of the frames that start after this call, rounded to what the camera takes. Errors of Check();
+  /// Unsupported, OutOfRange.
   Result<void> SetExposure(Duration exposure);
-  /// Gain of the frames that start after this call. Unsupported, OutOfRange.
+  /// Gain of the frames that start after this call, rounded likewise. Errors of Check(); Unsupported, OutOfRange.
   Result<void> SetGain(double gain);
   /// As the camera says it is set; what it does not say is left out.
   Result<ExposureState> ReadExposure() { return Noted(DoReadExposure()); }
@@ -106,7 +112,7 @@ class Camera {
   virtual Result<void> DoStop() = 0;
   virtual Result<std::optional<Frame>> DoPoll() = 0;
   virtual Result<void> DoSetExposure(Duration) { return Fail(Code::Unsupported, "this camera's exposure is fixed"); }
-  /// Within the range of the capabilities.
+  /// Both: within the range of the capabilities, where that is known.
   virtual Result<void> DoSetGain(double) { return Fail(Code::Unsupported, "this camera's gain cannot be set"); }
   virtual Result<ExposureState> DoReadExposure() { return ExposureState{}; }
   virtual void DoInterrupt() {}
@@ -122,10 +128,5 @@ class Camera {
   CameraCapabilities capabilities_;
   std::uint64_t failed_calls_ = 0;
 };
-
-inline Result<void> Camera::SetExposure(Duration exposure) {
-  if (exposure <= Duration::zero()) return Fail(Code::InvalidArgument, "an exposure time must be above 0");
-  return Noted(DoSetExposure(exposure));
-}
 
 }  // namespace lensd::drivers

@@ -48,6 +48,7 @@ class UvcModel {
   };
 
   static constexpr std::uint8_t kTerminal = 1;
+  static constexpr std::uint8_t kUnit = 2;  ///< processing
   static constexpr std::uint8_t kStreamEndpoint = 0x81;
   static constexpr std::uint8_t kStatusEndpoint = 0x83;
   static constexpr std::uint32_t kBulkPayload = 16384;
@@ -102,6 +103,7 @@ class UvcModel {
   Answer Refuse(std::uint8_t error);
   Answer Absolute(const Request& request, drivers::Axis axis);
   Answer Exposure(const Request& request);
+  Answer Gain(const Request& request);
   Answer FocusRelative(const Request& request);
   Answer Switch(const Request& request, std::uint8_t& value, std::uint8_t legal, std::uint8_t standard);
   std::optional<Answer> Describe(const Request& request, const Range& range, std::uint8_t info, std::size_t length);
@@ -120,7 +122,10 @@ class UvcModel {
   std::uint8_t auto_focus_ = 1;
   std::uint8_t ae_mode_ = 2;
   std::uint8_t error_ = 0;
-  std::uint32_t exposure_ = 0;             ///< 100 us
+  struct {
+    std::uint32_t exposure = 0;  ///< 100 us
+    std::uint32_t gain = 0;      ///< 0.1 dB
+  } image_;
   drivers::PerAxis<std::uint32_t> set_{};  ///< last setting
   bool announce_ = false;                  ///< the end of the focus motion is still to be told
   std::vector<std::uint8_t> stream_;       ///< probe and commit
