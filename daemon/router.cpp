@@ -78,7 +78,7 @@ void Router::Dispatch(const ExchangePointer& exchange) const {
   if (!exchange->call().more && row.streams == Streams::Only) {
     return exchange->Refuse(varlink::kExpectedMore, Json::object());
   }
-  if (!Allows(row, interface, exchange)) return;
+  if (!Allows(row, exchange)) return;
   // Nobody is told what it finds, and it does nothing else.
   if (exchange->call().oneway && row.may_change_state == MayChangeState::No) return exchange->Finish("{}");
   const auto thrown = Guarded(std::string(full), [&] {
@@ -88,7 +88,7 @@ void Router::Dispatch(const ExchangePointer& exchange) const {
 }
 
 /// False: the caller has been told who may.
-bool Router::Allows(const Method& method, std::string_view interface, const ExchangePointer& exchange) const {
+bool Router::Allows(const Method& method, const ExchangePointer& exchange) const {
   if (!access_) return true;
   const auto apply = exchange->view().Given("apply");
   const bool only_asks = method.needs_lease == NeedsLease::ToApply && !(apply && apply->boolean());
@@ -98,7 +98,7 @@ bool Router::Allows(const Method& method, std::string_view interface, const Exch
   std::string names;
   for (const std::string& name : groups) names += (names.empty() ? "" : ", ") + name;
   exchange->Refuse(
-      std::string(interface) + ".NotPermitted",
+      std::string(proto::kLensInterface) + ".NotPermitted",
       {{"message", std::string(method.name) + " needs the role " + std::string(RoleName(needed)) + ", which user " +
                        std::to_string(exchange->credentials().user) + " does not have: it is given to members of " +
                        (names.empty() ? "no group" : names) +

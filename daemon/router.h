@@ -54,7 +54,7 @@ class Router {
 
  private:
   const varlink::InterfaceDefinition* FindDefinition(std::string_view interface) const;
-  bool Allows(const Method& method, std::string_view interface, const ExchangePointer& exchange) const;
+  bool Allows(const Method& method, const ExchangePointer& exchange) const;
   void ServeOwn(std::string_view method, const ExchangePointer& exchange) const;
 
   ServiceInfo info_;
