@@ -10,15 +10,12 @@
 #include <utility>
 
 #include "discovery.h"
+#include "gobject_handles.h"
 
 namespace lensd::drivers::aravis {
 namespace {
 
 constexpr Duration kSearchDeadline = std::chrono::seconds(8);
-
-std::string Text(const char* text) {
-  return text == nullptr ? "" : text;
-}
 
 std::vector<ListedCamera> ListNow() {
   arv_update_device_list();

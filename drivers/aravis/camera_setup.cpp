@@ -17,10 +17,6 @@ Result<void> Do(const std::string& doing, Function function, Arguments... argume
   return error.Check(doing);
 }
 
-std::string Text(const char* text) {
-  return text == nullptr ? "" : text;
-}
-
 /// The format wanted, or the one set now, or the first there is that can be read.
 Result<const PixelFormat*> SetPixelFormat(ArvCamera* camera, const std::string& wanted) {
   if (!wanted.empty()) {

@@ -19,6 +19,11 @@ struct Unref {
 template <class T>
 using Handle = std::unique_ptr<T, Unref>;
 
+/// A text of Aravis', which is null where it knows none.
+inline std::string Text(const char* text) {
+  return text == nullptr ? "" : text;
+}
+
 /// Receives the error of one call, and frees it.
 class CallError {
  public:
