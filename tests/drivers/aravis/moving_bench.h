@@ -82,13 +82,14 @@ class MovingBench {
   }
   /// Then.
   double truth() const { return truth_.second; }
+  /// Now; not a number while it has no power.
+  double TrueFocus() {
+    return stand_.plugged() ? stand_.camera().TrueFocus() : std::numeric_limits<double>::quiet_NaN();
+  }
   rig::Rig& rig() { return *rig_; }
   GigeStand& stand() { return stand_; }
 
  private:
-  double TrueFocus() {
-    return stand_.plugged() ? stand_.camera().TrueFocus() : std::numeric_limits<double>::quiet_NaN();
-  }
   void StepOnce() {
     before_step_ = TrueFocus();
     const Instant next = rig_->Step(clock_.Now());
