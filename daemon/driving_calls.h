@@ -35,6 +35,14 @@ class DrivingCalls {
     });
     return found == calls_.end() ? std::nullopt : std::optional(*found);
   }
+  /// The same but for the calls of one connection.
+  std::optional<DrivingCall> ButOf(const void* client) const {
+    const auto found = std::ranges::find_if(calls_, [&](const DrivingCall& each) {
+      const auto kept = each.call.lock();
+      return kept && kept->client() != client;
+    });
+    return found == calls_.end() ? std::nullopt : std::optional(*found);
+  }
 
  private:
   std::vector<DrivingCall> calls_;  // oldest first

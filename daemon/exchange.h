@@ -35,6 +35,11 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   varlink::JsonView view() const { return call_.parameters; }
   /// The same as a Json, made when first asked for.
   const varlink::Json& parameters() const;
+  /// Whether a parameter is there and true.
+  bool Asks(std::string_view parameter) const {
+    const auto given = view().Given(parameter);
+    return given && given->boolean();
+  }
 
   /// One of several replies; the call must have been made with `more`. `parameters` is a JSON object.
   void Continue(std::string_view parameters);

@@ -33,6 +33,8 @@ struct Method {
   Streams streams = Streams::No;
   /// Whose call is served. ToApply: observers may call it where it applies nothing.
   Role role = may_change_state == MayChangeState::Yes ? Role::Move : Role::Observe;
+  /// Name of a parameter that makes a call one of administrators where it is true; empty: none.
+  std::string_view administers = {};
 };
 using MethodTable = std::vector<Method>;
 

@@ -90,16 +90,17 @@ void Router::Dispatch(const ExchangePointer& exchange) const {
 /// False: the caller has been told who may.
 bool Router::Allows(const Method& method, const ExchangePointer& exchange) const {
   if (!access_) return true;
-  const auto apply = exchange->view().Given("apply");
-  const bool only_asks = method.needs_lease == NeedsLease::ToApply && !(apply && apply->boolean());
-  const Role needed = only_asks ? Role::Observe : method.role;
+  const bool only_asks = method.needs_lease == NeedsLease::ToApply && !exchange->Asks("apply");
+  const bool administers = !method.administers.empty() && exchange->Asks(method.administers);
+  const Role needed = administers ? Role::Administer : only_asks ? Role::Observe : method.role;
   if (access_->RoleOf(exchange->credentials()) >= needed) return true;
   const std::vector<std::string> groups = access_->GroupsFor(needed);
   std::string names;
   for (const std::string& name : groups) names += (names.empty() ? "" : ", ") + name;
   exchange->Refuse(
       std::string(proto::kLensInterface) + ".NotPermitted",
-      {{"message", std::string(method.name) + " needs the role " + std::string(RoleName(needed)) + ", which user " +
+      {{"message", std::string(method.name) + (administers ? " with " + std::string(method.administers) : "") +
+                       " needs the role " + std::string(RoleName(needed)) + ", which user " +
                        std::to_string(exchange->credentials().user) + " does not have: it is given to members of " +
                        (names.empty() ? "no group" : names) +
                        " ([access] of the configuration), from their next login on"},

@@ -17,10 +17,9 @@ constexpr double kLongestLeaseMs = 24.0 * 3600.0 * 1e3;
 constexpr std::uint64_t kLeaseKeys = std::uint64_t{1} << 63;
 
 /// Whether a call of a method may move a lens, so that a stop stands against it, and another client's lease.
-bool Drives(const Method& method, varlink::JsonView parameters) {
-  const auto apply = parameters.Given("apply");
+bool Drives(const Method& method, const ExchangePointer& exchange) {
   return method.needs_lease == NeedsLease::Yes ||
-         (method.needs_lease == NeedsLease::ToApply && apply && apply->boolean());
+         (method.needs_lease == NeedsLease::ToApply && exchange->Asks("apply"));
 }
 
 /// The connection that took the lease, or whoever gives its key.
@@ -47,6 +46,26 @@ void RefuseLeased(LensService& service, const ExchangePointer& exchange, const S
                                              {"remainingMs", remaining}});
 }
 
+/// What another client's call does with the lens and a new lease would break into; empty: nothing. Single moves come to
+/// their end by themselves.
+std::string WhatGoesOn(const ServedLens& lens, const ExchangePointer& exchange) {
+  if (!lens.users().driving.ButOf(exchange->client())) return "";
+  switch (lens.status().activity.kind) {
+    case rig::Activity::Kind::Autofocus:
+      return "autofocus";
+    case rig::Activity::Kind::Backlash:
+      return "backlash";
+    default:
+      return "";
+  }
+}
+
+/// Ends what goes on; whoever waits for it is answered Cancelled.
+void StopAll(ServedLens& lens, const ExchangePointer& exchange) {
+  lens.NoteStop(exchange->number(), {}, false);
+  lens.AskToStop<void>([](rig::Rig& rig, auto done) { rig.Stop({}, std::move(done)); }, [](const Result<void>&) {});
+}
+
 void TakeLease(LensService& service, const ExchangePointer& exchange) {
   ServedLens* const lens = service.Find(exchange);
   if (lens == nullptr) return;
@@ -61,13 +80,19 @@ void TakeLease(LensService& service, const ExchangePointer& exchange) {
                   {Code::InvalidArgument, "a lease has an answer: it cannot be taken by a oneway call"});
   }
   const Lease* const before = lens->lease();
-  if (before != nullptr && !Holds(*before, exchange)) {
-    return RefuseLeased(service, exchange, *lens, "it can be taken then");
+  const bool holds = before != nullptr && Holds(*before, exchange);
+  if (before != nullptr && !holds && !exchange->Asks("takeOver")) {
+    return RefuseLeased(service, exchange, *lens, "it can be taken then, and by administrators at any time (takeOver)");
   }
-  Lease lease{.key = before != nullptr ? before->key : RandomName(),
-              .holder = exchange->caller(),
-              .owner = nullptr,
-              .until = std::nullopt};
+  if (const std::string activity = WhatGoesOn(*lens, exchange); !activity.empty()) {
+    if (!exchange->Asks("stop")) {
+      const std::string why = "another client's " + activity + " is under way; with `stop` it is ended";
+      return Refuse(exchange, *lens, Fail(Code::Busy, why, {.activity = activity}).error());
+    }
+    StopAll(*lens, exchange);
+  }
+  Lease lease{
+      .key = holds ? before->key : RandomName(), .holder = exchange->caller(), .owner = nullptr, .until = std::nullopt};
   if (for_ms != nullptr) {
     const std::chrono::duration<double, std::milli> time(for_ms->get<double>());
     lease.until = service.clock().Now() + std::chrono::duration_cast<Duration>(time);
@@ -99,7 +124,7 @@ void DropLease(LensService& service, const ExchangePointer& exchange) {
 }  // namespace
 
 bool MayDrive(LensService& service, const Method& method, const ExchangePointer& exchange) {
-  const bool drives = Drives(method, exchange->view());
+  const bool drives = Drives(method, exchange);
   if (!drives && method.needs_lease != NeedsLease::ToChange) return true;
   ServedLens* const lens = service.Named(exchange);
   if (lens == nullptr) return true;
@@ -120,7 +145,7 @@ bool MayDrive(LensService& service, const Method& method, const ExchangePointer&
 
 MethodTable LeaseMethods(LensService& service) {
   return {{"TakeLease", [&service](const ExchangePointer& exchange) { TakeLease(service, exchange); }, NeedsLease::No,
-           MayChangeState::Yes},
+           MayChangeState::Yes, Acts::InTurn, Streams::No, Role::Move, "takeOver"},
           {"DropLease", [&service](const ExchangePointer& exchange) { DropLease(service, exchange); }, NeedsLease::No,
            MayChangeState::Yes}};
 }

@@ -28,11 +28,6 @@ std::vector<Axis> AxesOf(const ExchangePointer& exchange) {
   return named == nullptr ? std::vector<Axis>{} : std::vector{AxisOf(*named)};
 }
 
-bool Asks(const ExchangePointer& exchange, const char* key) {
-  const Json* flag = Given(exchange->parameters(), key);
-  return flag != nullptr && flag->get<bool>();
-}
-
 void ShowProgress(const ServedLens& lens, const ExchangePointer& exchange, Axis axis) {
   const auto tell = [axis](const ServedLens& changed) -> std::optional<std::string> {
     const auto& status = changed.status().axes[axis];
@@ -95,10 +90,10 @@ void MoveIris(ServedLens& lens, const ExchangePointer& exchange, const rig::Targ
 
 /// Why the call makes no sense; nothing: it does.
 std::optional<Error> WhyNot(const ExchangePointer& exchange, Axis axis) {
-  if (Asks(exchange, "keepFocus") && axis != Axis::Zoom) {
+  if (exchange->Asks("keepFocus") && axis != Axis::Zoom) {
     return Wrong("keepFocus is for the zoom", {.parameter = "keepFocus"});
   }
-  if (Asks(exchange, "keepBrightness") && axis != Axis::Iris) {
+  if (exchange->Asks("keepBrightness") && axis != Axis::Iris) {
     return Wrong("keepBrightness is for the iris", {.parameter = "keepBrightness"});
   }
   const Json* um = Given(exchange->parameters(), "trackingToleranceUm");
@@ -115,8 +110,8 @@ void Move(ServedLens& lens, const ExchangePointer& exchange) {
   if (!target) return Refuse(exchange, lens, target.error());
   if (const auto why = WhyNot(exchange, axis)) return Refuse(exchange, lens, *why);
   if (exchange->call().more) ShowProgress(lens, exchange, axis);
-  if (Asks(exchange, "keepFocus")) return MoveZoom(lens, exchange, *target);
-  if (Asks(exchange, "keepBrightness")) return MoveIris(lens, exchange, *target);
+  if (exchange->Asks("keepFocus")) return MoveZoom(lens, exchange, *target);
+  if (exchange->Asks("keepBrightness")) return MoveIris(lens, exchange, *target);
   const auto move = [axis, target = *target](rig::Rig& rig, auto done) { rig.Move(axis, target, std::move(done)); };
   Carry<rig::MoveOutcome>(lens, exchange, move,
                           [&lens](const rig::MoveOutcome& outcome) { return MoveJson(lens.name(), outcome); });
@@ -176,7 +171,7 @@ void Stop(LensService& service, const ExchangePointer& exchange) {
   const bool all = !exchange->view().Given("lens").has_value();
   const auto answers = std::make_shared<StopAnswers>(StopAnswers{exchange, 1, std::nullopt});
   for (ServedLens* lens : lenses) {
-    lens->NoteStop(exchange->number(), axes, Asks(exchange, "latch"));
+    lens->NoteStop(exchange->number(), axes, exchange->Asks("latch"));
     if (lens->WhyAbsent()) continue;  // of all, the others
     ++answers->outstanding;
     const auto stop = [axes, all](rig::Rig& rig, auto done) {

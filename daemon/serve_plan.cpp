@@ -17,11 +17,6 @@ namespace {
 using drivers::Axis;
 using varlink::Json;
 
-bool Says(const ExchangePointer& exchange, std::string_view flag) {
-  const auto given = exchange->view().Given(flag);
-  return given && given->boolean();
-}
-
 /// Where to move for it, as fields of an object that is still open.
 std::string Places(const LensPlan& plan) {
   std::string text;
@@ -199,8 +194,8 @@ void Apply(ServedLens& lens, const ExchangePointer& exchange, Solved solved) {
 /// With a planning that counts for the lens as it stands.
 void PlanNow(ServedLens& lens, const ExchangePointer& exchange) {
   const Problem problem{.request = *exchange->view().Find("request"),
-                        .apply = Says(exchange, "apply"),
-                        .shows_request = Says(exchange, "showRequest"),
+                        .apply = exchange->Asks("apply"),
+                        .shows_request = exchange->Asks("showRequest"),
                         .planning = lens.planning(),
                         .now = lens.shared_status(),
                         .config = lens.config().rig,

@@ -13,11 +13,20 @@ namespace {
 
 using varlink::Json;
 
+struct TakeOptions {
+  std::string name;
+  std::string time;
+  bool take_over = false;
+  bool stop = false;
+};
+
 /// Without a time the lease lives as long as this command.
-Outcome Take(Session& session, const std::string& name, const std::string& time) {
-  Json parameters{{"lens", LensOf(name)}};
-  if (!time.empty()) {
-    const auto wanted = ParseTime(time, "--for");
+Outcome Take(Session& session, const TakeOptions& options) {
+  Json parameters{{"lens", LensOf(options.name)}};
+  if (options.take_over) parameters["takeOver"] = true;
+  if (options.stop) parameters["stop"] = true;
+  if (!options.time.empty()) {
+    const auto wanted = ParseTime(options.time, "--for");
     if (!wanted) return PassOn(wanted);
     parameters["forMs"] = std::chrono::duration<double, std::milli>(*wanted).count();
   }
@@ -31,7 +40,7 @@ Outcome Take(Session& session, const std::string& name, const std::string& time)
     session.PrintText((*taken).value("lease", ""));
   }
   session.Remark("nobody else can move " + (*taken).value("lens", "") + " now; set LENSD_LEASE to this key to move it");
-  if (!time.empty()) return Exit::Done;
+  if (!options.time.empty()) return Exit::Done;
   session.Remark("Control-C ends the lease");
   auto ended = link->Follow(MethodOfLens("Monitor"), {{"lens", (*taken)["lens"]}}, [](const Json&) { return true; });
   if (!ended && ended.error().status == Exit::Timeout) return Exit::Done;  // --timeout says how long to hold it
@@ -51,10 +60,7 @@ Outcome Drop(Session& session, const std::string& name) {
 }  // namespace
 
 void AddLease(CLI::App& root, Run& run) {
-  struct Options {
-    std::string name, time;
-  };
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TakeOptions>();
   auto* command = root.add_subcommand("lease", "keep others from moving a lens; stopping it stays open to all");
   command->group(kOnline)->require_subcommand(1);
   auto* take = command->add_subcommand(
@@ -62,8 +68,9 @@ void AddLease(CLI::App& root, Run& run) {
       "takes the lease, or renews the one whose key is in LENSD_LEASE, prints its key, and holds it until Control-C");
   take->add_option("NAME", options->name, "lens");
   take->add_option("--for", options->time, "do not wait: it ends after this time, such as 10min")->type_name("TIME");
-  take->callback(
-      [&run, options] { run = [options](Session& session) { return Take(session, options->name, options->time); }; });
+  take->add_flag("--take-over", options->take_over, "from whoever has it; for administrators");
+  take->add_flag("--stop", options->stop, "ends another client's autofocus that goes on, instead of being refused");
+  take->callback([&run, options] { run = [options](Session& session) { return Take(session, *options); }; });
   auto* drop = command->add_subcommand("drop", "ends the lease whose key is in LENSD_LEASE");
   drop->add_option("NAME", options->name, "lens");
   drop->callback([&run, options] { run = [options](Session& session) { return Drop(session, options->name); }; });

@@ -76,6 +76,15 @@ class Roles(unittest.TestCase):
         self.assertEqual(self.as_member(daemon, [MOVERS], "reload").returncode, 77)
         self.assertEqual(self.as_member(daemon, [KEEPERS], "focus", "a", "@120").returncode, 0)
 
+    def test_only_administrators_take_a_lease_over(self):
+        daemon = self.daemon(f'[access]\nmove = ["{MOVERS}"]\nadminister = ["{KEEPERS}"]\n')
+        with daemon.client() as holder:
+            holder.call(LENS + "TakeLease", {"lens": "a"})
+            for groups, takes, wanted in (([], [], 77), ([MOVERS], [], 9), ([MOVERS], ["--take-over"], 77),
+                                          ([KEEPERS], ["--take-over"], 0)):
+                done = self.as_member(daemon, groups, "lease", "take", "a", "--for", "1min", *takes)
+                self.assertEqual(done.returncode, wanted, (groups, takes, done.stderr))
+
     def test_a_group_that_is_not_there_lets_nobody_in_and_reload_changes_it(self):
         daemon = self.daemon("")  # the groups lens and lens-admin, which a machine without the package lacks
         with open(daemon.config, "w", encoding="utf-8") as file:

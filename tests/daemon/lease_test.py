@@ -14,6 +14,10 @@ class Lease(DaemonTest):
     def move(self, client, native, **parameters):
         return client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": native}, **parameters})
 
+    def lease_of(self, lens):
+        with self.daemon.client() as client:
+            return client.call(LENS + "Status", {"lens": lens})["parameters"]["lenses"][0]["lease"]
+
     def take(self, client, **parameters):
         return client.call(LENS + "TakeLease", {"lens": "a", **parameters})["parameters"]["lease"]
 
@@ -65,6 +69,47 @@ class Lease(DaemonTest):
             self.assertEqual(self.move(owner, 10)["error"], LENS + "Cancelled")
             self.assertEqual(owner.call(LENS + "ResetFaults", {"lens": "a"}), {"parameters": {}})
             self.assertTrue(self.move(owner, 10)["parameters"]["move"]["reached"])
+
+    def test_administrators_take_it_over(self):
+        with self.daemon.client() as owner, self.daemon.client() as other:  # both of root, or of the daemon's own user
+            old = self.take(owner)
+            refused = other.call(LENS + "TakeLease", {"lens": "a"})
+            self.assertEqual(refused["error"], LENS + "Leased")
+            new = self.take(other, takeOver=True)
+            self.assertNotEqual(old, new)
+            self.assertTrue(self.move(other, 31)["parameters"]["move"]["reached"])
+            self.assertEqual(self.move(owner, 32)["error"], LENS + "Leased")
+            self.assertEqual(self.move(owner, 32, lease=old)["error"], LENS + "Leased")
+            self.assertEqual(owner.call(LENS + "DropLease", {"lens": "a", "lease": old})["error"], LENS + "Leased")
+        with self.daemon.client() as free:
+            self.wait_for(lambda: "error" not in self.move(free, 33))
+            taken = self.daemon.lensctl("lease", "take", "a", "--for", "60s", "--take-over", "--json")
+            self.assertEqual(taken.returncode, 0, taken.stderr)
+            key = json.loads(taken.stdout)["lease"]
+            self.assertEqual(free.call(LENS + "DropLease", {"lens": "a", "lease": key}), {"parameters": {}})
+
+    def test_under_an_autofocus_it_is_refused_or_ends_it_as_asked(self):
+        with self.daemon.client() as focuser, self.daemon.client() as other:
+            focuser.send(LENS + "Autofocus", {"lens": "a"}, more=True)
+            self.assertNotIn("error", focuser.receive())  # it has begun
+            refused = other.call(LENS + "TakeLease", {"lens": "a"})
+            if refused.get("error") is None:
+                self.skipTest("the autofocus was over before it could be disturbed")
+            self.assertEqual((refused["error"], refused["parameters"]["activity"]), (LENS + "Busy", "autofocus"))
+            self.assertIn(f"[{os.getpid()}] of user", refused["parameters"]["holder"])
+            self.assertIsNone(self.lease_of("a"))
+            key = self.take(other, stop=True)
+            while "error" not in (last := focuser.receive()):
+                self.assertTrue(last.get("continues"), "it ended well, though it was stopped")
+            self.assertEqual(last["error"], LENS + "Cancelled")
+            self.assertEqual(self.move(focuser, 5)["error"], LENS + "Leased")
+            other.call(LENS + "DropLease", {"lens": "a", "lease": key})
+
+    def test_an_autofocus_of_its_own_goes_on(self):
+        with self.daemon.client() as owner:
+            session = owner.call(LENS + "AutofocusBegin", {"lens": "a"})["parameters"]["session"]
+            self.take(owner)
+            self.assertNotIn("error", owner.call(LENS + "AutofocusEnd", {"session": session}))
 
     def test_it_ends_with_its_connection(self):
         with self.daemon.client() as other:
