@@ -150,7 +150,7 @@ int Main(int argc, char** argv) {
   return static_cast<int>(*outcome);
 }
 
-/// What nobody foresaw ends like everything else.
+/// An exception that no command foresaw ends like every other failure.
 int EndThrown(int argc, char** argv, const std::string& message) {
   GlobalText text;
   text.json = AsksForJson(argc, argv);

@@ -1,3 +1,4 @@
+// Reads quantities with their units as exact decimals; every unit is known here and nowhere else.
 #include "cli/quantity.h"
 
 #include <algorithm>

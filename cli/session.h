@@ -23,7 +23,7 @@ namespace lensd::cli {
 enum class Exit : int {
   Done = 0,
   No = 1,             ///< the command worked and the answer is no
-  Stopped = 2,        ///< somebody stopped the axis
+  Stopped = 2,        ///< a client stopped the axis
   Superseded = 3,     ///< a newer command for the same axis took over
   Busy = 4,           ///< something else is going on; the same command works later
   Timeout = 5,        ///< a deadline passed

@@ -9,7 +9,7 @@
 
 namespace lensd::daemon {
 
-/// Each includes those before it. Whoever may connect may observe, and stop what moves.
+/// Each includes those before it. Every client that may connect may observe, and stop what moves.
 enum class Role { Observe, Move, Administer };
 /// "observe", "move", "administer".
 std::string_view RoleName(Role role);

@@ -15,8 +15,8 @@ namespace lensd::daemon {
 Result<rig::AutofocusRequest> AutofocusRequestOf(const varlink::Json& parameters);
 
 class ServedLens;
-/// Nobody is left to be told of the autofocus whose end sets `ended` on the worker's thread: stops it, never the motion
-/// of somebody else.
+/// No client is left to be told of the autofocus whose end sets `ended` on the worker's thread: stops it, never the
+/// motion of another client.
 void StopUnlessEnded(ServedLens& lens, std::shared_ptr<const bool> ended, std::vector<drivers::Axis> axes);
 
 }  // namespace lensd::daemon

@@ -26,7 +26,7 @@ bool IsThere(const std::string& file) {
   return !file.empty() && std::filesystem::exists(file, error);
 }
 
-/// Whoever edits a file may have meant it: what parses holds. What does not is kept, since the next one written takes
+/// A file edited by hand may be meant so: what parses holds. What does not is kept, since the next one written takes
 /// its place.
 template <class Content, class Read>
 Result<Kept<Content>> Load(const std::string& file, Writer writer, const Read& read) {

@@ -1,3 +1,4 @@
+// Reads and checks lensd.toml and its drop-ins; every mistake is told with file and line.
 #include "config.h"
 
 #include <algorithm>

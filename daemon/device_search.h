@@ -31,7 +31,7 @@ struct DeviceUser {
   bool drives_lens = false;  ///< its motors are this device's, and not only its pictures
 };
 
-/// Of the device of this driver and serial number; nothing: nobody.
+/// Of the device of this driver and serial number; nothing: no lens.
 using UserOfDevice = std::function<std::optional<DeviceUser>(std::string_view driver, std::string_view serial)>;
 
 /// The reply to Devices, one line of JSON.

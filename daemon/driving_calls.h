@@ -22,7 +22,7 @@ struct DrivingCall {
 /// Event loop thread only.
 class DrivingCalls {
  public:
-  /// A call may drive the lens from now on, until nobody keeps it any more.
+  /// A call may drive the lens from now on, until its keeper lets go of it.
   void Note(const ExchangePointer& call, Instant now) {
     std::erase_if(calls_, [](const DrivingCall& each) { return each.call.expired(); });
     calls_.push_back({call, call->caller(), now});

@@ -17,8 +17,8 @@ namespace lensd::daemon {
 
 class Connection;
 
-/// Event loop thread only. Replies to a oneway call, or to a peer that is gone, are dropped silently. Whoever serves
-/// the call keeps it alive until Finish() or Refuse().
+/// Event loop thread only. Replies to a oneway call, or to a peer that is gone, are dropped silently. A handler that
+/// serves the call keeps it alive until Finish() or Refuse().
 class Exchange : public std::enable_shared_from_this<Exchange> {
  public:
   /// `connection` is null for oneway calls; `number` counts all calls in the order they were read.

@@ -12,16 +12,16 @@
 
 namespace lensd::daemon {
 
-/// From any thread. A frame lent is a memfd that nobody can write to or resize any more. It is given back when every
-/// descriptor and mapping of it but lensd's own is gone, which nobody tells: lensd keeps a second open file of the same
-/// memory and asks the kernel for a write lease on that (fcntl(2), F_SETLEASE), which it gets once it is the last.
-/// So what clients can make lensd hold is bounded, whatever they do with what they have got.
+/// From any thread. A frame lent is a memfd that no process can write to or resize any more. It is given back when
+/// every descriptor and mapping of it but lensd's own is gone, of which no word comes: lensd keeps a second open file
+/// of the same memory and asks the kernel for a write lease on that (fcntl(2), F_SETLEASE), which it gets once it is
+/// the last. So what clients can make lensd hold is bounded, whatever they do with what they have got.
 class FrameLoans {
  public:
   static constexpr std::size_t kMostOfOne = 3;
   static constexpr std::size_t kMostBytes = std::size_t{256} << 20;  ///< lent in all, and not given back
 
-  /// A number that nobody else borrows under.
+  /// A number that no other borrower has.
   std::uint64_t NewBorrower() { return ++borrowers_; }
   /// Whether `borrower` holds as many frames as it may, or all hold as much as they may together.
   bool Full(std::uint64_t borrower);

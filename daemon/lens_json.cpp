@@ -1,3 +1,4 @@
+// Lenses as the interface tells them: what List and Status say, from what drivers and rigs know.
 #include "lens_json.h"
 
 #include <algorithm>

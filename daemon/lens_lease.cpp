@@ -1,4 +1,4 @@
-// A lease from its taking to its end, which is told when it comes and not when somebody asks.
+// A lease from its taking to its end, which is told when it comes and not when a client asks.
 #include "lens_lease.h"
 
 #include <array>

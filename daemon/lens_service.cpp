@@ -88,7 +88,7 @@ void LensService::TellListed(const ServedLens& lens, std::string_view change, co
   watchers_.Announce(lens, "list", {{"change", change}, {"connection", nullptr}, {"reason", TextOrNull(reason)}});
 }
 
-/// A device is opened once whoever held it has let go of it.
+/// A device is opened once its last user has let go of it.
 void LensService::BeginAfter(ServedLens& lens, const ServedLens& before) {
   constexpr Duration kPause = std::chrono::milliseconds(2);
   if (before.ended()) return lens.Begin();

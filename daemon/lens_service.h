@@ -1,4 +1,4 @@
-// The interface io.lensd.Lens: every configured lens, served to whoever calls.
+// The interface io.lensd.Lens: every configured lens, served to every client.
 #pragma once
 
 #include <functional>
@@ -44,7 +44,7 @@ class LensService final : public Service {
   void End();
   /// Names of the lenses whose threads have not ended: the destructor would wait for them.
   std::vector<std::string> StillEnding() const;
-  /// Raised when something was plugged in: whoever waits for a device looks at once. Outlives every device.
+  /// Raised when something was plugged in: a lens that waits for its device looks at once. Outlives every device.
   PlugSignal& plug_signal() { return plug_signal_; }
 
   const varlink::InterfaceDefinition& definition() const override { return definition_; }

@@ -1,3 +1,4 @@
+// Opens what the configuration names: lens, camera, calibration and kept positions of one lens.
 #include "lenses.h"
 
 #include <utility>

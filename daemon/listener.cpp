@@ -31,7 +31,7 @@ const sockaddr* Generic(const sockaddr_un& address) {
   return reinterpret_cast<const sockaddr*>(&address);
 }
 
-/// Makes way for our own socket, unless somebody is using the path.
+/// Makes way for our own socket, unless a daemon is listening there.
 Result<void> ReplaceStale(const std::string& path, const sockaddr_un& address) {
   struct stat found{};
   if (lstat(path.c_str(), &found) != 0) return {};

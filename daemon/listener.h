@@ -11,7 +11,7 @@ namespace lensd::daemon {
 /// A listening Unix stream socket. Move-only; removes the path it made when destroyed.
 class Listener {
  public:
-  /// Uses the socket systemd passed (LISTEN_FDS), else binds `path`. A path whose socket nobody answers is replaced.
+  /// Uses the socket systemd passed (LISTEN_FDS), else binds `path`. A socket that no daemon answers is replaced.
   /// Code::Busy: another daemon answers there. Code::Io: the path cannot be used.
   static Result<Listener> Open(const std::string& path);
   Listener(Listener&& other) noexcept;

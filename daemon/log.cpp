@@ -1,4 +1,4 @@
-// Lines go to a thread of their own, because whoever reads them may be slow or gone: nobody who logs ever waits. Each
+// Lines go to a thread of their own, because their reader may be slow or gone: no thread that logs ever waits. Each
 // kind of line has a rate; what is left out is counted and told of.
 #include "log.h"
 
@@ -148,7 +148,7 @@ class Writer {
     changed_.notify_all();
   }
 
-  /// Until all is written, or nobody reads it.
+  /// Until all is written, or no reader is left.
   void Flush() {
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, kFlushAtMost, [this] { return lines_.empty() && !writing_; });
@@ -185,7 +185,7 @@ class Writer {
   std::deque<Line> lines_;  // guarded by mutex_, as all below
   std::array<Kind, kKinds> kinds_;
   bool writing_ = false;
-  std::thread thread_;  // never joined: it may hang in a pipe that nobody reads
+  std::thread thread_;  // never joined: it may hang in a pipe without a reader
 };
 
 /// Lives until the process ends.

@@ -31,7 +31,7 @@ void OpenLog();
 void FlushLog();
 
 /// From any thread. `lens` becomes the field LENS=; empty: about no lens in particular. Never fails and never waits:
-/// what nobody reads, or what comes too often, is left out and counted.
+/// what no reader takes, or what comes too often, is left out and counted.
 void Log(Severity severity, Event event, std::string_view message, std::string_view lens = {});
 
 }  // namespace lensd::daemon

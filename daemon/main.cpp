@@ -206,8 +206,8 @@ int Serve(const Options& options, const Config& config, const Clock& clock) {
 }
 
 int PrintDevices() {
-  const auto nobody = [](std::string_view, std::string_view) { return std::nullopt; };
-  const std::string reply = DevicesReply(SearchDevices(), nobody) + "\n";
+  const auto unconfigured = [](std::string_view, std::string_view) { return std::nullopt; };
+  const std::string reply = DevicesReply(SearchDevices(), unconfigured) + "\n";
   const bool written = std::fputs(reply.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
   return written ? EX_OK : EX_IOERR;
 }
@@ -221,7 +221,7 @@ int Main(int argc, char** argv) {
   sigaddset(&blocked, SIGINT);
   sigaddset(&blocked, SIGHUP);
   sigprocmask(SIG_BLOCK, &blocked, nullptr);  // before any thread: they inherit it
-  // SIGIO comes where somebody opens a frame while lensd asks whether it was given back (FrameLoans).
+  // SIGIO comes where a client opens a frame while lensd asks whether it was given back (FrameLoans).
   for (const int harmless : {SIGPIPE, SIGUSR1, SIGUSR2, SIGIO}) signal(harmless, SIG_IGN);
   if (std::get<Options>(options).devices) return PrintDevices();
   OpenLog();

@@ -30,7 +30,7 @@ void Router::Add(Service& service) {
   for (const Method& method : service.methods()) served.methods.emplace(method.name, &method);
   for (const auto& [name, unused] : service.definition().methods()) {
     if (served.methods.contains(name)) continue;
-    std::fprintf(stderr, "built-in interface: nobody serves %s\n", name.c_str());
+    std::fprintf(stderr, "built-in interface: no handler for %s\n", name.c_str());
     std::abort();
   }
   for (const Method& method : service.methods()) {
@@ -79,7 +79,7 @@ void Router::Dispatch(const ExchangePointer& exchange) const {
     return exchange->Refuse(varlink::kExpectedMore, Json::object());
   }
   if (!Allows(row, exchange)) return;
-  // Nobody is told what it finds, and it does nothing else.
+  // No client is told what it finds, and it does nothing else.
   if (exchange->call().oneway && row.may_change_state == MayChangeState::No) return exchange->Finish("{}");
   const auto thrown = Guarded(std::string(full), [&] {
     if (served.service->Admit(row, exchange)) row.serve(exchange);

@@ -121,7 +121,7 @@ struct FrameSession {
   ExchangePointer begun;    ///< the call that began it: as long as this lasts, that drives the lens
   ExchangePointer waiting;  ///< the call that the next wish or the end will answer; null: the client has its wish
   std::vector<std::uint8_t> pixels;
-  std::optional<Result<rig::AutofocusOutcome>> end;                    ///< that nobody was there to hear
+  std::optional<Result<rig::AutofocusOutcome>> end;                    ///< that no client was there to hear
   std::shared_ptr<bool> ended_in_rig = std::make_shared<bool>(false);  ///< the worker's thread
 };
 
@@ -167,7 +167,7 @@ void FrameSessions::Begin(const ExchangePointer& exchange) {
   if (!request) return Refuse(exchange, *lens, request.error());
   auto pixel = PixelOf(parameters);
   if (!pixel) return Refuse(exchange, *lens, pixel.error());
-  if (exchange->peer() == nullptr) return exchange->Finish("{}");  // oneway: nobody could answer
+  if (exchange->peer() == nullptr) return exchange->Finish("{}");  // oneway: no client could answer
   if (sessions_.size() >= kMostSessions) {
     return Refuse(exchange, *lens,
                   {Code::Busy, "too many autofocus sessions are open: end one, or close its connection"});

@@ -22,13 +22,13 @@ bool Drives(const Method& method, const ExchangePointer& exchange) {
          (method.needs_lease == NeedsLease::ToApply && exchange->Asks("apply"));
 }
 
-/// The connection that took the lease, or whoever gives its key.
+/// The connection that took the lease, or one that gives its key.
 bool Holds(const Lease& lease, const ExchangePointer& exchange) {
   const auto key = exchange->view().Given("lease");
   return (lease.owner != nullptr && lease.owner == exchange->client()) || (key && key->text() == lease.key);
 }
 
-/// Ends a call that the lease of somebody else stands against: who has it, and for how long.
+/// Ends a call that another client's lease stands against: who has it, and for how long.
 void RefuseLeased(LensService& service, const ExchangePointer& exchange, const ServedLens& lens,
                   const std::string& what_then) {
   const Lease& lease = *lens.lease();

@@ -1,5 +1,5 @@
 // Plan: what takes microseconds is solved here and now, in the event loop; what may take longer on a thread of its own,
-// so that nobody's stop waits for it. Only applying a plan involves the worker.
+// so that no stop waits for it. Only applying a plan involves the worker.
 #include <algorithm>
 #include <utility>
 
@@ -211,8 +211,9 @@ void PlanNow(ServedLens& lens, const ExchangePointer& exchange) {
 
 void Plan(ServedLens& lens, const ExchangePointer& exchange) {
   if (!lens.planning()) {
-    return Refuse(exchange, lens, {Code::Unsupported, "the optics of lens \"" + lens.name() +
-                                                    "\" are not known; give it a [lens.optics] section"});
+    return Refuse(exchange, lens,
+                  {Code::Unsupported,
+                   "the optics of lens \"" + lens.name() + "\" are not known; give it a [lens.optics] section"});
   }
   // Whatever it was planned for last, the lens counts as it stands now.
   if (lens.Outdated()) return lens.Replan([&lens, exchange] { PlanNow(lens, exchange); });

@@ -1,5 +1,5 @@
 // A lens from its configuration to its worker: waiting for the device, starting the rig, and passing on what the rig
-// tells to whoever asks or watches.
+// tells to clients that ask or watch.
 #include "served_lens.h"
 
 #include <algorithm>

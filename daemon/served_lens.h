@@ -118,7 +118,7 @@ class ServedLens {
       command(rig, std::move(reply));
     });
   }
-  /// Commands without an answer, where there is somebody to take them.
+  /// Commands without an answer, where there is a worker to take them.
   void Submit(Worker::Command command) {
     if (worker_) (void)worker_->Submit(std::move(command));
   }

@@ -21,7 +21,7 @@ namespace lensd::daemon {
 class ServedLens;
 
 /// A call that hears of every change of one lens, or of all. What changed is told at most once a period, and only to
-/// who has read what came before: of each lens the newest state, so that nobody is told of the past.
+/// who has read what came before: of each lens the newest state, so that no client is told of the past.
 struct Watcher {
   ExchangePointer exchange;
   const ServedLens* only = nullptr;  ///< null: all lenses

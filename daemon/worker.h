@@ -23,8 +23,8 @@ class Worker {
   using Task = std::move_only_function<void()>;
   /// Both are called on the worker's thread.
   struct Listener {
-    /// After each step: the rig's state, and then what its callbacks passed to Later(), in order, so that whoever hears
-    /// of a finished move finds the state already new.
+    /// After each step: the rig's state, and then what its callbacks passed to Later(), in order, so that a callback
+    /// that hears of a finished move finds the state already new.
     std::function<void(const rig::Status&, std::vector<Task> later)> published;
     /// Once, when the rig is no more: what its callbacks passed to Later() in the end, and why where it failed.
     std::function<void(std::vector<Task> later, std::optional<Error> why)> ended;

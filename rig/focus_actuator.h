@@ -20,7 +20,7 @@ using ObservationCallback = std::move_only_function<void(Result<Observation>)>;
 enum class Approach {
   BacklashTakenUp,  ///< from the approach side; after a move that ended so as well
   AnyDirection,     ///< the shortest way: only the readings' distance to the mechanism is known
-  Reapproach        ///< from the approach side, after a move that ended anyhow
+  Reapproach        ///< from the approach side, after a move that has ended
 };
 
 /// Each callback comes from a later Step(), and none once the run has ended.

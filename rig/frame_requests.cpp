@@ -170,7 +170,7 @@ Duration FrameRequests::Patience() const {
   return kPatience + beat_.exposure + std::chrono::duration_cast<Duration>(frames);
 }
 
-/// The camera is not to blame for a time in which nobody asked it, because the machine had no time for this program:
+/// The camera is not to blame for a time in which it was not asked, because the machine had no time for this program:
 /// after that it has a moment to give its frame.
 bool FrameRequests::MayBeLate(Instant now) {
   constexpr Duration kPause = std::chrono::seconds(1);

@@ -40,7 +40,7 @@ class FrameRequests {
   bool anyone() const { return !waiting_.empty(); }
   bool streaming() const { return stream_.on; }
 
-  /// Before the lens is read: starts or ends the stream (`keep`: frames will soon be wanted again, by somebody for whom
+  /// Before the lens is read: starts or ends the stream (`keep`: frames will soon be wanted again, by a caller for whom
   /// the camera is kept free of viewers) and asks for a frame once one exposed wholly after the lens became steady, or
   /// due to a viewer, may be there.
   void Poll(Instant now, bool keep);
@@ -50,14 +50,14 @@ class FrameRequests {
   void Serve(Instant now);
   /// When to ask again, while a request waits and the lens is steady.
   Instant NextPoll(Instant now, Instant steady_since) const;
-  /// When a viewer may get the next frame, or the last of them is gone and the stream is to end; nothing: none looks on,
-  /// or only at what others ask for.
+  /// When a viewer may get the next frame, or the last of them is gone and the stream is to end; nothing: none looks
+  /// on, or only at what others ask for.
   std::optional<Instant> NextView(Instant now) const;
 
  private:
   struct Stream {
     bool on = false;
-    bool kept = false;  ///< for somebody who must not wait for what viewers ask of the camera
+    bool kept = false;  ///< for a caller that must not wait for what viewers ask of the camera
     int failures = 0;   ///< polls in a row
   };
   /// What is known of the stream's frames in time.

@@ -1,3 +1,4 @@
+// The focus measures that lens-bench times and scores, each with the peers of its kind.
 #pragma once
 
 namespace lensd::bench {

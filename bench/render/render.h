@@ -1,3 +1,4 @@
+// The renderers that lens-bench times and scores against rays.
 #pragma once
 
 namespace lensd::bench {

@@ -84,7 +84,7 @@ std::string Configuration(const Json& devices) {
   return file;
 }
 
-/// A file that is there already is somebody's work and stays.
+/// A file that is there already is the user's work and stays.
 std::expected<void, Failure> WriteNew(const std::string& path, const std::string& text) {
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (file < 0 && errno == EEXIST) {

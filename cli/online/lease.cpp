@@ -39,7 +39,8 @@ Outcome Take(Session& session, const TakeOptions& options) {
   } else {
     session.PrintText((*taken).value("lease", ""));
   }
-  session.Remark("nobody else can move " + (*taken).value("lens", "") + " now; set LENSD_LEASE to this key to move it");
+  session.Remark("no other client can move " + (*taken).value("lens", "") +
+                 " now; set LENSD_LEASE to this key to move it");
   if (!options.time.empty()) return Exit::Done;
   session.Remark("Control-C ends the lease");
   auto ended = link->Follow(MethodOfLens("Monitor"), {{"lens", (*taken)["lens"]}}, [](const Json&) { return true; });
@@ -68,7 +69,7 @@ void AddLease(CLI::App& root, Run& run) {
       "takes the lease, or renews the one whose key is in LENSD_LEASE, prints its key, and holds it until Control-C");
   take->add_option("NAME", options->name, "lens");
   take->add_option("--for", options->time, "do not wait: it ends after this time, such as 10min")->type_name("TIME");
-  take->add_flag("--take-over", options->take_over, "from whoever has it; for administrators");
+  take->add_flag("--take-over", options->take_over, "from its holder; for administrators");
   take->add_flag("--stop", options->stop, "ends another client's autofocus that goes on, instead of being refused");
   take->callback([&run, options] { run = [options](Session& session) { return Take(session, *options); }; });
   auto* drop = command->add_subcommand("drop", "ends the lease whose key is in LENSD_LEASE");

@@ -11,7 +11,7 @@ namespace lensd::cli {
 /// LensInfo of the lens of that name, or of the only one where the name is empty.
 std::expected<varlink::Json, Failure> FindInfo(DaemonClient& link, const std::string& lens);
 
-/// Why nothing can be planned for it: a hole without a lens, or a lens whose optics nobody stated.
+/// Why nothing can be planned for it: a hole without a lens, or a lens whose optics were not stated.
 std::optional<Failure> NothingToPlan(const varlink::Json& info);
 
 }  // namespace lensd::cli

@@ -176,7 +176,8 @@ void AddHome(CLI::App& root, Run& run) {
 
 void AddStop(CLI::App& root, Run& run) {
   auto name = std::make_shared<std::string>();
-  auto* command = root.add_subcommand("stop", "stop everything a lens does, whoever started it")->group(kOnline);
+  auto* command =
+      root.add_subcommand("stop", "stop everything a lens does, whichever client started it")->group(kOnline);
   command->add_option("NAME", *name, "lens");
   command->callback([&run, name] { run = [name](Session& session) { return Stop(session, *name); }; });
 }

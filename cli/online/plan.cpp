@@ -1,3 +1,5 @@
+// `lensctl plan` of a lens that the daemon knows: the request goes there as it was typed, and only the answer is drawn
+// here.
 #include "cli/online/plan.h"
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// The answer to `plan --stack`, as JSON and as lines for people.
 #include "cli/plan/stack_answer.h"
 
 #include <vector>

@@ -1,3 +1,4 @@
+// Reads WHERE of `--sharp` and `--blurred`: a range, a distance, a tilted plane or a class of a mask.
 #include "cli/plan/where.h"
 
 #include <algorithm>

@@ -66,7 +66,7 @@ std::uint64_t AravisLink::Enqueue(Task task) {
     }
   }
   if (task.run) {
-    task.run(nullptr);  // nobody to ask
+    task.run(nullptr);  // no camera to ask
   } else {
     wake_.notify_one();
   }

@@ -1,9 +1,9 @@
 // The control channel of one camera, on a thread of its own.
 //
-// Aravis blocks up to 2.5 s in a register access that nobody answers, and longer in opening; its feature tree belongs
+// Aravis blocks up to 2.5 s in a register access without an answer, and longer in opening; its feature tree belongs
 // to one thread. So one thread owns the camera and does what others ask of it, one task after the other; who asks waits
-// no longer than the deadline. A task that nobody waits for any more is not begun. When control is lost (the camera has
-// gone, was restarted, or another program took it) the thread closes it and tries to open it again, with growing
+// no longer than the deadline. A task that no caller waits for any more is not begun. When control is lost (the camera
+// has gone, was restarted, or another program took it) the thread closes it and tries to open it again, with growing
 // pauses, until it is back or the link is destroyed.
 #pragma once
 
@@ -61,11 +61,11 @@ class AravisLink {
   bool connected() const;
 
  private:
-  static constexpr int kMostMissed = 3;  ///< deadlines in a row: then nobody answers
+  static constexpr int kMostMissed = 3;  ///< deadlines in a row: then the camera is gone
 
   struct Task {
     std::function<void(ArvCamera*)> run;  ///< nullptr: there is no camera
-    std::function<bool()> wanted;         ///< somebody still waits for it
+    std::function<bool()> wanted;         ///< a caller still waits for it
   };
   struct Camera {
     Handle<ArvCamera> handle;

@@ -1,4 +1,4 @@
-// Frames on their way from Aravis' stream thread to whoever polls.
+// Frames on their way from Aravis' stream thread to the thread that polls.
 #pragma once
 
 #include <atomic>

@@ -179,7 +179,7 @@ void Bus::Run(const std::stop_token& stop) {
     BusSlot* const seat = turns_.Next(seats_, clock_.Now());
     if (seat == nullptr) {
       const auto absent = turns_.NextAbsent(seats_);
-      // Where somebody has asked meanwhile for a drive that is not there, the wait begins anew.
+      // Where a caller has asked meanwhile for a drive that is not there, the wait begins anew.
       const auto changed = [&] {
         return turns_.Next(seats_, clock_.Now()) != nullptr || AnyStop(seats_) || turns_.NextAbsent(seats_) != absent;
       };

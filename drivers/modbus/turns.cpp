@@ -13,7 +13,7 @@ constexpr Duration kLostPause = std::chrono::milliseconds(250);  ///< between qu
 constexpr int kAbsentShare = 10;  ///< response timeouts, that pause where others of the bus are there
 constexpr int kFirstShare = 2;    ///< as above, for a unit that was never asked
 
-/// Somebody asks for it.
+/// A caller asks for it.
 bool HasWork(const BusSlot& seat) {
   return seat.order || seat.looks_answered < seat.looks_asked;
 }

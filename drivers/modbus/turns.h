@@ -18,10 +18,10 @@ class Turns {
   explicit Turns(Duration response_timeout) : response_timeout_(response_timeout) {}
 
   using Seats = std::span<BusSlot* const>;
-  /// One that somebody asks for; none: not now.
+  /// One that a caller asks for; none: not now.
   BusSlot* Next(Seats seats, Instant now) const;
   void Served(const BusSlot& seat) { last_ = &seat; }
-  /// When one that is not there, and that somebody asks for, may be asked.
+  /// When one that is not there, and that a caller asks for, may be asked.
   std::optional<Instant> NextAbsent(Seats seats) const;
   /// It never answered, or not for the last five times.
   bool Absent(const BusSlot& seat) const;

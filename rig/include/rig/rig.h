@@ -88,7 +88,7 @@ struct OutsideCamera {
 /// Whose frames will do: those of a lens at rest, or of one that may still move.
 enum class LensMotion { Standing, Any };
 
-/// Somebody who looks on.
+/// An observer of what the rig does.
 struct FrameViewer {
   LensMotion lens = LensMotion::Any;  ///< whether frames of a moving lens are shown
   Duration period{};                  ///< at least this from one frame shown to the next; 0: every frame
@@ -220,7 +220,7 @@ struct Status {
   std::string
       problem;  ///< empty, or why the lens does not answer: then nothing moves as far as is known, and nothing is homed
   bool wrong_device = false;  ///< the problem is that another device is in its place
-  Instant sampled_at{};  ///< of the axes
+  Instant sampled_at{};       ///< of the axes
   drivers::PerAxis<std::optional<AxisStatus>> axes;
   std::shared_ptr<const OpticsTable> optics;  ///< under the conditions of this moment; null: not known
   std::optional<Metres> focal_length;         ///< breathing and zoom counted
@@ -311,7 +311,7 @@ class Rig {
   /// What must end before it can be said where the lens stands, or what its positions mean: that, or an axis that
   /// moves. Nothing: it is at rest.
   std::optional<Error> WhyNotAtRest() const;
-  /// From now on, as long as somebody keeps it, what goes on is this, whatever single moves it takes.
+  /// From now on, as long as a caller keeps it, what goes on is this, whatever single moves it takes.
   std::shared_ptr<Activity> Occupy(Activity activity);
   /// How many motions, homings, stops and autofocus runs have been asked for, by whomever.
   std::uint64_t commands_given() const;

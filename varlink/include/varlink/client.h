@@ -15,7 +15,7 @@ namespace lensd::varlink {
 /// One connection. Move-only; one thread.
 class Client {
  public:
-  /// Connects. Code::Disconnected: no such socket, or nobody listens there. PermissionDenied by the file system is
+  /// Connects. Code::Disconnected: no such socket, or no service listens there. PermissionDenied by the file system is
   /// Code::Disconnected too, with that reason in the message. Code::InvalidArgument: a path too long for a socket.
   static Result<Client> Connect(const std::string& path);
   Client(Client&& other) noexcept;

@@ -22,7 +22,7 @@ struct Counters {
   bool operator==(const Counters&) const = default;
 };
 
-/// An error of the connection, other than that nobody is there.
+/// An error of the connection, other than that no device is there.
 inline bool IsBusError(Code code) {
   return code == Code::Timeout || code == Code::Protocol || code == Code::Io;
 }
