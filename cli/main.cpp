@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <new>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "cli/quantity.h"
 #include "cli/session.h"
 #include "cli/text.h"
+#include "proto/interfaces.h"
 
 namespace lensd::cli {
 namespace {
@@ -21,6 +23,7 @@ namespace {
 struct GlobalText {
   bool json = false;
   std::string socket;
+  std::string rig;
   std::string timeout;
   std::string from;
   std::string units;
@@ -30,7 +33,9 @@ void AddGlobals(CLI::App& root, GlobalText& text) {
   root.add_flag("--json", text.json, "one line of JSON on stdout, for programs")->group("Global");
   root.add_option("--socket", text.socket, "the daemon's socket (default $LENSD_SOCKET, else /run/lensd/io.lensd.Lens)")
       ->type_name("PATH")
-      ->envname("LENSD_SOCKET")
+      ->group("Global");
+  root.add_option("--rig", text.rig, "the daemon of this name, where several run (lensd@NAME.service)")
+      ->type_name("NAME")
       ->group("Global");
   root.add_option("--timeout", text.timeout, "longest wait for an answer of the daemon, such as 500ms or 30s")
       ->type_name("TIME")
@@ -43,10 +48,30 @@ void AddGlobals(CLI::App& root, GlobalText& text) {
       ->group("Global");
 }
 
+/// Nothing: the built-in one.
+Result<std::optional<std::string>> SocketOf(const GlobalText& text) {
+  if (!text.rig.empty() && !text.socket.empty()) {
+    return Fail(Code::InvalidArgument, "--rig and --socket both say which daemon; give one of them");
+  }
+  if (!text.socket.empty()) return text.socket;
+  if (!text.rig.empty()) {
+    const auto plain = [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
+    };
+    if (std::ranges::all_of(text.rig, plain)) return proto::RigSocket(text.rig);
+    return Fail(Code::InvalidArgument, "--rig '" + text.rig + "': a name has letters, digits, - and _");
+  }
+  const char* const variable = std::getenv("LENSD_SOCKET");
+  if (variable != nullptr && *variable != 0) return variable;
+  return std::nullopt;
+}
+
 Result<Globals> ParseGlobals(const GlobalText& text) {
   Globals globals;
   globals.json = text.json;
-  if (!text.socket.empty()) globals.socket = text.socket;
+  auto socket = SocketOf(text);
+  if (!socket) return PassOn(socket);
+  globals.socket = *std::move(socket);
   if (!text.timeout.empty()) {
     auto timeout = ParseTime(text.timeout, "--timeout");
     if (!timeout) return PassOn(timeout);

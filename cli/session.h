@@ -93,7 +93,7 @@ inline constexpr std::array<std::string_view, 3> kFromNames = {"lens", "sensor",
 /// Options that work before and after the command.
 struct Globals {
   bool json = false;                  ///< one line of JSON for programs instead of text for people
-  std::optional<std::string> socket;  ///< --socket, else $LENSD_SOCKET; empty: the built-in path
+  std::optional<std::string> socket;  ///< --socket or --rig, else $LENSD_SOCKET; nothing: the built-in path
   std::optional<Duration> timeout;    ///< --timeout: for answers of the daemon
   std::optional<From> from;           ///< --from; empty: the lens's own `distance_from`, or the lens centre
 };

@@ -29,6 +29,12 @@ class Frame(Case):
         self.refused(64, "say lens, sensor or front", "--from", "here", "dof", *DOF)
         self.refused(64, "500ms", "--timeout", "3", "dof", *DOF)
 
+    def test_a_rig_is_a_daemon_by_its_name(self):
+        self.refused(64, "both say which daemon", "--rig", "left", "--socket", "/tmp/s", "list")
+        for name in ("a/b", "..", "left.toml"):
+            self.refused(64, "a name has letters, digits, - and _", "--rig", name, "list")
+        self.refused(69, "/run/lensd/no-such-rig/io.lensd.Lens", "--rig", "no-such-rig", "list")
+
     def test_errors_before_a_command_is_known_are_json_too(self):
         self.refused(64, "say m, mm, ft, in or D", "--units", "yd", "dof", *DOF)
         self.refused(64, "--model is empty", "blur", "--model", "", "--focal-length", "50mm", "--f-number", "2", "--focus", "1m", "--at", "2m")

@@ -219,6 +219,19 @@ class Service(unittest.TestCase):
         eventually("it was started again", lambda: int(shown("MainPID")) not in (0, old) and shown("SubState") == "running")
         self.assertEqual(ctl("list").returncode, 0)
 
+    def test_9_0_a_rig_of_its_own(self):
+        with open("/etc/lensd/left.toml", "w", encoding="utf-8") as file:
+            file.write('version = 1\n[[lens]]\nname = "other"\ndriver = "sim"\nscene = "/etc/lensd/small.toml"\n')
+        must("systemctl", "start", "lensd@left.socket")
+        moved = run(LENSCTL, "--rig", "left", "--timeout", "60s", "focus", "other", "@500", "--json")
+        self.assertEqual(moved.returncode, 0, moved.stderr)
+        self.assertEqual([lens["name"] for lens in json.loads(ctl("list", "--json").stdout)], ["here", "usb"])
+        self.assertEqual(shown("ActiveState", "lensd@left.service"), "active")
+        self.assertTrue(glob.glob("/var/lib/private/lensd/left/*"))
+        nobody = run(LENSCTL, "--rig", "right", "list")
+        self.assertEqual(nobody.returncode, 69, nobody.stderr)
+        must("systemctl", "stop", "lensd@left.socket", "lensd@left.service")
+
     def test_9_a_wrong_configuration_is_not_tried_again(self):
         must("systemctl", "stop", "lensd.socket", "lensd.service")
         with open("/etc/lensd/lensd.toml", "a", encoding="utf-8") as file:
