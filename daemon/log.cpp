@@ -57,6 +57,12 @@ const char* MessageId(Event event) {
       return "d62b9f4718c345e0a1738b5fe0c46d29";
     case Event::LensFailed:
       return "6c0e94d1f7a24b58b3d92f06ea71c845";
+    case Event::MoveFailed:
+      return "a20d6f5be3194c87905be4d81c7f3a26";
+    case Event::AxisFault:
+      return "3be97c14d05f4f6d8a21c6f0b98e57d3";
+    case Event::AutofocusRefused:
+      return "f4816ab7203e4d5c9ed07b35a61c82f9";
     case Event::ClientDropped:
       return "c70d58e1a2b34e6f8f19b3047d6a5c92";
     case Event::CommandFailed:
@@ -70,7 +76,7 @@ const char* MessageId(Event event) {
 struct Line {
   Severity severity;
   Event event;
-  std::string message, lens;
+  std::string message, lens, axis{};
 };
 
 /// The line being written by the writer's thread: spdlog carries text only.
@@ -85,7 +91,8 @@ class JournalSink final : public Sink {
     const Line& line = *written_line;
     sd_journal_send("MESSAGE=%s", line.message.c_str(), "PRIORITY=%i", kPriorities[static_cast<int>(line.severity)],
                     "MESSAGE_ID=%s", MessageId(line.event), "SYSLOG_IDENTIFIER=lensd",
-                    line.lens.empty() ? nullptr : "LENS=%s", line.lens.c_str(), nullptr);
+                    line.lens.empty() ? nullptr : "LENS=%s", line.lens.c_str(), line.axis.empty() ? nullptr : "AXIS=%s",
+                    line.axis.c_str(), nullptr);
   }
   void flush_() override {}
 };
@@ -202,8 +209,9 @@ void FlushLog() {
   if (writer != nullptr) writer->Flush();
 }
 
-void Log(Severity severity, Event event, std::string_view message, std::string_view lens) {
-  if (writer != nullptr) writer->Add({severity, event, std::string(message), std::string(lens)});
+void Log(Severity severity, Event event, std::string_view message, LogSubject about) {
+  if (writer == nullptr) return;
+  writer->Add({severity, event, std::string(message), std::string(about.lens), std::string(about.axis)});
 }
 
 }  // namespace lensd::daemon

@@ -17,6 +17,9 @@ enum class Event {
   StateUnreadable,
   NotHomed,
   LensFailed,
+  MoveFailed,
+  AxisFault,
+  AutofocusRefused,
   ClientDropped,
   CommandFailed,
   MotorsNotStopped
@@ -30,8 +33,17 @@ void OpenLog();
 /// Gives what was logged a moment to be written. At a regular exit that is done anyway.
 void FlushLog();
 
-/// From any thread. `lens` becomes the field LENS=; empty: about no lens in particular. Never fails and never waits:
+/// What a line is about, as the journal's fields LENS= and AXIS=; empty: none in particular.
+struct LogSubject {
+  std::string_view lens{};
+  std::string_view axis{};
+};
+
+/// From any thread. Never fails and never waits:
 /// what no reader takes, or what comes too often, is left out and counted.
-void Log(Severity severity, Event event, std::string_view message, std::string_view lens = {});
+void Log(Severity severity, Event event, std::string_view message, LogSubject about = {});
+inline void Log(Severity severity, Event event, std::string_view message, std::string_view lens) {
+  Log(severity, event, message, LogSubject{.lens = lens});
+}
 
 }  // namespace lensd::daemon

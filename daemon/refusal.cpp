@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "event_log.h"
 #include "lens_json.h"
 #include "served_lens.h"
 
@@ -78,7 +79,8 @@ void Refuse(const ExchangePointer& exchange, const ServedLens& lens, const Error
   if (error.code == Code::NotHomed && !facts.contains("axis")) {
     if (const auto unhomed = FirstNotHomed(lens.status())) facts["axis"] = *unhomed;
   }
-  const auto driver = error.code == Code::Busy && facts.contains("activity") ? lens.users().driving.But(*exchange) : std::nullopt;
+  const auto driver =
+      error.code == Code::Busy && facts.contains("activity") ? lens.users().driving.But(*exchange) : std::nullopt;
   if (driver) {
     const std::chrono::duration<double> since = lens.surroundings().clock.Now() - driver->since;
     facts["holder"] = driver->caller;
@@ -86,6 +88,8 @@ void Refuse(const ExchangePointer& exchange, const ServedLens& lens, const Error
     facts["message"] = error.message + " (begun by " + driver->caller + " " +
                        std::to_string(std::lround(std::floor(since.count()))) + " s ago)";
   }
+  const auto axis = AxisOf(exchange, error);
+  LogFailedCall(lens.name(), axis.value_or(""), exchange->call().method, error);
   exchange->Refuse(ErrorName(error.code), std::move(facts));
 }
 

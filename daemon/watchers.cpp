@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "event_log.h"
 #include "lens_json.h"
 #include "served_lens.h"
 
@@ -159,6 +160,7 @@ void Watchers::CountResult(const ServedLens& lens, std::string_view field, const
 
 void Watchers::Announce(const ServedLens& lens, std::string_view field, const varlink::Json& event) {
   CountResult(lens, field, event);
+  LogResult(lens.name(), field, event);
   const EventNumber number = counts_.Lasting(lens.name());
   const std::string json = varlink::WriteJson(event);
   std::vector<ExchangePointer> too_slow;

@@ -173,6 +173,15 @@ class Service(unittest.TestCase):
         found = must("journalctl", "--output=cat", "LENS=usb", "MESSAGE_ID=" + of_the_lens[-1]["MESSAGE_ID"])
         self.assertIn(of_the_lens[-1]["MESSAGE"], found)
 
+    def test_5b_a_move_that_fails_is_in_the_journal_with_its_axis(self):
+        inject = ["call", "io.lensd.Simulator.Inject"]
+        must(LENSCTL, "--socket", SOCKET, *inject, json.dumps({"lens": "here", "kind": "stall"}))
+        self.assertEqual(ctl("focus", "here", "@2500").returncode, 1)
+        must(LENSCTL, "--socket", SOCKET, *inject, json.dumps({"lens": "here", "kind": "stall", "forMs": 1}))
+        found = eventually("it is in the journal", lambda: must("journalctl", "--output=cat", "LENS=here", "AXIS=focus"))
+        self.assertEqual(len(found.splitlines()), 1, found)
+        self.assertIn("did not get to its target", found)
+
     def test_6_told_to_stop_in_mid_move_it_stops_the_lens(self):
         mover = subprocess.Popen([LENSCTL, "--socket", SOCKET, "focus", "usb", "@4000"], stdout=subprocess.PIPE,
                                  stderr=subprocess.PIPE, text=True)
