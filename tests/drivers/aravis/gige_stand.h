@@ -45,7 +45,7 @@ class GigeStand : public contract::RealStand {
     if (options_.scene.empty()) options_.scene = std::string(LENSD_SOURCE_DIR) + "/tests/drivers/aravis/quick.toml";
     keys_.emplace("address", options_.interface);
     keys_.emplace("packet_size", std::int64_t{8192});
-    Plug();
+    GigeStand::Plug();
   }
 
   Result<drivers::Device> Open() override { return drivers::aravis::OpenAravis(Table(keys_), clock()); }
