@@ -59,16 +59,8 @@ Result<void> Execute(ArvCamera* camera, const std::string& command) {
 
 }  // namespace
 
-AravisLens::AravisLens(std::shared_ptr<AravisLink> link, LensFacts facts, const std::string& serial, const Clock& clock)
-    : Lens(CapabilitiesOf(facts, serial)), link_(std::move(link)), facts_(std::move(facts)), clock_(clock) {}
-
-AravisLens::~AravisLens() {
-  if (facts_.abort.empty()) return;
-  (void)link_->Call<void>([abort = facts_.abort](ArvCamera* camera) { return Execute(camera, abort); });
-}
-
 /// Nothing where there is no such feature. An entry the camera's own description does not name reads as no text at all.
-Result<std::optional<Condition>> AravisLens::ReadCondition(ArvCamera* camera, const std::string& feature) const {
+Result<std::optional<Condition>> LensControl::ReadCondition(ArvCamera* camera, const std::string& feature) const {
   if (feature.empty()) return std::optional<Condition>();
   CallError error;
   const char* entry = arv_camera_get_string(camera, feature.c_str(), error.out());
@@ -80,7 +72,7 @@ Result<std::optional<Condition>> AravisLens::ReadCondition(ArvCamera* camera, co
                                   ", which means nothing to this driver; set status_feature = \"none\" to do without");
 }
 
-Result<AxisState> AravisLens::ReadAxis(ArvCamera* camera, Axis axis, std::optional<Condition> controller) {
+Result<AxisState> LensControl::ReadAxis(ArvCamera* camera, Axis axis, std::optional<Condition> controller) {
   const AxisFeature& feature = *facts_.axes[axis];
   auto own = ReadCondition(camera, feature.status);
   if (!own) return PassOn(own);
@@ -101,7 +93,7 @@ Result<AxisState> AravisLens::ReadAxis(ArvCamera* camera, Axis axis, std::option
 }
 
 /// A position that is neither where it set out nor where it was sent is no echo, and not told at the end alone.
-void AravisLens::ForgetCut(Axis axis) {
+void LensControl::ForgetCut(Axis axis) {
   Way& way = ways_[axis];
   if (!way.cut || !way.from || !way.seen) return;
   const double resolution = facts_.axes[axis]->can.resolution;
@@ -111,7 +103,7 @@ void AravisLens::ForgetCut(Axis axis) {
   way.assumed = false;
 }
 
-void AravisLens::Told(Axis axis, std::optional<Native> target) {
+void LensControl::Told(Axis axis, std::optional<Native> target) {
   Way& way = ways_[axis];
   const Instant now = clock_.Now();
   // Of a target given in mid-motion, an echo that lags could show the one before as a place on the way.
@@ -125,7 +117,7 @@ void AravisLens::Told(Axis axis, std::optional<Native> target) {
 }
 
 /// Whether a reading lies on the way, and nearer than the one before where that did so too.
-bool AravisLens::Approaches(const Way& way, Native position, double resolution) {
+bool LensControl::Approaches(const Way& way, Native position, double resolution) {
   if (!way.target || !way.from) return false;
   const double to_go = std::abs((*way.target - position).value), all = std::abs((*way.target - *way.from).value);
   const double gone = std::abs((position - *way.from).value);
@@ -135,7 +127,7 @@ bool AravisLens::Approaches(const Way& way, Native position, double resolution) 
 
 /// Busy comes a little after the command, or never, and a position may repeat the target at once: arrival is believed
 /// where Busy has been seen, or the position on its way; else it is taken for granted once nothing shows for a while.
-bool AravisLens::Moves(Axis axis, Native position, bool busy, Instant now) {
+bool LensControl::Moves(Axis axis, Native position, bool busy, Instant now) {
   Way& way = ways_[axis];
   const AxisFeature& feature = *facts_.axes[axis];
   const double resolution = feature.can.resolution;
@@ -169,7 +161,7 @@ bool AravisLens::Moves(Axis axis, Native position, bool busy, Instant now) {
   return false;
 }
 
-Result<LensState> AravisLens::ReadAll(ArvCamera* camera) {
+Result<LensState> LensControl::Read(ArvCamera* camera) {
   LensState state;
   state.sampled_at = clock_.Now();
   auto controller = ReadCondition(camera, facts_.status);
@@ -191,56 +183,75 @@ Result<LensState> AravisLens::ReadAll(ArvCamera* camera) {
   return state;
 }
 
-Result<LensState> AravisLens::DoRead() {
-  return link_->Call<LensState>([this](ArvCamera* camera) { return ReadAll(camera); });
+Result<void> LensControl::StartHome(ArvCamera* camera, Axis axis) {
+  auto begun = Execute(camera, facts_.axes[axis]->initialize);
+  Told(axis, std::nullopt);
+  return begun;
 }
 
-Result<void> AravisLens::DoStartHome(Axis axis) {
-  return link_->Call<void>([this, axis](ArvCamera* camera) {
-    auto begun = Execute(camera, facts_.axes[axis]->initialize);
-    Told(axis, std::nullopt);
-    return begun;
-  });
-}
-
-Result<void> AravisLens::DoStartMove(Axis axis, Native target) {
-  return link_->Call<void>([this, axis, target](ArvCamera* camera) -> Result<void> {
-    const AxisFeature& feature = *facts_.axes[axis];
-    for (const std::string* status : {&feature.status, &facts_.status}) {
-      const auto condition = ReadCondition(camera, *status);
-      if (!condition) return PassOn(condition);
-      if (*condition == Condition::NotInitialized) {
-        return Fail(Code::NotHomed, std::string(AxisName(axis)) + " is not initialized: home it first");
-      }
+Result<void> LensControl::StartMove(ArvCamera* camera, Axis axis, Native target) {
+  const AxisFeature& feature = *facts_.axes[axis];
+  for (const std::string* status : {&feature.status, &facts_.status}) {
+    const auto condition = ReadCondition(camera, *status);
+    if (!condition) return PassOn(condition);
+    if (*condition == Condition::NotInitialized) {
+      return Fail(Code::NotHomed, std::string(AxisName(axis)) + " is not initialized: home it first");
     }
-    auto written = Write(camera, feature, target);
-    if (!written) return written;
-    Told(axis, target);
-    return {};
-  });
+  }
+  auto written = Write(camera, feature, target);
+  if (!written) return written;
+  Told(axis, target);
+  return {};
 }
 
 /// The standard's abort stops every axis: the others are sent on.
+Result<void> LensControl::Stop(ArvCamera* camera, Axis axis) {
+  const auto before = Read(camera);
+  if (auto aborted = Execute(camera, facts_.abort); !aborted) return aborted;
+  Way& way = ways_[axis];
+  const bool under_way = !before || (before->axes[axis] && before->axes[axis]->moving);
+  if (under_way && way.target && !way.live) {
+    way.cut = way.target;
+    way.assumed = true;
+  }
+  way.target.reset();
+  way.commanded.reset();
+  for (const Axis other : kAxes) {
+    if (other == axis || !facts_.axes[other] || !ways_[other].target) continue;
+    const bool may_move = !before || (before->axes[other] && before->axes[other]->moving);
+    if (!may_move) continue;
+    if (auto sent = Write(camera, *facts_.axes[other], *ways_[other].target); !sent) return sent;
+  }
+  return {};
+}
+
+// ---- any thread ---------------------------------------------------------------------------------------------------
+
+AravisLens::AravisLens(std::shared_ptr<AravisLink> link, LensFacts facts, const std::string& serial, const Clock& clock)
+    : Lens(CapabilitiesOf(facts, serial)),
+      link_(std::move(link)),
+      control_(std::make_shared<LensControl>(std::move(facts), clock)) {}
+
+AravisLens::~AravisLens() {
+  if (control_->facts().abort.empty()) return;
+  (void)link_->Call<void>([control = control_](ArvCamera* camera) { return Execute(camera, control->facts().abort); });
+}
+
+Result<LensState> AravisLens::DoRead() {
+  return link_->Call<LensState>([control = control_](ArvCamera* camera) { return control->Read(camera); });
+}
+
+Result<void> AravisLens::DoStartHome(Axis axis) {
+  return link_->Call<void>([control = control_, axis](ArvCamera* camera) { return control->StartHome(camera, axis); });
+}
+
+Result<void> AravisLens::DoStartMove(Axis axis, Native target) {
+  return link_->Call<void>(
+      [control = control_, axis, target](ArvCamera* camera) { return control->StartMove(camera, axis, target); });
+}
+
 Result<void> AravisLens::DoStop(Axis axis) {
-  return link_->Call<void>([this, axis](ArvCamera* camera) -> Result<void> {
-    const auto before = ReadAll(camera);
-    if (auto aborted = Execute(camera, facts_.abort); !aborted) return aborted;
-    Way& way = ways_[axis];
-    const bool under_way = !before || (before->axes[axis] && before->axes[axis]->moving);
-    if (under_way && way.target && !way.live) {
-      way.cut = way.target;
-      way.assumed = true;
-    }
-    way.target.reset();
-    way.commanded.reset();
-    for (const Axis other : kAxes) {
-      if (other == axis || !facts_.axes[other] || !ways_[other].target) continue;
-      const bool may_move = !before || (before->axes[other] && before->axes[other]->moving);
-      if (!may_move) continue;
-      if (auto sent = Write(camera, *facts_.axes[other], *ways_[other].target); !sent) return sent;
-    }
-    return {};
-  });
+  return link_->Call<void>([control = control_, axis](ArvCamera* camera) { return control->Stop(camera, axis); });
 }
 
 }  // namespace lensd::drivers::aravis

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "control_link.h"
 #include "drivers/api/lens.h"
@@ -38,26 +39,19 @@ struct LensFacts {
 /// all is an answer. Unsupported: a feature named in the configuration does not exist or cannot be written.
 Result<LensFacts> FindLens(ArvCamera* camera, const LensNames& names);
 
-/// Feature by feature over the control channel.
-class AravisLens final : public Lens {
+/// What the link's thread does with the lens, and what it knows of it. Shared with every task, as the camera may be
+/// slow to answer one whose caller, and with it the lens, is long gone.
+class LensControl {
  public:
-  AravisLens(std::shared_ptr<AravisLink> link, LensFacts facts, const std::string& serial, const Clock& clock);
-  ~AravisLens() override;
+  LensControl(LensFacts facts, const Clock& clock) : facts_(std::move(facts)), clock_(clock) {}
+  const LensFacts& facts() const { return facts_; }
+
+  Result<LensState> Read(ArvCamera* camera);
+  Result<void> StartHome(ArvCamera* camera, Axis axis);
+  Result<void> StartMove(ArvCamera* camera, Axis axis, Native target);
+  Result<void> Stop(ArvCamera* camera, Axis axis);
 
  private:
-  Result<void> DoStartHome(Axis axis) override;
-  Result<void> DoStartMove(Axis axis, Native target) override;
-  Result<LensState> DoRead() override;
-  Result<void> DoStop(Axis axis) override;
-  void DoInterrupt() override { link_->Interrupt(); }
-
-  Result<LensState> ReadAll(ArvCamera* camera);
-  Result<AxisState> ReadAxis(ArvCamera* camera, Axis axis, std::optional<Condition> controller);
-  Result<std::optional<Condition>> ReadCondition(ArvCamera* camera, const std::string& feature) const;
-
-  const std::shared_ptr<AravisLink> link_;
-  const LensFacts facts_;
-  const Clock& clock_;
   /// What is known of an axis' way.
   struct Way {
     std::optional<Instant> commanded;  ///< of a command of which no effect has been seen yet
@@ -74,14 +68,36 @@ class AravisLens final : public Lens {
     bool busy_seen = false;            ///< since the command
     bool assumed = false;              ///< nothing has been seen of the last motion
   };
+  Result<AxisState> ReadAxis(ArvCamera* camera, Axis axis, std::optional<Condition> controller);
+  Result<std::optional<Condition>> ReadCondition(ArvCamera* camera, const std::string& feature) const;
   static bool Approaches(const Way& way, Native position, double resolution);
   bool Moves(Axis axis, Native position, bool busy, Instant now);
   void Told(Axis axis, std::optional<Native> target);
   void ForgetCut(Axis axis);
 
-  PerAxis<Way> ways_;                   ///< the link's thread
-  std::optional<Celsius> temperature_;  ///< the link's thread, as below
+  const LensFacts facts_;
+  const Clock& clock_;
+  PerAxis<Way> ways_;
+  std::optional<Celsius> temperature_;
   Instant temperature_read_{};
+};
+
+/// Feature by feature over the control channel.
+class AravisLens final : public Lens {
+ public:
+  /// @param clock Outlives the link.
+  AravisLens(std::shared_ptr<AravisLink> link, LensFacts facts, const std::string& serial, const Clock& clock);
+  ~AravisLens() override;
+
+ private:
+  Result<void> DoStartHome(Axis axis) override;
+  Result<void> DoStartMove(Axis axis, Native target) override;
+  Result<LensState> DoRead() override;
+  Result<void> DoStop(Axis axis) override;
+  void DoInterrupt() override { link_->Interrupt(); }
+
+  const std::shared_ptr<AravisLink> link_;
+  const std::shared_ptr<LensControl> control_;
 };
 
 }  // namespace lensd::drivers::aravis
