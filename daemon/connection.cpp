@@ -83,8 +83,17 @@ int Connection::OnSocket(sd_event_source*, int, unsigned revents, void* self) {
     connection.Flush();
     connection.TakeTurn();
   }
-  if (connection.socket_ >= 0 && (revents & (EPOLLHUP | EPOLLERR))) connection.Close("");
+  if (connection.socket_ >= 0 && (revents & (EPOLLHUP | EPOLLERR))) connection.HangUp();
   return 0;
+}
+
+/// Nobody reads replies any more. The loop would tell of a hang-up without end, so turns alone go on.
+void Connection::HangUp() {
+  inbox_.peer_gone = true;
+  sd_event_source_set_enabled(source_.get(), SD_EVENT_OFF);
+  output_ = {};
+  if (const ExchangePointer gone = std::exchange(current_, nullptr)) gone->PeerGone();
+  sd_event_source_set_enabled(turn_.get(), SD_EVENT_ONESHOT);
 }
 
 /// Serves now, or when everything was read. What has acted already only waits for its reply.
@@ -98,7 +107,8 @@ void Connection::TakeTurn() {
 int Connection::OnTurn(sd_event_source*, void* self) {
   auto& connection = *static_cast<Connection*>(self);
   connection.host_.budget.spent = {};
-  connection.Serve();
+  const bool may_read = connection.inbox_.peer_gone && !connection.inbox_.peer_done && connection.HasRoom();
+  if (!may_read || connection.Read()) connection.Serve();
   return 0;
 }
 
@@ -163,7 +173,7 @@ void Connection::Serve() {
   if (socket_ >= 0 && inbox_.messages.empty() && !inbox_.broken.empty()) Close(inbox_.broken);
   if (socket_ >= 0) Flush();
   // Others first: what is left has to wait for the next turn, unless a reply or the peer has to come first anyway.
-  const bool again = !inbox_.messages.empty() && MayServe();
+  const bool again = inbox_.messages.empty() ? inbox_.peer_gone && !inbox_.peer_done : MayServe();
   if (socket_ >= 0) sd_event_source_set_enabled(turn_.get(), again ? SD_EVENT_ONESHOT : SD_EVENT_OFF);
   if (socket_ >= 0 && inbox_.peer_done && !current_ && inbox_.messages.empty() && output_.bytes.empty()) Close("");
 }
@@ -187,8 +197,10 @@ void Connection::ServeOne(Incoming message) {
   if (!exchange) {
     Result<varlink::ReceivedCall> call = varlink::ReceiveCall(message.text);
     if (!call) return Close(call.error().message);
+    if (inbox_.peer_gone && !call->oneway) return;
     exchange = Begin(*std::move(call), message.number);
   }
+  if (inbox_.peer_gone && exchange->connection_ != nullptr) return exchange->PeerGone();
   if (exchange->connection_ != nullptr) current_ = exchange;
   exchange->in_turn_ = true;
   if (message.early) {
@@ -203,6 +215,7 @@ void Connection::ServeOne(Incoming message) {
 }
 
 void Connection::Send(std::string_view message, Descriptor file) {
+  if (inbox_.peer_gone) return;
   if (file) output_.files.push_back({output_.bytes.size(), std::move(file)});
   output_.bytes += message;
   if (!serving_) Flush();
@@ -288,11 +301,14 @@ bool Connection::WriteSome() {
   return true;
 }
 
+bool Connection::HasRoom() const {
+  return inbox_.bytes <= kInboxBytes && inbox_.frames.pending() <= varlink::kMaxMessageBytes;
+}
+
 /// Asks the loop only for what can be used now; a hang-up is always told.
 void Connection::Watch() {
   unsigned events = 0;
-  if (!inbox_.peer_done && inbox_.bytes <= kInboxBytes && inbox_.frames.pending() <= varlink::kMaxMessageBytes)
-    events |= EPOLLIN;
+  if (!inbox_.peer_done && HasRoom()) events |= EPOLLIN;
   if (!output_.bytes.empty()) events |= EPOLLOUT;
   sd_event_source_set_io_events(source_.get(), events);
 }

@@ -102,6 +102,7 @@ class Connection {
     std::size_t bytes = 0;   ///< of them
     std::string broken;      ///< why nothing can be read after them; empty: it can
     bool peer_done = false;  ///< the peer will send no more
+    bool peer_gone = false;  ///< and reads no more: what it sent without wanting a reply is still served
     Instant last_read{};
   };
   struct Output {
@@ -120,6 +121,8 @@ class Connection {
   static int OnSocket(sd_event_source* source, int descriptor, unsigned revents, void* self);
   static int OnTurn(sd_event_source* source, void* self);
   bool Read();
+  bool HasRoom() const;
+  void HangUp();
   void Sort();
   void Serve();
   void ServeOne(Incoming message);

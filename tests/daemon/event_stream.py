@@ -26,7 +26,7 @@ def kind_of(event):
 class Stream:
     """A monitor that believes nothing: every event is held against the interface and against its numbers."""
 
-    def __init__(self, daemon, timeout=60 * PATIENCE, buffer=None, **parameters):
+    def __init__(self, daemon, timeout=10 * PATIENCE, buffer=None, **parameters):
         self.definition = Definition(definition_of(daemon))
         self.client = Client(daemon.socket, timeout)
         if buffer:
@@ -68,7 +68,7 @@ class Stream:
 
     def until(self, wanted):
         """The next event for which `wanted(kind, value, lens)` is true."""
-        deadline = time.monotonic() + 60 * PATIENCE
+        deadline = time.monotonic() + 10 * PATIENCE
         while time.monotonic() < deadline:
             event = self.next()
             assert event is not None, self.end

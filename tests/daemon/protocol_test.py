@@ -110,6 +110,19 @@ class Protocol(DaemonTest):
             client.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"relative": 7}}, oneway=True)
         self.wait_for(lambda: self.position()["target"] == before + 7)
 
+    def test_of_many_last_calls_those_that_want_no_reply_count(self):
+        def labels():
+            with self.daemon.client() as client:
+                return {preset["label"] for preset in client.call(LENS + "PresetList", {"lens": "a"})["parameters"]["presets"]}
+
+        sent = b"".join(json.dumps({"method": LENS + "PresetSave", "parameters": {"lens": "a", "label": f"last {number}"},
+                                    "oneway": True}).encode() + b"\0" for number in range(60))
+        wanted = json.dumps({"method": LENS + "PresetSave", "parameters": {"lens": "a", "label": "asked for"}}).encode() + b"\0"
+        with self.daemon.client() as client:
+            client.send_bytes(sent + wanted + sent.replace(b"last", b"very last"))
+        expected = {f"{word} {number}" for word in ("last", "very last") for number in range(60)}
+        self.wait_for(lambda: expected <= labels())
+
     def test_a_half_closed_client_gets_its_answers(self):
         with self.daemon.client() as client:
             client.send(INFO)
