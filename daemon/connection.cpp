@@ -93,6 +93,10 @@ void Connection::HangUp() {
   sd_event_source_set_enabled(source_.get(), SD_EVENT_OFF);
   output_ = {};
   if (const ExchangePointer gone = std::exchange(current_, nullptr)) gone->PeerGone();
+  while (!inbox_.peer_done && HasRoom()) {
+    if (!Read()) return;
+  }
+  if (inbox_.messages.empty()) return Serve();  // nothing is left, so what it held is free at once
   sd_event_source_set_enabled(turn_.get(), SD_EVENT_ONESHOT);
 }
 
@@ -162,10 +166,10 @@ void Connection::Serve() {
   Instant now = began;
   for (int served = 0; served < kCallsPerTurn && now - began < kTurn && !inbox_.messages.empty() && MayServe();
        ++served) {
-    Incoming message = std::move(inbox_.messages.front());
+    const Incoming message = std::move(inbox_.messages.front());
     inbox_.messages.pop_front();
     inbox_.bytes -= SizeOf(message);
-    ServeOne(std::move(message));
+    ServeOne(message);
     now = Now();
   }
   host_.budget.spent += now - began;
@@ -192,7 +196,7 @@ ExchangePointer Connection::Begin(varlink::ReceivedCall call, std::uint64_t numb
   return exchange;
 }
 
-void Connection::ServeOne(Incoming message) {
+void Connection::ServeOne(const Incoming& message) {
   ExchangePointer exchange = message.early;
   if (!exchange) {
     Result<varlink::ReceivedCall> call = varlink::ReceiveCall(message.text);

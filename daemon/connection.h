@@ -125,7 +125,7 @@ class Connection {
   void HangUp();
   void Sort();
   void Serve();
-  void ServeOne(Incoming message);
+  void ServeOne(const Incoming& message);
   ExchangePointer Begin(varlink::ReceivedCall call, std::uint64_t number);
   void TakeTurn();
   void Flush();

@@ -82,7 +82,7 @@ class Roles(unittest.TestCase):
             holder.call(LENS + "TakeLease", {"lens": "a"})
             for groups, takes, wanted in (([], [], 77), ([MOVERS], [], 9), ([MOVERS], ["--take-over"], 77),
                                           ([KEEPERS], ["--take-over"], 0)):
-                done = self.as_member(daemon, groups, "lease", "take", "a", "--for", "1min", *takes)
+                done = self.as_member(daemon, groups, "lease", "take", "a", "--for", "60s", *takes)
                 self.assertEqual(done.returncode, wanted, (groups, takes, done.stderr))
 
     def test_a_group_that_is_not_there_lets_nobody_in_and_reload_changes_it(self):

@@ -47,6 +47,7 @@ class Lease(DaemonTest):
                    "ResetFaults": {}, "SetExposure": {"exposureMs": 5}, "MeasureBacklash": {"size": 0}}
         with self.daemon.client() as owner, self.daemon.client() as other:
             key = self.take(owner)
+            self.assertTrue(self.move(owner, 20)["parameters"]["move"]["reached"])  # at rest
             for method, parameters in changes.items():
                 reply = other.call(LENS + method, {"lens": "a", **parameters})
                 self.assertEqual(reply.get("error"), LENS + "Leased", method)
