@@ -187,12 +187,12 @@ const std::vector<std::uint8_t>& PictureMaker::EightBits(int bits, double expone
 }
 
 Result<Picture> PictureMaker::Make(const drivers::Frame& frame) {
-  if (wish_.encoding == Encoding::Rgb8 && !frame.colour) {
+  const auto colour = frame.colour && wish_.encoding != Encoding::Gray8 ? frame.colour() : nullptr;
+  if (wish_.encoding == Encoding::Rgb8 && !colour) {
     return Fail(Code::Unsupported,
                 "lensd has only the luminance of this camera's pictures: ask for gray8 instead of rgb8");
   }
-  const bool colour = frame.colour && wish_.encoding != Encoding::Gray8;
-  const auto& whole = colour ? frame.colour : frame.samples;
+  const auto& whole = colour ? colour : frame.samples;
   Picture picture{wish_.encoding, WindowOf(frame, wish_.region), 0, 0, colour ? 3 : 1, frame.bits, frame.gamma, {}, {}};
   picture.width = picture.window.width;
   picture.height = picture.window.height;

@@ -105,7 +105,7 @@ Result<drivers::Frame> Bench::Render(const std::stop_token& stop) {
   frame.bits = scene.camera.bits;
   frame.gamma = scene.camera.gamma;
   frame.samples = std::move(samples->luminance);
-  frame.colour = std::move(samples->colour);
+  if (samples->colour) frame.colour = [colour = std::move(samples->colour)] { return colour; };
   frame.exposure_start = mechanics_->InstantOf(start);
   frame.exposure_end = mechanics_->InstantOf(start + length);
   return frame;

@@ -140,7 +140,7 @@ drivers::Frame SimCamera::FrameOf(const Exposure& exposure, Samples samples) {
   frame.bits = capabilities().bits;
   frame.gamma = mechanics_->scene().camera.gamma;
   frame.samples = std::move(samples.luminance);
-  frame.colour = std::move(samples.colour);
+  if (samples.colour) frame.colour = [colour = std::move(samples.colour)] { return colour; };
   frame.sequence = exposure.sequence;
   frame.exposure_start = mechanics_->InstantOf(exposure.start);
   frame.exposure_end = mechanics_->InstantOf(exposure.start + exposure.length);

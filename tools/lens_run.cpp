@@ -241,11 +241,12 @@ class Session {
     const auto frame = Next(**camera);
     if (!frame) return PassOn(frame);
     PrintFrame(*frame);
+    const auto colour = frame->colour ? frame->colour() : nullptr;
     io::Image image{.width = frame->width,
                     .height = frame->height,
-                    .channels = frame->colour ? 3 : 1,
+                    .channels = colour ? 3 : 1,
                     .bits = frame->bits > 8 ? 16 : 8,
-                    .samples = frame->colour ? *frame->colour : *frame->samples};
+                    .samples = colour ? *colour : *frame->samples};
     // A viewer takes the file's full scale for white.
     if (frame->bits > 8 && frame->bits < 16) {
       for (auto& sample : image.samples) sample = static_cast<std::uint16_t>(sample << (16 - frame->bits));

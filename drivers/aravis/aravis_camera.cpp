@@ -21,6 +21,7 @@ CameraCapabilities CapabilitiesOf(const CameraFacts& facts) {
   can.width = facts.width;
   can.height = facts.height;
   can.bits = facts.format->bits;
+  can.colour = facts.format->colour != Colour::Mono;
   can.pixel_um = facts.pixel_um;
   can.frame_rate_hz = facts.frame_rate_hz;
   can.can_set_exposure = facts.can_set_exposure;
@@ -256,6 +257,7 @@ Result<Frame> AravisCamera::Develop(const RawFrame& raw) {
   frame.bits = format_.bits;
   frame.gamma = config_.camera.gamma;
   frame.samples = std::make_shared<const std::vector<std::uint16_t>>(*std::move(luma));
+  frame.colour = MakerOfColour(format_, {data, size}, width, height, x_padding);
   frame.sequence = raw.sequence;
   const std::lock_guard lock(shared_->mutex);
   const Duration longest = std::max(shared_->exposure, shared_->exposure_before);

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
+#include "drivers/pixels/colour.h"
 #include "drivers/pixels/luma.h"
 
 namespace lensd::drivers::aravis {
@@ -156,7 +158,10 @@ std::size_t BytesOf(const PixelFormat& format, int width, int height, int paddin
   return (LineBits(format, width, padding) * static_cast<std::size_t>(height) + 7) / 8;
 }
 
-Result<std::vector<std::uint16_t>> LumaOf(const PixelFormat& format, std::span<const std::uint8_t> data, int width,
+namespace {
+
+/// One sample a pixel, as it lies in memory; of pixels of three colours their luminance.
+Result<std::vector<std::uint16_t>> Unpack(const PixelFormat& format, std::span<const std::uint8_t> data, int width,
                                           int height, int padding) {
   if (width <= 0 || height <= 0 || padding < 0) return Fail(Code::Protocol, "the camera sent a picture without pixels");
   const std::size_t bytes = BytesOf(format, width, height, padding);
@@ -174,16 +179,64 @@ Result<std::vector<std::uint16_t>> LumaOf(const PixelFormat& format, std::span<c
   const Samples samples(format, data);
   const std::size_t w = static_cast<std::size_t>(width), h = static_cast<std::size_t>(height);
   const std::size_t line_bits = LineBits(format, width, padding);
-  std::vector<std::uint16_t> luma(w * h);
+  std::vector<std::uint16_t> unpacked(w * h);
   for (std::size_t y = 0; y < h; ++y) {
     // Without padding packed lines run on through the bytes: then every sample is counted from the first of all.
     const bool runs_on = line_bits % 8 != 0 || padding == 0;
     const std::size_t start = runs_on ? 0 : y * line_bits / 8;
     const std::size_t first = runs_on ? y * w : 0;
-    for (std::size_t x = 0; x < w; ++x) luma[y * w + x] = samples.At(start, first + x);
+    for (std::size_t x = 0; x < w; ++x) unpacked[y * w + x] = samples.At(start, first + x);
   }
-  if (format.colour == Bayer) pixels::AverageMosaic(luma, width, height);
+  return unpacked;
+}
+
+/// By the letters in "BayerGR10p" and the like.
+pixels::Mosaic MosaicOf(const PixelFormat& format) {
+  const std::string_view order = format.name.substr(std::string_view("Bayer").size(), 2);
+  if (order == "RG") return pixels::Mosaic::Rggb;
+  if (order == "GR") return pixels::Mosaic::Grbg;
+  return order == "GB" ? pixels::Mosaic::Gbrg : pixels::Mosaic::Bggr;
+}
+
+std::vector<std::uint16_t> FromTriples(const PixelFormat& format, std::span<const std::uint8_t> data, int width,
+                                       int height, int padding) {
+  const std::size_t row = 3 * static_cast<std::size_t>(width), stride = row + static_cast<std::size_t>(padding);
+  std::vector<std::uint16_t> colours;
+  colours.reserve(row * static_cast<std::size_t>(height));
+  for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y) {
+    const auto line = data.subspan(y * stride, row);
+    colours.insert(colours.end(), line.begin(), line.end());
+  }
+  if (format.colour == Bgr) {
+    for (std::size_t i = 0; i < colours.size(); i += 3) std::swap(colours[i], colours[i + 2]);
+  }
+  return colours;
+}
+
+}  // namespace
+
+Result<std::vector<std::uint16_t>> LumaOf(const PixelFormat& format, std::span<const std::uint8_t> data, int width,
+                                          int height, int padding) {
+  auto luma = Unpack(format, data, width, height, padding);
+  if (luma && format.colour == Bayer) pixels::AverageMosaic(*luma, width, height);
   return luma;
+}
+
+std::function<std::shared_ptr<const std::vector<std::uint16_t>>()> MakerOfColour(const PixelFormat& format,
+                                                                                 std::span<const std::uint8_t> data,
+                                                                                 int width, int height, int padding) {
+  using Colours = std::vector<std::uint16_t>;
+  if (format.colour == Mono) return nullptr;
+  const auto kept = std::make_shared<const std::vector<std::uint8_t>>(data.begin(), data.end());
+  return [=]() -> std::shared_ptr<const Colours> {
+    if (width <= 0 || height <= 0 || padding < 0 || kept->size() < BytesOf(format, width, height, padding))
+      return nullptr;
+    if (format.colour != Bayer)
+      return std::make_shared<const Colours>(FromTriples(format, *kept, width, height, padding));
+    const auto samples = Unpack(format, *kept, width, height, padding);
+    if (!samples) return nullptr;
+    return std::make_shared<const Colours>(pixels::ColourOfMosaic(*samples, width, height, MosaicOf(format)));
+  };
 }
 
 }  // namespace lensd::drivers::aravis

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -44,5 +46,11 @@ std::size_t BytesOf(const PixelFormat& format, int width, int height, int paddin
 /// RGB is weighted as Rec. 709. Protocol: `data` is shorter than the picture.
 Result<std::vector<std::uint16_t>> LumaOf(const PixelFormat& format, std::span<const std::uint8_t> data, int width,
                                           int height, int padding);
+
+/// Makes red, green and blue of a picture that LumaOf() takes, whose bytes it copies; in the order and way of
+/// drivers/pixels. Nothing: the format has no colour.
+std::function<std::shared_ptr<const std::vector<std::uint16_t>>()> MakerOfColour(const PixelFormat& format,
+                                                                                 std::span<const std::uint8_t> data,
+                                                                                 int width, int height, int padding);
 
 }  // namespace lensd::drivers::aravis

@@ -128,7 +128,7 @@ Result<std::unique_ptr<Lens>> LensConnectLens::Open(std::unique_ptr<Transport> t
     can.axes[motor.axis] = *axis;
     tracks[motor.axis] = *std::move(track);
   }
-  if ((present & kAnyMotor) == 0) return Fail(Code::Protocol, "the lens says that it has no motors");
+  if ((present & kAnyMotor) == 0) return Fail(Code::WrongDevice, "the lens says that it has no motors");
   auto model = registers->ReadText(address::kModelName, kNameLength);
   if (!model) return PassOn(model);
   can.model = model->empty() ? "LensConnect" : *model;

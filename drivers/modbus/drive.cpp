@@ -16,6 +16,12 @@ constexpr Duration kReadyTime = std::chrono::seconds(2);  ///< for a stopped dri
 constexpr Duration kRestTime = milliseconds(500);  ///< at rest, but not "in position" or "homed": this is how it ends
 constexpr int kTries = 3;
 
+/// Of a drive that has been known to have what it says now that it has not.
+Error Contradiction(Error error) {
+  if (error.code == Code::Unsupported) error.code = Code::Protocol;
+  return error;
+}
+
 }  // namespace
 
 Result<std::int64_t> RegisterAccess::ReadNumber(const Place& place, WordOrder order) {
@@ -93,7 +99,7 @@ Result<void> Drive::Execute(const Order& order, RegisterAccess& talk) {
     if (auto reset = ResetToHome(order, talk); !reset) return reset;
     seen = ReadStatus(talk);
   }
-  if (!seen) return PassOn(seen);
+  if (!seen) return std::unexpected(Contradiction(seen.error()));
   if (order.kind == Order::Kind::Move && config_.profile.homing_required && !Homed(*seen)) {
     return Fail(Code::NotHomed, label_ + " has no reference yet: home it first");
   }
@@ -125,7 +131,7 @@ Result<void> Drive::Begin(RegisterAccess& talk) {
     if (auto rearmed = talk.Run(profile.rearm, profile, 0); !rearmed) return rearmed;
   }
   const Sequence& sequence = goal_.kind == Order::Kind::Home ? profile.home : profile.move;
-  if (goal_.kind == Order::Kind::Home) homed_here_ = false;
+  if (goal_.kind == Order::Kind::Home) here_.homed = false;
   if (auto told = talk.Run(sequence, profile, goal_.target); !told) return told;
   ++tries_;
   phase_ = Phase::Starting;
@@ -148,12 +154,24 @@ Result<void> Drive::Halt(RegisterAccess& talk) {
 
 void Drive::Forget() {
   phase_ = Phase::Idle;
-  homed_here_ = false;
+  here_ = {};
   stop_.repeat = false;
   stop_.unknown = true;
 }
 
 Result<Sample> Drive::Look(RegisterAccess& talk) {
+  auto sample = Ask(talk);
+  if (sample) {
+    here_.recognised = true;
+  } else if (sample.error().code == Code::Unsupported) {
+    if (here_.recognised) return std::unexpected(Contradiction(sample.error()));
+    return Fail(Code::WrongDevice,
+                sample.error().message + ": what is there is no drive of profile " + config_.profile.name);
+  }
+  return sample;
+}
+
+Result<Sample> Drive::Ask(RegisterAccess& talk) {
   if (stop_.repeat) {
     if (auto stopped = talk.Run(config_.profile.stop, config_.profile, 0); !stopped) return PassOn(stopped);
     stop_.repeat = false;
@@ -183,7 +201,7 @@ bool Drive::Arrived(const Seen& seen) const {
 
 bool Drive::Homed(const Seen& seen) const {
   if (config_.profile.homed) return seen.homed;
-  return homed_here_ || !config_.profile.homing_required;
+  return here_.homed || !config_.profile.homing_required;
 }
 
 bool Drive::Complain(std::string complaint) {
@@ -265,7 +283,7 @@ bool Drive::FollowMotion(const Seen& seen, RegisterAccess& talk) {
 
 bool Drive::FinishHoming(const Seen&, RegisterAccess& talk) {
   if (!talk.Run(config_.profile.after_home, config_.profile, 0)) return phase_ != Phase::Idle;  // next look
-  homed_here_ = true;
+  here_.homed = true;
   phase_ = Phase::Idle;
   // The position just read may be from before the reference was set.
   return !config_.profile.after_home.empty();

@@ -60,7 +60,8 @@ class Drive {
 
   /// Carries out an order as far as that goes without waiting for motion.
   Result<void> Execute(const Order& order, RegisterAccess& talk);
-  /// Asks where it is, and does what is due.
+  /// Asks where it is, and does what is due. WrongDevice: it refuses what every drive of its profile answers, and has
+  /// never answered it.
   Result<Sample> Look(RegisterAccess& talk);
   /// Ends all motion. What was ordered before is forgotten even if the drive does not answer.
   Result<void> Halt(RegisterAccess& talk);
@@ -94,6 +95,7 @@ class Drive {
   };
 
   Result<Seen> ReadStatus(RegisterAccess& talk);
+  Result<Sample> Ask(RegisterAccess& talk);
   struct Alarm {
     bool not_homed = false;  ///< only the reference is missing
     std::string text;
@@ -121,7 +123,11 @@ class Drive {
   std::optional<Instant> rests_since_;
   std::optional<std::int64_t> began_at_;  ///< counts, at the first look after the goal was begun
   StopLine stop_;
-  bool homed_here_ = false;  ///< homed by us since we are connected, for drives that do not tell
+  /// Since the connection was made.
+  struct {
+    bool homed = false;       ///< by us, for drives that do not tell
+    bool recognised = false;  ///< it has answered as a drive of its profile does
+  } here_;
   std::string complaint_;
 };
 

@@ -230,8 +230,13 @@ Result<void> ModbusLink::Judge(int returned) {
 Result<void> ModbusLink::Read(int unit, int function, std::uint16_t address, std::span<std::uint16_t> registers) {
   modbus_set_slave(context_, unit);
   const int count = static_cast<int>(registers.size());
-  return Judge(function == 4 ? modbus_read_input_registers(context_, address, count, registers.data())
-                             : modbus_read_registers(context_, address, count, registers.data()));
+  const int returned = function == 4 ? modbus_read_input_registers(context_, address, count, registers.data())
+                                     : modbus_read_registers(context_, address, count, registers.data());
+  // An exception of its own is how some say that a register cannot be read.
+  const bool has_none = returned < 0 && (errno == EMBXILFUN || errno == EMBXILADD || errno == EMBBADEXC);
+  auto judged = Judge(returned);
+  if (has_none) judged.error().code = Code::Unsupported;
+  return judged;
 }
 
 Result<void> ModbusLink::Write(int unit, int function, std::uint16_t address,

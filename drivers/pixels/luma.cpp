@@ -24,7 +24,7 @@ bool CanBe(const RawFormat& format, const RawPicture& picture) {
     case Packing::Yuyv:
     case Packing::Uyvy:
     case Packing::Jpeg:
-      return format.bits == 8 && !format.bayer;
+      return format.bits == 8 && format.mosaic == Mosaic::None;
     case Packing::Bytes:
       return format.bits == 8;
   }
@@ -167,31 +167,30 @@ Result<Samples> LumaReader::ReadJpeg(const RawPicture& picture) {
   return Samples(jpeg_->grey.begin(), jpeg_->grey.end());
 }
 
+Result<Samples> Unpack(const RawFormat& format, const RawPicture& picture) {
+  const std::size_t row_bytes = RowBytes(format, picture.width);
+  const std::size_t stride = std::max(picture.stride, row_bytes);
+  const auto rows = static_cast<std::size_t>(picture.height);
+  const std::size_t needed = stride * (rows - 1) + row_bytes;
+  if (picture.bytes.size() < needed) {
+    return Fail(Code::Protocol, "a frame has " + std::to_string(picture.bytes.size()) + " bytes where " +
+                                    std::to_string(needed) + " are needed");
+  }
+  const auto width = static_cast<std::size_t>(picture.width);
+  Samples samples(width * rows);
+  for (std::size_t y = 0; y < rows; ++y) {
+    UnpackRow(format, picture.bytes.data() + y * stride, picture.width, samples.data() + y * width);
+  }
+  return samples;
+}
+
 Result<std::shared_ptr<const Samples>> LumaReader::Read(const RawFormat& format, const RawPicture& picture) {
   if (!CanBe(format, picture)) return Fail(Code::InvalidArgument, "there is no such picture format");
-  Samples samples;
-  if (format.packing == Packing::Jpeg) {
-    auto decoded = ReadJpeg(picture);
-    if (!decoded) return PassOn(decoded);
-    samples = std::move(*decoded);
-  } else {
-    const std::size_t row_bytes = RowBytes(format, picture.width);
-    const std::size_t stride = std::max(picture.stride, row_bytes);
-    const auto rows = static_cast<std::size_t>(picture.height);
-    const std::size_t needed = stride * (rows - 1) + row_bytes;
-    if (picture.bytes.size() < needed) {
-      return Fail(Code::Protocol, "a frame has " + std::to_string(picture.bytes.size()) + " bytes where " +
-                                      std::to_string(needed) + " are needed");
-    }
-    const auto width = static_cast<std::size_t>(picture.width);
-    samples.resize(width * rows);
-    for (std::size_t y = 0; y < rows; ++y) {
-      UnpackRow(format, picture.bytes.data() + y * stride, picture.width, samples.data() + y * width);
-    }
-  }
-  if (format.bayer) AverageMosaic(samples, picture.width, picture.height);
-  if (format.limited && format.bits == 8) StretchLimited(samples);
-  return std::make_shared<const Samples>(std::move(samples));
+  auto samples = format.packing == Packing::Jpeg ? ReadJpeg(picture) : Unpack(format, picture);
+  if (!samples) return PassOn(samples);
+  if (format.mosaic != Mosaic::None) AverageMosaic(*samples, picture.width, picture.height);
+  if (format.limited && format.bits == 8) StretchLimited(*samples);
+  return std::make_shared<const Samples>(*std::move(samples));
 }
 
 }  // namespace lensd::drivers::pixels

@@ -53,6 +53,7 @@ Result<std::unique_ptr<Camera>> UvcCamera::Open(std::shared_ptr<Session> session
   can.width = choice->width;
   can.height = choice->height;
   can.bits = InfoOf(choice->pixels).raw.bits;
+  can.colour = pixels::HasColour(InfoOf(choice->pixels).raw);
   can.pixel_um = config.pixel_um;
   can.frame_rate_hz = 1e7 / choice->interval;
   Describe(*ranges, can);
@@ -167,6 +168,7 @@ Result<std::optional<Frame>> UvcCamera::DoPoll() {
   }
   const pixels::RawFormat& format = InfoOf(choice_.pixels).raw;
   auto samples = luma_.Read(format, {raw->bytes, choice_.width, choice_.height});
+  auto colour = samples ? pixels::MakerOfColour(format, {raw->bytes, choice_.width, choice_.height}) : nullptr;
   assembler_.Recycle(std::move(raw->bytes));
   // A damaged picture counts as lost: the next one is on its way.
   if (!samples) return std::nullopt;
@@ -177,6 +179,7 @@ Result<std::optional<Frame>> UvcCamera::DoPoll() {
   frame.bits = format.bits;
   frame.gamma = config_.gamma.value_or(GammaOf(choice_.transfer_characteristics));
   frame.samples = *std::move(samples);
+  frame.colour = std::move(colour);
   frame.sequence = raw->sequence;
   frame.exposure_start = raw->first - exposure_ - config_.latency.value_or(period_);
   frame.exposure_end = raw->last;

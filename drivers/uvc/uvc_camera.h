@@ -7,6 +7,7 @@
 #include "axis_control.h"
 #include "config.h"
 #include "drivers/api/camera.h"
+#include "drivers/pixels/colour.h"
 #include "drivers/pixels/luma.h"
 #include "frame_assembler.h"
 #include "session.h"

@@ -17,6 +17,8 @@
 namespace lensd::drivers::v4l2 {
 namespace {
 
+using drivers::pixels::Chroma;
+using drivers::pixels::Mosaic;
 using drivers::pixels::Packing;
 using drivers::pixels::RawFormat;
 
@@ -25,8 +27,8 @@ struct Known {
   RawFormat raw;
 };
 
-constexpr RawFormat Mosaic(Packing packing, int bits) {
-  return {.packing = packing, .bits = bits, .bayer = true};
+constexpr RawFormat Of(Mosaic mosaic, Packing packing, int bits) {
+  return {.packing = packing, .bits = bits, .mosaic = mosaic};
 }
 
 /// The best first.
@@ -39,42 +41,42 @@ constexpr Known kKnown[] = {
     {V4L2_PIX_FMT_Y10, {Packing::Words, 10}},
     {V4L2_PIX_FMT_Y10P, {Packing::Csi2, 10}},
     {V4L2_PIX_FMT_GREY, {}},
-    {V4L2_PIX_FMT_SBGGR16, Mosaic(Packing::Words, 16)},
-    {V4L2_PIX_FMT_SGBRG16, Mosaic(Packing::Words, 16)},
-    {V4L2_PIX_FMT_SGRBG16, Mosaic(Packing::Words, 16)},
-    {V4L2_PIX_FMT_SRGGB16, Mosaic(Packing::Words, 16)},
-    {V4L2_PIX_FMT_SBGGR14, Mosaic(Packing::Words, 14)},
-    {V4L2_PIX_FMT_SGBRG14, Mosaic(Packing::Words, 14)},
-    {V4L2_PIX_FMT_SGRBG14, Mosaic(Packing::Words, 14)},
-    {V4L2_PIX_FMT_SRGGB14, Mosaic(Packing::Words, 14)},
-    {V4L2_PIX_FMT_SBGGR14P, Mosaic(Packing::Csi2, 14)},
-    {V4L2_PIX_FMT_SGBRG14P, Mosaic(Packing::Csi2, 14)},
-    {V4L2_PIX_FMT_SGRBG14P, Mosaic(Packing::Csi2, 14)},
-    {V4L2_PIX_FMT_SRGGB14P, Mosaic(Packing::Csi2, 14)},
-    {V4L2_PIX_FMT_SBGGR12, Mosaic(Packing::Words, 12)},
-    {V4L2_PIX_FMT_SGBRG12, Mosaic(Packing::Words, 12)},
-    {V4L2_PIX_FMT_SGRBG12, Mosaic(Packing::Words, 12)},
-    {V4L2_PIX_FMT_SRGGB12, Mosaic(Packing::Words, 12)},
-    {V4L2_PIX_FMT_SBGGR12P, Mosaic(Packing::Csi2, 12)},
-    {V4L2_PIX_FMT_SGBRG12P, Mosaic(Packing::Csi2, 12)},
-    {V4L2_PIX_FMT_SGRBG12P, Mosaic(Packing::Csi2, 12)},
-    {V4L2_PIX_FMT_SRGGB12P, Mosaic(Packing::Csi2, 12)},
-    {V4L2_PIX_FMT_SBGGR10, Mosaic(Packing::Words, 10)},
-    {V4L2_PIX_FMT_SGBRG10, Mosaic(Packing::Words, 10)},
-    {V4L2_PIX_FMT_SGRBG10, Mosaic(Packing::Words, 10)},
-    {V4L2_PIX_FMT_SRGGB10, Mosaic(Packing::Words, 10)},
-    {V4L2_PIX_FMT_SBGGR10P, Mosaic(Packing::Csi2, 10)},
-    {V4L2_PIX_FMT_SGBRG10P, Mosaic(Packing::Csi2, 10)},
-    {V4L2_PIX_FMT_SGRBG10P, Mosaic(Packing::Csi2, 10)},
-    {V4L2_PIX_FMT_SRGGB10P, Mosaic(Packing::Csi2, 10)},
-    {V4L2_PIX_FMT_SBGGR8, Mosaic(Packing::Bytes, 8)},
-    {V4L2_PIX_FMT_SGBRG8, Mosaic(Packing::Bytes, 8)},
-    {V4L2_PIX_FMT_SGRBG8, Mosaic(Packing::Bytes, 8)},
-    {V4L2_PIX_FMT_SRGGB8, Mosaic(Packing::Bytes, 8)},
-    {V4L2_PIX_FMT_NV12, {.limited = true}},
-    {V4L2_PIX_FMT_NV12M, {.limited = true}},
-    {V4L2_PIX_FMT_NV21, {.limited = true}},
-    {V4L2_PIX_FMT_YUV420, {.limited = true}},
+    {V4L2_PIX_FMT_SBGGR16, Of(Mosaic::Bggr, Packing::Words, 16)},
+    {V4L2_PIX_FMT_SGBRG16, Of(Mosaic::Gbrg, Packing::Words, 16)},
+    {V4L2_PIX_FMT_SGRBG16, Of(Mosaic::Grbg, Packing::Words, 16)},
+    {V4L2_PIX_FMT_SRGGB16, Of(Mosaic::Rggb, Packing::Words, 16)},
+    {V4L2_PIX_FMT_SBGGR14, Of(Mosaic::Bggr, Packing::Words, 14)},
+    {V4L2_PIX_FMT_SGBRG14, Of(Mosaic::Gbrg, Packing::Words, 14)},
+    {V4L2_PIX_FMT_SGRBG14, Of(Mosaic::Grbg, Packing::Words, 14)},
+    {V4L2_PIX_FMT_SRGGB14, Of(Mosaic::Rggb, Packing::Words, 14)},
+    {V4L2_PIX_FMT_SBGGR14P, Of(Mosaic::Bggr, Packing::Csi2, 14)},
+    {V4L2_PIX_FMT_SGBRG14P, Of(Mosaic::Gbrg, Packing::Csi2, 14)},
+    {V4L2_PIX_FMT_SGRBG14P, Of(Mosaic::Grbg, Packing::Csi2, 14)},
+    {V4L2_PIX_FMT_SRGGB14P, Of(Mosaic::Rggb, Packing::Csi2, 14)},
+    {V4L2_PIX_FMT_SBGGR12, Of(Mosaic::Bggr, Packing::Words, 12)},
+    {V4L2_PIX_FMT_SGBRG12, Of(Mosaic::Gbrg, Packing::Words, 12)},
+    {V4L2_PIX_FMT_SGRBG12, Of(Mosaic::Grbg, Packing::Words, 12)},
+    {V4L2_PIX_FMT_SRGGB12, Of(Mosaic::Rggb, Packing::Words, 12)},
+    {V4L2_PIX_FMT_SBGGR12P, Of(Mosaic::Bggr, Packing::Csi2, 12)},
+    {V4L2_PIX_FMT_SGBRG12P, Of(Mosaic::Gbrg, Packing::Csi2, 12)},
+    {V4L2_PIX_FMT_SGRBG12P, Of(Mosaic::Grbg, Packing::Csi2, 12)},
+    {V4L2_PIX_FMT_SRGGB12P, Of(Mosaic::Rggb, Packing::Csi2, 12)},
+    {V4L2_PIX_FMT_SBGGR10, Of(Mosaic::Bggr, Packing::Words, 10)},
+    {V4L2_PIX_FMT_SGBRG10, Of(Mosaic::Gbrg, Packing::Words, 10)},
+    {V4L2_PIX_FMT_SGRBG10, Of(Mosaic::Grbg, Packing::Words, 10)},
+    {V4L2_PIX_FMT_SRGGB10, Of(Mosaic::Rggb, Packing::Words, 10)},
+    {V4L2_PIX_FMT_SBGGR10P, Of(Mosaic::Bggr, Packing::Csi2, 10)},
+    {V4L2_PIX_FMT_SGBRG10P, Of(Mosaic::Gbrg, Packing::Csi2, 10)},
+    {V4L2_PIX_FMT_SGRBG10P, Of(Mosaic::Grbg, Packing::Csi2, 10)},
+    {V4L2_PIX_FMT_SRGGB10P, Of(Mosaic::Rggb, Packing::Csi2, 10)},
+    {V4L2_PIX_FMT_SBGGR8, Of(Mosaic::Bggr, Packing::Bytes, 8)},
+    {V4L2_PIX_FMT_SGBRG8, Of(Mosaic::Gbrg, Packing::Bytes, 8)},
+    {V4L2_PIX_FMT_SGRBG8, Of(Mosaic::Grbg, Packing::Bytes, 8)},
+    {V4L2_PIX_FMT_SRGGB8, Of(Mosaic::Rggb, Packing::Bytes, 8)},
+    {V4L2_PIX_FMT_NV12, {.limited = true, .chroma = Chroma::CbCr}},
+    {V4L2_PIX_FMT_NV12M, {.limited = true}},  // its colour lies in another buffer
+    {V4L2_PIX_FMT_NV21, {.limited = true, .chroma = Chroma::CrCb}},
+    {V4L2_PIX_FMT_YUV420, {.limited = true, .chroma = Chroma::Planes}},
     {V4L2_PIX_FMT_YUYV, {.packing = Packing::Yuyv, .limited = true}},
     {V4L2_PIX_FMT_UYVY, {.packing = Packing::Uyvy, .limited = true}},
     {V4L2_PIX_FMT_MJPEG, {.packing = Packing::Jpeg}},

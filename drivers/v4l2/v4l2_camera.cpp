@@ -186,6 +186,7 @@ Result<std::unique_ptr<drivers::Camera>> StreamCamera::Make(std::shared_ptr<cons
   can.width = format->width;
   can.height = format->height;
   can.bits = format->raw.bits;
+  can.colour = drivers::pixels::HasColour(format->raw);
   can.pixel_um = config.pixel_um;
   can.frame_rate_hz = *rate;
   image->Describe(can);
@@ -344,6 +345,7 @@ Result<std::optional<drivers::Frame>> StreamCamera::Picture(const Filled& filled
   frame.bits = format_->raw.bits;
   frame.gamma = format_->gamma;
   frame.samples = std::move(*samples);
+  frame.colour = drivers::pixels::MakerOfColour(format_->raw, picture);
   frame.sequence = filled.sequence;
   SetTimes(filled, frame);
   return frame;

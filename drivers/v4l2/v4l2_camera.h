@@ -10,6 +10,7 @@
 #include "config.h"
 #include "controls.h"
 #include "drivers/api/camera.h"
+#include "drivers/pixels/colour.h"
 #include "drivers/pixels/luma.h"
 #include "image_controls.h"
 #include "kernel.h"

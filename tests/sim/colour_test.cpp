@@ -32,7 +32,8 @@ TEST(Colour, ChannelsAreTheTexturesAndLuminanceIsWhatTheyAddUpTo) {
   clock.Advance(std::chrono::milliseconds(100));
   const auto frame = world->device.camera->Poll();
   ASSERT_TRUE(frame && *frame && (*frame)->colour);
-  const auto& colour = *(*frame)->colour;
+  const auto made = (*frame)->colour();
+  const auto& colour = *made;
   const auto& luminance = *(*frame)->samples;
   ASSERT_EQ(colour.size(), 3 * luminance.size());
   for (std::size_t at = 0; at < luminance.size(); ++at) {

@@ -68,6 +68,17 @@ TEST(AravisDevice, EveryPixelFormatShowsTheSamePicture) {
     const auto frame = NextFrame(*device.camera);
     ASSERT_TRUE(frame.has_value());
     EXPECT_EQ(frame->bits, device.camera->capabilities().bits);
+    ASSERT_EQ(frame->colour != nullptr, device.camera->capabilities().colour);
+    EXPECT_EQ(frame->colour != nullptr, std::string_view(format).starts_with("Mono") == false);
+    if (frame->colour) {  // the scene is grey
+      const auto colour = frame->colour();
+      ASSERT_TRUE(colour);
+      ASSERT_EQ(colour->size(), 3 * frame->samples->size());
+      for (std::size_t i = 0; i < frame->samples->size(); ++i) {
+        const double weighed = (*colour)[3 * i] + 2.0 * (*colour)[3 * i + 1] + (*colour)[3 * i + 2];
+        ASSERT_NEAR(weighed / 4.0, (*frame->samples)[i], 1.0) << i;
+      }
+    }
     if (!mean) mean = MeanOf(*frame);
     EXPECT_NEAR(MeanOf(*frame), *mean, 0.01);
   }

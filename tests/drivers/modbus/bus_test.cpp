@@ -325,6 +325,17 @@ TEST_P(ModbusBus, AUnitThatComesLaterIsFound) {
   EXPECT_TRUE(found.has_value()) << found.error().message;
 }
 
+/// What answers, and has none of the registers that the profile names, is not the drive that is meant.
+TEST_P(ModbusBus, ADriveOfAnotherFamilyIsTheWrongDevice) {
+  Bench bench(GetParam(), {"moons"});
+  for (int i = 0; i < 3; ++i) {
+    const auto other = bench.Open(FastAz("focus", 1));
+    ASSERT_FALSE(other.has_value());
+    EXPECT_EQ(other.error().code, Code::WrongDevice) << other.error().message;
+    EXPECT_NE(other.error().message.find("no drive of profile"), std::string::npos) << other.error().message;
+  }
+}
+
 TEST_P(ModbusBus, ComesBackByItselfWhenTheWireDoes) {
   Bench bench(GetParam(), {"oriental-az"});
   auto device = bench.Open(FastAz("focus", 1));

@@ -61,13 +61,13 @@ TEST(Luma, AFlatColourOfAnyMosaicIsFlat) {
   // R = 200, G = 100, B = 40: (200 + 2 * 100 + 40) / 4 = 110.
   const Bytes rggb = {200, 100, 200, 100, 40, 100, 200, 100, 200};
   const Bytes grbg = {100, 200, 100, 40, 100, 40, 100, 200, 100};
-  EXPECT_EQ(Read({.bayer = true}, {40, 100, 40, 100, 200, 100, 40, 100, 40}, 3, 3), Samples(9, 110));
-  EXPECT_EQ(Read({.bayer = true}, grbg, 3, 3), Samples(9, 110));
-  EXPECT_EQ(Read({.bayer = true}, rggb, 3, 3), Samples(9, 110));
+  EXPECT_EQ(Read({.mosaic = Mosaic::Rggb}, {40, 100, 40, 100, 200, 100, 40, 100, 40}, 3, 3), Samples(9, 110));
+  EXPECT_EQ(Read({.mosaic = Mosaic::Rggb}, grbg, 3, 3), Samples(9, 110));
+  EXPECT_EQ(Read({.mosaic = Mosaic::Rggb}, rggb, 3, 3), Samples(9, 110));
 }
 
 TEST(Luma, MosaicAveragesFourNeighbours) {
-  EXPECT_EQ(Read({Packing::Words, 12, true}, {4, 0, 8, 0, 12, 0, 0, 1, 0, 1, 0, 1}, 3, 2),
+  EXPECT_EQ(Read({Packing::Words, 12, Mosaic::Rggb}, {4, 0, 8, 0, 12, 0, 0, 1, 0, 1, 0, 1}, 3, 2),
             (Samples{131, 133, 133, 131, 133, 133}));
 }
 
@@ -124,8 +124,9 @@ TEST(Luma, RefusesWhatCannotBe) {
   EXPECT_EQ(reader.Read({}, {bytes, 0, 10}).error().code, Code::InvalidArgument);
   EXPECT_EQ(reader.Read({Packing::Csi2, 11}, {bytes, 8, 2}).error().code, Code::InvalidArgument);
   EXPECT_EQ(reader.Read({Packing::Words, 17}, {bytes, 8, 2}).error().code, Code::InvalidArgument);
-  EXPECT_EQ(reader.Read({.packing = Packing::Yuyv, .bayer = true}, {bytes, 8, 2}).error().code, Code::InvalidArgument);
-  EXPECT_EQ(reader.Read({.bayer = true}, {Bytes(1, 5), 1, 1}).value()->front(), 5);
+  EXPECT_EQ(reader.Read({.packing = Packing::Yuyv, .mosaic = Mosaic::Rggb}, {bytes, 8, 2}).error().code,
+            Code::InvalidArgument);
+  EXPECT_EQ(reader.Read({.mosaic = Mosaic::Rggb}, {Bytes(1, 5), 1, 1}).value()->front(), 5);
 }
 
 }  // namespace

@@ -188,6 +188,28 @@ TEST_F(UvcModelTest, LuminanceOf10To16BitsIsReadInFull) {
   }
 }
 
+/// The camera before the grey scene sends neutral chroma.
+TEST_F(UvcModelTest, PicturesHaveColourWhereTheirFormatDoes) {
+  for (const PixelFormat format : {PixelFormat::Yuyv, PixelFormat::Mjpeg}) {
+    device_ = {};
+    ModelStand& stand = Begin();
+    stand.config_.camera_config.format = format;
+    Open(stand);
+    EXPECT_TRUE(device_.camera->capabilities().colour);
+    ASSERT_TRUE(device_.camera->Start().has_value());
+    const auto frame = Next(stand);
+    ASSERT_TRUE(frame && frame->colour);
+    const auto colour = frame->colour();
+    ASSERT_TRUE(colour);
+    ASSERT_EQ(colour->size(), 3 * frame->samples->size());
+    for (std::size_t i = 0; i < colour->size(); ++i) ASSERT_NEAR((*colour)[i], (*frame->samples)[i / 3], 2.0) << i;
+  }
+  device_ = {};
+  stand_ = std::make_unique<ModelStand>(UvcOptions{.grey_bits = 10}, Feedback::Counts, 1);
+  Open(*stand_);
+  EXPECT_FALSE(device_.camera->capabilities().colour);
+}
+
 TEST_F(UvcModelTest, DamagedPicturesAreDroppedWholeAndCounted) {
   ModelStand& stand = Begin();
   stand.config_.camera_config.format = PixelFormat::Yuyv;

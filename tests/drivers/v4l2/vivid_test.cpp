@@ -14,6 +14,7 @@
 #include <map>
 #include <numeric>
 
+#include "drivers/pixels/colour.h"
 #include "drivers/v4l2/driver.h"
 #include "formats.h"
 #include "io/toml.h"
@@ -134,6 +135,31 @@ void ExpectPictures(const char* path, std::uint32_t type, const std::vector<std:
     EXPECT_EQ(falls, 0);
   }
   EXPECT_GE(known, static_cast<int>(must_have.size()));
+}
+
+/// In every format that vivid offers in one plane and that has colour, red is red, green green and blue blue.
+TEST(Vivid, ColoursAreThoseShown) {
+  constexpr int kRed = 7;  // then green, then blue
+  int known = 0;
+  for (const std::string& name : Vivid(kSingle).Formats(V4L2_BUF_TYPE_VIDEO_CAPTURE)) {
+    const auto raw = RawFormatOf(FormatNamed(name));
+    if (!raw || !drivers::pixels::HasColour(*raw)) continue;
+    SCOPED_TRACE(name);
+    ++known;
+    for (std::size_t shown = 0; shown < 3; ++shown) {
+      ShowPattern(kSingle, kRed + static_cast<int>(shown));
+      const auto frame = Grab(On(kSingle, "format = \"" + name + "\"\n"));
+      ASSERT_TRUE(frame && frame->colour);
+      const auto colour = frame->colour();
+      ASSERT_TRUE(colour);
+      const double full = (1 << frame->bits) - 1;
+      const std::size_t middle = (180 * 640 + 320) * 3;
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        EXPECT_NEAR((*colour)[middle + channel] / full, channel == shown ? 1.0 : 0.0, 0.04) << shown << channel;
+      }
+    }
+  }
+  EXPECT_GE(known, 18);
 }
 
 TEST(Vivid, PicturesInEveryFormatOnOnePlane) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +14,10 @@
 
 namespace lensd::drivers {
 
+/// Makes the colours of one frame when somebody wants to see them: red, green, blue of each pixel, 3 * width * height
+/// samples. Null where its bytes turn out to hold no picture. From any thread.
+using ColourMaker = std::function<std::shared_ptr<const std::vector<std::uint16_t>>()>;
+
 /// One picture, row-major, without padding: luminance, which is what everything measures, and colour where the camera
 /// has it. Cheap to copy: the samples are shared and never change.
 struct Frame {
@@ -21,7 +26,7 @@ struct Frame {
   int bits = 8;                                               ///< significant bits a sample; full scale is 2^bits - 1
   double gamma = 1.0;                                         ///< sample = light^(1/gamma); 1: linear light
   std::shared_ptr<const std::vector<std::uint16_t>> samples;  ///< width * height
-  std::shared_ptr<const std::vector<std::uint16_t>> colour;   ///< red, green, blue: 3 * width * height; null: none
+  ColourMaker colour;                                         ///< of the same bits and gamma; null: there is none
   std::uint64_t sequence = 0;                                 ///< counts frames exposed, lost ones included
   Instant exposure_start{};                                   ///< CLOCK_MONOTONIC
   Instant exposure_end{};

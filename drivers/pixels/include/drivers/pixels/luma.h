@@ -21,11 +21,19 @@ enum class Packing {
   Jpeg,   ///< one JPEG picture, with or without its Huffman tables; stride and bits do not matter
 };
 
+/// Colours of the 2 x 2 samples that a mosaic begins with, row by row. None: every sample is luminance.
+enum class Mosaic { None, Rggb, Grbg, Gbrg, Bggr };
+
+/// What follows the luminance plane of Packing::Bytes: nothing that is known, Cb and Cr of 2 x 2 pixels in turns, Cr
+/// and Cb in turns, or a plane of each.
+enum class Chroma { None, CbCr, CrCb, Planes };
+
 struct RawFormat {
   Packing packing = Packing::Bytes;
-  int bits = 8;          ///< significant bits a sample, 8 to 16; 8 but for Words and Csi2
-  bool bayer = false;    ///< each sample is one colour of a 2 x 2 mosaic, in any order
+  int bits = 8;  ///< significant bits a sample, 8 to 16; 8 but for Words and Csi2
+  Mosaic mosaic = Mosaic::None;
   bool limited = false;  ///< luminance in 16..235 of 8 bits, to be stretched to 0..255
+  Chroma chroma = Chroma::None;
 };
 
 struct RawPicture {
@@ -42,6 +50,9 @@ std::size_t RowBytes(const RawFormat& format, int width);
 /// the 2 x 2 samples that begin at each pixel, or end there at the right and lower edge. Less than 2 x 2 is left as it
 /// is.
 void AverageMosaic(std::vector<std::uint16_t>& samples, int width, int height);
+
+/// Unpacks what is not JPEG: width * height samples as the sensor has them, row-major. Protocol: too few bytes.
+Result<std::vector<std::uint16_t>> Unpack(const RawFormat& format, const RawPicture& picture);
 
 /// Converts pictures. One thread at a time; cheap to make, keeps its JPEG decoder between pictures.
 class LumaReader {
