@@ -165,7 +165,7 @@ Json StatusJson(const std::string& name, const rig::Status& status) {
                     {"moving", now->moving},
                     {"homed", now->homed},
                     {"lastKnown", now->last_known},
-                    {"positionBound", now->last_known ? Json(nullptr) : NativeJson(now->bound.value)},
+                    {"positionBound", now->homed ? NativeJson(now->bound.value) : Json(nullptr)},
                     {"movedBy", MovedBy(*now)},
                     {"fault", TextOrNull(now->fault)}});
   }

@@ -35,6 +35,12 @@ void LensLease::Take(Lease lease) {
   Tell(*lease_, change, "");
 }
 
+void LensLease::Left(const void* owner) {
+  if (!lease_ || lease_->owner != owner) return;
+  if (!lease_->until) return Drop(End::Disconnected);
+  lease_->owner = nullptr;
+}
+
 void LensLease::Drop(End cause) {
   static constexpr std::array<std::string_view, 4> kCauses = {"dropped", "expired", "disconnected", "reopened"};
   const auto ended = std::exchange(lease_, std::nullopt);

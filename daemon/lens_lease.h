@@ -15,8 +15,8 @@ namespace lensd::daemon {
 struct Lease {
   std::string key;
   std::string holder;            ///< who took it or renewed it last, for people
-  const void* owner = nullptr;   ///< its connection; null: it ends with a time
-  std::optional<Instant> until;  ///< when it ends
+  const void* owner = nullptr;   ///< the connection that took it, while that is open
+  std::optional<Instant> until;  ///< when it ends; none: with that connection
 };
 
 /// LeaseInfo, or null where there is none.
@@ -35,6 +35,8 @@ class LensLease {
   const Lease* now() const;
   /// Takes it where none holds, and renews it where one does; whoever may not has been told so before.
   void Take(Lease lease);
+  /// A connection has closed: what it took without a time ends, and the rest is its key's.
+  void Left(const void* owner);
   /// Harmless where there is none.
   void Drop(End cause);
 

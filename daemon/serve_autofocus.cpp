@@ -104,20 +104,24 @@ Result<rig::AutofocusRequest> AutofocusRequestOf(const Json& parameters) {
 
 namespace {
 
+// The rig may keep what tells it of progress beyond the end: a call that is answered drives the lens no longer.
+using WeakExchange = std::weak_ptr<Exchange>;
+
 /// Tells of each answer of an autofocus that goes on.
-std::function<void(const rig::AutofocusOutcome&)> TrackTo(ServedLens& lens, const ExchangePointer& exchange) {
-  return [&lens, exchange](const rig::AutofocusOutcome& outcome) {
-    lens.Later([&lens, exchange, result = AutofocusJson(lens.name(), outcome)] {
-      exchange->Continue(Wrap("autofocus", varlink::WriteJson(result)));
+std::function<void(const rig::AutofocusOutcome&)> TrackTo(ServedLens& lens, WeakExchange call) {
+  return [&lens, call](const rig::AutofocusOutcome& outcome) {
+    lens.Later([&lens, call, result = AutofocusJson(lens.name(), outcome)] {
+      if (const auto exchange = call.lock()) exchange->Continue(Wrap("autofocus", varlink::WriteJson(result)));
       lens.watchers().Announce(lens, "autofocus", result);
     });
   };
 }
 
-rig::ProgressCallback ProgressTo(ServedLens& lens, const ExchangePointer& exchange) {
-  return [&lens, exchange](const rig::AutofocusProgress& now) {
-    lens.Later([&lens, exchange, progress = AutofocusProgressJson(now)] {
-      if (exchange->call().more) exchange->Continue(Wrap("progress", varlink::WriteJson(progress)));
+rig::ProgressCallback ProgressTo(ServedLens& lens, WeakExchange call) {
+  return [&lens, call](const rig::AutofocusProgress& now) {
+    lens.Later([&lens, call, progress = AutofocusProgressJson(now)] {
+      const auto exchange = call.lock();
+      if (exchange && exchange->call().more) exchange->Continue(Wrap("progress", varlink::WriteJson(progress)));
       lens.watchers().TellProgress(lens, Procedure::Autofocus, progress);
     });
   };

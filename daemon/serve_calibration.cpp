@@ -113,11 +113,11 @@ Json BacklashJson(const std::string& lens, Axis axis, const rig::BacklashOutcome
 
 /// What positions mean does not change under an axis that moves.
 ServedLens::EditCalibration AtRest(ServedLens::EditCalibration edit) {
-  return [edit = std::move(edit)](rig::Calibration now,
-                                  const rig::Rig& rig) -> Result<std::optional<rig::Calibration>> {
-    if (auto busy = rig.WhyNotAtRest()) return PassOn(*std::move(busy));
-    return edit(std::move(now), rig);
-  };
+  return
+      [edit = std::move(edit)](rig::Calibration now, const rig::Rig& rig) -> Result<std::optional<rig::Calibration>> {
+        if (auto busy = rig.WhyNotAtRest()) return PassOn(*std::move(busy));
+        return edit(std::move(now), rig);
+      };
 }
 
 /// Answers with the calibration in force.
@@ -187,7 +187,8 @@ void FinishBacklash(ServedLens& lens, const ExchangePointer& exchange, Axis axis
                      ", which stays in force: say \"auto\" there to use this";
   }
   const ServedLens::EditCalibration edit = [axis, backlash = outcome.backlash](
-                        rig::Calibration now, const rig::Rig& rig) -> Result<std::optional<rig::Calibration>> {
+                                               rig::Calibration now,
+                                               const rig::Rig& rig) -> Result<std::optional<rig::Calibration>> {
     if (!rig.lens().axes[axis]) {
       return Fail(Code::Unsupported, "this lens has no motorised " + std::string(drivers::AxisName(axis)));
     }
@@ -201,12 +202,12 @@ void FinishBacklash(ServedLens& lens, const ExchangePointer& exchange, Axis axis
   lens.ChangeCalibration(origin == Origin::Said ? AtRest(edit) : edit, kept);
 }
 
-std::function<void(const rig::BacklashProgress&)> BacklashProgressTo(ServedLens& lens,
-                                                                     const ExchangePointer& exchange) {
-  return [&lens, exchange](const rig::BacklashProgress& now) {
+std::function<void(const rig::BacklashProgress&)> BacklashProgressTo(ServedLens& lens, std::weak_ptr<Exchange> call) {
+  return [&lens, call](const rig::BacklashProgress& now) {
     Json json{{"sweep", now.sweep}, {"sweepsExpected", now.of}, {"frames", now.frames}};
-    lens.Later([&lens, exchange, progress = std::move(json)] {
-      if (exchange->call().more) exchange->Continue(Wrap("progress", varlink::WriteJson(progress)));
+    lens.Later([&lens, call, progress = std::move(json)] {
+      const auto exchange = call.lock();
+      if (exchange && exchange->call().more) exchange->Continue(Wrap("progress", varlink::WriteJson(progress)));
       lens.watchers().TellProgress(lens, Procedure::Backlash, progress);
     });
   };
@@ -218,8 +219,9 @@ void MeasureBacklash(ServedLens& lens, const ExchangePointer& exchange) {
   if (const Json* pairs = Given(parameters, "pairs")) {
     const auto count = pairs->get<std::int64_t>();
     if (count < kFewestPairs || count > kMostPairs) {
-      return Refuse(exchange, lens,
-                    Wrong("pairs is from 3 to 100", {.parameter = "pairs", .minimum = kFewestPairs, .maximum = kMostPairs}));
+      return Refuse(
+          exchange, lens,
+          Wrong("pairs is from 3 to 100", {.parameter = "pairs", .minimum = kFewestPairs, .maximum = kMostPairs}));
     }
     request.pairs = static_cast<int>(count);
   }
@@ -253,9 +255,10 @@ void Backlash(ServedLens& lens, const ExchangePointer& exchange) {
   const Json* size = Given(parameters, "size");
   if (size == nullptr) {
     if (axis == Axis::Focus) return MeasureBacklash(lens, exchange);
-    return Refuse(exchange, lens, {Code::Unsupported,
-                             "only the backlash of focus can be measured by looking; say how many "
-                             "steps it is instead"});
+    return Refuse(exchange, lens,
+                  {Code::Unsupported,
+                   "only the backlash of focus can be measured by looking; say how many "
+                   "steps it is instead"});
   }
   rig::BacklashOutcome said;
   said.measured = true;

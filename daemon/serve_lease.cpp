@@ -91,22 +91,18 @@ void TakeLease(LensService& service, const ExchangePointer& exchange) {
     }
     StopAll(*lens, exchange);
   }
-  Lease lease{
-      .key = holds ? before->key : RandomName(), .holder = exchange->caller(), .owner = nullptr, .until = std::nullopt};
+  Lease lease{.key = holds ? before->key : RandomName(),
+              .holder = exchange->caller(),
+              .owner = exchange->client(),
+              .until = std::nullopt};
   if (for_ms != nullptr) {
     const std::chrono::duration<double, std::milli> time(for_ms->get<double>());
     lease.until = service.clock().Now() + std::chrono::duration_cast<Duration>(time);
-  } else {
-    lease.owner = exchange->client();
-    const auto index = static_cast<std::uint64_t>(
-        std::ranges::find(service.lenses(), lens, [](const auto& each) { return each.get(); }) -
-        service.lenses().begin());
-    exchange->AtClose(kLeaseKeys + index, [lens, owner = lease.owner] {
-      if (lens->lease() != nullptr && lens->lease()->owner == owner) {
-        lens->users().lease.Drop(LensLease::End::Disconnected);
-      }
-    });
   }
+  const auto index = static_cast<std::uint64_t>(
+      std::ranges::find(service.lenses(), lens, [](const auto& each) { return each.get(); }) -
+      service.lenses().begin());
+  exchange->AtClose(kLeaseKeys + index, [lens, owner = lease.owner] { lens->users().lease.Left(owner); });
   exchange->Finish(varlink::WriteJson({{"lens", lens->name()}, {"lease", lease.key}}));
   lens->users().lease.Take(std::move(lease));
 }

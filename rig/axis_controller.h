@@ -39,7 +39,8 @@ class AxisController final : private Motor {
   bool moving() const { return motion_ || (state_ && state_->moving); }
   /// While it stands.
   Instant steady_since() const { return steady_since_; }
-  bool known() const { return track_.known(); }
+  /// Its position means something: it has its reference, where it has one at all, and was not lost in mid-move.
+  bool known() const { return track_.known() && (!state_ || state_->homed || !setup_.can.can_home); }
   /// Motions asked of the device, all in all.
   int commands() const { return commands_ + (motion_ ? motion_->commands() : 0); }
   /// `problem`: the lens does not answer.

@@ -152,6 +152,10 @@ Result<Preset> TakePreset(const Rig& rig, std::string label) {
   preset.approach_up = rig.approaches_up(Axis::Focus);
   for (const Axis axis : drivers::kAxes) {
     if (!status.axes[axis]) continue;
+    if (!status.axes[axis]->homed && rig.lens().axes[axis]->can_home) {
+      return Fail(Code::NotHomed, "where " + std::string(AxisName(axis)) +
+                                      " stands is not known, so a preset would lead elsewhere: home it first");
+    }
     preset.native[axis] = status.axes[axis]->position;
   }
   preset.vergence = status.vergence;

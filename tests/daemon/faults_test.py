@@ -176,7 +176,7 @@ class FaultsTest(DaemonTest):
             back = until("connected")
             self.assertIsNone(back["error"])
             for axis in back["axes"]:
-                self.assertEqual((axis["homed"], axis["lastKnown"]), (False, False), axis)
+                self.assertEqual((axis["homed"], axis["lastKnown"], axis["positionBound"]), (False, False, None), axis)
         # It was without power, so it counts from zero; what it looks through has not moved.
         self.assertEqual(back["axes"][0]["position"], 0)
         self.assertAlmostEqual(self.truth()["focusPosition"], 1000, delta=CREEP)
@@ -187,6 +187,21 @@ class FaultsTest(DaemonTest):
         self.assertAlmostEqual(self.truth()["focusPosition"], 0, delta=CREEP)
         self.moved(500)
         self.assertAlmostEqual(self.truth()["focusPosition"], 500, delta=CREEP)
+
+    def test_without_its_reference_nothing_is_said_of_the_picture(self):
+        """So short an interruption that lensd may not have seen it: the lens alone says that it has no reference."""
+        self.moved(2178)
+        self.inject("disconnect", forMs=20)
+        self.wait_for(lambda: (now := self.status())["connected"] and not now["axes"][0]["homed"])
+        now = self.status()
+        self.assertEqual((now["vergenceD"], now["extensionMm"], now["focalPlaneM"], now["axes"][0]["positionBound"]),
+                         (None, None, None, None))
+        saved = self.client.call(LENS + "PresetSave", {"lens": "a", "label": "nowhere"})
+        self.assertEqual((saved["error"], saved["parameters"]["axis"]), (LENS + "NotHomed", "focus"))
+        about, _ = self.picture()
+        self.assertEqual((about["extensionMm"], about["extensionBoundUm"]), (None, None))
+        self.call("Home", lens="a", axis="focus")
+        self.assertIsNotNone(self.status()["vergenceD"])
 
     def test_disconnect_in_mid_move_stops_it_dead(self):
         with self.daemon.client() as mover:

@@ -126,6 +126,35 @@ class Lease(DaemonTest):
             self.assertEqual(self.move(other, 10)["error"], LENS + "Leased")
             self.wait_for(lambda: "error" not in self.move(other, 10))
 
+    def test_with_a_time_it_is_its_connection_s_as_well(self):
+        with self.daemon.client() as other:
+            with self.daemon.client() as owner:
+                key = self.take(owner, forMs=60000)
+                self.assertTrue(self.move(owner, 20)["parameters"]["move"]["reached"])
+                self.assertEqual(self.take(owner, forMs=60000), key)  # renewed
+                self.assertEqual(self.move(other, 30)["error"], LENS + "Leased")
+                owner.call(LENS + "DropLease", {"lens": "a"})
+                self.assertTrue(self.move(other, 30)["parameters"]["move"]["reached"])
+                key = self.take(owner, forMs=60000)
+            for _ in range(50):  # its connection has closed, and no new one is taken for it
+                with self.daemon.client() as another:
+                    self.assertEqual(self.move(another, 40)["error"], LENS + "Leased")
+            self.assertEqual(other.call(LENS + "DropLease", {"lens": "a", "lease": key}), {"parameters": {}})
+
+    def test_what_is_over_is_not_what_is_waited_for(self):
+        with self.daemon.client() as focuser, self.daemon.client() as mover, self.daemon.client() as other:
+            focuser.call(LENS + "Autofocus", {"lens": "a"})
+            time.sleep(1.0)
+            began = time.monotonic()
+            mover.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 4000}})
+            busy = {}
+            while busy.get("error") != LENS + "Busy":
+                busy = other.call(LENS + "PresetSave", {"lens": "a", "label": "m"})
+                self.assertLess(time.monotonic(), began + 5)
+            self.assertEqual(busy["parameters"]["activity"], "moving")
+            self.assertLessEqual(busy["parameters"]["sinceMs"], 1e3 * (time.monotonic() - began))
+            mover.receive()
+
     def test_the_refused_hear_who_has_it_and_for_how_long(self):
         me = f"[{os.getpid()}] of user {os.getuid()}"
         with open("/proc/self/comm", encoding="utf-8") as file:
