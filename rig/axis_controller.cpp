@@ -64,6 +64,7 @@ Result<Native> AxisController::Land(Native wanted, const std::string& as_asked) 
 std::optional<Error> AxisController::WhyUnknown() const {
   if (known() || !setup_.can.can_home || setup_.config.home_on_demand) return std::nullopt;
   const std::string name(AxisName(setup_.axis));
+  if (track_.known()) return Error{Code::NotHomed, name + " has no reference yet: home it first"};
   return Error{Code::NotHomed, "the position of " + name +
                                    " is not known since lensd ended in mid-move or the lens was gone: home it first"};
 }

@@ -308,7 +308,7 @@ class ExitStatus(unittest.TestCase):
         self.wait_for(lambda: self.status("drive")["connected"])
         self.drive.refuses = True
         try:
-            self.ends(76, "focus", "drive", "@100", lens="drive")
+            self.ends(76, "home", "drive", lens="drive")
         finally:
             self.drive.refuses = False
 

@@ -198,7 +198,7 @@ class FaultsTest(DaemonTest):
                          (None, None, None, None))
         saved = self.client.call(LENS + "PresetSave", {"lens": "a", "label": "nowhere"})
         self.assertEqual((saved["error"], saved["parameters"]["axis"]), (LENS + "NotHomed", "focus"))
-        about, _ = self.picture()
+        _, about = self.picture()
         self.assertEqual((about["extensionMm"], about["extensionBoundUm"]), (None, None))
         self.call("Home", lens="a", axis="focus")
         self.assertIsNotNone(self.status()["vergenceD"])
