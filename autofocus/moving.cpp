@@ -72,7 +72,7 @@ Advice Moving::Next(const Look& look) {
 Advice Moving::Conclude() {
   const std::vector<CurvePoint> all = curve_.Points();
   const auto top = TopOf(all);
-  if (!top) return Refuse(kNoPeak);
+  if (!top) return Refuse(curve_.Overexposed() ? kTooBright : kNoPeak);
   const double place = all[top->index].position, sigma = all[top->index].position_sigma;
   const double certain = setup_.blur_px ? kPlacePx * *setup_.blur_px : kBlindPlace * (setup_.highest - setup_.lowest);
   const double gap = WidestGap(all, place, kLeastStrides * stride_);

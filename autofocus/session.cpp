@@ -363,7 +363,9 @@ Verdict Session::Check() const {
     return last.value + kSigmas * std::hypot(last.sigma, other.sigma) < share * other.value;
   };
   const auto dullest = std::ranges::min_element(sharpness, {}, &CurvePoint::value);
-  if (last.value - dullest->value < kClearRise * std::hypot(last.sigma, dullest->sigma)) return refuse(kNoPeak);
+  if (last.value - dullest->value < kClearRise * std::hypot(last.sigma, dullest->sigma)) {
+    return refuse(curve_->Overexposed() ? kTooBright : kNoPeak);
+  }
   if (clearly_below(sharpness.front(), 1.0)) {
     return refuse({Cause::Unclear, "the check frame is less sharp than the first frame was"});
   }

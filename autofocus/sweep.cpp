@@ -70,7 +70,7 @@ Advice Sweep::Next(const Look& look) {
 Advice Sweep::Conclude() {
   const std::vector<CurvePoint> points = curve_.Points();
   const auto top = TopOf(points);
-  if (!top) return Refuse(kNoPeak);
+  if (!top) return Refuse(curve_.Overexposed() ? kTooBright : kNoPeak);
   if (FineEnough(points, top->index)) return JudgePeak(setup_, curve_, points, *top, kFitSteps * step_, step_);
   const double place = points[top->index].position;
   // A motor of few steps is looked at step by step.

@@ -9,6 +9,7 @@
 
 #include "optics/conjugates.h"
 #include "optics/framing.h"
+#include "plan_reach.h"
 #include "zoom_choice.h"
 
 namespace lensd::daemon {
@@ -250,6 +251,8 @@ std::optional<Metres> FieldWidthAt(const Planning& planning, const proto::LensRe
 
 Result<LensPlan> PlanFor(const Planning& planning, const proto::LensRequest& asked, const rig::Status& now) {
   const optics::LensPositions positions = WithMotors(planning, now);
+  if (auto reach = CheckReach(asked.plan, positions, planning.zoom ? Zoomed::Yes : Zoomed::No); !reach)
+    return PassOn(reach);
   auto answer = optics::PlanOnPositions(asked.plan, positions, OriginOf(planning.scale, asked));
   if (!answer) return PassOn(answer);
   LensPlan plan{*std::move(answer), std::nullopt, std::nullopt, planning.zoom, std::nullopt};
@@ -262,6 +265,8 @@ Result<LensPlan> PlanFor(const Planning& planning, const proto::LensRequest& ask
 
 Result<LensStack> StackFor(const Planning& planning, const proto::LensRequest& asked, const rig::Status& now) {
   const optics::LensPositions positions = WithMotors(planning, now);
+  if (auto reach = CheckReach(asked.plan, positions, planning.zoom ? Zoomed::Yes : Zoomed::No); !reach)
+    return PassOn(reach);
   auto answer = optics::StackOnPositions(asked.plan, positions, OriginOf(planning.scale, asked));
   if (!answer) return PassOn(answer);
   LensStack stack{.answer = *std::move(answer), .shots = {}, .focus = {}, .iris = std::nullopt};

@@ -158,9 +158,18 @@ void ReadLists(const Reader& reader, optics::PlanRequest& request) {
   }
 }
 
+/// What stands for ends that are left out: the largest diameter is the least f-number's.
+void AsDiameters(optics::PlanRequest& request) {
+  const double f = request.focal_length.value;
+  if (!(f > 0.0)) return;
+  const auto [low, high] = request.f_numbers;
+  if (low.value > 0.0 && high.value > 0.0) request.f_numbers = {f / high.value, f / low.value};
+}
+
 void ReadRequest(const Reader& reader, optics::PlanRequest& request) {
   if (const auto diameters = reader.Find("aperturesAreDiameters")) {
     if (!diameters->is_boolean()) Reject(reader.At("aperturesAreDiameters"), "must be true or false");
+    if (diameters->boolean() && !request.apertures_are_diameters) AsDiameters(request);
     request.apertures_are_diameters = diameters->boolean();
   }
   const int aperture = request.apertures_are_diameters ? kMm : kPlain;

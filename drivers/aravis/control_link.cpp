@@ -20,8 +20,21 @@ constexpr Duration kCheckEvery = std::chrono::seconds(1);
 // Parts of a call's deadline: when it is asked whether the camera is still there, and how often. 0.95 of it in all.
 constexpr int kSoon = 4, kHails = 5, kHailEvery = 7;
 
+constexpr Duration kEmission = std::chrono::milliseconds(500);  ///< of a signal: its handlers take microseconds
+
 Instant Now() {
   return std::chrono::steady_clock::now();
+}
+
+/// The thread of Aravis' heartbeat refers to the device while it tells that control is lost. Were it the last to do so
+/// it would wait for its own end, for which GLib ends the program: so it is let finish.
+void LetGo(Handle<ArvCamera> camera) {
+  const Handle<ArvDevice> device(ARV_DEVICE(g_object_ref(arv_camera_get_device(camera.get()))));
+  camera.reset();
+  const Instant deadline = Now() + kEmission;
+  while (g_atomic_int_get(&G_OBJECT(device.get())->ref_count) > 1 && Now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
 }
 
 }  // namespace
@@ -272,7 +285,7 @@ void AravisLink::Close() {
   if (camera_.lost_handler != 0)
     g_signal_handler_disconnect(arv_camera_get_device(camera_.handle.get()), camera_.lost_handler);
   camera_.lost_handler = 0;
-  camera_.handle.reset();
+  LetGo(std::move(camera_.handle));
 }
 
 }  // namespace lensd::drivers::aravis

@@ -62,6 +62,14 @@ class ExposureTest(DaemonTest):
                                "exposureMaxMs": 1e5, "exposureStepMs": None, "gain": 0.0, "canSetGain": True, "gainMin": 0.0, "gainMax": 24.0,
                                "gainStep": None, "gainUnit": "dB"})
 
+    def test_autofocus_with_a_blinded_camera_says_that_it_is_too_bright(self):
+        self.set(exposureMs=9.0, gain=24.0)
+        with self.daemon.client() as client:
+            for method in (None, "auto", "sweep"):
+                result = client.call(LENS + "Autofocus", {"region": {"x": 0, "y": 0, "w": 1, "h": 1},
+                                                          **({"method": method} if method else {})})
+                self.assertEqual(result["parameters"]["autofocus"]["cause"], "tooBright", (method, result))
+
     def test_light_and_its_noise_follow_the_exposure_and_gain_lifts_both(self):
         mean, variance, exposure = self.light()
         self.assertEqual(exposure, 4.0)

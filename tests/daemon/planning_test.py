@@ -51,6 +51,43 @@ class CoarseSteps(DaemonTest):
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertEqual(json.loads(done.stdout)["conflict"], ["positions"])
 
+    def test_what_the_lens_has_not_is_refused_with_what_it_has(self):
+        with self.daemon.client() as client:
+            own = client.call(LENS + "Plan", {"request": {}, "showRequest": True})["parameters"]["request"]
+            low, high, end = own["apertureMin"], own["apertureMax"], own["extensionMaxMm"]
+            f_mm = own["focalLengthMm"]
+            for wish, parameter, least, most in (
+                    ({"apertureMin": 1.5 * high, "apertureMax": 2 * high}, "apertureMin", low, high),
+                    ({"apertureMin": low / 9, "apertureMax": low / 2}, "apertureMax", low, high),
+                    ({"stops": [2.0, low / 2]}, "stops[1]", low, high),
+                    ({"stops": [2 * high]}, "stops[0]", low, high),
+                    ({"aperturesAreDiameters": True, "stops": [2 * f_mm]}, "stops[0]", f_mm / high, f_mm / low),
+                    ({"aperturesAreDiameters": True, "apertureMin": 2 * f_mm, "apertureMax": 3 * f_mm}, "apertureMin",
+                     f_mm / high, f_mm / low),
+                    ({"extensionMinMm": 3 * end, "extensionMaxMm": 4 * end}, "extensionMinMm", 0, end),
+                    ({"extensionMinMm": -3, "extensionMaxMm": -2}, "extensionMaxMm", 0, end)):
+                told = client.call(LENS + "Plan", {"request": wish})
+                self.assertEqual(told.get("error"), LENS + "OutOfRange", (wish, told))
+                told = told["parameters"]
+                self.assertEqual(told["parameter"], "request." + parameter, told)
+                self.assertAlmostEqual(told["minimum"], least, delta=0.01 * most, msg=told)
+                self.assertAlmostEqual(told["maximum"], most, delta=0.01 * most, msg=told)
+            # Marked stops are rounded, and ends may lie beyond the lens' own.
+            for wish in ({"stops": [low * 1.01]}, {"apertureMin": low / 3}, {"extensionMaxMm": 3 * end},
+                         {"apertureMin": low, "apertureMax": 3 * high}):
+                self.assertTrue(client.call(LENS + "Plan", {"request": wish})["parameters"]["plan"]["feasible"], wish)
+
+    def test_diameters_left_out_are_those_of_the_lens(self):
+        with self.daemon.client() as client:
+            def request(wish):
+                reply = client.call(LENS + "Plan", {"request": wish, "showRequest": True})
+                self.assertNotIn("error", reply)
+                return reply["parameters"]["request"]
+            own, told = request({}), request({"aperturesAreDiameters": True})
+            self.assertAlmostEqual(told["apertureMin"], own["focalLengthMm"] / own["apertureMax"], 9)
+            self.assertAlmostEqual(told["apertureMax"], own["focalLengthMm"] / own["apertureMin"], 9)
+            self.assertAlmostEqual(request({"aperturesAreDiameters": True, "apertureMax": 6})["apertureMax"], 6, 9)
+
     def test_a_subject_on_a_position_is_met_there(self):
         plan = self.plan(self.subject(0.4, 60))["plan"]
         self.assertTrue(plan["feasible"])
