@@ -239,7 +239,7 @@ class Service(unittest.TestCase):
         self.assertEqual(moved.returncode, 0, moved.stderr)
         self.assertEqual([lens["name"] for lens in json.loads(ctl("list", "--json").stdout)], ["here", "usb"])
         self.assertEqual(shown("ActiveState", "lensd@left.service"), "active")
-        self.assertTrue(glob.glob("/var/lib/private/lensd/left/*"))
+        self.assertTrue(glob.glob("/var/lib/private/lensd-left/*"))
         nobody = run(LENSCTL, "--rig", "right", "list")
         self.assertEqual(nobody.returncode, 69, nobody.stderr)
         must("systemctl", "stop", "lensd@left.socket", "lensd@left.service")
