@@ -144,7 +144,8 @@ Result<drivers::ExposureState> Rig::SetExposure(const drivers::ExposureState& wa
   drivers::Camera* const camera = impl_->device.camera.get();
   if (camera == nullptr) return Fail(Code::Unsupported, "this lens has no camera");
   if ((wanted.exposure || wanted.gain) && impl_->autofocus.uses_camera()) {
-    return Fail(Code::Busy, "autofocus compares pictures of this camera: wait for its end, or stop it");
+    return Fail(Code::Busy, "autofocus compares pictures of this camera: wait for its end, or stop it",
+                *impl_->WhyNotFocused()->facts);
   }
   // Both or neither: a gain that is refused leaves the exposure alone too.
   if (auto possible = camera->Check(wanted); !possible) return PassOn(possible);

@@ -162,6 +162,7 @@ class Busy(ErrorTest):
         self.busy("Autofocus", "autofocus")
         self.busy("AutofocusBegin", "autofocus")
         self.busy("MeasureBacklash", "autofocus")
+        self.busy("SetExposure", "autofocus", exposureMs=5)
         self.assertTrue(self.first.receive()["parameters"]["autofocus"]["focused"])
 
     def test_a_session_is_an_autofocus_until_it_ends(self):
