@@ -25,15 +25,16 @@ double Milliseconds(Duration duration) {
 }
 
 Result<void> CheckExposure(const CameraCapabilities& can, Duration exposure) {
-  if (exposure <= Duration::zero()) return Fail(Code::InvalidArgument, "an exposure time must be above 0");
   const bool too_long = can.longest_exposure > Duration::zero() && exposure > can.longest_exposure;
-  if (exposure >= can.shortest_exposure && !too_long) return {};
+  if (exposure > Duration::zero() && exposure >= can.shortest_exposure && !too_long) return {};
   ErrorFacts facts{.parameter = "exposureMs", .unit = "ms"};
   std::ostringstream message;
   message << "an exposure of " << Milliseconds(exposure) << " ms is outside what this camera takes:";
   if (can.shortest_exposure > Duration::zero()) {
     facts.minimum = Milliseconds(can.shortest_exposure);
     message << " from " << *facts.minimum << " ms";
+  } else {
+    message << " above 0 ms";
   }
   if (can.longest_exposure > Duration::zero()) {
     facts.maximum = Milliseconds(can.longest_exposure);

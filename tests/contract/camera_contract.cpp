@@ -65,7 +65,7 @@ TEST_P(CameraContract, FramesAreWhatTheyClaim) {
 }
 
 TEST_P(CameraContract, SetsTheExposureOrSaysItCannot) {
-  EXPECT_EQ(CodeOf(camera().SetExposure(Duration::zero())), Code::InvalidArgument);
+  EXPECT_EQ(CodeOf(camera().SetExposure(Duration::zero())), Code::OutOfRange);
   const auto set = camera().SetExposure(std::chrono::milliseconds(5));
   if (!camera().capabilities().can_set_exposure) {
     EXPECT_EQ(CodeOf(set), Code::Unsupported);

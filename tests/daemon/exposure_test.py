@@ -102,7 +102,8 @@ class ExposureTest(DaemonTest):
                                   ({"gain": 25.0}, "OutOfRange"), ({"gain": -1.0}, "OutOfRange"),
                                   ({}, "InvalidRequest")):
             self.assertEqual(self.set(**parameters)["error"], LENS + error, parameters)
-        for parameters, facts in (({"exposureMs": 1e6}, ("exposureMs", 0.001, 1e5, "ms")),
+        taken = ("exposureMs", 0.001, 1e5, "ms")
+        for parameters, facts in (*(({"exposureMs": ms}, taken) for ms in (1e6, 0, -3, 1e-9, 1e300)),
                                   # Both or neither.
                                   ({"exposureMs": 7.0, "gain": 25.0}, ("gain", 0.0, 24.0, "dB"))):
             told = self.set(**parameters)["parameters"]

@@ -92,8 +92,8 @@ class Camera {
   /// The newest frame not yet handed out, or none yet. Never waits for an exposure. InvalidArgument: not streaming.
   /// Disconnected, Timeout, Protocol.
   Result<std::optional<Frame>> Poll() { return Noted(DoPoll()); }
-  /// Whether the capabilities allow what `wanted` has; nothing is asked of the device. InvalidArgument: an exposure
-  /// time not above 0. OutOfRange, with the range: outside it. Unsupported: a gain where there is none.
+  /// Whether the capabilities allow what `wanted` has; nothing is asked of the device. OutOfRange, with the range
+  /// as far as it is known: outside it, or an exposure time not above 0. Unsupported: a gain where there is none.
   Result<void> Check(const ExposureState& wanted) const;
   /// Exposure time of the frames that start after this call, rounded to what the camera takes. Errors of Check();
   /// Unsupported, OutOfRange.
