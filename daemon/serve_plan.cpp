@@ -7,6 +7,7 @@
 #include "lens_json.h"
 #include "lens_service.h"
 #include "move_group.h"
+#include "plan_fault.h"
 #include "proto/plan_json.h"
 #include "serve.h"
 #include "zoom_choice.h"
@@ -106,13 +107,14 @@ struct Problem {
 };
 
 Result<Solved> SolveWith(const Planning& planning, const Problem& problem, Question question) {
+  if (auto empty = EmptyRange(question.asked, problem.request, planning.defaults)) return PassOn(*std::move(empty));
   if (question.asked.stack) {
     const auto stack = StackFor(planning, question.asked, *problem.now);
     if (!stack) return PassOn(stack);
     return Solved{Wrap("plan", varlink::WriteJson(StackReply(*stack))), std::nullopt, {}};
   }
   auto plan = PlanFor(planning, question.asked, *problem.now);
-  if (!plan) return PassOn(plan);
+  if (!plan) return PassOn(WithReach(plan.error(), question.asked, planning));
   if (plan->answer.plan.feasible && problem.apply) return Solved{"", *std::move(plan), std::move(question)};
   const Metres gap = planning.scale.principal_gap + planning.scale.centre_shift;
   return Solved{PlanReply(*plan, gap) + question.Shown(*plan) + "}", std::nullopt, {}};
@@ -201,8 +203,10 @@ void PlanNow(ServedLens& lens, const ExchangePointer& exchange) {
                         .config = lens.config().rig,
                         .stop = lens.surroundings().plans.stop()};
   Compute(lens, exchange, [&lens, exchange, problem]() -> Task {
-    return [&lens, exchange, solved = Solve(problem)]() mutable {
-      if (!solved) return Refuse(exchange, lens, About("request", solved.error()));
+    auto solved = Solve(problem);
+    if (!solved) solved = PassOn(AsAsked(solved.error(), problem.request));
+    return [&lens, exchange, solved = std::move(solved)]() mutable {
+      if (!solved) return Refuse(exchange, lens, solved.error());
       if (solved->apply) return Apply(lens, exchange, *std::move(solved));
       exchange->Finish(solved->reply);
     };

@@ -356,7 +356,7 @@ Result<ZoomedPlanning> PlanningForZoom(const PlannedLens& lens, const rig::RigCo
                                        const std::stop_token& stop) {
   if (!lens.optics->has_zoom() || !lens.optics->conditions().zoom) {
     return Fail(Code::OutOfRange, "this lens does not zoom: leave out the focal length and the field to frame",
-                {.axis = "zoom", .parameter = "request.focalLengthMm"});
+                {.axis = "zoom", .parameter = asked.focal_lengths ? "focalLengthMm" : "field"});
   }
   const ZoomAxis zoom(lens);
   const auto wanted = asked.focal_lengths.value_or(std::pair(zoom.shortest, zoom.longest));
@@ -365,7 +365,7 @@ Result<ZoomedPlanning> PlanningForZoom(const PlannedLens& lens, const rig::RigCo
     return Fail(Code::OutOfRange,
                 "this lens zooms from " + LengthText(zoom.shortest, 6) + " to " + LengthText(zoom.longest, 6),
                 {.axis = "zoom",
-                 .parameter = "request.focalLengthMm",
+                 .parameter = "focalLengthMm",
                  .minimum = zoom.shortest.value * 1e3,
                  .maximum = zoom.longest.value * 1e3,
                  .unit = "mm"});
@@ -373,7 +373,9 @@ Result<ZoomedPlanning> PlanningForZoom(const PlannedLens& lens, const rig::RigCo
   const std::pair within(std::max(zoom.shortest, wanted.first), std::min(zoom.longest, wanted.second));
   if (asked.field) {
     const auto width = asked.sensor_width ? asked.sensor_width : lens.sensor_width;
-    if (!width) return Fail(Code::InvalidArgument, "framing a field takes the sensor's width: give sensorWidthMm");
+    if (!width)
+      return Fail(Code::InvalidArgument, "framing a field takes the sensor's width: give sensorWidthMm",
+                  {.parameter = "sensorWidthMm"});
     const auto place = Framing(zoom, config, asked, *width, within);
     if (!place) return PassOn(place);
     return Zoomed(zoom.At(*place), config, asked);

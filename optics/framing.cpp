@@ -1,8 +1,10 @@
 // The focal length a framing needs, and the widths a zoom can frame instead.
 #include "optics/framing.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "base/quantity_text.h"
 #include "optics/conjugates.h"
@@ -28,29 +30,40 @@ std::unexpected<Error> OutsideZoom(const Field& field, Metres sensor_width, cons
                      " to " + in_mm(zoom.longest) + " mm";
   const auto widest = WidthFramed(field, sensor_width, zoom.shortest);
   const auto narrowest = WidthFramed(field, sensor_width, zoom.longest);
+  ErrorFacts facts{.parameter = "field.widthM"};
   if (widest && narrowest) {
+    facts.minimum = narrowest->value;
+    facts.maximum = widest->value;
+    facts.unit = "m";
     text += ": it frames " + LengthText(*narrowest, 6) + " to " + LengthText(*widest, 6) + " there";
   }
-  return Fail(Code::OutOfRange, text);
+  return Fail(Code::OutOfRange, text, std::move(facts));
 }
 
 }  // namespace
 
 Result<Metres> FramingFocalLength(const Field& field, Metres sensor_width, const ZoomRange& zoom) {
-  if (!IsPositive(field.width) || !IsPositive(field.distance) || !IsPositive(sensor_width)) {
+  for (const auto& [length, parameter] :
+       {std::pair(field.width, "field.widthM"), std::pair(field.distance, "field.distanceM"),
+        std::pair(sensor_width, "sensorWidthMm")}) {
+    if (IsPositive(length)) continue;
     return Fail(Code::InvalidArgument,
-                "the width and the distance of the field and the sensor width must be above zero");
+                "the width and the distance of the field and the sensor width must be above zero",
+                {.parameter = parameter});
   }
   const double m = sensor_width / field.width;
   const bool from_sensor = field.scale.from == DistanceFrom::Sensor;
   const Metres ahead = field.scale.from == DistanceFrom::Front ? field.scale.front_to_centre : Metres{0.0};
   const Metres reach = field.distance - field.scale.centre_shift - (from_sensor ? field.scale.principal_gap : -ahead);
-  if (!IsPositive(reach)) return Fail(Code::OutOfRange, "the field lies between the principal planes of the lens");
+  if (!IsPositive(reach))
+    return Fail(Code::OutOfRange, "the field lies between the principal planes of the lens",
+                {.parameter = "field.distanceM"});
   const Metres focal_length = reach * (m / (1.0 + m) / (from_sensor ? 1.0 + m : 1.0));
-  if (focal_length < zoom.shortest || focal_length > zoom.longest) {
+  constexpr double kRounding = 1e-12;  // the widths at the ends, as they are told, are framed too
+  if (focal_length < zoom.shortest * (1.0 - kRounding) || focal_length > zoom.longest * (1.0 + kRounding)) {
     return OutsideZoom(field, sensor_width, zoom, focal_length);
   }
-  return focal_length;
+  return std::clamp(focal_length, zoom.shortest, zoom.longest);
 }
 
 Metres FieldWidth(Metres focal_length, Metres extension, Metres sensor_width, Metres depth) {

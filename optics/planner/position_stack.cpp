@@ -80,14 +80,15 @@ class PositionReach {
 };
 
 std::optional<Error> CheckStack(const PlanRequest& request) {
-  if (request.focus) {
-    return Error{Code::InvalidArgument, "a focus stack chooses its own focal planes: leave out the fixed focus"};
-  }
-  if (request.limits.empty()) return Error{Code::InvalidArgument, "a focus stack needs at least one sharp limit"};
-  for (const BlurLimit& limit : request.limits) {
-    if (limit.kind == LimitKind::Sharp) continue;
-    return Error{Code::InvalidArgument,
-                 "a focus stack only makes things sharp: leave out the blurred limit " + limit.name};
+  const auto bad = [](std::string what, std::string parameter) {
+    return Fail(Code::InvalidArgument, std::move(what), {.parameter = std::move(parameter)}).error();
+  };
+  if (request.focus) return bad("a focus stack chooses its own focal planes: leave out the fixed focus", "focus");
+  if (request.limits.empty()) return bad("a focus stack needs at least one sharp limit", "limits");
+  for (std::size_t i = 0; i < request.limits.size(); ++i) {
+    if (request.limits[i].kind == LimitKind::Sharp) continue;
+    return bad("a focus stack only makes things sharp: leave out the blurred limit " + request.limits[i].name,
+               "limits[" + std::to_string(i) + "].kind");
   }
   return std::nullopt;
 }

@@ -19,8 +19,19 @@ namespace {
 
 using Problem = std::optional<Error>;
 
-Problem Bad(std::string message) {
-  return Error{Code::InvalidArgument, std::move(message)};
+Problem Bad(std::string message, ErrorFacts facts) {
+  return Fail(Code::InvalidArgument, std::move(message), std::move(facts)).error();
+}
+
+/// The same problem of a part of what `path` leads to.
+Problem In(const std::string& path, const Error& error) {
+  ErrorFacts facts = error.facts ? *error.facts : ErrorFacts{};
+  facts.parameter = facts.parameter.empty() ? path : path + "." + facts.parameter;
+  return Fail(error.code, error.message, std::move(facts)).error();
+}
+
+std::string Element(const char* list, std::size_t index) {
+  return std::string(list) + "[" + std::to_string(index) + "]";
 }
 
 std::string Text(const Number& number) {
@@ -54,95 +65,123 @@ bool ReachesFocalLength(const PlanRequest& request, const PlanDepth& depth) {
 
 Problem CheckDepth(const PlanDepth& depth, const std::string& what, bool may_be_past_infinity) {
   const double value = depth.number.value;
-  if (std::isnan(value)) return Bad(what + ": the depth is not a number");
+  if (std::isnan(value)) return Bad(what + ": the depth is not a number", {});
   if (!depth.is_vergence && !(value > 0.0))
-    return Bad(what + ": a distance must be above zero, it is measured from the lens centre");
-  if (depth.is_vergence && !std::isfinite(value)) return Bad(what + ": a vergence must be finite; infinity is 0 D");
+    return Bad(what + ": a distance must be above zero, it is measured from the lens centre", {});
+  if (depth.is_vergence && !std::isfinite(value)) return Bad(what + ": a vergence must be finite; infinity is 0 D", {});
   if (depth.is_vergence && value < 0.0 && !may_be_past_infinity) {
-    return Bad(what + ": nothing can be seen past infinity; a subject's vergence is 0 D or more");
+    return Bad(what + ": nothing can be seen past infinity; a subject's vergence is 0 D or more",
+               {.minimum = 0.0, .unit = "D"});
   }
   return std::nullopt;
 }
 
 Problem CheckLens(const PlanRequest& request) {
-  if (!Positive(request.focal_length)) return Bad("the focal length must be a length above zero");
-  if (!Positive(request.pupil_factor)) return Bad("the pupil factor must be above zero; 1 is a symmetric lens");
+  if (!Positive(request.focal_length))
+    return Bad("the focal length must be a length above zero", {.parameter = "focalLengthMm"});
+  if (!Positive(request.pupil_factor))
+    return Bad("the pupil factor must be above zero; 1 is a symmetric lens", {.parameter = "pupilFactor"});
   const char* const aperture = request.apertures_are_diameters ? "aperture diameters" : "f-numbers";
   if (request.stops.empty()) {
     if (!Positive(request.f_numbers.low) || !Positive(request.f_numbers.high))
-      return Bad(std::string(aperture) + " must be above zero and finite");
+      return Bad(std::string(aperture) + " must be above zero and finite",
+                 {.parameter = Positive(request.f_numbers.low) ? "apertureMax" : "apertureMin"});
     if (request.f_numbers.low.value > request.f_numbers.high.value)
-      return Bad(std::string("the range of ") + aperture + " is empty: its low end is above its high end");
+      return Bad(std::string("the range of ") + aperture + " is empty: its low end is above its high end",
+                 {.parameter = "apertureMin"});
   }
-  for (const Number& stop : request.stops) {
-    if (!Positive(stop)) return Bad(std::string(aperture) + " must be above zero and finite");
+  for (std::size_t i = 0; i < request.stops.size(); ++i) {
+    if (!Positive(request.stops[i]))
+      return Bad(std::string(aperture) + " must be above zero and finite", {.parameter = Element("stops", i)});
   }
   const double low = request.extensions.low.value, high = request.extensions.high.value;
-  if (!std::isfinite(low) || !std::isfinite(high)) return Bad("the extension's ends must be finite lengths");
-  if (low > high) return Bad("the extension range is empty: its low end is above its high end");
+  if (!std::isfinite(low) || !std::isfinite(high)) return Bad("the extension's ends must be finite lengths", {});
+  if (low > high)
+    return Bad("the extension range is empty: its low end is above its high end", {.parameter = "extensionMinMm"});
   const double least = -request.focal_length.value * std::min(1.0, request.pupil_factor.value);
   if (!(low > least))
-    return Bad("the extension's low end must be above " + Millimetres(least) + ": the sensor stays behind the lens");
+    return Bad("the extension's low end must be above " + Millimetres(least) + ": the sensor stays behind the lens",
+               {.parameter = "extensionMinMm"});
   return std::nullopt;
 }
 
 Problem CheckLiquid(const PlanRequest& request) {
   if (!request.liquid) return std::nullopt;
-  const auto refuse = [](const char* what) {
-    return Error{Code::Unsupported, std::string("a liquid lens cannot be planned with ") + what};
+  const auto refuse = [](const char* what, const char* parameter) {
+    return Fail(Code::Unsupported, std::string("a liquid lens cannot be planned with ") + what,
+                {.parameter = parameter})
+        .error();
   };
-  if (request.wavelength) return refuse("diffraction");
-  if (request.pupil_factor.value != 1.0) return refuse("a pupil factor other than 1");
+  if (request.wavelength) return refuse("diffraction", "wavelengthNm");
+  if (request.pupil_factor.value != 1.0) return refuse("a pupil factor other than 1", "pupilFactor");
   return std::nullopt;
 }
 
 Problem CheckTolerances(const PlanRequest& request) {
   const double delta = request.sensor_tolerance.value, epsilon = request.f_number_tolerance.value;
-  if (!std::isfinite(delta) || delta < 0.0) return Bad("the sensor tolerance must be a length of zero or more");
+  if (!std::isfinite(delta) || delta < 0.0)
+    return Bad("the sensor tolerance must be a length of zero or more",
+               {.parameter = "sensorToleranceUm", .minimum = 0.0, .unit = "um"});
   if (!(delta < request.focal_length.value + request.extensions.low.value))
-    return Bad("the sensor tolerance reaches the lens: it must be smaller than the sensor distance");
-  if (!(epsilon >= 0.0 && epsilon < 1.0)) return Bad("the f-number tolerance must be a ratio from 0 to below 1");
-  if (request.wavelength && !Positive(*request.wavelength)) return Bad("the wavelength must be a length above zero");
+    return Bad("the sensor tolerance reaches the lens: it must be smaller than the sensor distance",
+               {.parameter = "sensorToleranceUm"});
+  if (!(epsilon >= 0.0 && epsilon < 1.0))
+    return Bad("the f-number tolerance must be a ratio from 0 to below 1", {.parameter = "fNumberTolerance"});
+  if (request.wavelength && !Positive(*request.wavelength))
+    return Bad("the wavelength must be a length above zero", {.parameter = "wavelengthNm"});
   if (request.model_tolerance && !(request.model_tolerance->value > 0.0))
-    return Bad("the model tolerance must be a length above zero");
-  if (request.pixel && !(request.pixel->value > 0.0)) return Bad("the pixel must be a length above zero");
+    return Bad("the model tolerance must be a length above zero", {.parameter = "modelToleranceUm"});
+  if (request.pixel && !(request.pixel->value > 0.0))
+    return Bad("the pixel must be a length above zero", {.parameter = "pixelUm"});
   return std::nullopt;
 }
 
 Problem CheckFocus(const PlanRequest& request) {
   if (request.focus) {
-    if (Problem problem = CheckDepth(*request.focus, "focus", true)) return problem;
+    if (Problem problem = CheckDepth(*request.focus, "focus", true)) return In("focus", *problem);
     if (ReachesFocalLength(request, *request.focus)) {
       const double f = request.focal_length.value, e = request.extensions.high.value;
       const std::string closest = e > 0.0 ? "the closest focus is " + Millimetres(f + f * f / e)
                                           : std::string("this lens focuses at infinity and past it only");
-      return Error{Code::OutOfRange,
-                   "focus: nothing at or inside the focal length of " + Millimetres(f) + " can be focused; " + closest};
+      return Fail(Code::OutOfRange,
+                  "focus: nothing at or inside the focal length of " + Millimetres(f) + " can be focused; " + closest,
+                  {.parameter = "focus"})
+          .error();
     }
   }
   if (request.objective != Objective::Depth) return std::nullopt;
-  if (!request.focus || !request.depth_limit) return Bad("the objective depth needs a focus and a blur limit");
-  if (!Positive(*request.depth_limit)) return Bad("the blur limit must be a length above zero");
+  if (!request.focus || !request.depth_limit)
+    return Bad("the objective depth needs a focus and a blur limit", {.parameter = "objective"});
+  if (!Positive(*request.depth_limit))
+    return Bad("the blur limit must be a length above zero", {.parameter = "blurLimitUm"});
+  return std::nullopt;
+}
+
+Problem CheckLimitDepth(const PlanRequest& request, const BlurLimit& limit, const PlanDepth& depth) {
+  if (Problem problem = CheckDepth(depth, limit.name, false)) return problem;
+  if (limit.kind == LimitKind::Sharp && ReachesFocalLength(request, depth)) {
+    return Error{Code::OutOfRange, limit.name + ": nothing at or inside the focal length of " +
+                                       Millimetres(request.focal_length.value) +
+                                       " can be sharp; move its near end out"};
+  }
+  const double f = request.focal_length.value, p = request.pupil_factor.value;
+  if (!(1.0 + f * depth.vergence().value * (1.0 / p - 1.0) > 0.0)) {
+    return Error{Code::OutOfRange, limit.name + ": its near end reaches the entrance pupil of this lens"};
+  }
   return std::nullopt;
 }
 
 Problem CheckLimit(const PlanRequest& request, const BlurLimit& limit) {
   if (!Positive(limit.limit))
-    return Bad(limit.name + ": the blur limit must be a length above zero, not " + Text(limit.limit));
-  if (limit.depths.empty()) return Bad(limit.name + ": there are no depths to hold it at");
-  for (const DepthInterval& interval : limit.depths) {
-    for (const PlanDepth* depth : {&interval.one_end, &interval.other_end}) {
-      if (Problem problem = CheckDepth(*depth, limit.name, false)) return problem;
-      if (limit.kind == LimitKind::Sharp && ReachesFocalLength(request, *depth)) {
-        return Error{Code::OutOfRange, limit.name + ": nothing at or inside the focal length of " +
-                                           Millimetres(request.focal_length.value) +
-                                           " can be sharp; move its near end out"};
-      }
-      const double f = request.focal_length.value, p = request.pupil_factor.value;
-      if (!(1.0 + f * depth->vergence().value * (1.0 / p - 1.0) > 0.0)) {
-        return Error{Code::OutOfRange, limit.name + ": its near end reaches the entrance pupil of this lens"};
-      }
-    }
+    return Bad(limit.name + ": the blur limit must be a length above zero, not " + Text(limit.limit),
+               {.parameter = "limitUm"});
+  if (limit.depths.empty()) return Bad(limit.name + ": there are no depths to hold it at", {.parameter = "depths"});
+  for (std::size_t i = 0; i < limit.depths.size(); ++i) {
+    const DepthInterval& interval = limit.depths[i];
+    if (Problem problem = CheckLimitDepth(request, limit, interval.one_end))
+      return In(Element("depths", i) + ".oneEnd", *problem);
+    if (Problem problem = CheckLimitDepth(request, limit, interval.other_end))
+      return In(Element("depths", i) + ".otherEnd", *problem);
   }
   return std::nullopt;
 }
@@ -209,9 +248,11 @@ std::optional<Error> Check(const PlanRequest& request) {
   for (std::size_t i = 0; i < request.limits.size(); ++i) {
     const BlurLimit& limit = request.limits[i];
     if (!ClearlySound(request, limit)) {
-      if (Problem problem = CheckLimit(request, limit)) return problem;
+      if (Problem problem = CheckLimit(request, limit)) return In(Element("limits", i), *problem);
     }
-    if (!names.Take(i)) return Bad(limit.name + ": this name is taken; every limit needs its own");
+    if (!names.Take(i))
+      return Bad(limit.name + ": this name is taken; every limit needs its own",
+                 {.parameter = Element("limits", i) + ".name"});
   }
   return std::nullopt;
 }

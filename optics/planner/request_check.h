@@ -7,7 +7,8 @@
 
 namespace lensd::optics {
 
-/// Nothing when the request can be planned.
+/// Nothing when the request can be planned; else the field that is wrong is named as type PlanRequest of io.lensd.Lens
+/// does.
 std::optional<Error> Check(const PlanRequest& request);
 
 }  // namespace lensd::optics

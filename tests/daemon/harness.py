@@ -152,10 +152,11 @@ class Daemon:
 class DaemonTest(unittest.TestCase):
     """One daemon for all tests of a class; at the end it must go in peace."""
     lenses = ("a", "b")
+    config = None
 
     @classmethod
     def setUpClass(cls):
-        cls.daemon = Daemon(cls.lenses)
+        cls.daemon = Daemon(cls.lenses, cls.config)
 
     @classmethod
     def tearDownClass(cls):
