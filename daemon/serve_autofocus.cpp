@@ -27,7 +27,7 @@ Result<std::optional<Duration>> DeadlineOf(const Json& parameters) {
   const double milliseconds = given->get<double>();
   if (!(milliseconds > 0 && milliseconds <= kLongestDeadlineMs)) {
     return PassOn(Wrong("deadlineMs must be above 0 and at most 3600000, an hour",
-                        {.parameter = "deadlineMs", .minimum = 0.0, .maximum = kLongestDeadlineMs, .unit = "ms"}));
+                        {.parameter = "deadlineMs", .maximum = kLongestDeadlineMs, .unit = "ms"}));
   }
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(milliseconds));
 }
@@ -51,7 +51,7 @@ Result<std::optional<rig::SearchStep>> StepOf(const Json& parameters) {
     ++fields;
     found = rig::SearchStep{field.kind, value->get<double>() * field.scale};
     if (!(found->value > 0)) {
-      return PassOn(Wrong("a step must be above 0", {.parameter = "step." + std::string(field.name), .minimum = 0.0}));
+      return PassOn(Wrong("a step must be above 0", {.parameter = "step." + std::string(field.name)}));
     }
   }
   if (fields != 1) return PassOn(Wrong("a step has exactly one field", {.parameter = "step"}));

@@ -297,9 +297,9 @@ void FrameSessions::Score(const ExchangePointer& exchange) {
   score.sigma = kDefaultSigma * score.sharpness;
   if (const Json* sigma = Given(exchange->parameters(), "sigma")) score.sigma = sigma->get<double>();
   if (!(score.sharpness > 0) || !(score.sigma > 0)) {
-    return Refuse(exchange, *session->lens,
-                  Wrong("sharpness and sigma must be above 0",
-                        {.parameter = score.sharpness > 0 ? "sigma" : "sharpness", .minimum = 0.0}));
+    return Refuse(
+        exchange, *session->lens,
+        Wrong("sharpness and sigma must be above 0", {.parameter = score.sharpness > 0 ? "sigma" : "sharpness"}));
   }
   const auto exposure = ExposureOf(exchange->parameters(), service_.clock().Now());
   if (!exposure) return Refuse(exchange, *session->lens, exposure.error());

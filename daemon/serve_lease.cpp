@@ -71,9 +71,9 @@ void TakeLease(LensService& service, const ExchangePointer& exchange) {
   if (lens == nullptr) return;
   const Json* for_ms = Given(exchange->parameters(), "forMs");
   if (for_ms != nullptr && !(for_ms->get<double>() > 0.0 && for_ms->get<double>() <= kLongestLeaseMs)) {
-    return Refuse(exchange, *lens,
-                  Wrong("forMs is above 0 and at most a day",
-                        {.parameter = "forMs", .minimum = 0.0, .maximum = kLongestLeaseMs, .unit = "ms"}));
+    return Refuse(
+        exchange, *lens,
+        Wrong("forMs is above 0 and at most a day", {.parameter = "forMs", .maximum = kLongestLeaseMs, .unit = "ms"}));
   }
   if (exchange->peer() == nullptr) {
     return Refuse(exchange, *lens,

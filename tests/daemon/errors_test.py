@@ -72,7 +72,7 @@ class Facts(ErrorTest):
                 ("Move", {"axis": "focus", "target": {"position": 1}}, {"parameter": "lens"}),
                 ("Move", {"lens": "a", "axis": "iris", "target": {"distanceM": 1}}, {"parameter": "target.distanceM"}),
                 ("TakeLease", {"lens": "a", "forMs": 1e12},
-                 {"parameter": "forMs", "minimum": 0, "maximum": 86400000, "unit": "ms"}),
+                 {"parameter": "forMs", "maximum": 86400000, "unit": "ms"}),
                 ("Autofocus", {"lens": "a", "method": "magic"}, {"parameter": "method"}),
                 ("Autofocus", {"lens": "a", "region": {"x": 0.9, "y": 0, "w": 0.5, "h": 1}}, {"parameter": "region"}),
                 ("MeasureBacklash", {"lens": "a", "pairs": 1}, {"parameter": "pairs", "minimum": 3, "maximum": 100}),
@@ -86,6 +86,22 @@ class Facts(ErrorTest):
                  {"parameter": "request.limits[0].depths[0].oneEnd"})):
             with self.subTest(method=method, parameters=parameters):
                 self.assert_tells(self.call(method, parameters, "InvalidRequest"), **expected)
+
+    def test_an_end_that_is_refused_is_not_told(self):
+        with self.daemon.client(60) as client:
+            session = client.call(LENS + "AutofocusBegin", {"lens": "b", "scores": True, "method": "hill-climb"})["parameters"]
+            times = {"session": session["session"], "exposureStartNs": 1, "exposureEndNs": 2}
+            for method, parameters, expected in (
+                    ("TakeLease", {"lens": "a", "forMs": 0}, {"parameter": "forMs", "maximum": 86400000, "unit": "ms"}),
+                    ("Autofocus", {"lens": "a", "deadlineMs": 0}, {"parameter": "deadlineMs", "maximum": 3600e3, "unit": "ms"}),
+                    ("Autofocus", {"lens": "a", "step": {"relative": 0}}, {"parameter": "step.relative"}),
+                    ("Autofocus", {"lens": "a", "step": {"blurPx": -1}}, {"parameter": "step.blurPx"}),
+                    ("AutofocusScore", {**times, "sharpness": 0}, {"parameter": "sharpness"}),
+                    ("AutofocusScore", {**times, "sharpness": 1, "sigma": 0}, {"parameter": "sigma"})):
+                with self.subTest(method=method, parameters=parameters):
+                    told = self.refused(client.call(LENS + method, parameters), "InvalidRequest")
+                    self.assert_tells(told, minimum=None, **{"maximum": None, "unit": None, **expected})
+            client.call(LENS + "AutofocusEnd", {"session": session["session"]})
 
     def test_what_is_not_found_is_named(self):
         self.assert_tells(self.call("Stop", {"lens": "nobody"}, "LensNotFound"), lens="nobody")
