@@ -7,9 +7,10 @@
 namespace lensd::varlink {
 namespace {
 
-/// Puts a field in front of the path of what was wrong inside it.
+/// Puts a field, or the place in an array ("[2]"), in front of the path of what was wrong inside it.
 void Prepend(std::string& path, std::string_view field) {
-  path = path.empty() ? std::string(field) : std::string(field) + "." + path;
+  const bool joined = path.empty() || path.starts_with('[');
+  path = std::string(field) + (joined ? "" : ".") + path;
 }
 
 }  // namespace
@@ -39,10 +40,7 @@ bool InterfaceDefinition::Matches(const TypeDefinition& expected, JsonView value
       return StructMatches(expected, value, path);
     case Kind::Array:
       if (!value.is_array()) return false;
-      for (const JsonView element : value.elements()) {
-        if (!Matches(*expected.element, element, path)) return false;
-      }
-      return true;
+      return ArrayMatches(expected, value, path);
     case Kind::Map:
       if (!value.is_object()) return false;
       for (const auto& [name, member] : value.members()) {
@@ -55,6 +53,15 @@ bool InterfaceDefinition::Matches(const TypeDefinition& expected, JsonView value
       return Matches(*types_.find(expected.name)->second, value, path);
   }
   return false;
+}
+
+bool InterfaceDefinition::ArrayMatches(const TypeDefinition& expected, JsonView value, std::string& path) const {
+  std::size_t index = 0;
+  for (const JsonView element : value.elements()) {
+    if (!Matches(*expected.element, element, path)) return Prepend(path, "[" + std::to_string(index) + "]"), false;
+    ++index;
+  }
+  return true;
 }
 
 bool InterfaceDefinition::StructMatches(const TypeDefinition& expected, JsonView value, std::string& path) const {

@@ -55,6 +55,7 @@ class InterfaceDefinition {
  private:
   friend class DefinitionParser;
   bool Matches(const TypeDefinition& expected, JsonView value, std::string& path) const;
+  bool ArrayMatches(const TypeDefinition& expected, JsonView value, std::string& path) const;
   bool StructMatches(const TypeDefinition& expected, JsonView value, std::string& path) const;
 
   std::string text_;
