@@ -145,14 +145,21 @@ void ResetFaults(ServedLens& lens, const ExchangePointer& exchange) {
 
 /// What the lenses that are to be stopped have answered.
 struct StopAnswers {
+  struct Failure {
+    const ServedLens& lens;
+    Error error;
+  };
   ExchangePointer exchange;
   std::size_t outstanding = 0;
-  std::optional<Error> error;
+  std::optional<Failure> first;
 
-  void Take(const Result<void>& stopped) {
-    if (!stopped && !error) error = stopped.error();
+  void Take(const ServedLens& lens, const Result<void>& stopped) {
+    if (!stopped && !first) first.emplace(lens, stopped.error());
+    CountDown();
+  }
+  void CountDown() {
     if (--outstanding > 0) return;
-    if (error) return Refuse(exchange, *error);
+    if (first) return Refuse(exchange, first->lens, first->error);
     exchange->Finish("{}");
   }
 };
@@ -180,9 +187,9 @@ void Stop(LensService& service, const ExchangePointer& exchange) {
       if (all && !has) return done(Result<void>());
       rig.Stop(axes, std::move(done));
     };
-    lens->AskToStop<void>(stop, [answers](const Result<void>& stopped) { answers->Take(stopped); });
+    lens->AskToStop<void>(stop, [answers, lens](const Result<void>& stopped) { answers->Take(*lens, stopped); });
   }
-  answers->Take({});
+  answers->CountDown();
 }
 
 }  // namespace
