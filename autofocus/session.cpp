@@ -58,8 +58,7 @@ std::vector<std::string_view> MethodNames() {
 Result<Window> WindowOf(const drivers::Region& region, int width, int height) {
   const auto inside = [](double from, double size) { return from >= 0 && size > 0 && from + size <= 1 + 1e-9; };
   if (!inside(region.x, region.width) || !inside(region.y, region.height)) {
-    return Fail(Code::InvalidArgument, "the region must lie inside the frame: x, y, width, height as fractions of it",
-                {.parameter = "region"});
+    return Fail(Code::InvalidArgument, "the region must lie inside the frame: x, y, width, height as fractions of it");
   }
   Window window;
   window.x = static_cast<int>(std::lround(region.x * width));
@@ -67,10 +66,8 @@ Result<Window> WindowOf(const drivers::Region& region, int width, int height) {
   window.width = std::min(static_cast<int>(std::lround(region.width * width)), width - window.x);
   window.height = std::min(static_cast<int>(std::lround(region.height * height)), height - window.y);
   if (window.width < kSmallestWindow || window.height < kSmallestWindow) {
-    return Fail(Code::InvalidArgument,
-                "the region must cover at least " + std::to_string(kSmallestWindow) + " x " +
-                    std::to_string(kSmallestWindow) + " pixels of the frame",
-                {.parameter = "region"});
+    return Fail(Code::InvalidArgument, "the region must cover at least " + std::to_string(kSmallestWindow) + " x " +
+                                           std::to_string(kSmallestWindow) + " pixels of the frame");
   }
   return window;
 }

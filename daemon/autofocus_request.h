@@ -13,6 +13,8 @@ namespace lensd::daemon {
 /// From the parameters that all of them share: region or regions, policy, method, deadline, range and step.
 /// InvalidArgument.
 Result<rig::AutofocusRequest> AutofocusRequestOf(const varlink::Json& parameters);
+/// The rig's answer to it, with its parameter as a path in the call.
+Error AsAskedOfAutofocus(const Error& error, const varlink::Json& parameters);
 
 class ServedLens;
 /// No client is left to be told of the autofocus whose end sets `ended` on the worker's thread: stops it, never the

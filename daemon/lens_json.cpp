@@ -39,10 +39,6 @@ Json MovedBy(const rig::AxisStatus& axis) {
 
 constexpr std::array<std::string_view, 3> kOrigins = {"lens", "sensor", "front"};
 
-std::string_view UnitName(drivers::NativeUnit unit) {
-  return unit == drivers::NativeUnit::FNumber ? "fNumber" : drivers::NativeUnitName(unit);
-}
-
 Json MoveCauseName(rig::MoveCause cause) {
   static constexpr std::array<std::string_view, 12> kNames = {"",         "counted", "noFeedback",  "positionUnknown",
                                                               "backlash", "missed",  "external",    "fault",
@@ -104,6 +100,10 @@ Json CameraJson(const drivers::CameraCapabilities& camera) {
 }
 
 }  // namespace
+
+std::string_view UnitName(drivers::NativeUnit unit) {
+  return unit == drivers::NativeUnit::FNumber ? "fNumber" : drivers::NativeUnitName(unit);
+}
 
 Json TextOrNull(std::string text) {
   return text.empty() ? Json(nullptr) : Json(std::move(text));

@@ -22,6 +22,8 @@ std::string Wrap(std::string_view field, const std::string& json);
 varlink::Json TextOrNull(std::string text);
 /// Native positions are mostly whole steps: those read better without a decimal point.
 varlink::Json NativeJson(double value);
+/// One of Unit of io.lensd.Lens.
+std::string_view UnitName(drivers::NativeUnit unit);
 
 /// Where distances of a call start, as its distanceFrom says.
 std::optional<optics::DistanceFrom> OriginOf(const varlink::Json& parameters);

@@ -14,6 +14,7 @@
 #include "drivers/pixels/jpeg.h"
 #include "io/png.h"
 #include "lens_json.h"
+#include "refusal.h"
 
 namespace lensd::daemon {
 namespace {
@@ -25,7 +26,9 @@ constexpr double kScreenGamma = 2.2;
 constexpr int kJpegQuality = 85;
 constexpr std::int64_t kEnoughSamples = std::int64_t{1} << 20;
 
-Result<drivers::Region> PartOf(const varlink::Json& region) {
+}  // namespace
+
+Result<drivers::Region> RegionOf(const varlink::Json& region, const std::string& path) {
   const auto number = [&](const char* key) { return region[key].get<double>(); };
   const drivers::Region part{number("x"), number("y"), number("w"), number("h")};
   constexpr double kRounding = 1e-9;
@@ -33,11 +36,14 @@ Result<drivers::Region> PartOf(const varlink::Json& region) {
     return from >= 0.0 && size > 0.0 && from + size <= 1.0 + kRounding;
   };
   if (!inside(part.x, part.width) || !inside(part.y, part.height)) {
-    return Fail(Code::InvalidArgument,
-                "region: x, y, w and h are fractions of the frame; w and h are above 0, and x + w and y + h at most 1");
+    return PassOn(
+        Wrong("region: x, y, w and h are fractions of the frame; w and h are above 0, and x + w and y + h at most 1",
+              {.parameter = path}));
   }
   return part;
 }
+
+namespace {
 
 /// From the first pixel to behind the last of `share` of `px` pixels from `from`.
 std::pair<int, int> Span(double from, double share, int px) {
@@ -133,7 +139,7 @@ std::vector<std::uint8_t> Through(const std::vector<std::uint8_t>& table, const 
 Result<PictureWish> PictureWishOf(const varlink::Json& parameters) {
   PictureWish wish;
   if (const auto* region = Given(parameters, "region")) {
-    auto part = PartOf(*region);
+    auto part = RegionOf(*region, "region");
     if (!part) return PassOn(part);
     wish.region = *part;
   }
@@ -141,7 +147,9 @@ Result<PictureWish> PictureWishOf(const varlink::Json& parameters) {
     constexpr std::int64_t kMost = 1 << 20;
     const auto side = [&](const char* key) { return (*size)[key].get<std::int64_t>(); };
     if (side("widthPx") < 1 || side("heightPx") < 1) {
-      return Fail(Code::InvalidArgument, "scaleTo: widthPx and heightPx are at least 1");
+      return PassOn(Wrong(
+          "scaleTo: widthPx and heightPx are at least 1",
+          {.parameter = side("widthPx") < 1 ? "scaleTo.widthPx" : "scaleTo.heightPx", .minimum = 1.0, .unit = "px"}));
     }
     wish.scale_to = {static_cast<int>(std::min(side("widthPx"), kMost)),
                      static_cast<int>(std::min(side("heightPx"), kMost))};

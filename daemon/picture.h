@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/result.h"
@@ -28,6 +29,8 @@ struct PictureWish {
   Encoding encoding = Encoding::Png;
 };
 
+/// A Region of a call, which has it at `path`. InvalidArgument: outside the frame.
+Result<drivers::Region> RegionOf(const varlink::Json& region, const std::string& path);
 /// `region`, `scaleTo` and `encoding` of a call. InvalidArgument: a region outside the frame, a size below 1 px.
 Result<PictureWish> PictureWishOf(const varlink::Json& parameters);
 

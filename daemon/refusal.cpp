@@ -62,6 +62,10 @@ std::optional<std::string_view> FirstNotHomed(const rig::Status& status) {
 
 Error About(std::string parameter, const Error& error) {
   if (!KnownOf(error).parameter.empty() || parameter.empty()) return error;
+  return Renamed(std::move(parameter), error);
+}
+
+Error Renamed(std::string parameter, const Error& error) {
   ErrorFacts facts = KnownOf(error);
   facts.parameter = std::move(parameter);
   return Fail(error.code, error.message, std::move(facts)).error();

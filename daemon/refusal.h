@@ -23,5 +23,7 @@ inline Error Wrong(std::string message, ErrorFacts facts) {
 }
 /// An error with the parameter that it is about, unless it names one itself.
 Error About(std::string parameter, const Error& error);
+/// The same, whatever it names.
+Error Renamed(std::string parameter, const Error& error);
 
 }  // namespace lensd::daemon

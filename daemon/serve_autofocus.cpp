@@ -4,6 +4,7 @@
 #include "autofocus_request.h"
 #include "lens_json.h"
 #include "lens_service.h"
+#include "picture.h"
 #include "proto/interfaces.h"
 #include "serve.h"
 #include "target_json.h"
@@ -14,9 +15,30 @@ using varlink::Json;
 
 namespace {
 
-drivers::Region RegionOf(const Json& region) {
-  const auto number = [&](const char* key) { return region[key].get<double>(); };
-  return {number("x"), number("y"), number("w"), number("h")};
+/// The regions of a call, whether it gives one or several.
+Result<std::vector<drivers::Region>> RegionsOf(const Json& parameters) {
+  const Json* one = Given(parameters, "region");
+  const Json* several = Given(parameters, "regions");
+  std::vector<drivers::Region> regions;
+  const auto add = [&](const Json& json, const std::string& path) -> Result<void> {
+    const auto region = RegionOf(json, path);
+    if (!region) return PassOn(region);
+    regions.push_back(*region);
+    return {};
+  };
+  if (one != nullptr && several != nullptr) {
+    return PassOn(Wrong("give either one region or several regions, not both", {.parameter = "regions"}));
+  }
+  if (several != nullptr && several->empty()) {
+    return PassOn(Wrong("regions is empty: leave it out for the default region", {.parameter = "regions"}));
+  }
+  if (one != nullptr) {
+    if (auto added = add(*one, "region"); !added) return PassOn(added);
+  }
+  for (std::size_t i = 0; several != nullptr && i < several->size(); ++i) {
+    if (auto added = add((*several)[i], "regions[" + std::to_string(i) + "]"); !added) return PassOn(added);
+  }
+  return regions;
 }
 
 constexpr double kLongestDeadlineMs = 3600e3;
@@ -73,18 +95,9 @@ Result<std::optional<rig::SearchRange>> RangeOf(const Json& parameters) {
 Result<rig::AutofocusRequest> AutofocusRequestOf(const Json& parameters) {
   rig::AutofocusRequest request;
   if (const Json* method = Given(parameters, "method")) request.method = method->get<std::string>();
-  const Json* region = Given(parameters, "region");
-  const Json* regions = Given(parameters, "regions");
-  if (region != nullptr && regions != nullptr) {
-    return PassOn(Wrong("give either one region or several regions, not both", {.parameter = "regions"}));
-  }
-  if (region != nullptr) request.regions.push_back(RegionOf(*region));
-  if (regions != nullptr) {
-    if (regions->empty()) {
-      return PassOn(Wrong("regions is empty: leave it out for the default region", {.parameter = "regions"}));
-    }
-    for (const Json& one : *regions) request.regions.push_back(RegionOf(one));
-  }
+  auto regions = RegionsOf(parameters);
+  if (!regions) return PassOn(regions);
+  request.regions = *std::move(regions);
   if (const Json* named = Given(parameters, "policy")) {
     auto policy = autofocus::PolicyFromName(named->get_ref<const std::string&>());
     if (!policy) return PassOn(policy);
@@ -100,6 +113,16 @@ Result<rig::AutofocusRequest> AutofocusRequestOf(const Json& parameters) {
   if (!step) return PassOn(step);
   request.step = *step;
   return request;
+}
+
+Error AsAskedOfAutofocus(const Error& error, const Json& parameters) {
+  const std::string parameter = error.facts ? error.facts->parameter : "";
+  if (parameter == "regions[0]" && Given(parameters, "regions") == nullptr) return Renamed("region", error);
+  for (const char* end : {"from", "to"}) {
+    if (parameter != "range." + std::string(end)) continue;
+    return Renamed(TargetPath(parameter, parameters["range"][end]), error);
+  }
+  return error;
 }
 
 namespace {
@@ -148,7 +171,7 @@ void Autofocus(ServedLens& lens, const ExchangePointer& exchange) {
                   });
   };
   lens.Ask<rig::AutofocusOutcome>(std::move(run), [&lens, exchange](const Result<rig::AutofocusOutcome>& outcome) {
-    if (!outcome) return Refuse(exchange, lens, outcome.error());
+    if (!outcome) return Refuse(exchange, lens, AsAskedOfAutofocus(outcome.error(), exchange->parameters()));
     const varlink::Json result = AutofocusJson(lens.name(), *outcome);
     exchange->Finish(Wrap("autofocus", varlink::WriteJson(result)));
     lens.watchers().Announce(lens, "autofocus", result);

@@ -210,6 +210,10 @@ void FrameSessions::Begin(const ExchangePointer& exchange) {
       lens->watchers().Announce(*lens, "autofocus", AutofocusJson(lens->name(), *outcome));
     }
     session->end = outcome;
+    // Without the call its connection has closed: nobody is left to hear.
+    if (!outcome && session->begun) {
+      session->end = PassOn(AsAskedOfAutofocus(outcome.error(), session->begun->parameters()));
+    }
     session->begun = nullptr;
     if (session->waiting) Conclude(session, std::exchange(session->waiting, nullptr));
   });

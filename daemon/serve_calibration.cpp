@@ -7,6 +7,7 @@
 #include "lens_json.h"
 #include "lens_service.h"
 #include "optics/focus_scale.h"
+#include "picture.h"
 #include "rig/backlash.h"
 #include "serve.h"
 
@@ -27,14 +28,15 @@ std::string Today() {
   return {text, std::strftime(text, sizeof text, "%Y-%m-%d", &utc)};
 }
 
-Result<rig::FocusPoint> PointOf(const Json& json, const optics::FocusScale& scale, Metres focal_length) {
+Result<rig::FocusPoint> PointOf(const Json& json, const std::string& path, const optics::FocusScale& scale,
+                                Metres focal_length) {
   rig::FocusPoint point{Native{json["position"].get<double>()}, {}, {}};
   if (const Json* mm = Given(json, "extensionMm")) point.extension = Metres{mm->get<double>() * 1e-3};
   if (const Json* vergence = Given(json, "vergenceD")) point.vergence = Dioptres{vergence->get<double>()};
   if (const Json* metres = Given(json, "distanceM")) {
-    if (point.vergence) return PassOn(Wrong("a point has exactly one depth", {.parameter = "points"}));
+    if (point.vergence) return PassOn(Wrong("a point has exactly one depth", {.parameter = path}));
     const auto depth = optics::DepthInFocus(scale, focal_length, Metres{metres->get<double>()});
-    if (!depth) return PassOn(depth);
+    if (!depth) return PassOn(About(path + ".distanceM", depth.error()));
     point.vergence = depth->vergence();
   }
   return point;
@@ -55,7 +57,7 @@ Result<std::optional<rig::Calibration>> WithCurve(rig::Calibration calibration, 
   scale.centre_shift = rig.optics()->centre_shift();
   std::vector<rig::FocusPoint> points;
   for (const Json& json : *Given(parameters, "points")) {
-    const auto point = PointOf(json, scale, focal_length);
+    const auto point = PointOf(json, "points[" + std::to_string(points.size()) + "]", scale, focal_length);
     if (!point) return PassOn(point);
     points.push_back(*point);
   }
@@ -192,6 +194,11 @@ void FinishBacklash(ServedLens& lens, const ExchangePointer& exchange, Axis axis
     if (!rig.lens().axes[axis]) {
       return Fail(Code::Unsupported, "this lens has no motorised " + std::string(drivers::AxisName(axis)));
     }
+    if (!(backlash.steps >= 0.0)) {
+      return PassOn(
+          Wrong("size must not be negative",
+                {.parameter = "size", .minimum = 0.0, .unit = std::string(UnitName(rig.lens().axes[axis]->unit))}));
+    }
     now.backlash[axis] = backlash;
     return now;
   };
@@ -226,8 +233,9 @@ void MeasureBacklash(ServedLens& lens, const ExchangePointer& exchange) {
     request.pairs = static_cast<int>(count);
   }
   if (const Json* region = Given(parameters, "region")) {
-    const auto number = [&](const char* key) { return (*region)[key].get<double>(); };
-    request.region = drivers::Region{number("x"), number("y"), number("w"), number("h")};
+    const auto part = RegionOf(*region, "region");
+    if (!part) return Refuse(exchange, lens, part.error());
+    request.region = *part;
   }
   auto ended = std::make_shared<bool>(false);  // the worker's thread
   const auto measure = [request, progress = BacklashProgressTo(lens, exchange), ended](rig::Rig& rig, auto done) {
@@ -242,7 +250,7 @@ void MeasureBacklash(ServedLens& lens, const ExchangePointer& exchange) {
                          });
   };
   lens.Ask<rig::BacklashOutcome>(measure, [exchange, &lens](const Result<rig::BacklashOutcome>& outcome) {
-    if (!outcome) return Refuse(exchange, lens, outcome.error());
+    if (!outcome) return Refuse(exchange, lens, AsAskedOfAutofocus(outcome.error(), exchange->parameters()));
     FinishBacklash(lens, exchange, Axis::Focus, *outcome, Origin::Measured);
   });
   exchange->OnGone([&lens, ended] { StopUnlessEnded(lens, ended, {}); });
@@ -263,9 +271,6 @@ void Backlash(ServedLens& lens, const ExchangePointer& exchange) {
   rig::BacklashOutcome said;
   said.measured = true;
   said.backlash.steps = said.backlash.low = said.backlash.high = size->get<double>();
-  if (!(said.backlash.steps >= 0.0)) {
-    return Refuse(exchange, lens, Wrong("size must not be negative", {.parameter = "size", .minimum = 0.0}));
-  }
   FinishBacklash(lens, exchange, axis, std::move(said), Origin::Said);
 }
 

@@ -108,7 +108,8 @@ Result<Duration> PeriodOf(const ExchangePointer& exchange) {
   if (rate == nullptr) return Duration::zero();
   const double hz = rate->get<double>();
   if (!(hz >= kLowestRateHz && hz <= kHighestRateHz)) {
-    return Fail(Code::InvalidArgument, "maxRateHz is from 0.001 to 10000; leave it out for every frame");
+    return PassOn(Wrong("maxRateHz is from 0.001 to 10000; leave it out for every frame",
+                        {.parameter = "maxRateHz", .minimum = kLowestRateHz, .maximum = kHighestRateHz, .unit = "Hz"}));
   }
   return Duration(std::llround(1e9 / hz));
 }

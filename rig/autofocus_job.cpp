@@ -87,9 +87,10 @@ Result<std::vector<drivers::Region>> AutofocusJob::RegionsFor(const AutofocusReq
   }
   const auto& camera = means_.camera->capabilities();
   if (regions.empty()) regions.push_back(camera.focus_region);
-  for (const drivers::Region& region : regions) {
-    auto window = autofocus::WindowOf(region, camera.width, camera.height);
-    if (!window) return PassOn(window);
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    auto window = autofocus::WindowOf(regions[i], camera.width, camera.height);
+    if (window) continue;
+    return Fail(window.error().code, window.error().message, {.parameter = "regions[" + std::to_string(i) + "]"});
   }
   return regions;
 }
@@ -361,7 +362,7 @@ void AutofocusJob::ServeExternal() {
   if (!external_->submitted() || *means_.lens.sampled_at() < external_->submitted()->frame.exposure_end) return;
   if (auto wrong = external_->WhatIsWrong(steady)) {
     if (!steady) external_->AnnounceAgain();
-    return means_.replies.Add(external_->Refuse(), Result<void>(Fail(Code::InvalidArgument, *std::move(wrong))));
+    return means_.replies.Add(external_->Refuse(), Result<void>(PassOn(*std::move(wrong))));
   }
   FollowFrameRate();
   auto [frame, done] = external_->Accept();

@@ -82,12 +82,14 @@ Result<double> ErrorOf(const std::vector<Depth>& depths, double resolution) {
 
 Result<FocusCurve> FitFocusCurve(std::vector<FocusPoint> points, Metres focal_length, std::optional<Metres> error,
                                  double resolution) {
-  for (const FocusPoint& point : points) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const FocusPoint& point = points[i];
+    const ErrorFacts facts{.parameter = "points[" + std::to_string(i) + "]"};
     if (point.extension.has_value() == point.vergence.has_value()) {
-      return Fail(Code::InvalidArgument, "a point of a calibration has exactly one depth");
+      return Fail(Code::InvalidArgument, "a point of a calibration has exactly one depth", facts);
     }
     if (point.vergence && !(point.vergence->value * focal_length.value < 1.0)) {
-      return Fail(Code::InvalidArgument, "a target inside the focal length cannot be in focus");
+      return Fail(Code::InvalidArgument, "a target inside the focal length cannot be in focus", facts);
     }
   }
   const std::vector<Depth> depths = Grouped(points, focal_length);

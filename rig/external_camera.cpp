@@ -37,14 +37,21 @@ Result<void> ExternalCamera::Check(const SubmittedFrame& frame) const {
   return {};
 }
 
-std::optional<std::string> ExternalCamera::WhatIsWrong(std::optional<Instant> steady_since) const {
+std::optional<Error> ExternalCamera::WhatIsWrong(std::optional<Instant> steady_since) const {
   const drivers::Frame& frame = submitted_->frame;
-  if (!steady_since) return "the lens was moved meanwhile: wait until it stands and take another frame";
+  if (!steady_since) {
+    return Error{Code::InvalidArgument, "the lens was moved meanwhile: wait until it stands and take another frame"};
+  }
   const Instant from = std::max(since_, *steady_since);
   if (frame.exposure_start < from) {
     const auto early = std::chrono::duration_cast<std::chrono::microseconds>(from - frame.exposure_start);
-    return "the exposure began " + std::to_string(early.count()) +
-           " us before the lens stood where this frame is wanted: take a newer one";
+    return Fail(Code::InvalidArgument,
+                "the exposure began " + std::to_string(early.count()) +
+                    " us before the lens stood where this frame is wanted: take a newer one",
+                {.parameter = "exposureStartNs",
+                 .minimum = static_cast<double>(from.time_since_epoch().count()),
+                 .unit = "ns"})
+        .error();
   }
   return std::nullopt;
 }

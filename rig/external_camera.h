@@ -37,7 +37,7 @@ class ExternalCamera {
   /// The frame to be judged, if any: a reading of the lens from after its exposure is needed.
   const std::optional<SubmittedFrame>& submitted() const { return submitted_; }
   /// Why the frame that waits is not the one wanted; nothing if it is.
-  std::optional<std::string> WhatIsWrong(std::optional<Instant> steady_since) const;
+  std::optional<Error> WhatIsWrong(std::optional<Instant> steady_since) const;
   /// Ends the judging: the frame is used, and who wanted it gets it ...
   std::pair<SubmittedFrame, ObservationCallback> Accept();
   /// ... or it is refused and the same one is still wanted; announced again where the lens has moved meanwhile.
