@@ -201,8 +201,8 @@ class Session(DaemonTest):
         with self.daemon.client(60 * PATIENCE) as client:
             for method in ("Autofocus", "AutofocusBegin"):
                 for wrong, error, parameter in (
-                        ({"range": {"from": {"position": 10}, "to": {"position": 99999}}}, "OutOfRange", "range.to"),
-                        ({"range": {"from": {"distanceM": 0.001}, "to": {"position": 9}}}, "OutOfRange", "range.from"),
+                        ({"range": {"from": {"position": 10}, "to": {"position": 99999}}}, "OutOfRange", "range.to.position"),
+                        ({"range": {"from": {"distanceM": 0.001}, "to": {"position": 9}}}, "OutOfRange", "range.from.distanceM"),
                         ({"range": {"from": {}, "to": {"position": 9}}}, "InvalidRequest", "range.from"),
                         ({"range": {"from": {"position": 9}, "to": {"position": 9}}}, "InvalidRequest", "range"),
                         ({"step": {"relative": 0.2}}, "OutOfRange", "step.relative"),

@@ -145,7 +145,7 @@ class Protocol(DaemonTest):
                 (LENS + "Move", {"axis": "focus", "target": {"position": "1"}}, {}, "InvalidParameter",
                  {"parameter": "target.position"}),
                 (LENS + "Plan", {"request": {"limits": [{"kind": "sharp", "limitUm": 1, "depths": [], "x": 1}]}}, {},
-                 "InvalidParameter", {"parameter": "request.limits.x"}),
+                 "InvalidParameter", {"parameter": "request.limits[0].x"}),
                 (LENS + "Move", {"axis": "focus", "target": {"distanceM": 1}, "distanceFrom": "nose"}, {},
                  "InvalidParameter", {"parameter": "distanceFrom"}),
                 (LENS + "Autofocus", {"lens": "a", "policy": "any"}, {}, "InvalidParameter", {"parameter": "policy"}),
