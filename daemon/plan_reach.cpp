@@ -36,6 +36,10 @@ Result<void> CheckApertures(const optics::PlanRequest& asked, const optics::Lens
                 "this lens has " + Rounded(low) + " to " + Rounded(high) + " " + what + ", and others are asked for",
                 {.parameter = std::move(parameter), .minimum = low, .maximum = high, .unit = diameters ? "mm" : ""});
   };
+  const auto is_aperture = [](const optics::Number& given) { return given.value > 0.0; };
+  const bool sensible = asked.stops.empty() ? is_aperture(asked.f_numbers.low) && is_aperture(asked.f_numbers.high)
+                                            : std::ranges::all_of(asked.stops, is_aperture);
+  if (!sensible) return {};  // the planner says so
   for (std::size_t i = 0; i < asked.stops.size(); ++i) {
     const double stop = f_number(asked.stops[i]);
     if (outside(stop, stop)) return refuse("request.stops[" + std::to_string(i) + "]");
