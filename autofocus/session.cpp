@@ -223,6 +223,7 @@ Advice Session::Follow(const Look& look) {
   if (auto* verdict = std::get_if<Verdict>(&advice)) {
     verdict->reason += forecast_;
     if (!verdict->focused && repeated_) {
+      verdict->cause = Cause::SameFrame;
       verdict->reason =
           "the same frame was sent twice, though the lens had moved between: is the camera still "
           "taking pictures? " +

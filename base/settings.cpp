@@ -6,6 +6,10 @@
 #include <cmath>
 #include <filesystem>
 #include <sstream>
+#include <vector>
+
+#include "base/nearest_word.h"
+#include "base/settings_problems.h"
 
 namespace lensd {
 namespace {
@@ -65,20 +69,25 @@ const Settings* SettingsReader::Find(std::string_view key) {
 
 const Settings* SettingsReader::Require(std::string_view key) {
   const Settings* found = Find(key);
-  if (found == nullptr) Reject(key, "is missing");
+  if (found != nullptr) return found;
+  const bool first = !error_;
+  Reject(key, "is missing: write " + std::string(key) + " = ...");
+  if (first) missing_ = true;
   return found;
 }
 
 void SettingsReader::Reject(std::string_view key, std::string_view why) {
-  if (error_) return;
+  auto* problems = SettingsProblems::Current();
+  if (error_ && problems == nullptr) return;
   const auto* table = table_.AsTable();
   const Settings* at = &table_;
   if (table != nullptr) {
     if (const auto found = table->find(key); found != table->end()) at = &found->second;
   }
   std::string message = at->where().Text() + ": ";
-  message += key.empty() ? what_ : what_ + " " + std::string(key);
-  error_ = Error{Code::BadData, message + " " + std::string(why)};
+  message += (key.empty() ? what_ : what_ + " " + std::string(key)) + " " + std::string(why);
+  if (problems != nullptr) problems->AddOfKey(table_, key, message);
+  if (!error_) error_ = Error{Code::BadData, std::move(message)};
 }
 
 std::optional<double> SettingsReader::NumberIn(std::string_view key, const Settings* found, Range range) {
@@ -211,23 +220,34 @@ const Settings* SettingsReader::Any(std::string_view key) {
 }
 
 Result<void> SettingsReader::Finish() {
-  const auto* table = table_.AsTable();
-  if (!error_ && table != nullptr) {
-    const Settings* first = nullptr;
-    std::string_view name;
-    for (const auto& [key, value] : *table) {
-      if (known_.contains(key)) continue;
-      if (first == nullptr || value.where().line < first->where().line) {
-        first = &value;
-        name = key;
-      }
-    }
-    if (first != nullptr) {
-      error_ = Error{Code::BadData, first->where().Text() + ": unknown key \"" + std::string(name) + "\" in " + what_};
-    }
-  }
+  // What is missing may be there, and mistyped.
+  if (!error_ || missing_ || SettingsProblems::Current() != nullptr) RejectUnknown();
   if (error_) return PassOn(*error_);
   return {};
+}
+
+void SettingsReader::RejectUnknown() {
+  const auto* table = table_.AsTable();
+  if (table == nullptr) return;
+  auto* problems = SettingsProblems::Current();
+  std::vector<std::string> words(known_.begin(), known_.end());
+  for (const std::string& key : problems != nullptr ? problems->BesideOf(table_) : std::vector<std::string>()) {
+    words.push_back(key);
+  }
+  const bool may_tell = !error_ || missing_;
+  const Settings* first = nullptr;
+  for (const auto& [key, value] : *table) {
+    if (known_.contains(key)) continue;
+    const auto meant = NearestWord(key, words);
+    std::string message = value.where().Text() + ": unknown key \"" + key + "\" in " + what_;
+    if (meant) message += "; did you mean \"" + *meant + "\"?";
+    if (problems != nullptr) problems->AddOfKey(table_, key, message);
+    if (problems != nullptr && meant && !table->contains(*meant)) problems->ForgetKey(table_, *meant);
+    const bool earlier = first == nullptr || value.where().line < first->where().line;
+    if (!may_tell || !earlier || (missing_ && !meant)) continue;
+    first = &value;
+    error_ = Error{Code::BadData, std::move(message)};
+  }
 }
 
 }  // namespace lensd

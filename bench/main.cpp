@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/nearest_word.h"
 #include "bench/autofocus/autofocus.h"
 #include "bench/command.h"
 #include "bench/measure/measure.h"
@@ -24,11 +25,12 @@ namespace {
 const std::vector<Command>& Commands() {
   static const std::vector<Command> commands = {
       {"autofocus", "methods side by side on one scene: frames, time, error, refusals", RunAutofocusCommand},
+      {"evidence", "all of these but verify, every figure kept with its command: resumable", RunEvidence},
       {"measure", "focus measures against OpenCV's and one read of the memory", RunMeasure},
       {"move", "a step of a ringing actuator, raw and shaped: what is left when", RunMove},
       {"plan", "the planner against its peers: time and error on the same problems", RunPlan},
       {"render", "renderers and their peers: time against error, cost against disk diameter", RunRender},
-      {"report", "all of these but verify, as one page", RunReport},
+      {"report", "one page of charts from what evidence kept; --quick --baseline: a guard", RunReport},
       {"rpc", "what a question to the daemon costs, beside a bare socket and sd-bus", RunRpc},
       {"verify", "does a picture keep its blur limits? judged from frames alone", RunVerify},
   };
@@ -48,6 +50,10 @@ int Run(int argc, char** argv) {
     PrintHelp(std::cout);
     return EX_OK;
   }
+  if (name == "--version") {
+    std::cout << "lens-bench " LENSD_VERSION "\n";
+    return EX_OK;
+  }
   for (const Command& command : Commands()) {
     if (command.name != name) continue;
     std::string called = "lens-bench " + std::string(name);
@@ -57,7 +63,11 @@ int Run(int argc, char** argv) {
   if (name.empty()) {
     PrintHelp(std::cerr);
   } else {
-    std::cerr << "lens-bench: there is no command '" << name << "'; lens-bench --help lists them\n";
+    std::vector<std::string> names;
+    for (const Command& command : Commands()) names.emplace_back(command.name);
+    const auto meant = NearestWord(name, names);
+    std::cerr << "lens-bench: there is no command '" << name << "'" << (meant ? "; did you mean " + *meant + "?" : "")
+              << "; lens-bench --help lists them\n";
   }
   return EX_USAGE;
 }

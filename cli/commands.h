@@ -4,6 +4,7 @@
 
 #include <initializer_list>
 
+#include "cli/help.h"
 #include "cli/online/commands.h"
 #include "cli/session.h"
 
@@ -17,10 +18,11 @@ void AddProject(CLI::App& root, Run& run);
 void AddLight(CLI::App& root, Run& run);
 
 inline constexpr std::initializer_list<AddCommand> kCommands = {
-    AddPlan,      AddBlur,     AddDof,      AddConjugate, AddProject,    AddLight, AddDevices, AddList,
-    AddStatus,    AddFocus,    AddAperture, AddZoom,      AddFilter,     AddHome,  AddStop,    AddAutofocus,
-    AddCalibrate, AddBacklash, AddPreset,   AddSnapshot,  AddExposure,   AddStack, AddMonitor, AddMetrics,
-    AddLease,     AddReload,   AddDoctor,   AddCall,      AddIntrospect,
+    AddPlan,   AddBlur,      AddDof,        AddConjugate, AddProject,    AddLight,  AddDevices,  AddList,
+    AddStatus, AddFocus,     AddAperture,   AddZoom,      AddFilter,     AddHome,   AddStop,     AddReset,
+    AddWait,   AddAutofocus, AddCalibrate,  AddBacklash,  AddPreset,     AddUndo,   AddSnapshot, AddExposure,
+    AddStack,  AddMonitor,   AddMetrics,    AddLog,       AddLease,      AddReload, AddBackup,   AddRestore,
+    AddDoctor, AddCall,      AddIntrospect, AddHelp,      AddCompletion,
 };
 
 }  // namespace lensd::cli

@@ -9,8 +9,12 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "cli/commands.h"
+#include "cli/help.h"
+#include "cli/online/completion.h"
 #include "cli/quantity.h"
 #include "cli/session.h"
 #include "cli/text.h"
@@ -107,19 +111,6 @@ int EndEarly(const GlobalText& text, const Failure& failure) {
   return End(session, failure);
 }
 
-/// CLI11's complaint with the command's own help to turn to. An unknown command gets a sentence of its own: CLI11 only
-/// says that a command is required.
-Failure UsageFailure(const CLI::App& root, const CLI::ParseError& error) {
-  std::string command;
-  for (const CLI::App* chosen : root.get_subcommands()) command = " " + chosen->get_name();
-  std::string message = error.what();
-  if (command.empty()) {
-    const auto unknown = root.remaining();
-    message = unknown.empty() ? "say which command" : "there is no command or option '" + unknown.front() + "'";
-  }
-  return {Exit::Usage, message + "; see lensctl" + command + " --help"};
-}
-
 /// An option that is given with nothing in it: more likely a script's variable that is not set than a wish.
 std::optional<Failure> EmptyOption(const CLI::App& command) {
   for (const CLI::Option* option : command.get_options()) {
@@ -138,21 +129,36 @@ bool AsksForJson(int argc, char** argv) {
   return std::any_of(argv, argv + argc, [](const char* word) { return std::string_view(word) == "--json"; });
 }
 
+/// `completion words ...`: what follows is not to be parsed, for it is not written to its end.
+bool AsksForWords(std::span<const char* const> arguments) {
+  return std::string_view(arguments[0]) == "completion" && std::string_view(arguments[1]) == "words";
+}
+
+int OfferWords(const CLI::App& root, std::span<const char* const> arguments) {
+  const std::vector<std::string> words(arguments.begin(), arguments.end());
+  for (const std::string& offered : Completions(root, words)) std::printf("%s\n", offered.c_str());
+  return 0;
+}
+
 int Main(int argc, char** argv) {
-  CLI::App root("lensctl: plan lens settings exactly, and drive lenses through lensd", "lensctl");
-  root.set_version_flag("--version", "lensctl " LENSD_VERSION);
+  CLI::App root("plan lens settings exactly, and drive lenses through lensd", "lensctl");
+  root.set_version_flag("--version", "lensctl " LENSD_VERSION, "print it and end");
   root.set_help_flag("-h,--help", "this text; lensctl COMMAND --help for one command");
   root.fallthrough();
   root.require_subcommand(1);
+  root.formatter_fn(
+      [](const CLI::App* command, const std::string& name, CLI::AppFormatMode) { return HelpText(*command, name); });
   root.footer(
-      "Quantities carry their unit: 0.8m 850mm 33in 5ft7in 2.5D inf 8um 1.5px 550nm 3ms 25C 2%. F-numbers: 2.8 or\n"
-      "f/2.8. Ranges: A..B. Exit status: 0 done, 1 the answer is no, 2 to 9 the lens or daemon refused, 64 and\n"
-      "above as in sysexits.h; with --json the reason is {\"error\": CODE, \"message\": TEXT} on stdout.");
+      "Quantities carry their unit: 0.8m 850mm 33in 5ft7in 2.5D inf 8um 1.5px 550nm\n"
+      "3ms 25C 2%. F-numbers: 2.8 or f/2.8. Ranges: A..B. Exit status: 0 done, 1 the\n"
+      "answer is no, 2 to 9 the lens or daemon refused, 64 and above as in sysexits.h;\n"
+      "with --json the reason is {\"error\": CODE, \"message\": TEXT} on stdout.");
   const std::span<const char* const> arguments(argv + 1, static_cast<std::size_t>(std::max(argc - 1, 0)));
   GlobalText text;
   AddGlobals(root, text);
   Run run;
   for (const AddCommand add : kCommands) add(root, run);
+  if (arguments.size() >= 3 && AsksForWords(arguments)) return OfferWords(root, arguments.subspan(2));
   const bool json = AsksForJson(argc, argv);
   try {
     root.parse(argc, argv);
@@ -168,6 +174,7 @@ int Main(int argc, char** argv) {
   const auto units = ParseUnits(text, arguments);
   if (!globals || !units) return EndEarly(text, globals ? units.error() : globals.error());
   ShowDistancesIn(*units);
+  if (globals->from.value_or(From::Lens) != From::Lens) SayWhereDistancesStart();
   Session session(*std::move(globals));
   const Outcome outcome = run(session);
   if (!outcome) return End(session, outcome.error());

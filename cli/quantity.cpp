@@ -24,13 +24,13 @@ struct Unit {
   int exponent;
 };
 constexpr Unit kUnits[] = {
-    {"nm", Kind::Length, 1, -9},      {"um", Kind::Length, 1, -6},    {"\u00b5m", Kind::Length, 1, -6},
-    {"\u03bcm", Kind::Length, 1, -6}, {"mm", Kind::Length, 1, -3},    {"cm", Kind::Length, 1, -2},
-    {"m", Kind::Length, 1, 0},        {"km", Kind::Length, 1, 3},     {"in", Kind::Length, 254, -4},
-    {"ft", Kind::Length, 3048, -4},   {"D", Kind::Vergence, 1, 0},    {"px", Kind::Pixels, 1, 0},
-    {"ns", Kind::Time, 1, -9},        {"us", Kind::Time, 1, -6},      {"ms", Kind::Time, 1, -3},
-    {"s", Kind::Time, 1, 0},          {"C", Kind::Temperature, 1, 0}, {"%", Kind::Percent, 1, -2},
-    {"", Kind::Plain, 1, 0},
+    {"nm", Kind::Length, 1, -9},      {"um", Kind::Length, 1, -6}, {"\u00b5m", Kind::Length, 1, -6},
+    {"\u03bcm", Kind::Length, 1, -6}, {"mm", Kind::Length, 1, -3}, {"cm", Kind::Length, 1, -2},
+    {"m", Kind::Length, 1, 0},        {"km", Kind::Length, 1, 3},  {"in", Kind::Length, 254, -4},
+    {"ft", Kind::Length, 3048, -4},   {"D", Kind::Vergence, 1, 0}, {"px", Kind::Pixels, 1, 0},
+    {"ns", Kind::Time, 1, -9},        {"us", Kind::Time, 1, -6},   {"ms", Kind::Time, 1, -3},
+    {"s", Kind::Time, 1, 0},          {"min", Kind::Time, 60, 0},  {"h", Kind::Time, 3600, 0},
+    {"C", Kind::Temperature, 1, 0},   {"%", Kind::Percent, 1, -2}, {"", Kind::Plain, 1, 0},
 };
 
 struct Measure {
@@ -231,7 +231,7 @@ Result<Decimal> ParsePercent(std::string_view text, std::string_view option) {
 }
 
 Result<Duration> ParseTime(std::string_view text, std::string_view option) {
-  const auto measure = Parse(text, option, {Kind::Time}, "a time in ns us ms s, such as 500ms");
+  const auto measure = Parse(text, option, {Kind::Time}, "a time in ns us ms s min h, such as 500ms");
   if (!measure) return PassOn(measure);
   const auto seconds = measure->value.Nearest();
   constexpr double kLongestS = 9e9;

@@ -24,6 +24,11 @@ DistanceUnit& Shown() {
   return unit;
 }
 
+bool& OriginSaid() {
+  static bool said = false;
+  return said;
+}
+
 /// The unit of the first quantity in `NAME=2m..3m:8um`, `5ft7in`, `1.2m@3m`; nothing where it is no distance.
 std::optional<DistanceUnit> UnitIn(std::string_view text) {
   if (const auto equals = text.find('='); equals != std::string_view::npos) text.remove_prefix(equals + 1);
@@ -55,7 +60,8 @@ std::optional<DistanceUnit> UnitIn(std::string_view text) {
 }  // namespace
 
 DistanceUnit UnitOfFirstDistance(std::span<const char* const> arguments) {
-  static constexpr std::string_view kOptions[] = {"--focus", "--at", "--sharp", "--blurred", "--point", "--field"};
+  static constexpr std::string_view kOptions[] = {"--focus", "--at",    "--sharp", "--blurred",
+                                                  "--point", "--field", "--range"};
   const bool focuses = std::ranges::find(arguments, std::string_view("focus")) != arguments.end();
   std::string_view option;
   for (const std::string_view argument : arguments) {
@@ -78,6 +84,18 @@ void ShowDistancesIn(DistanceUnit unit) {
   Shown() = unit;
 }
 
+void SayWhereDistancesStart() {
+  OriginSaid() = true;
+}
+
+std::string_view OriginWords() {
+  return OriginSaid() ? " from the lens centre" : "";
+}
+
+std::string_view OriginLine() {
+  return OriginSaid() ? "distances are from the lens centre\n" : "";
+}
+
 std::string DistanceText(Metres distance) {
   constexpr double kFar = 1e5, kNear = 1e3;  // metres: beyond, km; beyond, no mm and inches
   const double metres = distance.value;
@@ -85,6 +103,8 @@ std::string DistanceText(Metres distance) {
   if (metres < kFar && unit == DistanceUnit::Feet) return Short(metres / 0.3048) + " ft";
   if (metres < kNear && unit == DistanceUnit::Inches) return Short(metres / 0.0254) + " in";
   if (metres < kNear && unit == DistanceUnit::Millimetres) return Short(metres * 1e3, 5) + " mm";
+  constexpr double kRoundsToOne = 0.99995;  // which would read 1000 mm
+  if (metres >= kRoundsToOne && metres < 1.0) return "1 m";
   return LengthText(distance, metres < 1.0 ? 5 : 4);
 }
 

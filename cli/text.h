@@ -24,6 +24,13 @@ DistanceUnit UnitOfFirstDistance(std::span<const char* const> arguments);
 /// The unit DepthText() writes in: of the whole process, set once before the command runs. Metres until then.
 void ShowDistancesIn(DistanceUnit unit);
 
+/// From now on texts say that their distances start at the lens centre: where the person's own start elsewhere.
+void SayWhereDistancesStart();
+/// " from the lens centre" where that is to be said, otherwise nothing.
+std::string_view OriginWords();
+/// The same as a line below a table.
+std::string_view OriginLine();
+
 /// A distance in the unit of the process, in km from 100 km on: "2.31 m", "7.58 ft".
 std::string DistanceText(Metres distance);
 /// A depth as "2.31 m (0.433 D)", "infinity (0 D)" or "past infinity (-0.1 D)"; in dioptres "0.433 D (2.31 m)".

@@ -44,8 +44,8 @@ function(lensd_test_program name)
 endfunction()
 
 # lensd_test(NAME SOURCES ... ROOMS ... [LIBRARIES ...] [LABELS ...] [TIMEOUT seconds] [WAITS] [LOCK name])
-# The same; every test in it becomes a ctest. Label `slow` keeps it out of script/test --fast. ctest runs four jobs on two
-# processors: a test counts as two of them, one that mostly WAITS for devices as one. Tests of one LOCK run one after the other,
+# The same; every test in it becomes a ctest. Label `slow` keeps it out of script/test --fast. ctest runs five jobs on two
+# processors: a test counts as two of them, one that mostly WAITS for devices as one. Slow ones begin first. Tests of one LOCK run one after the other,
 # while ctest runs others.
 function(lensd_test name)
   cmake_parse_arguments(TEST "WAITS" "TIMEOUT;LOCK" "SOURCES;ROOMS;LIBRARIES;LABELS" ${ARGN})
@@ -61,6 +61,9 @@ function(lensd_test name)
   # gtest_discover_tests() loses all but the first of several labels, and whatever follows them.
   string(JOIN ";" labels ${name} ${TEST_LABELS})
   set(properties "TIMEOUT ${TEST_TIMEOUT} PROCESSORS ${processors} LABELS \"${labels}\"")
+  if("slow" IN_LIST TEST_LABELS)
+    string(APPEND properties " COST 10")  # what a first run cannot know
+  endif()
   if(TEST_LOCK)
     string(APPEND properties " RESOURCE_LOCK ${TEST_LOCK}")
   endif()

@@ -12,9 +12,9 @@ using varlink::Json;
 namespace {
 
 std::string_view AutofocusCauseName(const rig::AutofocusOutcome& outcome) {
-  static constexpr std::array<std::string_view, 11> kNames = {
+  static constexpr std::array<std::string_view, 12> kNames = {
       "noTexture", "tooBright",    "severalDepths", "endOfTravel", "subjectMoved", "ambiguous",
-      "unclear",   "uncalibrated", "placeUnknown",  "deadline",    "missed"};
+      "unclear",   "uncalibrated", "placeUnknown",  "deadline",    "missed",       "sameFrame"};
   return outcome.focused ? "found" : NameIn(kNames, outcome.cause);
 }
 
@@ -46,6 +46,14 @@ Json SubjectJson(const std::optional<rig::AutofocusSubject>& subject) {
           {"sigmaD", Optional(subject->sigma)}};
 }
 
+Json RegionsJson(const std::vector<drivers::Region>& regions) {
+  Json json = Json::array();
+  for (const drivers::Region& region : regions) {
+    json.push_back({{"x", region.x}, {"y", region.y}, {"w", region.width}, {"h", region.height}});
+  }
+  return json;
+}
+
 }  // namespace
 
 Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome) {
@@ -68,7 +76,8 @@ Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome
             {"cause", AutofocusCauseName(outcome)},
             {"reason", outcome.reason},
             {"subject", SubjectJson(outcome.subject)},
-            {"samples", SamplesJson(outcome.samples)}};
+            {"samples", SamplesJson(outcome.samples)},
+            {"regions", RegionsJson(outcome.regions)}};
   if (!candidates.empty()) json["candidates"] = std::move(candidates);
   return json;
 }

@@ -21,29 +21,38 @@ std::string Plain(std::string serial) {
   return serial;
 }
 
-bool IsThere(const std::string& file) {
+}  // namespace
+
+Error Damaged(const std::string& file, const std::string& why) {
+  const auto copy = io::KeepDamaged(file);
+  const std::string kept = copy ? "the file is kept as " + *copy : "it cannot be kept: " + copy.error().message;
+  return {Code::BadData, why + "; " + kept};
+}
+
+namespace {
+
+/// A file that a person named may be a pipe or a device, and is read as what it is. Nothing: there is none yet.
+Result<std::optional<std::string>> ReadNamedFile(const std::string& file) {
   std::error_code error;
-  return !file.empty() && std::filesystem::exists(file, error);
+  if (std::filesystem::status(file, error).type() == std::filesystem::file_type::not_found) return std::nullopt;
+  auto text = io::ReadWholeFile(file);
+  if (!text) return PassOn(text);
+  return std::optional(*std::move(text));
 }
 
 /// A file edited by hand may be meant so: what parses holds. What does not is kept, since the next one written takes
 /// its place.
 template <class Content, class Read>
 Result<Kept<Content>> Load(const std::string& file, Writer writer, const Read& read) {
-  if (!IsThere(file)) return Kept<Content>{};
-  auto settings = io::ReadTomlFile(file);
+  if (file.empty()) return Kept<Content>{};
+  const auto text = writer == Writer::Lensd ? io::ReadKeptFile(file) : ReadNamedFile(file);
+  if (text && !*text) return Kept<Content>{};
+  auto settings = text ? io::ParseToml(**text, file) : PassOn(text);
   Result<Content> content = settings ? read(*settings) : Result<Content>(PassOn(settings));
-  if (!content && content.error().code == Code::BadData) {
-    const auto copy = io::KeepDamaged(file);
-    return Fail(Code::BadData,
-                content.error().message + "; " +
-                    (copy ? "the file is kept as " + *copy : "it cannot be kept: " + copy.error().message));
-  }
+  if (!content && content.error().code == Code::BadData) return PassOn(Damaged(file, content.error().message));
   if (!content) return PassOn(content);
-  const auto text = io::ReadWholeFile(file);
-  if (!text) return PassOn(text);
-  Kept<Content> kept{*std::move(content), ""};
-  const io::Integrity integrity = io::IntegrityOfLines(*text);
+  Kept<Content> kept{.content = *std::move(content)};
+  const io::Integrity integrity = io::IntegrityOfLines(**text);
   if (integrity == io::Integrity::Changed || (integrity == io::Integrity::Unsigned && writer == Writer::Lensd)) {
     kept.warning = file + ": edited by hand since lensd wrote it";
   }

@@ -22,11 +22,14 @@ std::string PresetsFile(const LensConfig& config, const std::string& state);
 template <class Content>
 struct Kept {
   Content content{};
-  std::string warning;  ///< empty, or that it was edited by hand
+  std::string warning{};  ///< empty, or that it was edited by hand
 };
 
 /// Who writes a file: one of the state folder has a checksum.
 enum class Writer { Lensd, People };
+
+/// Keeps a copy of a file that cannot be used; the error says so after `why`.
+Error Damaged(const std::string& file, const std::string& why);
 
 /// Null where there is no such file. Io, BadData: then a copy is kept as FILE.damaged, and the message says so.
 Result<Kept<std::shared_ptr<const rig::Calibration>>> LoadCalibration(const std::string& file, Writer writer);

@@ -9,17 +9,21 @@
 #include <utility>
 #include <variant>
 
+#include "base/settings_problems.h"
+#include "config_faults.h"
 #include "drivers_table.h"
-#include "io/toml.h"
+#include "io/lenient_toml.h"
 #include "references.h"
 
 namespace lensd::daemon {
 namespace {
 
 /// Keys of [[lens]] that are not the driver's.
-constexpr std::array<std::string_view, 12> kOwnKeys = {"name",   "driver", "start", "distance_from",
-                                                       "optics", "focus",  "iris",  "zoom",
-                                                       "filter", "camera", "bus",   "temperature"};
+constexpr std::array<std::string_view, 13> kOwnKeys = {"name",  "driver",      "start",     "distance_from", "optics",
+                                                       "focus", "iris",        "zoom",      "filter",        "camera",
+                                                       "bus",   "temperature", "on_failure"};
+/// Of these keys none is needed to open a lens.
+constexpr std::array<std::string_view, 1> kBesideTheLens = {"on_failure"};
 
 bool IsLensName(std::string_view name) {
   const auto letter = [](char c) { return c >= 'a' && c <= 'z'; };
@@ -72,7 +76,9 @@ DeviceConfig ReadDevice(SettingsReader& read, const Settings& table, std::span<c
   const std::string name = read.RequiredText("driver");
   DeviceConfig device{FindDriver(name), Without(table, own_keys)};
   if (device.driver == nullptr) {
-    read.Reject("driver", "there is no driver \"" + name + "\" in this build; it has " + DriverNames());
+    if (!name.empty()) read.Reject("driver", WhyNoDriver(name));
+    LeaveDriversKeys(read, device.settings, own_keys);
+    return device;
   }
   // The driver knows its own keys and refuses the others when it opens the device.
   for (const auto& [key, unused] : *device.settings.AsTable()) read.Any(key);
@@ -96,32 +102,87 @@ Result<void> Resolve(DeviceConfig& device, const Settings* bus, const Buses& bus
   return {};
 }
 
-Result<LensConfig> ReadLens(const Settings& table, const Buses& buses) {
-  SettingsReader read(table, "[[lens]]");
-  LensConfig lens;
-  lens.where = table.where();
-  lens.table = table;
-  lens.name = read.RequiredText("name");
-  if (const std::string why = WhyNotAName(lens.name); !why.empty()) read.Reject("name", why);
-  lens.device = ReadDevice(read, table, kOwnKeys);
-  const std::size_t start = read.Choice("start", {"keep", "home", "on-demand"}, 0);
-  lens.home_at_start = start == 1;
-  const Settings* bus = read.Any("bus");
-  const bool simulated = lens.device.driver != nullptr && lens.device.driver->simulated;
-  auto rig = rig::ReadRigConfig(read, simulated ? rig::NominalFrom::Driver : rig::NominalFrom::Configuration);
-  if (!rig) return PassOn(rig);
-  lens.rig = *std::move(rig);
-  for (const drivers::Axis axis : drivers::kAxes) lens.rig.axes[axis].home_on_demand = start == 2;
-  const Settings* camera = read.Table("camera");
-  if (auto done = read.Finish(); !done) return PassOn(done);
-  if (auto resolved = Resolve(lens.device, bus, buses); !resolved) return PassOn(resolved);
-  if (camera != nullptr) {
-    auto read_camera = ReadCamera(*camera);
-    if (!read_camera) return PassOn(read_camera);
-    lens.camera = *std::move(read_camera);
+/// A program, or a program and its arguments. Its path is relative to the file it is written in.
+std::vector<std::string> ReadCommand(SettingsReader& read, std::string_view key) {
+  const Settings* given = read.Any(key);
+  if (given == nullptr) return {};
+  std::vector<std::string> words;
+  const auto add = [&](const Settings& word) {
+    const auto* text = std::get_if<std::string>(&word.value());
+    if (text != nullptr) words.push_back(*text);
+    return text != nullptr;
+  };
+  const Settings::Array* array = given->AsArray();
+  const bool texts = array == nullptr ? add(*given) : std::ranges::all_of(*array, add);
+  if (!texts || words.empty() || words.front().empty()) {
+    read.Reject(key, "must be the path of a program, or an array of that and its arguments; no shell is between");
+    return {};
   }
-  return lens;
+  words.front() = (std::filesystem::path(given->where().file).parent_path() / words.front()).string();
+  return words;
 }
+
+/// Whether it hangs on a bus whose own mistakes are told where it is written.
+bool OnFaultyBus(const Settings* bus, const ConfigFaults& faults) {
+  const auto* name = bus == nullptr ? nullptr : std::get_if<std::string>(&bus->value());
+  return name != nullptr && std::ranges::find(faults.buses, *name) != faults.buses.end();
+}
+
+/// What is wrong is kept, and the lens read on.
+class LensReading {
+ public:
+  LensReading(const Settings& table, const Buses& buses, ConfigFaults& faults)
+      : table_(table), buses_(buses), faults_(faults), read_(table, "[[lens]]") {}
+
+  LensConfig Read() {
+    LensConfig lens;
+    lens.where = table_.where();
+    lens.table = table_;
+    lens.name = read_.RequiredText("name");
+    if (const std::string why = WhyNotAName(lens.name); !why.empty()) read_.Reject("name", why);
+    lens.device = ReadDevice(read_, table_, kOwnKeys);
+    const std::size_t start = read_.Choice("start", {"keep", "home", "on-demand"}, 0);
+    lens.home_at_start = start == 1;
+    const Settings* bus = read_.Any("bus");
+    const bool simulated = lens.device.driver != nullptr && lens.device.driver->simulated;
+    const auto nominal = simulated ? rig::NominalFrom::Driver : rig::NominalFrom::Configuration;
+    if (auto rig = rig::ReadRigConfig(read_, nominal); Good(rig)) lens.rig = *std::move(rig);
+    for (const drivers::Axis axis : drivers::kAxes) lens.rig.axes[axis].home_on_demand = start == 2;
+    const Settings* camera = read_.Table("camera");
+    lens.on_failure = ReadCommand(read_, "on_failure");
+    Good(read_.Finish());
+    PutReferences(lens.device, bus);
+    if (camera != nullptr) AddCamera(*camera, lens);
+    lens.files = MarksOfFilesIn(Without(table_, kBesideTheLens));
+    std::erase_if(lens.files, [&](const FileMark& mark) { return mark.path == lens.rig.calibration_path; });
+    if (!sound_) faults_.lenses.push_back(lens.where);
+    return lens;
+  }
+
+ private:
+  template <class T>
+  bool Good(const Result<T>& read) {
+    if (!read) faults_.Keep(read.error(), table_.where());
+    sound_ = sound_ && read.has_value();
+    return read.has_value();
+  }
+
+  void PutReferences(DeviceConfig& device, const Settings* bus) {
+    if (device.driver == nullptr) return;
+    if (OnFaultyBus(bus, faults_) || !Good(Resolve(device, bus, buses_))) device.driver = nullptr;
+  }
+
+  void AddCamera(const Settings& table, LensConfig& lens) {
+    auto camera = ReadCamera(table);
+    if (Good(camera)) lens.camera = *std::move(camera);
+  }
+
+  const Settings& table_;
+  const Buses& buses_;
+  ConfigFaults& faults_;
+  SettingsReader read_;
+  bool sound_ = true;
+};
 
 std::vector<std::string> ReadGroups(SettingsReader& read, std::string_view key, std::vector<std::string> fallback) {
   const Settings* given = read.Any(key);
@@ -148,33 +209,49 @@ Result<AccessConfig> ReadAccess(const Settings& table) {
   return access;
 }
 
-Result<void> AddFile(const std::string& path, Config& config) {
-  Result<Settings> file = io::ReadTomlFile(path);
-  if (!file) return PassOn(file);
-  SettingsReader read(*file, "the configuration");
+void AddLens(const Settings& table, Config& config, ConfigFaults& faults) {
+  LensConfig lens = LensReading(table, config.buses, faults).Read();
+  const bool twice = !lens.name.empty() && std::ranges::count(config.lenses, lens.name, &LensConfig::name) > 0;
+  if (twice) faults.Keep({Code::BadData, lens.where.Text() + ": there is another lens \"" + lens.name + "\""});
+  config.lenses.push_back(std::move(lens));
+}
+
+void AddTables(const Settings& file, Config& config, ConfigFaults& faults) {
+  SettingsReader read(file, "the configuration");
   if (!read.Has("version")) read.Reject("version", "the file must say version = 1");
   if (read.Integer("version", 1) != 1) read.Reject("version", "this lensd reads version 1");
   const std::vector<const Settings*> buses = read.Tables("bus");
   const std::vector<const Settings*> lenses = read.Tables("lens");
   const Settings* access = read.Table("access");
-  if (auto done = read.Finish(); !done) return done;
+  if (auto done = read.Finish(); !done) faults.Keep(done.error());
   if (access != nullptr) {
     auto read_access = ReadAccess(*access);
-    if (!read_access) return PassOn(read_access);
-    config.access = *std::move(read_access);
+    if (read_access) config.access = *std::move(read_access);
+    if (!read_access) faults.Keep(read_access.error());
   }
   for (const Settings* table : buses) {
-    if (auto added = AddBus(*table, config.buses); !added) return added;
+    const auto added = AddBus(*table, config.buses);
+    if (added) continue;
+    faults.Keep(added.error(), table->where());
+    const auto name = table->AsTable()->find("name");
+    const auto* text = name == table->AsTable()->end() ? nullptr : std::get_if<std::string>(&name->second.value());
+    if (text != nullptr) faults.buses.push_back(*text);
   }
-  for (const Settings* table : lenses) {
-    Result<LensConfig> lens = ReadLens(*table, config.buses);
-    if (!lens) return PassOn(lens);
-    if (std::ranges::find(config.lenses, lens->name, &LensConfig::name) != config.lenses.end()) {
-      return Fail(Code::BadData, lens->where.Text() + ": there is another lens \"" + lens->name + "\"");
-    }
-    config.lenses.push_back(*std::move(lens));
+  for (const Settings* table : lenses) AddLens(*table, config, faults);
+}
+
+void AddFile(const std::string& path, Config& config, ConfigFaults& faults) {
+  faults.files.push_back(path);
+  io::LenientToml file = io::ReadTomlLeniently(path);
+  for (const Error& fault : file.faults) {
+    const bool last = &fault == &file.faults.back();
+    faults.Keep({fault.code, fault.message + (last && !file.whole && fault.code == Code::BadData
+                                                  ? "; what comes after it was not looked at"
+                                                  : "")},
+                {path, 0});
+    if (auto* problems = SettingsProblems::Current()) faults.no_toml.push_back(problems->all().back().where);
   }
-  return {};
+  if (file.whole) AddTables(file.settings, config, faults);
 }
 
 Result<std::vector<std::string>> DropIns(const std::string& path) {
@@ -194,18 +271,43 @@ Result<std::vector<std::string>> DropIns(const std::string& path) {
 
 bool SameLens(const LensConfig& one, const LensConfig& other) {
   // The table names a bus and profiles; the device's settings say what stands there.
-  return one.where.file == other.where.file && SameValues(one.table, other.table) &&
-         SameValues(one.device.settings, other.device.settings);
+  return one.where.file == other.where.file &&
+         SameValues(Without(one.table, kBesideTheLens), Without(other.table, kBesideTheLens)) &&
+         SameValues(one.device.settings, other.device.settings) && one.files == other.files;
+}
+
+std::string ChangedFile(const LensConfig& one, const LensConfig& other) {
+  for (const FileMark& mark : one.files) {
+    const auto now = std::ranges::find(other.files, mark.path, &FileMark::path);
+    if (now != other.files.end() && *now != mark) return mark.path;
+  }
+  return "";
+}
+
+void ConfigFaults::Keep(const Error& error, const Location& otherwise) {
+  if (first) first = PassOn(error);
+  if (auto* problems = SettingsProblems::Current()) problems->Add(error.message, otherwise);
+}
+
+std::span<const std::string_view> OwnLensKeys() {
+  return kOwnKeys;
+}
+
+Config ReadPastFaults(const std::string& path, ConfigFaults& faults) {
+  Config config;
+  AddFile(path, config, faults);
+  const auto drop_ins = DropIns(path);
+  if (!drop_ins) faults.Keep(drop_ins.error(), {path, 0});
+  for (const std::string& drop_in : drop_ins ? *drop_ins : std::vector<std::string>()) {
+    AddFile(drop_in, config, faults);
+  }
+  return config;
 }
 
 Result<Config> ReadConfig(const std::string& path) {
-  Config config;
-  if (auto added = AddFile(path, config); !added) return PassOn(added);
-  const auto drop_ins = DropIns(path);
-  if (!drop_ins) return Fail(drop_ins.error().code, drop_ins.error().message);
-  for (const std::string& drop_in : *drop_ins) {
-    if (auto added = AddFile(drop_in, config); !added) return PassOn(added);
-  }
+  ConfigFaults faults;
+  Config config = ReadPastFaults(path, faults);
+  if (!faults.first) return PassOn(faults.first);
   return config;
 }
 

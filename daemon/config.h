@@ -9,6 +9,7 @@
 #include "base/result.h"
 #include "base/settings.h"
 #include "drivers/api/device.h"
+#include "file_mark.h"
 #include "references.h"
 #include "rig/config.h"
 
@@ -29,10 +30,14 @@ struct LensConfig {
   std::optional<DeviceConfig> camera;  ///< [lens.camera]
   bool home_at_start = false;          ///< start = "home"
   rig::RigConfig rig;
+  std::vector<std::string> on_failure;  ///< program and arguments that are told of failures; empty: none
+  std::vector<FileMark> files;          ///< that it names, as they were when this was read, but for the calibration
 };
 
-/// Whether both configure the same; the files they name are not looked at.
+/// Whether both configure the same in what a lens is opened with, with the same files.
 bool SameLens(const LensConfig& one, const LensConfig& other);
+/// The first file that is another one; empty: none.
+std::string ChangedFile(const LensConfig& one, const LensConfig& other);
 
 struct Config {
   AccessConfig access;  ///< of the last file that has [access]

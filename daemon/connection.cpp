@@ -209,7 +209,7 @@ void Connection::ServeOne(const Incoming& message) {
   exchange->in_turn_ = true;
   if (message.early) {
     if (auto held = std::exchange(exchange->held_, std::nullopt)) exchange->SendLast(*std::move(held));
-  } else if (restricted()) {
+  } else if (!guest_.restriction.error.empty()) {
     exchange->Refuse(guest_.restriction.error, {{"message", guest_.restriction.message}});
     inbox_.messages.clear();
     inbox_.peer_done = true;

@@ -22,6 +22,7 @@ namespace lensd::daemon {
 struct Limits {
   std::size_t connections = 256;
   std::size_t user_connections = 64;                ///< of one user
+  std::size_t administrator_connections = 16;       ///< beyond those, for administrators alone
   std::size_t stop_connections = 32;                ///< beyond those, for calls that act when they are read
   std::size_t oneway_calls = 16;                    ///< of one connection, unfinished
   std::size_t output_bytes = std::size_t{4} << 20;  ///< unread replies beyond this drop the client
@@ -58,9 +59,13 @@ class Connection {
     std::string message;
   };
 
+  /// Which of the places that are limited in number it takes.
+  enum class Seat { Shared, Administrators, Stops };
+
   /// Who connected, and what it may ask.
   struct Guest {
     std::shared_ptr<const Credentials> credentials;
+    Seat seat = Seat::Shared;
     Restriction restriction{};
   };
 
@@ -83,7 +88,7 @@ class Connection {
   /// Reads what has come already.
   void Start() { OnSocket(nullptr, socket_, EPOLLIN, this); }
   void Close(std::string_view reason);
-  bool restricted() const { return !guest_.restriction.error.empty(); }
+  Seat seat() const { return guest_.seat; }
   uid_t user() const { return guest_.credentials->user; }
   /// Nothing is asked, and nothing of it is left to wait for.
   bool idle() const { return !current_ && inbox_.messages.empty() && at_close_.empty(); }

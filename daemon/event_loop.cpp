@@ -4,6 +4,7 @@
 
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
+#include <systemd/sd-daemon.h>
 #include <unistd.h>
 
 #include <cstdint>
@@ -38,6 +39,7 @@ Result<std::unique_ptr<EventLoop>> EventLoop::Create() {
 }
 
 EventLoop::~EventLoop() {
+  supervisor_.reset();
   wake_source_.reset();
   if (wake_descriptor_ >= 0) close(wake_descriptor_);
 }
@@ -49,8 +51,12 @@ void EventLoop::Post(Task task) {
     wake = posted_.empty();
     posted_.push_back(std::move(task));
   }
+  if (!wake) return;
+  // Who posts next sees that tasks wait, and wakes nobody: were this lost, all of them would wait for ever.
+  constexpr int kAttempts = 3;
   const std::uint64_t one = 1;
-  if (wake) (void)!write(wake_descriptor_, &one, sizeof one);
+  for (int i = 0; i < kAttempts && write(wake_descriptor_, &one, sizeof one) < 0; ++i) {
+  }
 }
 
 int EventLoop::RunPosted(sd_event_source*, int descriptor, unsigned, void* self) {
@@ -104,6 +110,24 @@ void Alarm::Set(Instant time) {
 
 void Alarm::Off() {
   if (source_) sd_event_source_set_enabled(source_.get(), SD_EVENT_OFF);
+}
+
+void EventLoop::Supervise(std::function<void()> look) {
+  static constexpr Duration kPeriod = std::chrono::milliseconds(250);
+  std::uint64_t usec = 0;
+  const bool watched = sd_watchdog_enabled(0, &usec) > 0;
+  // Four times in its time, and no more often: who is told may be slow to listen.
+  const Duration pause = std::chrono::microseconds(usec / 4);
+  supervisor_ =
+      std::make_unique<Alarm>(*this, [this, look = std::move(look), watched, pause, next = Instant{}]() mutable {
+        const Instant now = MonotonicClock().Now();
+        supervisor_->Set(now + kPeriod);
+        look();
+        if (!watched || now < next) return;
+        sd_notify(0, "WATCHDOG=1");
+        next = now + pause;
+      });
+  supervisor_->Set(MonotonicClock().Now());
 }
 
 int EventLoop::RunSignal(sd_event_source*, const signalfd_siginfo* signal, void* self) {

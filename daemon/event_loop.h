@@ -23,6 +23,8 @@ struct EventDeleter {
 using EventSource = std::unique_ptr<sd_event_source, EventDeleter>;
 using Task = std::move_only_function<void()>;
 
+class Alarm;
+
 /// Runs until Quit(). Everything but Post() belongs to the thread that calls Run().
 class EventLoop {
  public:
@@ -40,8 +42,10 @@ class EventLoop {
   void After(Duration delay, Task task);
   /// Calls `told` in the loop for each of these signals, which must be blocked in every thread already.
   Result<void> OnSignals(std::initializer_list<int> signals, std::function<void(int)> told);
-  /// Pings systemd's watchdog from the loop, where systemd asks for it.
-  void ServeWatchdog() { sd_event_set_watchdog(event_.get(), 1); }
+  /// Has `look` look after all that may hang, four times a second, and tells systemd's watchdog, where it asks for
+  /// that, that all is well, after `look` has returned: if the loop hangs or `look` throws it is not told. Call it
+  /// once.
+  void Supervise(std::function<void()> look);
   /// Code::Io: the loop itself failed.
   Result<void> Run();
   void Quit() { sd_event_exit(event_.get(), 0); }
@@ -54,6 +58,7 @@ class EventLoop {
   std::unique_ptr<sd_event, EventDeleter> event_;
   EventSource wake_source_;
   int wake_descriptor_ = -1;
+  std::unique_ptr<Alarm> supervisor_;
   std::map<int, std::function<void(int)>> signals_;
   std::mutex mutex_;
   std::vector<Task> posted_;  // guarded by mutex_

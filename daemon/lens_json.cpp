@@ -40,9 +40,9 @@ Json MovedBy(const rig::AxisStatus& axis) {
 constexpr std::array<std::string_view, 3> kOrigins = {"lens", "sensor", "front"};
 
 Json MoveCauseName(rig::MoveCause cause) {
-  static constexpr std::array<std::string_view, 12> kNames = {"",         "counted", "noFeedback",  "positionUnknown",
-                                                              "backlash", "missed",  "external",    "fault",
-                                                              "stalled",  "late",    "noReference", "focusLost"};
+  static constexpr std::array<std::string_view, 13> kNames = {
+      "",      "counted", "noFeedback", "positionUnknown", "backlash",  "missed", "external",
+      "fault", "stalled", "late",       "noReference",     "focusLost", "notKept"};
   return TextOrNull(std::string(NameIn(kNames, cause)));
 }
 
@@ -154,7 +154,13 @@ Json CountersJson(const drivers::Counters& counters) {
           {"busErrors", counters.bus_errors}};
 }
 
+Json UnwrittenJson(std::string_view file, const rig::Unkept& unkept) {
+  return {{"file", file}, {"sinceNs", unkept.since.time_since_epoch().count()}, {"reason", unkept.reason}};
+}
+
 Json StatusJson(const std::string& name, const rig::Status& status) {
+  Json unwritten = Json::array();
+  if (status.unkept) unwritten.push_back(UnwrittenJson("positions", *status.unkept));
   Json axes = Json::array();
   for (const Axis axis : drivers::kAxes) {
     const auto& now = status.axes[axis];
@@ -177,15 +183,18 @@ Json StatusJson(const std::string& name, const rig::Status& status) {
           {"stepsExpected", status.activity.of},
           {"axes", std::move(axes)},
           {"vergenceD", Optional(status.vergence)},
+          {"vergenceBoundD", Optional(status.vergence_bound)},
           {"focalPlaneM", DistanceJson(status.vergence)},
           {"extensionMm", Optional(status.extension, kMmPerMetre)},
           {"fNumber", Optional(status.f_number)},
+          {"fNumberBound", Optional(status.f_number_bound)},
           {"focalLengthMm", Optional(status.focal_length, kMmPerMetre)},
           {"centreShiftMm", status.optics ? Json(status.optics->centre_shift().value * kMmPerMetre) : Json(nullptr)},
           {"grade", status.optics ? Json(GradeName(status.grade)) : Json(nullptr)},
           {"calibrationErrorUm", Optional(status.extension_error, kUmPerMetre)},
           {"temperatureC", Optional(status.temperature)},
-          {"counters", CountersJson(status.counters)}};
+          {"counters", CountersJson(status.counters)},
+          {"unwritten", std::move(unwritten)}};
 }
 
 Json MoveJson(const std::string& name, const rig::MoveOutcome& outcome) {
@@ -202,6 +211,7 @@ Json MoveJson(const std::string& name, const rig::MoveOutcome& outcome) {
             {"cause", MoveCauseName(outcome.cause)},
             {"reason", TextOrNull(outcome.reason)},
             {"elapsedMs", Milliseconds(outcome.elapsed)}};
+  if (outcome.kept) move["kept"] = *outcome.kept;
   if (outcome.axis == Axis::Focus) move["vergenceD"] = Optional(outcome.vergence);
   if (outcome.axis == Axis::Iris) move["fNumber"] = Optional(outcome.f_number);
   if (outcome.vergence_bound) move["vergenceBoundD"] = Optional(outcome.vergence_bound);

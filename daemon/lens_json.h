@@ -36,6 +36,8 @@ varlink::Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::
 varlink::Json AbsentInfoJson(const std::string& name, std::string_view driver);
 /// Counters of the interface.
 varlink::Json CountersJson(const drivers::Counters& counters);
+/// Unwritten, of a file of this kind.
+varlink::Json UnwrittenJson(std::string_view file, const rig::Unkept& unkept);
 /// LensStatus without readAtNs: equal values mean that nothing changed.
 varlink::Json StatusJson(const std::string& name, const rig::Status& status);
 /// MoveResult.

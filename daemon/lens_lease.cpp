@@ -50,6 +50,14 @@ void LensLease::Drop(End cause) {
   Tell(*ended, "ended", kCauses.at(static_cast<std::size_t>(over ? End::Expired : cause)));
 }
 
+void LensLease::GoOnFrom(LensLease& before) {
+  before.alarm_.Off();
+  lease_ = std::exchange(before.lease_, std::nullopt);
+  if (!lease_) return;
+  if (lease_->until) alarm_.Set(*lease_->until);
+  Tell(*lease_, "renewed", "");
+}
+
 void LensLease::Expire() {
   if (now() == nullptr) Drop(End::Expired);
   if (lease_ && lease_->until) alarm_.Set(*lease_->until);

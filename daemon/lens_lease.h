@@ -39,6 +39,8 @@ class LensLease {
   void Left(const void* owner);
   /// Harmless where there is none.
   void Drop(End cause);
+  /// The lens is opened anew: the lease that held of it before goes on here, with its key, its holder and its end.
+  void GoOnFrom(LensLease& before);
 
  private:
   void Expire();

@@ -4,17 +4,39 @@
 #include <algorithm>
 #include <utility>
 
+#include "failure_commands.h"
 #include "lens_json.h"
 #include "proto/interfaces.h"
 #include "serve.h"
 
 namespace lensd::daemon {
 
+namespace {
+
+/// As much of a name as a reply repeats, so that no call makes its answer long. No character is cut in two.
+std::string_view Repeated(std::string_view name) {
+  constexpr std::size_t kLongest = 64;
+  if (name.size() <= kLongest) return name;
+  std::size_t end = kLongest;
+  while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0U) == 0x80U) --end;
+  return name.substr(0, end);
+}
+
+/// Empty: none of those that the lens was opened with.
+std::string FileChangedUnder(const ServedLens& lens, const LensConfig& config,
+                             const std::vector<FileMark>& calibrations) {
+  const auto now = std::ranges::find(calibrations, lens.calibration_mark().path, &FileMark::path);
+  if (now != calibrations.end() && *now != lens.calibration_mark()) return now->path;
+  return ChangedFile(lens.config(), config);
+}
+
+}  // namespace
+
 LensService::LensService(EventLoop& loop, const Clock& clock, std::string state)
     : loop_(loop),
       clock_(clock),
       watchers_(loop, clock),
-      surroundings_{loop, clock, watchers_, plug_signal_, files_, plans_, std::move(state)},
+      surroundings_{loop, clock, watchers_, plug_signal_, files_, plans_, std::move(state), clock.Now()},
       definition_(BuiltInDefinition(proto::LensInterfaceText())) {
   for (const auto rows :
        {StatusMethods, DeviceMethods, MotionMethods, LeaseMethods, PlanMethods, AutofocusMethods, SessionMethods,
@@ -28,20 +50,31 @@ LensService::~LensService() {
   plans_.End();  // and what it solves
 }
 
-void LensService::AddLens(const LensConfig& config, ServedLens::Open open) {
-  lenses_.push_back(std::make_unique<ServedLens>(config, surroundings_, std::move(open)));
+void LensService::AddLens(const LensConfig& config, ServedLens::Open open, const ServedLens* before) {
+  lenses_.push_back(std::make_unique<ServedLens>(config, surroundings_, std::move(open), before));
 }
 
 void LensService::Begin() {
   for (const auto& lens : lenses_) lens->Begin();
 }
 
-void LensService::End() {
+Duration LensService::End(ServedLens::Parks parks) {
   plans_.RequestStop();
-  for (const auto& lens : lenses_) lens->End("lensd is stopping");
+  Duration longest{};
+  for (const auto& lens : lenses_) longest = std::max(longest, lens->End("lensd is stopping", parks));
+  return longest;
 }
 
-Result<LensService::Replaced> LensService::Replace(const std::vector<LensConfig>& configs, const OpenerOf& opener) {
+std::vector<std::string> LensService::CalibrationFiles() const {
+  std::vector<std::string> paths;
+  for (const auto& lens : lenses_) {
+    if (!lens->calibration_mark().path.empty()) paths.push_back(lens->calibration_mark().path);
+  }
+  return paths;
+}
+
+Result<LensService::Replaced> LensService::Replace(const std::vector<LensConfig>& configs, const OpenerOf& opener,
+                                                   const std::vector<FileMark>& calibrations) {
   constexpr std::size_t kMostRetired = 256;  // a megabyte each at most
   if (retired_.size() + lenses_.size() > kMostRetired) {
     return Fail(Code::Busy, "the configuration was changed too often since the start: restart lensd");
@@ -53,12 +86,14 @@ Result<LensService::Replaced> LensService::Replace(const std::vector<LensConfig>
   };
   for (const LensConfig& config : configs) {
     const auto old = named(config.name);
-    if (old != before.end() && SameLens((*old)->config(), config)) {
+    const std::string changed = old == before.end() ? "" : FileChangedUnder(**old, config, calibrations);
+    if (!changed.empty()) replaced.changed_files.push_back(changed);
+    if (old != before.end() && changed.empty() && SameLens((*old)->config(), config)) {
       replaced.unchanged.push_back(config.name);
       lenses_.push_back(std::move(*old));
       continue;
     }
-    AddLens(config, opener(config));
+    AddLens(config, opener(config), old == before.end() ? nullptr : old->get());
     (old == before.end() ? replaced.added : replaced.reopened).push_back(config.name);
   }
   for (auto& lens : before) {
@@ -68,9 +103,10 @@ Result<LensService::Replaced> LensService::Replace(const std::vector<LensConfig>
     if (gone) replaced.removed.push_back(lens->name());
     lens->End(gone ? "lens \"" + lens->name() + "\" was taken out of the configuration"
                    : "lens \"" + lens->name() + "\" is configured anew");
-    lens->users().lease.Drop(LensLease::End::Reopened);
+    if (gone) lens->users().lease.Drop(LensLease::End::Reopened);
     TellListed(*lens, gone ? "removed" : "reopened", lens->WhyAbsent()->message);
     watchers_.Replace(*lens, gone ? nullptr : next->get());
+    if (!gone) (*next)->users().lease.GoOnFrom(lens->users().lease);
     if (!gone) BeginAfter(**next, *lens);
     retired_.push_back(std::move(lens));
   }
@@ -81,6 +117,16 @@ Result<LensService::Replaced> LensService::Replace(const std::vector<LensConfig>
     lens.Begin();
   }
   return replaced;
+}
+
+varlink::Json LensService::OwnMetrics() {
+  const FailureCommands::Counts failures = FailureCommands::Get().counts();
+  return {{"sinceNs", surroundings_.began.time_since_epoch().count()},
+          {"filesWaiting", files_.waiting()},
+          {"plansWaiting", plans_.waiting()},
+          {"failuresTold", failures.run},
+          {"failuresNotTold", failures.failed},
+          {"failuresDropped", failures.dropped}};
 }
 
 /// The list of lenses is another one, or this lens of it is configured in another way.
@@ -95,11 +141,17 @@ void LensService::BeginAfter(ServedLens& lens, const ServedLens& before) {
   loop_.After(kPause, [this, &lens, &before] { BeginAfter(lens, before); });
 }
 
+void LensService::LookAfter() {
+  for (const auto* lenses : {&lenses_, &retired_}) {
+    for (const auto& lens : *lenses) lens->LookAfter();
+  }
+}
+
 std::vector<std::string> LensService::StillEnding() const {
   std::vector<std::string> names;
   for (const auto* lenses : {&lenses_, &retired_}) {
     for (const auto& lens : *lenses) {
-      if (!lens->ended()) names.push_back(lens->name());
+      if (!lens->ended() || lens->stuck() > 0) names.push_back(lens->name());
     }
   }
   return names;
@@ -118,24 +170,25 @@ ServedLens* LensService::Named(const ExchangePointer& exchange) const {
 
 ServedLens* LensService::Find(const ExchangePointer& exchange) {
   if (ServedLens* const lens = Named(exchange)) return lens;
-  const auto name = exchange->view().Given("lens");
+  std::optional<std::string> name;
+  if (const auto given = exchange->view().Given("lens")) name = Repeated(given->text());
   std::string names;
   for (const auto& lens : lenses_) names += (names.empty() ? "" : ", ") + lens->name();
   if (!name && !lenses_.empty()) {
     Refuse(exchange, Wrong("say which lens: there is " + names, {.parameter = "lens"}));
     return nullptr;
   }
-  const std::string what = name ? "there is no lens \"" + std::string(name->text()) + "\"; " : "";
+  const std::string what = name ? "there is no lens \"" + *name + "\"; " : "";
   const std::string message = what + (lenses_.empty() ? "no lens is configured" : "there is " + names);
   varlink::Json facts{{"message", message}};
-  if (name) facts["lens"] = name->text();
+  if (name) facts["lens"] = *name;
   exchange->Refuse("io.lensd.Lens.LensNotFound", std::move(facts));
   return nullptr;
 }
 
-ServedLens* LensService::FindPresent(const ExchangePointer& exchange) {
+ServedLens* LensService::FindPresent(const ExchangePointer& exchange, ServedLens::For what) {
   ServedLens* const lens = Find(exchange);
-  const auto why = lens == nullptr ? std::nullopt : lens->WhyAbsent();
+  const auto why = lens == nullptr ? std::nullopt : lens->WhyAbsent(what);
   if (!why) return lens;
   Refuse(exchange, *lens, *why);
   return nullptr;

@@ -25,23 +25,32 @@ class LensService final : public Service {
   ~LensService() override;
 
   /// Serves a lens; its device is opened on a thread of its own once Begin() is called.
-  void AddLens(const LensConfig& config, ServedLens::Open open);
+  void AddLens(const LensConfig& config, ServedLens::Open open, const ServedLens* before = nullptr);
   void Begin();
   /// What became of the lenses, by name.
   struct Replaced {
     std::vector<std::string> added, removed, reopened, unchanged;
+    std::vector<std::string> changed_files;  ///< for which lenses of the same configuration were opened anew
   };
   using OpenerOf = std::function<ServedLens::Open(const LensConfig&)>;
   /// Serves these lenses in place of those there are. One whose configuration is another one comes to its end and is
-  /// opened anew after that; one whose configuration is the same goes on undisturbed. Busy: that was done too often.
-  Result<Replaced> Replace(const std::vector<LensConfig>& configs, const OpenerOf& opener);
+  /// opened anew after that; one whose configuration is the same goes on undisturbed, unless its calibration is not the
+  /// file any more that is in `calibrations`. Busy: that was done too often.
+  Result<Replaced> Replace(const std::vector<LensConfig>& configs, const OpenerOf& opener,
+                           const std::vector<FileMark>& calibrations = {});
+  /// Where the calibrations of the lenses are kept.
+  std::vector<std::string> CalibrationFiles() const;
   using Reload = std::function<void(std::function<void(const Result<Replaced>&)> then)>;
   /// How to read the configuration again, for the method Reload.
   void OnReload(Reload reload) { reload_ = std::move(reload); }
   const Reload& reload() const { return reload_; }
   TaskThread& files() { return files_; }
-  /// Stops what moves and answers every caller. No lens takes commands from now on.
-  void End();
+  varlink::Json OwnMetrics();  ///< DaemonMetrics of the interface
+  /// Stops what moves and answers every caller. No lens takes commands from now on. With `parks` what is to park goes
+  /// there first, until this is called again. The answer is how long that may take at most.
+  Duration End(ServedLens::Parks parks);
+  /// Gives up calls of drivers that do not come back. To be called several times a second.
+  void LookAfter();
   /// Names of the lenses whose threads have not ended: the destructor would wait for them.
   std::vector<std::string> StillEnding() const;
   /// Raised when something was plugged in: a lens that waits for its device looks at once. Outlives every device.
@@ -60,7 +69,7 @@ class LensService final : public Service {
   /// The same; else answers the call with why not and returns null.
   ServedLens* Find(const ExchangePointer& exchange);
   /// The same for calls that need it to take commands.
-  ServedLens* FindPresent(const ExchangePointer& exchange);
+  ServedLens* FindPresent(const ExchangePointer& exchange, ServedLens::For what = ServedLens::For::Motion);
   /// Serves calls once the device of their lens has been tried.
   std::function<void(const ExchangePointer&)> ForPresent(std::function<void(const ExchangePointer&)> serve);
   /// The same for the calls for which FindPresent() finds a lens then.

@@ -1,8 +1,13 @@
 // Opens what the configuration names: lens, camera, calibration and kept positions of one lens.
 #include "lenses.h"
 
+#include <optional>
+#include <span>
+#include <string_view>
 #include <utility>
 
+#include "base/settings_problems.h"
+#include "config_faults.h"
 #include "replug.h"
 
 namespace lensd::daemon {
@@ -35,13 +40,20 @@ Result<std::unique_ptr<drivers::Camera>> OpenCamera(const DeviceConfig& config, 
 }  // namespace
 
 Result<void> CheckSettings(const LensConfig& config) {
+  std::optional<SettingsProblems> own;
+  if (SettingsProblems::Current() == nullptr) own.emplace();
+  SettingsProblems& problems = *SettingsProblems::Current();
+  const std::span<const std::string_view> beside = OwnLensKeys();
+  problems.KeysBeside(config.device.settings, {beside.begin(), beside.end()});
+  Result<void> first;
   for (const DeviceConfig* device : {&config.device, config.camera ? &*config.camera : nullptr}) {
-    if (device == nullptr || device->driver->check == nullptr) continue;
-    if (auto checked = device->driver->check(device->settings); !checked) {
-      return PassOn(AtLens(config, checked.error()));
-    }
+    if (device == nullptr || device->driver == nullptr || device->driver->check == nullptr) continue;
+    const auto checked = device->driver->check(device->settings);
+    if (checked) continue;
+    problems.Add(checked.error().message, device->settings.where());
+    if (first) first = PassOn(AtLens(config, checked.error()));
   }
-  return {};
+  return first;
 }
 
 Result<drivers::Device> OpenDevice(const LensConfig& config, const Clock& clock, PlugSignal* signal) {

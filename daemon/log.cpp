@@ -20,6 +20,7 @@
 #include <condition_variable>
 #include <cstdlib>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -35,7 +36,7 @@ constexpr std::size_t kMostLines = 1000;  ///< that wait to be written
 constexpr int kMostInPeriod = 100;        ///< of one kind
 constexpr auto kPeriod = std::chrono::seconds(10);
 constexpr auto kFlushAtMost = std::chrono::milliseconds(200);
-constexpr std::size_t kKinds = 16;
+constexpr std::size_t kKinds = 24;
 
 const char* MessageId(Event event) {
   switch (event) {
@@ -69,6 +70,12 @@ const char* MessageId(Event event) {
       return "47e8b1d39f604a1c8d52e6c0f7a3b915";
     case Event::MotorsNotStopped:
       return "b8135fe04c6d49a7a0e2d17c53f6980b";
+    case Event::StateNotKept:
+      return "7d92a0e4c16f4b38a5ce80d3f1b76249";
+    case Event::NotParked:
+      return "e05b8d1c97a24f36b0c4d2e81f6a3975";
+    case Event::FailureNotTold:
+      return "19f6c3b2d8054e7fa4be96d1705c8a2e";
   }
   return "";
 }
@@ -197,6 +204,7 @@ class Writer {
 
 /// Lives until the process ends.
 Writer* writer = nullptr;
+std::function<void(Failure)>* failure_listener = nullptr;
 
 }  // namespace
 
@@ -205,11 +213,26 @@ void OpenLog() {
   std::atexit(FlushLog);
 }
 
+void OnFailure(std::function<void(Failure)> told) {
+  failure_listener = new std::function<void(Failure)>(std::move(told));
+}
+
+std::string_view EventName(Event event) {
+  static constexpr std::array<std::string_view, 18> kNames = {
+      "started",      "reloaded",   "stopping",         "lensReady",  "lensLost",  "calibrationMissing",
+      "stateDamaged", "notHomed",   "lensFailed",       "moveFailed", "axisFault", "autofocusRefused",
+      "dropped",      "callFailed", "motorsNotStopped", "notKept",    "notParked", "failureNotTold"};
+  return kNames[static_cast<std::size_t>(event)];
+}
+
 void FlushLog() {
   if (writer != nullptr) writer->Flush();
 }
 
 void Log(Severity severity, Event event, std::string_view message, LogSubject about) {
+  if (failure_listener != nullptr && severity != Severity::Info && !about.lens.empty()) {
+    (*failure_listener)({severity, event, std::string(message), std::string(about.lens), std::string(about.axis)});
+  }
   if (writer == nullptr) return;
   writer->Add({severity, event, std::string(message), std::string(about.lens), std::string(about.axis)});
 }

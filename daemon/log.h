@@ -2,6 +2,8 @@
 // logs; everything below it returns errors.
 #pragma once
 
+#include <functional>
+#include <string>
 #include <string_view>
 
 namespace lensd::daemon {
@@ -22,7 +24,10 @@ enum class Event {
   AutofocusRefused,
   ClientDropped,
   CommandFailed,
-  MotorsNotStopped
+  MotorsNotStopped,
+  StateNotKept,
+  NotParked,
+  FailureNotTold
 };
 
 enum class Severity { Info, Warning, Error };
@@ -38,6 +43,19 @@ struct LogSubject {
   std::string_view lens{};
   std::string_view axis{};
 };
+
+/// How events are called in JSON: "moveFailed".
+std::string_view EventName(Event event);
+
+/// What went wrong with a lens.
+struct Failure {
+  Severity severity = Severity::Warning;
+  Event event = Event::CommandFailed;
+  std::string message, lens, axis;
+};
+/// From now on `told` hears of every warning and error that concerns a lens, also of those that come too often to be
+/// written. It is called from any thread, and must not wait or log. Call once, before other threads start.
+void OnFailure(std::function<void(Failure)> told);
 
 /// From any thread. Never fails and never waits:
 /// what no reader takes, or what comes too often, is left out and counted.

@@ -13,11 +13,14 @@
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "config.h"
+#include "config_check.h"
 #include "device_search.h"
 #include "drivers/hotplug/monitor.h"
 #include "event_loop.h"
+#include "failure_commands.h"
 #include "io/checked_file.h"
 #include "lens_service.h"
 #include "lenses.h"
@@ -28,6 +31,7 @@
 #include "server.h"
 #include "simulator_service.h"
 #include "stop_motors.h"
+#include "unit_drop_in.h"
 
 namespace lensd::daemon {
 namespace {
@@ -66,20 +70,11 @@ Result<Config> ConfigOf(const Options& options) {
   return config;
 }
 
-int CheckConfig(const Config& config, const Clock& clock) {
-  int status = EX_OK;
-  for (const LensConfig& lens : config.lenses) {
-    auto opened = CheckSettings(lens);
-    if (opened) {
-      if (auto device = OpenDevice(lens, clock); !device) opened = PassOn(device);
-    }
-    if (!opened && opened.error().code == Code::BadData) {
-      status = Explain(opened.error());
-    } else if (!opened) {
-      Log(Severity::Warning, Event::LensLost, opened.error().message + " (lensd would wait for it)");
-    }
-  }
-  return status;
+int CheckConfig(const Options& options, const Clock& clock) {
+  if (options.config) return CheckConfiguration(*options.config, clock);
+  std::fputs("lensd: --check-config needs a file to check: lensd --check-config --config /etc/lensd/lensd.toml\n",
+             stderr);
+  return EX_USAGE;
 }
 
 /// The folder may be missing, not the one it is in.
@@ -111,7 +106,8 @@ void TellReloaded(const Result<LensService::Replaced>& replaced) {
   }
   Log(Severity::Info, Event::Reloaded,
       "the configuration was read again" + Listed("added", replaced->added) + Listed("removed", replaced->removed) +
-          Listed("reopened", replaced->reopened) + Listed("unchanged", replaced->unchanged));
+          Listed("reopened", replaced->reopened) + Listed("unchanged", replaced->unchanged) +
+          Listed("files that changed:", replaced->changed_files));
 }
 
 void Restrict(Router& router, const AccessConfig& config) {
@@ -123,21 +119,33 @@ void Restrict(Router& router, const AccessConfig& config) {
   router.Restrict(std::move(access));
 }
 
+FailureCommands::Commands CommandsOf(const Config& config) {
+  FailureCommands::Commands commands;
+  for (const LensConfig& lens : config.lenses) {
+    if (!lens.on_failure.empty()) commands.emplace(lens.name, lens.on_failure);
+  }
+  return commands;
+}
+
 /// Reads the configuration on the thread for files, and takes it if all of it makes sense.
 void OfferReload(EventLoop& loop, LensService& service, Router& router, const std::string& file, const Clock& clock) {
   service.OnReload(
       [&loop, &service, &router, file, &clock](const std::function<void(const Result<LensService::Replaced>&)>& then) {
-        const auto taken = service.files().Submit([&loop, &service, &router, file, &clock, then] {
-          auto config = ReadConfig(file);
-          if (auto checked = config ? CheckAll(*config) : PassOn(config); !checked) config = PassOn(checked);
-          loop.Post([&service, &router, config = std::move(config), &clock, then] {
-            const auto opener = [&](const LensConfig& lens) { return OpenerOf(lens, clock, service); };
-            const auto replaced = config ? service.Replace(config->lenses, opener) : PassOn(config);
-            if (replaced) Restrict(router, config->access);
-            TellReloaded(replaced);
-            then(replaced);
-          });
-        });
+        const auto taken =
+            service.files().Submit([&loop, &service, &router, file, &clock, then, paths = service.CalibrationFiles()] {
+              auto config = ReadConfig(file);
+              std::vector<FileMark> marks;
+              for (const std::string& path : paths) marks.push_back(MarkOf(path));
+              if (auto checked = config ? CheckAll(*config) : PassOn(config); !checked) config = PassOn(checked);
+              loop.Post([&service, &router, config = std::move(config), marks = std::move(marks), &clock, then] {
+                const auto opener = [&](const LensConfig& lens) { return OpenerOf(lens, clock, service); };
+                const auto replaced = config ? service.Replace(config->lenses, opener, marks) : PassOn(config);
+                if (replaced) Restrict(router, config->access);
+                if (replaced) FailureCommands::Get().Configure(CommandsOf(*config));
+                TellReloaded(replaced);
+                then(replaced);
+              });
+            });
         if (!taken) then(Fail(Code::Busy, "too much waits to be read or written; try again"));
       });
 }
@@ -145,11 +153,15 @@ void OfferReload(EventLoop& loop, LensService& service, Router& router, const st
 Result<void> WatchSignals(EventLoop& loop, LensService& service) {
   static constexpr Duration kEndAtMost = std::chrono::milliseconds(1500);  // static: the handler outlives this call
   auto watched = loop.OnSignals({SIGTERM, SIGINT}, [&, stopping = false](int) mutable {
-    if (std::exchange(stopping, true)) return;
+    if (std::exchange(stopping, true)) {
+      Log(Severity::Info, Event::Stopping, "told to end again: what still parks stops where it is");
+      service.End(ServedLens::Parks::No);
+      return;
+    }
     sd_notify(0, "STOPPING=1");
     Log(Severity::Info, Event::Stopping, "stopping");
-    service.End();
-    QuitInOrder(loop, service, MonotonicClock().Now() + kEndAtMost);
+    const Duration parking = service.End(ServedLens::Parks::First);
+    QuitInOrder(loop, service, MonotonicClock().Now() + parking + kEndAtMost);
   });
   if (!watched) return watched;
   return loop.OnSignals({SIGHUP}, [&service](int) {
@@ -165,6 +177,8 @@ int Serve(const Options& options, const Config& config, const Clock& clock) {
   if (!listener) return Explain(listener.error());
   if (auto made = MakeStateFolder(options.state); !made) return Explain(made.error());
   if (!options.state.empty()) io::RemoveTemporaries(options.state);
+  FailureCommands::Get().Configure(CommandsOf(config));
+  OnFailure([](const Failure& failure) { FailureCommands::Get().Tell(failure); });
   LensService service(**loop, clock, options.state);
   if (auto added = AddLenses(config, clock, service); !added) return Explain(added.error());
   Router router({"lensd", "lensd", LENSD_VERSION, "https://lensd.io"});
@@ -179,7 +193,7 @@ int Serve(const Options& options, const Config& config, const Clock& clock) {
   auto server = Server::Create(**loop, listener->descriptor(), router, Limits{}, "io.lensd.Lens.Busy",
                                [](std::string_view notice) { Log(Severity::Warning, Event::ClientDropped, notice); });
   if (!server) return Explain(server.error());
-  (*loop)->ServeWatchdog();
+  (*loop)->Supervise([&service] { service.LookAfter(); });
   Log(Severity::Info, Event::Started, "serving " + std::to_string(config.lenses.size()) + " lenses");
   sd_notify(0, "READY=1");
   service.Begin();
@@ -189,6 +203,7 @@ int Serve(const Options& options, const Config& config, const Clock& clock) {
   for (const std::string& lens : service.StillEnding()) {
     Log(Severity::Warning, Event::Stopping, "its device does not answer: it is left as it is", lens);
   }
+  FailureCommands::Get().End();
   if (service.StillEnding().empty()) return status;
   // Threads that hang in a driver cannot be waited for.
   listener->Remove();
@@ -212,6 +227,12 @@ int PrintDevices() {
   return written ? EX_OK : EX_IOERR;
 }
 
+int PrintUnitDropIn(const Config& config, const Options& options) {
+  const std::string text = UnitDropIn(config, options.config.value_or("no configuration"));
+  const bool written = std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
+  return written ? EX_OK : EX_IOERR;
+}
+
 int Main(int argc, char** argv) {
   const auto options = ParseOptions(argc, argv);
   if (const int* status = std::get_if<int>(&options)) return *status;
@@ -224,12 +245,13 @@ int Main(int argc, char** argv) {
   // SIGIO comes where a client opens a frame while lensd asks whether it was given back (FrameLoans).
   for (const int harmless : {SIGPIPE, SIGUSR1, SIGUSR2, SIGIO}) signal(harmless, SIG_IGN);
   if (std::get<Options>(options).devices) return PrintDevices();
-  OpenLog();
   const MonotonicClock clock;
+  if (std::get<Options>(options).check_config) return CheckConfig(std::get<Options>(options), clock);
+  OpenLog();
   const auto config = ConfigOf(std::get<Options>(options));
   if (!config) return Explain(config.error());
+  if (std::get<Options>(options).unit_drop_in) return PrintUnitDropIn(*config, std::get<Options>(options));
   if (std::get<Options>(options).stop_motors) StopMotorsAndExit(*config, clock);
-  if (std::get<Options>(options).check_config) return CheckConfig(*config, clock);
   return Serve(std::get<Options>(options), *config, clock);
 }
 

@@ -4,13 +4,40 @@
 #include <sysexits.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 #include <string_view>
+#include <vector>
 
+#include "base/nearest_word.h"
 #include "proto/interfaces.h"
 
 namespace lensd::daemon {
+
+namespace {
+
+/// What is wrong with the command line, in words of our own where the parser's say little.
+std::string Complaint(const CLI::App& app, const CLI::ParseError& error) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  const auto unknown = app.remaining();
+  if (!unknown.empty()) {
+    const std::string first = unknown.front().substr(0, unknown.front().find('='));
+    const auto meant = first.starts_with("-") ? NearestWord(first, names) : std::nullopt;
+    return (first.starts_with("-") ? "there is no option " + first : "'" + first + "' is no option") +
+           (meant ? "; did you mean " + *meant + "?" : "");
+  }
+  const std::string said = error.what();
+  const std::string option = said.substr(0, said.find(':'));
+  const bool without = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ArgumentMismatch);
+  return without && std::ranges::find(names, option) != names.end() ? option + " needs a value" : said;
+}
+
+}  // namespace
 
 std::variant<Options, int> ParseOptions(int argc, char** argv) {
   Options options;
@@ -27,11 +54,16 @@ std::variant<Options, int> ParseOptions(int argc, char** argv) {
                  "folder for remembered positions; without it, and without $STATE_DIRECTORY from systemd, they are\n"
                  "forgotten at the end")
       ->type_name("DIR");
-  app.add_flag("--check-config", options.check_config, "read the configuration and what it names, then exit");
+  app.add_flag("--check-config", options.check_config,
+               "read the configuration and what it names, print every mistake in it, then\n"
+               "exit");
   app.add_flag("--devices", options.devices, "print what is plugged in as the reply of Devices, then exit");
   app.add_flag("--stop-motors", options.stop_motors,
                "stop every motor of the configured lenses, then exit: for after a lensd that was killed. Does nothing\n"
                "where systemd says in $SERVICE_RESULT that it ended well");
+  app.add_flag("--print-unit-drop-in", options.unit_drop_in,
+               "print a drop-in for lensd.service that allows it those devices only that the configured drivers open,\n"
+               "then exit");
   app.footer(
       "Exit status: 0 after SIGTERM or SIGINT, else as in sysexits.h: 64 usage, 69 another lensd answers at the\n"
       "socket, 74 input or output, 78 configuration.");
@@ -40,7 +72,8 @@ std::variant<Options, int> ParseOptions(int argc, char** argv) {
   } catch (const CLI::Success& asked) {
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "lensd: %s; see lensd --help\n", error.what());
+    std::fprintf(stderr, "lensd: %s; for example: lensd --config /etc/lensd/lensd.toml; see lensd --help\n",
+                 Complaint(app, error).c_str());
     return EX_USAGE;
   }
   if (!config.empty()) options.config = config;

@@ -14,6 +14,7 @@ struct Options {
   bool check_config = false;
   bool devices = false;
   bool stop_motors = false;
+  bool unit_drop_in = false;
 };
 
 /// The options, or the exit status where there is nothing more to do: help or version asked for (0), or a usage error

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <system_error>
+#include <map>
 #include <utility>
 
 #include "barrier.h"
@@ -53,6 +53,17 @@ AxisMemory AxisMemoryOf(const Json& json) {
   return axis;
 }
 
+/// One for each file of this process.
+std::shared_ptr<std::mutex> PlaceOf(const std::string& path) {
+  static std::mutex mutex;
+  static std::map<std::string, std::weak_ptr<std::mutex>> places;
+  const std::lock_guard lock(mutex);
+  std::erase_if(places, [](const auto& place) { return place.second.expired(); });
+  auto place = places[path].lock();
+  if (!place) places[path] = place = std::make_shared<std::mutex>();
+  return place;
+}
+
 }  // namespace
 
 PositionStore::PositionStore(const std::string& folder, const std::string& lens, const std::string& serial,
@@ -63,6 +74,7 @@ PositionStore::PositionStore(const std::string& folder, const std::string& lens,
              (lens + (serial.empty() ? "" : "-" + ForFileName(serial)) + ".position.json"))
                 .string()),
       stops_(std::move(stops)),
+      place_(PlaceOf(path_)),
       thread_([this] { Write(); }) {}
 
 PositionStore::~PositionStore() {
@@ -74,6 +86,7 @@ void PositionStore::Write() {
     std::string text;
     std::uint64_t number = 0;
     stops_->Wait([&] {
+      if (stops_->severed()) work_.next.reset();  // another store writes this file by now
       if (!work_.next) return work_.quit;
       text = *std::exchange(work_.next, std::nullopt);
       number = work_.asked;
@@ -81,7 +94,7 @@ void PositionStore::Write() {
     });
     if (number == 0) return;
     Result<void> result = Fail(Code::Internal, path_ + ": cannot be written");
-    if (auto thrown = Guarded(path_, [&] { result = io::WriteFileAtomically(path_, text); })) {
+    if (auto thrown = Guarded(path_, [&] { result = WriteOne(text); })) {
       result = PassOn(*thrown);
     }
     stops_->Tell([&] {
@@ -92,12 +105,23 @@ void PositionStore::Write() {
   }
 }
 
+/// The disk may hang at any point. Who was given up meanwhile has not taken the place, or whoever came after him waits
+/// for it.
+Result<void> PositionStore::WriteOne(const std::string& text) {
+  auto file = io::WrittenFile::Create(path_, text);
+  if (!file) return PassOn(file);
+  const std::lock_guard lock(*place_);
+  if (stops_->IsSevered()) return Fail(Code::Cancelled, path_ + ": another one writes it by now");
+  return file->Replace();
+}
+
 Result<rig::PositionMemory::Axes> PositionStore::Load() {
+  const std::lock_guard lock(*place_);
   Axes axes;
-  std::error_code error;
-  if (!std::filesystem::exists(path_, error) && !error) return axes;
-  const auto text = io::ReadWholeFile(path_);
-  if (!text) return PassOn(text);
+  const auto kept = io::ReadKeptFile(path_);
+  if (!kept) return PassOn(kept);
+  const auto& text = *kept;
+  if (!text) return axes;
   // Only lensd writes it: what is not as it was written tells nothing about where the lens stands.
   if (io::IntegrityOfObject(*text) != io::Integrity::Whole) {
     return Fail(Code::BadData, path_ + ": is not as it was written (its checksum does not fit)");
@@ -107,7 +131,7 @@ Result<rig::PositionMemory::Axes> PositionStore::Load() {
   try {
     if (json->at("version") != 1) return Fail(Code::BadData, path_ + ": is not version 1");
     if (json->at("serial") != serial_) return axes;
-    for (const auto& [name, axis] : json->at("axes").items()) {
+    for (const auto& [name, axis] : json->at("axes").get_ref<const Json::object_t&>()) {
       const auto known = drivers::AxisFromName(name);
       if (!known) return Fail(Code::BadData, path_ + ": there is no axis \"" + name + "\"");
       axes[*known] = AxisMemoryOf(axis);

@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -16,7 +17,8 @@ namespace lensd::daemon {
 /// FOLDER/NAME[-SERIAL].position.json, keyed by the lens' name and, where it has one, its serial number: another lens
 /// under the same name starts with nothing remembered. Always whole: replaced by way of a temporary file that is
 /// flushed before it takes the name, and the folder after. The disk is written by a thread of its own, because a stop
-/// must not wait for it.
+/// must not wait for it. Of several stores of one file only the newest writes: one whose signal is severed puts nothing
+/// in its place any more, however late its disk comes back.
 class PositionStore final : public rig::PositionMemory {
  public:
   PositionStore(const std::string& folder, const std::string& lens, const std::string& serial,
@@ -41,12 +43,14 @@ class PositionStore final : public rig::PositionMemory {
     Result<void> result;        ///< of that one
   };
   void Write();
+  Result<void> WriteOne(const std::string& text);
 
   std::string lens_;
   std::string serial_;
   std::string path_;
   std::string saved_;  // as the caller has been told; empty: nothing yet
   std::shared_ptr<StopSignal> stops_;
+  std::shared_ptr<std::mutex> place_;  // held while the file is read or takes the place of another; of all its stores
   Work work_;
   std::jthread thread_;  // last: it uses the others
 };

@@ -1,9 +1,13 @@
 // What a device's settings refer to by name (profiles, buses) put in its place before a driver sees them.
 #include "references.h"
 
+#include <array>
 #include <filesystem>
 #include <utility>
+#include <vector>
 
+#include "base/nearest_word.h"
+#include "config_faults.h"
 #include "drivers_table.h"
 #include "io/toml.h"
 
@@ -19,7 +23,7 @@ Result<Settings> Profile(const Settings& named, const std::string& name, const d
     const std::string_view text = profiles.text(name);
     if (!text.empty()) return io::ParseToml(text, "profile " + name);
     return BadReference(named, "there is no profile \"" + name + "\"; there is " + std::string(profiles.names()) +
-                            ", and any file whose name ends in .toml");
+                                   ", and any file whose name ends in .toml");
   }
   const std::filesystem::path folder = std::filesystem::path(named.where().file).parent_path();
   auto read = io::ReadTomlFile((folder / name).lexically_normal().string());
@@ -29,21 +33,42 @@ Result<Settings> Profile(const Settings& named, const std::string& name, const d
 
 }  // namespace
 
+std::string WhyNoDriver(const std::string& name) {
+  std::vector<std::string> words;
+  for (const drivers::Driver& driver : Drivers()) words.emplace_back(driver.name);
+  const auto meant = NearestWord(name, words);
+  return "there is no driver \"" + name + "\" in this build; it has " + DriverNames() +
+         (meant ? "; did you mean \"" + *meant + "\"?" : "");
+}
+
+void LeaveDriversKeys(SettingsReader& read, const Settings& table, std::span<const std::string_view> own_keys) {
+  const std::vector<std::string> words(own_keys.begin(), own_keys.end());
+  for (const auto& [key, unused] : *table.AsTable()) {
+    if (!NearestWord(key, words)) read.Any(key);
+  }
+}
+
 Result<void> AddBus(const Settings& table, Buses& buses) {
+  constexpr std::array<std::string_view, 2> kBusKeys = {"name", "driver"};
   SettingsReader read(table, "[[bus]]");
   const std::string name = read.RequiredText("name");
   const std::string driver_name = read.RequiredText("driver");
   const drivers::Driver* driver = FindDriver(driver_name);
   if (driver == nullptr) {
-    read.Reject("driver", "there is no driver \"" + driver_name + "\" in this build; it has " + DriverNames());
+    read.Reject("driver", WhyNoDriver(driver_name));
+    LeaveDriversKeys(read, table, kBusKeys);
   } else if (driver->check_bus == nullptr) {
     read.Reject("driver", driver_name + " has no buses");
   }
   if (buses.contains(name)) read.Reject("name", "there is another bus \"" + name + "\"");
-  // The driver knows its own keys.
-  for (const auto& [key, unused] : *table.AsTable()) read.Any(key);
-  if (auto done = read.Finish(); !done) return done;
-  if (auto checked = driver->check_bus(table); !checked) return checked;
+  if (driver != nullptr) {
+    for (const auto& [key, unused] : *table.AsTable()) read.Any(key);  // the driver knows its own keys
+  }
+  const auto done = read.Finish();
+  Result<void> checked;
+  if (driver != nullptr && driver->check_bus != nullptr) checked = driver->check_bus(table);
+  if (!done) return done;
+  if (!checked) return checked;
   buses.emplace(name, BusEntry{driver, table});
   return {};
 }
@@ -72,7 +97,8 @@ Result<Settings> WithBus(const Settings& settings, const Settings& name, const d
   const auto found = buses.find(*text);
   if (found == buses.end()) return BadReference(name, "[[lens]] bus: there is no [[bus]] named \"" + *text + "\"");
   if (found->second.driver != &driver) {
-    return BadReference(name, "[[lens]] bus: \"" + *text + "\" is a bus of driver " + std::string(found->second.driver->name));
+    return BadReference(
+        name, "[[lens]] bus: \"" + *text + "\" is a bus of driver " + std::string(found->second.driver->name));
   }
   Settings::Table with = *settings.AsTable();
   with.insert_or_assign("bus", found->second.settings);

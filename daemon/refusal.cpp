@@ -92,6 +92,7 @@ void Refuse(const ExchangePointer& exchange, const ServedLens& lens, const Error
     facts["message"] = error.message + " (begun by " + driver->caller + " " +
                        std::to_string(std::lround(std::floor(since.count()))) + " s ago)";
   }
+  ++lens.users().work.refused;
   const auto axis = AxisOf(exchange, error);
   LogFailedCall(lens.name(), axis.value_or(""), exchange->call().method, error);
   exchange->Refuse(ErrorName(error.code), std::move(facts));

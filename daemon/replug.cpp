@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "barrier.h"
 #include "retry.h"
 
 namespace lensd::daemon {
@@ -100,7 +101,8 @@ class Slot {
   }
 
   bool TryToOpen() {
-    auto opened = open_();
+    Result<drivers::Device> opened = Fail(Code::Internal, "");
+    if (auto thrown = Guarded("opening", [&] { opened = open_(); })) opened = PassOn(*thrown);
     Error why{Code::Disconnected, ""};
     if (!opened) {
       // What cannot be done by what is there now, and could be by what was there: it is not the same.

@@ -30,7 +30,7 @@ class Retry {
 
   /// No further attempt.
   void End() { thread_.request_stop(); }
-  /// The destructor will not wait.
+  /// The destructor will not wait long.
   bool ended() const { return *done_; }
 
  private:

@@ -44,6 +44,7 @@ class Router {
   explicit Router(ServiceInfo info);
   /// From now on a method is served to those clients only that have its role.
   void Restrict(Access access) { access_ = std::move(access); }
+  Role RoleOf(const Credentials& client) const { return access_ ? access_->RoleOf(client) : Role::Administer; }
   /// `service` must outlive the router. A method without a row is our own bug and ends the program.
   void Add(Service& service);
   /// Whether a message is a call, not a long one, of a method that acts when it is read. Quick, and it may err: it says

@@ -133,7 +133,7 @@ using WeakExchange = std::weak_ptr<Exchange>;
 /// Tells of each answer of an autofocus that goes on.
 std::function<void(const rig::AutofocusOutcome&)> TrackTo(ServedLens& lens, WeakExchange call) {
   return [&lens, call](const rig::AutofocusOutcome& outcome) {
-    lens.Later([&lens, call, result = AutofocusJson(lens.name(), outcome)] {
+    Worker::Later([&lens, call, result = AutofocusJson(lens.name(), outcome)] {
       if (const auto exchange = call.lock()) exchange->Continue(Wrap("autofocus", varlink::WriteJson(result)));
       lens.watchers().Announce(lens, "autofocus", result);
     });
@@ -142,7 +142,7 @@ std::function<void(const rig::AutofocusOutcome&)> TrackTo(ServedLens& lens, Weak
 
 rig::ProgressCallback ProgressTo(ServedLens& lens, WeakExchange call) {
   return [&lens, call](const rig::AutofocusProgress& now) {
-    lens.Later([&lens, call, progress = AutofocusProgressJson(now)] {
+    Worker::Later([&lens, call, progress = AutofocusProgressJson(now)] {
       const auto exchange = call.lock();
       if (exchange && exchange->call().more) exchange->Continue(Wrap("progress", varlink::WriteJson(progress)));
       lens.watchers().TellProgress(lens, Procedure::Autofocus, progress);
@@ -183,10 +183,13 @@ void Autofocus(ServedLens& lens, const ExchangePointer& exchange) {
 
 // The step in between lets commands taken before this one displace the autofocus first.
 void StopUnlessEnded(ServedLens& lens, std::shared_ptr<const bool> ended, std::vector<drivers::Axis> axes) {
-  lens.Submit([&clock = lens.surroundings().clock, ended = std::move(ended), axes = std::move(axes)](rig::Rig& rig) {
-    rig.Step(clock.Now());
-    if (!*ended) rig.Stop(axes, [](const Result<void>&) {});
-  });
+  lens.Ask<void>(
+      [&clock = lens.surroundings().clock, ended = std::move(ended), axes = std::move(axes)](rig::Rig& rig, auto done) {
+        rig.Step(clock.Now());
+        if (!*ended) rig.Stop(axes, [](const Result<void>&) {});
+        done(Result<void>());
+      },
+      [](const Result<void>&) {});
 }
 
 MethodTable AutofocusMethods(LensService& service) {

@@ -184,11 +184,11 @@ void FrameSessions::Begin(const ExchangePointer& exchange) {
   request->outside.emplace();
   request->outside->pixel_um = *pixel;
   if (const Json* scores = Given(parameters, "scores")) request->outside->scores_only = scores->get<bool>();
-  request->outside->wanted = [lens, session](const rig::FrameWanted& wanted) {
-    lens->Later([session, json = FrameWantedJson(wanted)] { TellWish(session, json); });
+  request->outside->wanted = [session](const rig::FrameWanted& wanted) {
+    Worker::Later([session, json = FrameWantedJson(wanted)] { TellWish(session, json); });
   };
   auto progress = [lens](const rig::AutofocusProgress& now) {
-    lens->Later([lens, json = AutofocusProgressJson(now)] {
+    Worker::Later([lens, json = AutofocusProgressJson(now)] {
       lens->watchers().TellProgress(*lens, Procedure::Autofocus, json);
     });
   };

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "autofocus_request.h"
+#include "barrier.h"
 #include "io/toml.h"
 #include "lens_json.h"
 #include "lens_service.h"
@@ -16,6 +17,10 @@ namespace {
 
 using drivers::Axis;
 using varlink::Json;
+
+// What follows from a calibration is worked out between two readings of the lens, and a stop waits for that.
+constexpr std::size_t kMostPoints = 1000;
+constexpr std::size_t kMostPointsInAll = 10'000;
 
 constexpr int kFewestPairs = 3;
 constexpr int kMostPairs = 100;
@@ -88,12 +93,22 @@ Result<std::optional<rig::Calibration>> WithCurve(rig::Calibration calibration, 
   return calibration;
 }
 
-Result<std::optional<rig::Calibration>> FromToml(const std::string& text) {
+std::size_t PointsIn(const rig::Calibration& calibration) {
+  std::size_t points = 0;
+  for (const rig::FocusCurve& curve : calibration.focus) points += curve.points.size();
+  return points;
+}
+
+Result<rig::Calibration> FromToml(const std::string& text) {
   const auto settings = io::ParseToml(text, "calibration");
   if (!settings) return Fail(Code::BadData, settings.error().message);
   auto calibration = rig::ReadCalibration(*settings);
   if (!calibration) return Fail(Code::BadData, calibration.error().message);
-  return *std::move(calibration);
+  if (PointsIn(*calibration) > kMostPointsInAll) {
+    return Fail(Code::BadData,
+                "calibration: its curves have more than " + std::to_string(kMostPointsInAll) + " points in all");
+  }
+  return calibration;
 }
 
 Json BacklashJson(const std::string& lens, Axis axis, const rig::BacklashOutcome& outcome) {
@@ -133,13 +148,47 @@ void Calibration(ServedLens& lens, const ExchangePointer& exchange) {
     if (!now) return Refuse(exchange, lens, now.error());
     const auto& optics = now->status.optics;
     const auto error = optics ? optics->error() : std::nullopt;
-    const std::string& file = lens.calibration_file();
+    const std::string& file = lens.calibration_mark().path;
     Json info{{"lens", lens.name()},
               {"grade", GradeName(optics ? optics->grade() : rig::Grade::Uncalibrated)},
               {"errorUm", error ? varlink::NumberOrNull(error->value * 1e6) : Json(nullptr)},
               {"file", file.empty() ? Json(nullptr) : Json(file)},
               {"toml", now->calibration ? Json(rig::CalibrationText(*now->calibration)) : Json(nullptr)}};
     exchange->Finish(varlink::WriteJson({{"calibration", std::move(info)}}));
+  });
+}
+
+/// Puts it in force, keeps it and answers with it.
+void Change(ServedLens& lens, const ExchangePointer& exchange, ServedLens::EditCalibration edit) {
+  lens.ChangeCalibration(AtRest(std::move(edit)), [exchange, &lens](const Result<void>& changed) {
+    if (!changed) return Refuse(exchange, lens, changed.error());
+    Calibration(lens, exchange);
+  });
+}
+
+/// A megabyte takes longer to read than a stop may wait, for the worker or for the event loop.
+void ReadAndChange(ServedLens& lens, const ExchangePointer& exchange, std::string text) {
+  const bool taken = lens.surroundings().plans.Submit([&lens, exchange, text = std::move(text)]() mutable {
+    Result<rig::Calibration> read = Fail(Code::Internal, "");
+    if (const auto thrown = Guarded(lens.name(), [&] { read = FromToml(text); })) read = PassOn(*thrown);
+    lens.surroundings().loop.Post([&lens, held = std::move(exchange), read = std::move(read)] {
+      if (!read) return Refuse(held, lens, read.error());
+      Change(lens, held, [read](const rig::Calibration&, const rig::Rig&) -> Result<std::optional<rig::Calibration>> {
+        return std::optional(*read);
+      });
+    });
+  });
+  if (!taken) Refuse(exchange, lens, {Code::Busy, "too much waits to be worked out; try again"});
+}
+
+/// While it moves nothing is read: it would be for nothing.
+void CalibrateByFile(ServedLens& lens, const ExchangePointer& exchange, std::string text) {
+  const auto ask = [](rig::Rig& rig, auto done) {
+    auto busy = rig.WhyNotAtRest();
+    busy ? done(PassOn(*std::move(busy))) : done(rig.GetStatus().connected);
+  };
+  lens.Ask<bool>(ask, [exchange, &lens, text = std::move(text)](const Result<bool>& asked) mutable {
+    asked ? ReadAndChange(lens, exchange, std::move(text)) : Refuse(exchange, lens, asked.error());
   });
 }
 
@@ -152,21 +201,20 @@ void Calibrate(ServedLens& lens, const ExchangePointer& exchange) {
   if ((toml != nullptr) + (points != nullptr) + removes != 1) {
     return Refuse(exchange, lens, {Code::InvalidArgument, "say exactly one of toml, points and remove"});
   }
-  ServedLens::EditCalibration edit;
-  if (removes) {
-    edit = [](const rig::Calibration&, const rig::Rig&) -> Result<std::optional<rig::Calibration>> {
-      return std::nullopt;
-    };
-  } else if (toml != nullptr) {
-    edit = [text = toml->get<std::string>()](const rig::Calibration&, const rig::Rig&) { return FromToml(text); };
-  } else {
-    edit = [parameters, config = lens.config().rig](rig::Calibration now, const rig::Rig& rig) {
-      return WithCurve(std::move(now), rig, parameters, config);
-    };
+  if (points != nullptr && points->size() > kMostPoints) {
+    return Refuse(
+        exchange, lens,
+        Wrong("a curve has at most 1000 points", {.parameter = "points", .maximum = static_cast<double>(kMostPoints)}));
   }
-  lens.ChangeCalibration(AtRest(std::move(edit)), [exchange, &lens](const Result<void>& changed) {
-    if (!changed) return Refuse(exchange, lens, changed.error());
-    Calibration(lens, exchange);
+  if (toml != nullptr) return CalibrateByFile(lens, exchange, toml->get<std::string>());
+  if (removes) {
+    return Change(lens, exchange,
+                  [](const rig::Calibration&, const rig::Rig&) -> Result<std::optional<rig::Calibration>> {
+                    return std::nullopt;
+                  });
+  }
+  Change(lens, exchange, [parameters, config = lens.config().rig](rig::Calibration now, const rig::Rig& rig) {
+    return WithCurve(std::move(now), rig, parameters, config);
   });
 }
 
@@ -212,7 +260,7 @@ void FinishBacklash(ServedLens& lens, const ExchangePointer& exchange, Axis axis
 std::function<void(const rig::BacklashProgress&)> BacklashProgressTo(ServedLens& lens, std::weak_ptr<Exchange> call) {
   return [&lens, call](const rig::BacklashProgress& now) {
     Json json{{"sweep", now.sweep}, {"sweepsExpected", now.of}, {"frames", now.frames}};
-    lens.Later([&lens, call, progress = std::move(json)] {
+    Worker::Later([&lens, call, progress = std::move(json)] {
       const auto exchange = call.lock();
       if (exchange && exchange->call().more) exchange->Continue(Wrap("progress", varlink::WriteJson(progress)));
       lens.watchers().TellProgress(lens, Procedure::Backlash, progress);

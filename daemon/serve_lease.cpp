@@ -1,6 +1,8 @@
 // TakeLease, DropLease, and whom a lease keeps from moving a lens.
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <string>
 
 #include "lens_json.h"
 #include "lens_service.h"
@@ -31,7 +33,7 @@ bool Holds(const Lease& lease, const ExchangePointer& exchange) {
 /// Ends a call that another client's lease stands against: who has it, and for how long.
 void RefuseLeased(LensService& service, const ExchangePointer& exchange, const ServedLens& lens,
                   const std::string& what_then) {
-  const Lease& lease = *lens.lease();
+  const Lease& lease = *lens.users().lease.now();
   Json remaining = nullptr;
   std::string how_long = "until it lets go";
   if (lease.until) {
@@ -62,7 +64,7 @@ std::string WhatGoesOn(const ServedLens& lens, const ExchangePointer& exchange) 
 
 /// Ends what goes on; whoever waits for it is answered Cancelled.
 void StopAll(ServedLens& lens, const ExchangePointer& exchange) {
-  lens.NoteStop(exchange->number(), {}, false);
+  lens.users().stops.Note(exchange->number(), {}, false);
   lens.AskToStop<void>([](rig::Rig& rig, auto done) { rig.Stop({}, std::move(done)); }, [](const Result<void>&) {});
 }
 
@@ -79,7 +81,7 @@ void TakeLease(LensService& service, const ExchangePointer& exchange) {
     return Refuse(exchange, *lens,
                   {Code::InvalidArgument, "a lease has an answer: it cannot be taken by a oneway call"});
   }
-  const Lease* const before = lens->lease();
+  const Lease* const before = lens->users().lease.now();
   const bool holds = before != nullptr && Holds(*before, exchange);
   if (before != nullptr && !holds && !exchange->Asks("takeOver")) {
     return RefuseLeased(service, exchange, *lens, "it can be taken then, and by administrators at any time (takeOver)");
@@ -99,10 +101,12 @@ void TakeLease(LensService& service, const ExchangePointer& exchange) {
     const std::chrono::duration<double, std::milli> time(for_ms->get<double>());
     lease.until = service.clock().Now() + std::chrono::duration_cast<Duration>(time);
   }
-  const auto index = static_cast<std::uint64_t>(
-      std::ranges::find(service.lenses(), lens, [](const auto& each) { return each.get(); }) -
-      service.lenses().begin());
-  exchange->AtClose(kLeaseKeys + index, [lens, owner = lease.owner] { lens->users().lease.Left(owner); });
+  // By name: a lens that is opened anew keeps its lease.
+  exchange->AtClose(kLeaseKeys | std::hash<std::string>()(lens->name()),
+                    [&service, name = lens->name(), owner = lease.owner] {
+                      const auto here = std::ranges::find(service.lenses(), name, &ServedLens::name);
+                      if (here != service.lenses().end()) (*here)->users().lease.Left(owner);
+                    });
   exchange->Finish(varlink::WriteJson({{"lens", lens->name()}, {"lease", lease.key}}));
   lens->users().lease.Take(std::move(lease));
 }
@@ -110,7 +114,7 @@ void TakeLease(LensService& service, const ExchangePointer& exchange) {
 void DropLease(LensService& service, const ExchangePointer& exchange) {
   ServedLens* const lens = service.Find(exchange);
   if (lens == nullptr) return;
-  if (const Lease* lease = lens->lease(); lease != nullptr && !Holds(*lease, exchange)) {
+  if (const Lease* lease = lens->users().lease.now(); lease != nullptr && !Holds(*lease, exchange)) {
     return RefuseLeased(service, exchange, *lens, "its key ends it before");
   }
   lens->users().lease.Drop(LensLease::End::Dropped);
@@ -125,12 +129,12 @@ bool MayDrive(LensService& service, const Method& method, const ExchangePointer&
   ServedLens* const lens = service.Named(exchange);
   if (lens == nullptr) return true;
   const auto axis = exchange->view().Given("axis");
-  if (auto why =
-          !drives ? std::nullopt
-                  : lens->WhyStopped(exchange->number(), axis ? drivers::AxisFromName(axis->text()) : std::nullopt)) {
+  if (auto why = !drives ? std::nullopt
+                         : lens->users().stops.WhyStopped(exchange->number(),
+                                                          axis ? drivers::AxisFromName(axis->text()) : std::nullopt)) {
     return Refuse(exchange, *lens, *why), false;
   }
-  const Lease* const lease = lens->lease();
+  const Lease* const lease = lens->users().lease.now();
   if (lease == nullptr || Holds(*lease, exchange)) {
     if (drives) lens->users().driving.Note(exchange, service.clock().Now());
     return true;

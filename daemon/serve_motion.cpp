@@ -138,7 +138,7 @@ auto Acknowledge(const ServedLens& lens, const ExchangePointer& exchange) {
 }
 
 void ResetFaults(ServedLens& lens, const ExchangePointer& exchange) {
-  lens.Unlatch();
+  lens.users().stops.Unlatch();
   const auto reset = [axes = AxesOf(exchange)](rig::Rig& rig, auto done) { rig.ResetFaults(axes, std::move(done)); };
   lens.Ask<void>(reset, Acknowledge(lens, exchange));
 }
@@ -168,7 +168,7 @@ struct StopAnswers {
 void Stop(LensService& service, const ExchangePointer& exchange) {
   std::vector<ServedLens*> lenses;
   if (exchange->view().Given("lens")) {
-    ServedLens* const lens = service.FindPresent(exchange);
+    ServedLens* const lens = service.FindPresent(exchange, ServedLens::For::Stop);
     if (lens == nullptr) return;
     lenses.push_back(lens);
   } else {
@@ -178,8 +178,12 @@ void Stop(LensService& service, const ExchangePointer& exchange) {
   const bool all = !exchange->view().Given("lens").has_value();
   const auto answers = std::make_shared<StopAnswers>(StopAnswers{exchange, 1, std::nullopt});
   for (ServedLens* lens : lenses) {
-    lens->NoteStop(exchange->number(), axes, exchange->Asks("latch"));
-    if (lens->WhyAbsent()) continue;  // of all, the others
+    lens->users().stops.Note(exchange->number(), axes, exchange->Asks("latch"));
+    if (const auto why = lens->WhyAbsent(ServedLens::For::Stop)) {
+      // Of all, those that are there; but where calls hang it cannot be said that nothing runs.
+      if (lens->stuck() > 0 && !answers->first) answers->first.emplace(*lens, *why);
+      continue;
+    }
     ++answers->outstanding;
     const auto stop = [axes, all](rig::Rig& rig, auto done) {
       // Of every lens only those that have such an axis are meant.

@@ -133,6 +133,7 @@ void ViewFrames(LensService& service, PictureDesk& desk, const ExchangePointer& 
   lens->Ask<void>(look, [view](const Result<void>& begun) {
     if (!begun) view->End(begun.error());
   });
+  lens->users().waiters.Add(view);
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ std::string PlanReply(const LensPlan& plan, Metres principal_gap) {
     return "{\"plan\":" + With(proto::PlanAnswerText(answer, principal_gap), Places(plan));
   }
   if (!plan.answer.continuous_feasible) return "{\"plan\":" + proto::PlanAnswerText(answer, principal_gap);
-  optics::PlanAnswer refusal;
+  optics::PlanAnswer refusal = answer;  // limits so much wider are met by the nearest position itself
   refusal.conflict = {"positions"};
   refusal.relax = answer.worst_ratio;
   refusal.note = "some setting meets every limit, but none of the positions this lens can take does; see the nearest";
@@ -171,7 +171,7 @@ std::string AppliedReply(const Solved& solved, const std::string& applied, const
 }
 
 void Apply(ServedLens& lens, const ExchangePointer& exchange, Solved solved) {
-  if (auto why = lens.WhyStopped(exchange->number(), std::nullopt)) return Refuse(exchange, lens, *why);
+  if (auto why = lens.users().stops.WhyStopped(exchange->number(), std::nullopt)) return Refuse(exchange, lens, *why);
   const auto move = [focus = solved.apply->focus, iris = solved.apply->iris, zoom = solved.apply->zoom](
                         rig::Rig& rig, MovesCallback done) {
     const auto group = std::make_shared<MoveGroup>(std::move(done));
@@ -220,8 +220,10 @@ void Plan(ServedLens& lens, const ExchangePointer& exchange) {
                    "the optics of lens \"" + lens.name() + "\" are not known; give it a [lens.optics] section"});
   }
   // Whatever it was planned for last, the lens counts as it stands now.
-  if (lens.Outdated()) return lens.Replan([&lens, exchange] { PlanNow(lens, exchange); });
-  PlanNow(lens, exchange);
+  if (!lens.Outdated()) return PlanNow(lens, exchange);
+  lens.Replan([&lens, exchange](const Result<void>& replanned) {
+    replanned ? PlanNow(lens, exchange) : Refuse(exchange, lens, replanned.error());
+  });
 }
 
 }  // namespace

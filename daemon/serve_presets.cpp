@@ -28,18 +28,17 @@ void RefuseUnknown(const ServedLens& lens, const ExchangePointer& exchange, cons
                    const std::string& label) {
   std::string names;
   for (const rig::Preset& preset : presets) names += (names.empty() ? "" : ", ") + preset.label;
-  exchange->Refuse("io.lensd.Lens.PresetNotFound",
-                   {{"message", "there is no preset \"" + label + "\"; " +
-                                    (names.empty() ? "none is saved" : "there is " + names)},
-                    {"lens", lens.name()},
-                    {"label", label}});
+  exchange->Refuse(
+      "io.lensd.Lens.PresetNotFound",
+      {{"message", "there is no preset \"" + label + "\"; " + (names.empty() ? "none is saved" : "there is " + names)},
+       {"lens", lens.name()},
+       {"label", label}});
 }
 
-Json RecallJson(const std::string& lens, const std::string& label, const rig::RecallOutcome& outcome) {
+/// What a preset recalled and a lens brought back have in common.
+Json BroughtBack(const std::string& lens, const rig::RecallOutcome& outcome) {
   const auto number = [](const auto& value) { return value ? varlink::NumberOrNull(value->value) : Json(nullptr); };
   return {{"lens", lens},
-          {"label", label},
-          {"reached", outcome.reached},
           {"vergenceBoundD", number(outcome.vergence_bound)},
           {"positionBound", number(outcome.native_bound)},
           {"moves", MovesJson(lens, outcome.moves)},
@@ -97,7 +96,9 @@ void Recall(ServedLens& lens, const ExchangePointer& exchange) {
   const auto recall = [preset = *preset](rig::Rig& rig, auto done) { rig::RecallPreset(rig, preset, std::move(done)); };
   lens.Ask<rig::RecallOutcome>(recall, [exchange, &lens](const Result<rig::RecallOutcome>& outcome) {
     if (!outcome) return Refuse(exchange, lens, outcome.error());
-    const Json json = RecallJson(lens.name(), LabelOf(exchange), *outcome);
+    Json json = BroughtBack(lens.name(), *outcome);
+    json["label"] = LabelOf(exchange);
+    json["reached"] = outcome->reached;
     lens.watchers().AnnounceMoves(lens, json["moves"]);
     exchange->Finish(varlink::WriteJson({{"recall", json}}));
   });
@@ -117,13 +118,33 @@ void Remove(ServedLens& lens, const ExchangePointer& exchange) {
   });
 }
 
+void Undo(ServedLens& lens, const ExchangePointer& exchange) {
+  const auto undo = [&history = lens.users().history](rig::Rig& rig, auto done) {
+    if (const auto before = history.Before(rig)) return rig::RecallPreset(rig, *before, std::move(done));
+    done(
+        rig::RecallOutcome{.moves = {},
+                           .reached = false,
+                           .vergence_bound = {},
+                           .native_bound = {},
+                           .remark = "there is nothing to undo: this lens has been brought nowhere since lensd began"});
+  };
+  lens.Ask<rig::RecallOutcome>(undo, [exchange, &lens](const Result<rig::RecallOutcome>& outcome) {
+    if (!outcome) return Refuse(exchange, lens, outcome.error());
+    Json json = BroughtBack(lens.name(), *outcome);
+    json["undone"] = outcome->reached;
+    lens.watchers().AnnounceMoves(lens, json["moves"]);
+    exchange->Finish(varlink::WriteJson({{"undo", json}}));
+  });
+}
+
 }  // namespace
 
 MethodTable PresetMethods(LensService& service) {
   return {{"PresetSave", service.ForLens(Save), NeedsLease::ToChange, MayChangeState::Yes},
           {"PresetList", service.ForLens(List)},
           {"PresetRecall", service.ForLens(Recall), NeedsLease::Yes, MayChangeState::Yes},
-          {"PresetRemove", service.ForLens(Remove), NeedsLease::ToChange, MayChangeState::Yes}};
+          {"PresetRemove", service.ForLens(Remove), NeedsLease::ToChange, MayChangeState::Yes},
+          {"Undo", service.ForLens(Undo), NeedsLease::Yes, MayChangeState::Yes}};
 }
 
 }  // namespace lensd::daemon

@@ -27,16 +27,24 @@ const ServedLens* Only(const ExchangePointer& exchange, const std::vector<const 
   return exchange->view().Given("lens") ? lenses.front() : nullptr;
 }
 
+void ListAsKnown(LensService& service, const ExchangePointer& exchange) {
+  std::string reply = "{\"lenses\":[";
+  for (const auto& lens : service.lenses()) reply += (lens == service.lenses().front() ? "" : ",") + lens->info();
+  // What was added since 1.0, each under a name that the comment of what was added gives.
+  exchange->Finish(reply + R"(],"instance":")" + service.watchers().instance() +
+                   R"(","features":["stateBounds","undo"]})");
+}
+
 void List(LensService& service, const ExchangePointer& exchange) {
   for (const auto& lens : service.lenses()) {
     // What moves will tell what it has become when it rests.
     const bool idle = lens->status().activity.kind == rig::Activity::Kind::Idle;
-    if (idle && lens->Outdated()) return lens->Replan([&service, exchange] { List(service, exchange); });
+    if (!idle || !lens->Outdated()) continue;
+    return lens->Replan([&service, exchange](const Result<void>& replanned) {
+      replanned ? List(service, exchange) : ListAsKnown(service, exchange);
+    });
   }
-  std::string reply = "{\"lenses\":[";
-  for (const auto& lens : service.lenses()) reply += (lens == service.lenses().front() ? "" : ",") + lens->info();
-  // What was added since 1.0, each under a name that the comment of what was added gives: nothing yet.
-  exchange->Finish(reply + R"(],"instance":")" + service.watchers().instance() + R"(","features":[]})");
+  ListAsKnown(service, exchange);
 }
 
 void Status(LensService& service, const ExchangePointer& exchange) {
@@ -58,16 +66,24 @@ void Metrics(LensService& service, const ExchangePointer& exchange) {
   for (const ServedLens* lens : *lenses) {
     const Watchers::Tally tally = service.watchers().TallyOf(*lens);
     const drivers::Counters& counters = lens->status().counters;
+    const LensWork& work = lens->users().work;
     metrics.push_back({{"lens", lens->name()},
                        {"moves", tally.moves},
                        {"movesReached", tally.reached},
                        {"movesVerified", tally.verified},
+                       {"movesMissed", tally.missed},
                        {"autofocuses", tally.autofocuses},
                        {"autofocusesFocused", tally.focused},
                        {"frames", counters.frames},
+                       {"refused", work.refused.load()},
+                       {"openings", work.openings.load()},
+                       {"failures", work.failures.load()},
+                       {"commandsWaiting", work.waiting.load()},
+                       {"waitMs", work.waits.Told()},
+                       {"settleMs", work.settles.Told()},
                        {"counters", CountersJson(counters)}});
   }
-  exchange->Finish(varlink::WriteJson({{"lenses", std::move(metrics)}}));
+  exchange->Finish(varlink::WriteJson({{"lenses", std::move(metrics)}, {"daemon", service.OwnMetrics()}}));
 }
 
 void Monitor(LensService& service, const ExchangePointer& exchange) {

@@ -2,22 +2,32 @@
 #include <utility>
 
 #include "lens_json.h"
+#include "log.h"
 #include "served_lens.h"
 
 namespace lensd::daemon {
 
 using varlink::Json;
 
-/// LensStatus, serialised, with what is not part of the rig's state. From any thread.
-std::string ServedLens::StatusText(Json json, std::string_view connection, const rig::Status& status) const {
-  json["connection"] = connection;
-  json["latched"] = stop_.latched.load();
-  json["warnings"] = shown_.warnings;
+/// LensStatus as far as the worker's thread knows it, or the event loop's where there is no worker.
+Json ServedLens::StateJson(const rig::Status& status) const {
+  Json json = StatusJson(name(), status);
+  const FileNotes& notes = shown_.notes;
+  json["warnings"] = notes.warnings;
+  if (!notes.of_calibration.empty()) json["warnings"].insert(json["warnings"].begin(), notes.of_calibration);
+  if (notes.calibration_unkept) json["unwritten"].push_back(UnwrittenJson("calibration", *notes.calibration_unkept));
   if (config_.rig.temperature.compensate && status.optics && !status.compensates) {
     json["warnings"].push_back(
         "the temperature is not compensated, because no coefficient is known: give um_per_c in [lens.temperature], or "
         "a calibration with [temperature]");
   }
+  return json;
+}
+
+/// LensStatus, serialised, with what is not part of the rig's state. From any thread.
+std::string ServedLens::StatusText(Json json, std::string_view connection, const rig::Status& status) const {
+  json["connection"] = connection;
+  json["latched"] = users_->stops.latched();
   json["readAtNs"] = status.sampled_at.time_since_epoch().count();
   return varlink::WriteJson(json);
 }
@@ -29,13 +39,13 @@ void ServedLens::Show(std::shared_ptr<const rig::Status> status, std::string tex
   shown_.rig = std::move(text);
   shown_.text = shown_.rig;
   shown_.text.back() = ',';
-  shown_.text.append("\"lease\":").append(varlink::WriteJson(LeaseJson(lease()))).append("}");
+  shown_.text.append("\"lease\":").append(varlink::WriteJson(LeaseJson(users_->lease.now()))).append("}");
 }
 
 void ServedLens::ShowAbsent(std::string_view connection, std::string problem) {
   auto status = std::make_shared<rig::Status>();
   status->problem = std::move(problem);
-  std::string text = StatusText(StatusJson(name(), *status), connection, *status);
+  std::string text = StatusText(StateJson(*status), connection, *status);
   Show(std::move(status), std::move(text), connection);
 }
 
@@ -64,6 +74,14 @@ void ServedLens::TellFaults(const rig::Status& before) const {
     if (!is || is->fault == (was ? was->fault : "")) continue;
     watchers().Announce(*this, "fault", {{"axis", drivers::AxisName(axis)}, {"fault", TextOrNull(is->fault)}});
   }
+}
+
+/// The disk does not take what is true, or does again.
+void ServedLens::TellKept(std::string_view what, const std::optional<rig::Unkept>& unkept) const {
+  if (!unkept)
+    return Log(Severity::Info, Event::StateNotKept, std::string(what) + " on disk: as they are again", name());
+  Log(Severity::Warning, Event::StateNotKept,
+      std::string(what) + " on disk: older than the truth, and lensd goes on trying: " + unkept->reason, name());
 }
 
 void ServedLens::TellCalibration(const Result<void>& kept) const {

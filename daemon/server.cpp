@@ -44,6 +44,7 @@ Server::Server(EventLoop& loop, const Router& router, Limits limits, std::string
             [&router](std::string_view message) { return router.ActsWhenRead(message); },
             {},
             0},
+      router_(router),
       refusal_(std::move(refusal)),
       notice_(std::move(notice)) {}
 
@@ -55,31 +56,48 @@ int Server::OnAccept(sd_event_source*, int listening, unsigned, void* self) {
   return 0;
 }
 
-std::size_t Server::CountOf(uid_t user) const {
-  return static_cast<std::size_t>(std::ranges::count_if(
-      clients_, [&](const auto& client) { return client->user() == user && !client->restricted(); }));
+std::size_t Server::Taken(Seat seat) const {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(clients_, [&](const auto& client) { return client->seat() == seat; }));
 }
 
-/// Closes the connection of `user` that has long been of no use, if there is one; and of those for stops the oldest.
-void Server::MakeRoom(uid_t user) {
+/// None of the places that everybody shares is left for this user.
+bool Server::Full(uid_t user) const {
+  const auto own = std::ranges::count_if(
+      clients_, [&](const auto& client) { return client->user() == user && client->seat() == Seat::Shared; });
+  return Taken(Seat::Shared) >= host_.limits.connections ||
+         static_cast<std::size_t>(own) >= host_.limits.user_connections;
+}
+
+/// Closes the connection of `user` on such a seat that has long been of no use, if there is one.
+void Server::MakeRoom(Seat seat, uid_t user) {
   const Instant long_ago = MonotonicClock().Now() - kLongIdle;
   const auto idle = std::ranges::find_if(clients_, [&](const auto& client) {
-    return client->user() == user && client->idle() && client->last_read() < long_ago;
+    return client->seat() == seat && client->user() == user && client->idle() && client->last_read() < long_ago;
   });
-  if (idle != clients_.end()) return (*idle)->Close("idle for long, and others wait for its place");
-  const auto restricted = [](const auto& client) { return client->restricted(); };
-  if (static_cast<std::size_t>(std::ranges::count_if(clients_, restricted)) < host_.limits.stop_connections) return;
-  std::ranges::find_if(clients_, restricted)->get()->Close("");
+  if (idle != clients_.end()) (*idle)->Close("idle for long, and others wait for its place");
+}
+
+/// Whoever holds every place of his own, or everybody's, keeps no administrator out, and nobody from stopping a lens.
+Server::Seat Server::SeatFor(const Credentials& client) {
+  if (Full(client.user)) MakeRoom(Seat::Shared, client.user);
+  if (!Full(client.user)) return Seat::Shared;
+  if (router_.RoleOf(client) == Role::Administer) {
+    const auto full = [&] { return Taken(Seat::Administrators) >= host_.limits.administrator_connections; };
+    if (full()) MakeRoom(Seat::Administrators, client.user);
+    if (!full()) return Seat::Administrators;
+  }
+  if (Taken(Seat::Stops) >= host_.limits.stop_connections) {
+    const auto oldest = std::ranges::find_if(clients_, [](const auto& other) { return other->seat() == Seat::Stops; });
+    (*oldest)->Close("");
+  }
+  return Seat::Stops;
 }
 
 void Server::Take(int socket) {
-  Connection::Guest guest{std::make_shared<const Credentials>(CredentialsOf(socket))};
-  const uid_t user = guest.credentials->user;
-  const auto full = [&] {
-    return clients_.size() >= host_.limits.connections || CountOf(user) >= host_.limits.user_connections;
-  };
-  if (full()) MakeRoom(user);
-  if (full()) {
+  Connection::Guest guest{.credentials = std::make_shared<const Credentials>(CredentialsOf(socket))};
+  guest.seat = SeatFor(*guest.credentials);
+  if (guest.seat == Seat::Stops) {
     const std::size_t most = std::min(host_.limits.connections, host_.limits.user_connections);
     guest.restriction = {refusal_, std::to_string(most) + " connections are open; try again later"};
     notice_("refused a client: all connections are taken");

@@ -34,13 +34,17 @@ class Server {
  private:
   Server(EventLoop& loop, const Router& router, Limits limits, std::string refusal, Notice notice);
   static int OnAccept(sd_event_source* source, int descriptor, unsigned revents, void* self);
+  using Seat = Connection::Seat;
   void Take(int socket);
-  void MakeRoom(uid_t user);
+  Seat SeatFor(const Credentials& client);
+  bool Full(uid_t user) const;
+  void MakeRoom(Seat seat, uid_t user);
   void Forget(Connection& connection, std::string_view reason);
 
-  std::size_t CountOf(uid_t user) const;
+  std::size_t Taken(Seat seat) const;
 
   ConnectionHost host_;
+  const Router& router_;
   std::string refusal_;
   Notice notice_;
   EventSource source_;

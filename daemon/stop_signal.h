@@ -12,6 +12,19 @@ class StopSignal {
   void Raise() { Change(1); }
   /// As many stops as `count` have been carried out.
   void Lower(int count) { Change(-count); }
+  /// The worker is given up: who waits is let go, and nothing may outlive this call that others would see.
+  void Sever() {
+    Tell([this] {
+      severed_ = true;
+      ++raised_;
+    });
+  }
+  /// From within `done()` or `change()`.
+  bool severed() const { return severed_; }
+  bool IsSevered() {
+    const std::lock_guard lock(mutex_);
+    return severed_;
+  }
   /// Waits until a stop waits or `done()`, which is called under a lock; false: a stop came first.
   template <class Done>
   bool WaitUnlessRaised(Done done) {
@@ -42,7 +55,8 @@ class StopSignal {
 
   std::mutex mutex_;
   std::condition_variable wake_;
-  int raised_ = 0;  // guarded by mutex_
+  int raised_ = 0;        // guarded by mutex_
+  bool severed_ = false;  // guarded by mutex_
 };
 
 }  // namespace lensd::daemon

@@ -33,6 +33,11 @@ class TaskThread {
 
   static constexpr std::size_t kMostTasks = 64;
 
+  std::size_t waiting() {
+    const std::lock_guard lock(mutex_);
+    return tasks_.size();
+  }
+
   /// From any thread. False: too many wait already.
   bool Submit(Task task) {
     {

@@ -14,6 +14,7 @@
 #include "picture.h"
 #include "rig/rig.h"
 #include "task_thread.h"
+#include "waiter.h"
 
 namespace lensd::daemon {
 
@@ -22,7 +23,7 @@ enum class PictureWay { Inline, File };
 
 /// Never holds up who gives it frames: a frame that comes while one is being made waits, and is dropped for a newer
 /// one; one that comes while the client has as much as it may is dropped at once.
-class View : public std::enable_shared_from_this<View> {
+class View : public Waiter, public std::enable_shared_from_this<View> {
  public:
   /// What views share; outlives them.
   struct Surroundings {
@@ -38,6 +39,8 @@ class View : public std::enable_shared_from_this<View> {
   bool Offer(const Result<rig::LensedFrame>& frame);
   /// Ends it with an error, unless it has ended. From the event loop.
   void End(const Error& error);
+  /// The lens' worker hangs: no frame will come.
+  void GiveUp(const Error& why) override { End(why); }
   /// What it shares with others is about to go: nothing of it is touched any more, but by a picture being made.
   void Abandon();
   /// Its client is gone, or it has been told of the end. From any thread.

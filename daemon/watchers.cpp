@@ -152,6 +152,8 @@ void Watchers::CountResult(const ServedLens& lens, std::string_view field, const
     ++tally.moves;
     if (event.value("reached", false)) ++tally.reached;
     if (event.value("verified", false)) ++tally.verified;
+    if (event.value("missed", false)) ++tally.missed;
+    lens.users().work.settles.AddMs(event.value("elapsedMs", 0.0));
   } else if (field == "autofocus") {
     ++tally.autofocuses;
     if (event.value("focused", false)) ++tally.focused;

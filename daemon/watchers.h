@@ -59,7 +59,7 @@ class Watchers {
 
   /// What has been announced of a lens so far.
   struct Tally {
-    std::int64_t moves = 0, reached = 0, verified = 0, autofocuses = 0, focused = 0;
+    std::int64_t moves = 0, reached = 0, missed = 0, verified = 0, autofocuses = 0, focused = 0;
   };
   Tally TallyOf(const ServedLens& lens) const;
   /// Names this run of the daemon.

@@ -2,15 +2,20 @@
 #include "worker.h"
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
 
 #include "barrier.h"
+#include "drivers/api/thread_barrier.h"
 
 namespace lensd::daemon {
 namespace {
 
 /// How long a lens may take to stand still before it is closed.
 constexpr Duration kRestAtMost = std::chrono::milliseconds(500);
+
+/// The worker whose thread this is.
+thread_local Worker* t_here = nullptr;
 
 bool AnyMoving(const rig::Status& status) {
   return status.connected && std::ranges::any_of(drivers::kAxes, [&](drivers::Axis axis) {
@@ -32,21 +37,43 @@ Worker::~Worker() {
 
 void Worker::End() {
   const std::lock_guard lock(mutex_);
-  if (ended_) return;
+  if (state_.ended) return;
   thread_.request_stop();
   rig_->Interrupt();
 }
 
+void Worker::Abandon() {
+  Batch never_taken;
+  {
+    const std::lock_guard publishing(publishing_);
+    abandoned_ = true;
+  }
+  const std::lock_guard lock(mutex_);
+  state_.ended = true;
+  never_taken = std::exchange(state_.waiting, {});
+  thread_.request_stop();
+  if (rig_) rig_->Interrupt();
+}
+
 bool Worker::full() {
   const std::lock_guard lock(mutex_);
-  return waiting_.commands.size() >= kMostCommands;
+  return state_.waiting.commands.size() >= kMostCommands;
+}
+
+std::optional<Instant> Worker::busy_since() {
+  const std::lock_guard lock(mutex_);
+  return state_.busy_since;
+}
+
+void Worker::Later(Task task) {
+  t_here->later_.push_back(std::move(task));
 }
 
 bool Worker::Submit(Command command) {
   {
     const std::lock_guard lock(mutex_);
-    if (ended_ || waiting_.commands.size() >= kMostCommands) return false;
-    waiting_.commands.push_back(std::move(command));
+    if (state_.ended || state_.waiting.commands.size() >= kMostCommands) return false;
+    state_.waiting.commands.push_back(std::move(command));
   }
   wake_.notify_one();
   return true;
@@ -55,10 +82,10 @@ bool Worker::Submit(Command command) {
 void Worker::SubmitStop(Command command) {
   {
     const std::lock_guard lock(mutex_);
-    if (ended_) return;
+    if (state_.ended) return;
     stops_->Raise();
-    ++waiting_.stops;
-    waiting_.commands.push_back(std::move(command));
+    ++state_.waiting.stops;
+    state_.waiting.commands.push_back(std::move(command));
     rig_->CutReadingShort();
   }
   wake_.notify_one();
@@ -66,20 +93,29 @@ void Worker::SubmitStop(Command command) {
 
 Worker::Batch Worker::Wait(const std::stop_token& stop, Instant wake) {
   std::unique_lock lock(mutex_);
-  wake_.wait_until(lock, stop, wake, [this] { return !waiting_.commands.empty(); });
-  return std::exchange(waiting_, {});
+  state_.busy_since.reset();
+  wake_.wait_until(lock, stop, wake, [this] { return !state_.waiting.commands.empty(); });
+  state_.busy_since = clock_.Now();
+  return std::exchange(state_.waiting, {});
 }
 
 void Worker::Serve(const std::stop_token& stop) {
   Instant wake = clock_.Now();
   while (!stop.stop_requested()) {
     Batch batch = Wait(stop, wake);
-    for (Command& command : batch.commands) command(*rig_);
+    for (Command& command : batch.commands) {
+      if (!stop.stop_requested()) command(*rig_);
+    }
     wake = rig_->Step(clock_.Now());
-    listener_.published(rig_->GetStatus(), std::exchange(later_, {}));
+    Publish();
     // Only now: nothing that the step was to wait for came before the stop.
     if (batch.stops > 0) stops_->Lower(batch.stops);
   }
+}
+
+void Worker::Publish() {
+  const std::lock_guard publishing(publishing_);
+  if (!abandoned_) listener_.published(rig_->GetStatus(), std::exchange(later_, {}));
 }
 
 void Worker::ComeToRest() {
@@ -93,6 +129,7 @@ void Worker::ComeToRest() {
 }
 
 void Worker::Run(const std::stop_token& stop) {
+  t_here = this;
   auto why = Guarded("the worker of this lens", [&] {
     Serve(stop);
     if (AnyMoving(rig_->GetStatus())) ComeToRest();
@@ -101,13 +138,18 @@ void Worker::Run(const std::stop_token& stop) {
   std::unique_ptr<rig::Rig> gone;
   {
     const std::lock_guard lock(mutex_);
-    ended_ = true;
-    never_taken = std::exchange(waiting_, {});
+    state_.ended = true;
+    never_taken = std::exchange(state_.waiting, {});
     gone = std::move(rig_);
   }
-  auto worse = Guarded("the end of this lens", [&] { gone.reset(); });
+  auto worse = Guarded("the end of this lens", [&] {
+    gone.reset();
+    if (const auto contained = drivers::TakeContained()) throw std::runtime_error(*contained);
+  });
   never_taken = {};
   listener_.ended(std::exchange(later_, {}), why ? why : worse);
+  const std::lock_guard lock(mutex_);
+  state_.busy_since.reset();
 }
 
 }  // namespace lensd::daemon

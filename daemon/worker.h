@@ -16,7 +16,8 @@
 namespace lensd::daemon {
 
 /// Drives a rig: takes commands, steps it when it wants to be stepped, and hands on what happened. Commands are taken
-/// in the order of Submit(), all that are there at once, so that a stop ends every one before it.
+/// in the order of Submit(), all that are there at once, so that a stop ends every one before it. A thread that does
+/// not come back from a call of the driver cannot be helped: Abandon() lets the others go on without it.
 class Worker {
  public:
   using Command = std::move_only_function<void(rig::Rig&)>;
@@ -46,8 +47,13 @@ class Worker {
   /// The same for a command that stops something: it is always taken, and ends what the thread waits for.
   void SubmitStop(Command command);
   bool full();
-  /// From a rig's callback only: hands `task` to the listener after this step.
-  void Later(Task task) { later_.push_back(std::move(task)); }
+  /// From a rig's callback only: hands `task` to the listener of the worker whose thread this is, after its step.
+  static void Later(Task task);
+  /// Since when the thread has been at one piece of work; nothing: it waits for the next.
+  std::optional<Instant> busy_since();
+  /// The thread hangs: what waits for it is dropped, and of what it yet does nothing is published. Only its end is
+  /// told.
+  void Abandon();
   /// Begins to end: stops what moves, waits a moment until it stands, and answers every caller Cancelled.
   void End();
 
@@ -67,10 +73,18 @@ class Worker {
   const std::shared_ptr<StopSignal> stops_;
   Listener listener_;
   std::vector<Task> later_;  // the worker's thread
+  void Publish();
+  /// Guarded by mutex_.
+  struct State {
+    Batch waiting;
+    bool ended = false;
+    std::optional<Instant> busy_since;
+  };
   std::mutex mutex_;
   std::condition_variable_any wake_;
-  Batch waiting_;       // guarded by mutex_
-  bool ended_ = false;  // guarded by mutex_
+  State state_;
+  std::mutex publishing_;   // held while the listener is told
+  bool abandoned_ = false;  // guarded by publishing_
   std::jthread thread_;
 };
 

@@ -20,24 +20,19 @@ std::unexpected<Error> FailAt(const std::string& path, std::string_view doing, i
   return Fail(Code::Io, path + ": " + std::string(doing) + ": " + std::strerror(error));
 }
 
-/// Closes a descriptor, and removes the temporary file it belongs to unless that has been renamed.
-class Temporary {
+/// Closes what it holds.
+class Open {
  public:
-  Temporary(int descriptor, std::string path) : descriptor_(descriptor), path_(std::move(path)) {}
-  Temporary(const Temporary&) = delete;
-  Temporary& operator=(const Temporary&) = delete;
-  ~Temporary() {
+  explicit Open(int descriptor) : descriptor_(descriptor) {}
+  Open(const Open&) = delete;
+  Open& operator=(const Open&) = delete;
+  ~Open() {
     if (descriptor_ >= 0) close(descriptor_);
-    if (!path_.empty()) unlink(path_.c_str());
   }
-  int descriptor() const { return descriptor_; }
-  const std::string& path() const { return path_; }
   int Close() { return close(std::exchange(descriptor_, -1)); }
-  void Keep() { path_.clear(); }
 
  private:
   int descriptor_;
-  std::string path_;
 };
 
 bool WriteAll(int descriptor, std::string_view contents) {
@@ -76,7 +71,7 @@ Result<void> FlushFolder(const std::filesystem::path& folder) {
 
 }  // namespace
 
-Result<void> WriteFileAtomically(const std::string& asked, std::string_view contents) {
+Result<WrittenFile> WrittenFile::Create(const std::string& asked, std::string_view contents) {
   std::error_code unresolved;
   const bool link = std::filesystem::is_symlink(asked, unresolved);
   std::filesystem::path target = asked;
@@ -85,20 +80,43 @@ Result<void> WriteFileAtomically(const std::string& asked, std::string_view cont
   std::string name = (target.parent_path() / ("." + target.filename().string() + ".XXXXXX")).string();
   const int descriptor = mkostemp(name.data(), O_CLOEXEC);
   if (descriptor < 0) return FailAt(asked, "cannot make a file beside it", errno);
-  Temporary file(descriptor, name);
+  Open open(descriptor);
+  WrittenFile file;
+  file.asked_ = asked;
+  file.target_ = target.string();
+  file.temporary_ = name;
   if (fchmod(descriptor, ModeFor(target)) != 0) return FailAt(asked, "cannot set its permissions", errno);
   if (!WriteAll(descriptor, contents)) return FailAt(asked, "cannot be written", errno);
   if (fsync(descriptor) != 0) return FailAt(asked, "cannot be flushed to disk", errno);
-  if (file.Close() != 0) return FailAt(asked, "cannot be closed", errno);
-  if (rename(file.path().c_str(), target.c_str()) != 0) return FailAt(asked, "cannot be replaced", errno);
-  file.Keep();
-  return FlushFolder(target.parent_path());
+  if (open.Close() != 0) return FailAt(asked, "cannot be closed", errno);
+  return file;
+}
+
+WrittenFile::WrittenFile(WrittenFile&& other) noexcept
+    : asked_(std::move(other.asked_)),
+      target_(std::move(other.target_)),
+      temporary_(std::exchange(other.temporary_, {})) {}
+
+WrittenFile::~WrittenFile() {
+  if (!temporary_.empty()) unlink(temporary_.c_str());
+}
+
+Result<void> WrittenFile::Replace() {
+  if (rename(temporary_.c_str(), target_.c_str()) != 0) return FailAt(asked_, "cannot be replaced", errno);
+  temporary_.clear();
+  return FlushFolder(std::filesystem::path(target_).parent_path());
+}
+
+Result<void> WriteFileAtomically(const std::string& path, std::string_view contents) {
+  auto file = WrittenFile::Create(path, contents);
+  if (!file) return PassOn(file);
+  return file->Replace();
 }
 
 Result<std::string> ReadWholeFile(const std::string& path, std::size_t limit) {
   const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) return Fail(Code::Io, path + ": " + std::strerror(errno));
-  const Temporary file(descriptor, "");
+  const Open file(descriptor);
   std::string text;
   char piece[1 << 16];
   for (;;) {

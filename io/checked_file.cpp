@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "io/atomic_file.h"
+
 namespace lensd::io {
 namespace {
 
@@ -18,6 +20,7 @@ constexpr std::string_view kLine = "# crc32 ";
 constexpr std::string_view kMember = "{\"crc32\":\"";
 constexpr std::string_view kAfterMember = "\",";
 constexpr std::size_t kDigits = 8;
+constexpr std::size_t kLargestKept = std::size_t{16} << 20;
 constexpr std::size_t kRandomLetters = 6;  // of a temporary file's name
 
 std::string ChecksumOf(std::string_view text) {
@@ -59,9 +62,23 @@ Integrity IntegrityOfObject(std::string_view text) {
 Result<std::string> KeepDamaged(const std::string& path) {
   const std::string copy = path + ".damaged";
   std::error_code error;
+  if (std::filesystem::file_size(path, error) > kLargestKept && !error) {
+    return Fail(Code::Io, path + ": is too large for a copy");
+  }
   std::filesystem::copy_file(path, copy, std::filesystem::copy_options::overwrite_existing, error);
   if (error) return Fail(Code::Io, copy + ": cannot be written: " + error.message());
   return copy;
+}
+
+Result<std::optional<std::string>> ReadKeptFile(const std::string& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (status.type() == std::filesystem::file_type::not_found) return std::optional<std::string>();
+  if (error) return Fail(Code::Io, path + ": " + error.message());
+  if (status.type() != std::filesystem::file_type::regular) return Fail(Code::Io, path + ": is no file to be read");
+  auto text = ReadWholeFile(path, kLargestKept);
+  if (!text) return PassOn(text);
+  return std::optional(*std::move(text));
 }
 
 void RemoveTemporaries(const std::string& folder) {

@@ -223,7 +223,9 @@ namespace {
 std::string Document(double width, double height, const std::string& body) {
   return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + Number(width) + "\" height=\"" + Number(height) +
          "\" viewBox=\"0 0 " + Number(width) + " " + Number(height) +
-         "\" font-family=\"Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif\">\n" + body + "</svg>\n";
+         "\" font-family=\"Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif\">\n<rect width=\"100%\" "
+         "height=\"100%\" fill=\"#ffffff\"/>\n" +
+         body + "</svg>\n";
 }
 
 }  // namespace

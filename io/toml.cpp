@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <optional>
+
+#include "base/settings_problems.h"
+#include "io/lenient_toml.h"
 
 #define TOML_EXCEPTIONS 0
 // toml++ 3.3 asserts, and in release builds assumes, what "[/" disproves; without that its own error branch answers.
@@ -133,13 +137,65 @@ Result<Settings> ParseToml(std::string_view text, const std::string& name) {
   return ParseOnce(text, name);
 }
 
-Result<Settings> ReadTomlFile(const std::string& path) {
+namespace {
+
+Result<std::string> ReadText(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) return Fail(Code::Io, path + ": " + std::strerror(errno));
   in.peek();  // fails for a folder, and merely ends for an empty file
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   if (in.bad()) return Fail(Code::Io, path + ": cannot be read as a file");
-  return ParseToml(text, path);
+  return text;
+}
+
+/// The number of the line that "file:line: ..." names.
+int LineIn(const Error& error, const std::string& path) {
+  return std::atoi(error.message.c_str() + std::min(path.size() + 1, error.message.size()));
+}
+
+/// Makes `key = ""` of the line `key = nonsense`, or nothing of a line that was one already. False: there is no such
+/// line, and what the text below it means cannot be told.
+bool Empty(std::string& text, int line) {
+  std::size_t begin = 0;
+  for (int at = 1; at < line && begin != std::string::npos; ++at) {
+    begin = text.find('\n', begin);
+    if (begin != std::string::npos) ++begin;
+  }
+  if (begin == std::string::npos || line < 1) return false;
+  const std::size_t end = std::min(text.find('\n', begin), text.size());
+  const std::string old = text.substr(begin, end - begin);
+  const std::size_t equals = old.find('=');
+  if (equals == std::string::npos || old[old.find_first_not_of(" \t")] == '[') return false;
+  const std::string emptied = old.substr(0, equals) + "= \"\"";
+  text.replace(begin, end - begin, old == emptied ? "" : emptied);
+  return true;
+}
+
+}  // namespace
+
+Result<Settings> ReadTomlFile(const std::string& path) {
+  auto text = ReadText(path);
+  if (!text) return PassOn(text);
+  return ParseToml(*text, path);
+}
+
+LenientToml ReadTomlLeniently(const std::string& path) {
+  const int most_trials = SettingsProblems::Current() != nullptr ? 200 : 1;  // else nobody asks for more than the first
+  LenientToml read;
+  auto text = ReadText(path);
+  for (int trial = 0; text && trial < most_trials; ++trial) {
+    auto parsed = ParseToml(*text, path);
+    if (parsed) {
+      read.settings = *std::move(parsed);
+      return read;
+    }
+    const int line = LineIn(parsed.error(), path);
+    if (read.faults.empty() || LineIn(read.faults.back(), path) != line) read.faults.push_back(parsed.error());
+    if (!Empty(*text, line)) break;
+  }
+  if (!text) read.faults.push_back(text.error());
+  read.whole = false;
+  return read;
 }
 
 }  // namespace lensd::io

@@ -285,6 +285,7 @@ AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const 
     if (verdict.focused) outcome.sigma = Dioptres{verdict.sigma / (to_sensor * to_sensor)};
   }
   outcome.samples = Samples();
+  outcome.regions = regions();
   if (verdict.focused) outcome.subject = SubjectOf(verdict);
   for (const autofocus::Candidate& found : verdict.candidates) {
     AutofocusCandidate candidate;

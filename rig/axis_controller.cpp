@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 namespace lensd::rig {
@@ -47,16 +46,13 @@ Result<Native> AxisController::Ahead(double by) const {
   return (target_ ? *target_ : state_->position) + Native{by};
 }
 
-Result<Native> AxisController::Land(Native wanted, const std::string& as_asked) const {
+Result<Native> AxisController::Land(Native wanted) const {
   const double resolution = setup_.can.resolution;
   const double steps = std::round((wanted - setup_.can.minimum).value / resolution);
   const Native on_grid = setup_.can.minimum + Native{steps * resolution};
   if (!std::isfinite(wanted.value) || on_grid.value < setup_.minimum.value - 0.5 * resolution ||
       on_grid.value > setup_.maximum.value + 0.5 * resolution) {
-    std::ostringstream text;
-    text << as_asked << " is outside what " << AxisName(setup_.axis) << " may reach (" << setup_.minimum.value << ".."
-         << setup_.maximum.value << " " << NativeUnitName(setup_.can.unit) << ")";
-    return Fail(Code::OutOfRange, text.str());
+    return Fail(Code::OutOfRange, "this is outside what " + std::string(AxisName(setup_.axis)) + " may reach");
   }
   return std::clamp(on_grid, setup_.minimum, setup_.maximum);
 }
@@ -142,7 +138,7 @@ std::optional<EndedMotion> AxisController::End(Outcome outcome) {
   if (outcome == Outcome::Reached) {
     coasting_.reset();
     track_.Arrived();
-    RememberRest();
+    RememberRest(RememberedPositions::Try::Now);
   } else {
     target_.reset();
     LoseSightOf(*motion);
@@ -153,10 +149,10 @@ std::optional<EndedMotion> AxisController::End(Outcome outcome) {
 
 /// Of a motion that was not seen under way it is not known how far it came.
 void AxisController::LoseSightOf(const AxisMotion& motion) {
-  if (motion.adrift() > 0.0) return track_.LoseSight(motion.adrift(), AxisTrack::Until::Arrival);
+  if (motion.adrift().by > 0.0) return track_.LoseSight(motion.adrift());
   const double reach = state_ ? motion.UnseenReach(*state_) : 0.0;
   const auto until = setup_.can.follows() ? AxisTrack::Until::SeenAtRest : AxisTrack::Until::Arrival;
-  if (reach > 0.0 || motion.live()) track_.LoseSight(reach, until);
+  if (reach > 0.0 || motion.live()) track_.LoseSight({reach, until});
 }
 
 /// It is not stopped by us, or not at once.
@@ -251,13 +247,13 @@ Result<void> AxisController::RememberMotion(Native lowest, Native highest) {
   return {};
 }
 
-/// It stands. Where the disk does not take that now, the next reading tries again; until then it counts as in motion.
-void AxisController::RememberRest() {
+/// It stands. Where the disk does not take that now, a later reading tries again; until then it counts as in motion.
+void AxisController::RememberRest(RememberedPositions::Try when) {
   const AxisMemory rest = track_.Remember(state_->position);
   const auto& before = remembered_[setup_.axis];
   const bool same = before && !before->in_motion && before->known == rest.known &&
                     std::abs((before->position - rest.position).value) <= setup_.tolerance;
-  if (!same) (void)remembered_.Save(setup_.axis, rest);
+  same ? remembered_.Agrees(setup_.axis) : remembered_.SaveRest(setup_.axis, rest, clock_.Now(), when);
 }
 
 }  // namespace lensd::rig

@@ -49,7 +49,7 @@ class AxisController final : private Motor {
   /// Native units from where it was told to go, or stands.
   Result<Native> Ahead(double by) const;
   /// On the axis' grid and inside its soft limits; what is off by rounding alone is brought back. OutOfRange.
-  Result<Native> Land(Native wanted, const std::string& as_asked) const;
+  Result<Native> Land(Native wanted) const;
   /// Why it may not be sent to a position: that means nothing, and a search of the reference would tell.
   std::optional<Error> WhyUnknown() const;
 
@@ -87,7 +87,7 @@ class AxisController final : private Motor {
     bool homed = false;  ///< as the device had it
   };
   Result<void> RememberMotion(Native lowest, Native highest);
-  void RememberRest();
+  void RememberRest(RememberedPositions::Try when = RememberedPositions::Try::WhenDue);
   void Coast();
   void LoseSightOf(const AxisMotion& motion);
 

@@ -175,10 +175,18 @@ AxisMotion::End AxisMotion::Follow(Motor& motor, const drivers::AxisState& state
   if (auto wrong = leg_.WhatIsWrong(state, sampled_at, now, phase_ == Phase::Settling)) {
     // A motor that hums against an obstacle must not go on.
     motor.Halt();
-    if (leg_.Unseen(state)) adrift_ = leg_.Reach(state) + track_.adrift();
+    adrift_ = AdriftAfter(*wrong, state);
     return Failed(state, *std::move(wrong), now);
   }
   return std::nullopt;
+}
+
+/// Readings that cease to change are those of a motor that is stuck or of a register that is: where the device does not
+/// say itself that it stalled, the axis may be anywhere from there to where it was sent.
+AxisTrack::Adrift AxisMotion::AdriftAfter(const Trouble& trouble, const drivers::AxisState& state) const {
+  if (leg_.Unseen(state)) return {leg_.Reach(state) + track_.adrift(), AxisTrack::Until::Arrival};
+  if (trouble.cause != MoveCause::Stalled || !state.fault.empty()) return {};
+  return {std::max(leg_.ShortOf(state), track_.adrift()), AxisTrack::Until::SeenToChange};
 }
 
 AxisMotion::End AxisMotion::FollowHoming(Motor& motor, const drivers::AxisState& state, Instant sampled_at,
@@ -265,7 +273,7 @@ MoveOutcome AxisMotion::TakenAway(const drivers::AxisState& state, Instant now) 
 MoveOutcome AxisMotion::Failed(const drivers::AxisState& state, Trouble trouble, Instant now) const {
   MoveOutcome outcome = Outcome(state, now);
   outcome.reached = outcome.settled = outcome.verified = false;
-  if (!live()) outcome.bound = outcome.bound + Native{std::max(adrift_, track_.adrift())};
+  outcome.bound = outcome.bound + Native{std::max(adrift_.by, live() ? 0.0 : track_.adrift())};
   outcome.cause = trouble.cause;
   outcome.reason = std::move(trouble.reason);
   return outcome;

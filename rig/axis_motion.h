@@ -67,8 +67,8 @@ class AxisMotion {
 
   /// It was told to stop and cannot: it takes no further command, and ends with Cancelled once it rests.
   void LetRunOut();
-  /// It ended without having been seen: the axis is within this of its reading, native units; 0: it was seen.
-  double adrift() const { return adrift_; }
+  /// It ended without having been seen to its end: the axis is within this of its reading; by 0: it was seen.
+  const AxisTrack::Adrift& adrift() const { return adrift_; }
   bool live() const { return leg_.live(); }
   /// How far from its readings it may be where it is cut short now, native units; 0: it is where they say.
   double UnseenReach(const drivers::AxisState& state) const;
@@ -113,6 +113,7 @@ class AxisMotion {
   bool Measured(const drivers::AxisState& state) const;
   MoveOutcome TakenAway(const drivers::AxisState& state, Instant now) const;
   MoveOutcome Failed(const drivers::AxisState& state, Trouble trouble, Instant now) const;
+  AxisTrack::Adrift AdriftAfter(const Trouble& trouble, const drivers::AxisState& state) const;
   Error RanOut(const drivers::AxisState& state, const MoveOutcome& end) const;
   MoveOutcome Outcome(const drivers::AxisState& state, Instant now) const;
   Trouble Remark(const drivers::AxisState& state) const;
@@ -125,7 +126,7 @@ class AxisMotion {
   Phase phase_ = Phase::Requested;
   Leg leg_;
   bool runs_out_ = false;
-  double adrift_ = 0.0;
+  AxisTrack::Adrift adrift_;
   Rest rest_;
   Attempts attempts_;
 };

@@ -69,7 +69,9 @@ void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool o
     rest_ = state.position;
     slack_.Reset(sampled_at);
   }
-  if (!ours && !state.moving && !state.assumed && adrift_.until == Until::SeenAtRest) adrift_.by = 0.0;
+  const bool seen = !ours && !state.moving && !state.assumed && adrift_.until == Until::SeenAtRest;
+  const bool changed = step > scatter && !state.assumed && adrift_.until == Until::SeenToChange;
+  if (seen || changed) adrift_.by = 0.0;
   slack_.Note(state.position, state.moving, sampled_at);
 }
 
@@ -136,7 +138,8 @@ AxisMemory AxisTrack::Remember(Native position) const {
   memory.known = known_;
   memory.slack = slack_.left();
   memory.travel = travel_;
-  memory.doubt = doubt_ + adrift_.by;
+  // Readings that ceased to change are asked for anew at the next start.
+  memory.doubt = doubt_ + (adrift_.until == Until::SeenToChange ? 0.0 : adrift_.by);
   return memory;
 }
 

@@ -54,10 +54,15 @@ class AxisTrack {
   void BacklashChanged();
   /// The motion ended at its target.
   void Arrived();
-  enum class Until { SeenAtRest, Arrival };
+  enum class Until { SeenAtRest, SeenToChange, Arrival };
+  struct Adrift {
+    double by = 0.0;
+    Until until = Until::Arrival;
+  };
   /// The motion ended unseen: the mechanism may be this far from the readings, native units, until a motion arrives, or
-  /// already until the device says where it stands without taking it for granted.
-  void LoseSight(double within, Until until) { adrift_ = {within, until}; }
+  /// already until the device says where it stands without taking it for granted, or until its readings, which had
+  /// ceased to change, show that they still can.
+  void LoseSight(Adrift within) { adrift_ = within; }
   /// Stands at the reference.
   void Homed(Instant now);
 
@@ -97,10 +102,7 @@ class AxisTrack {
   std::optional<Native> rest_;  ///< where it should stand
   double travel_ = 0.0;
   double doubt_ = 0.0;  ///< native units: a remembered position that could not be told better
-  struct {
-    double by = 0.0;
-    Until until = Until::Arrival;
-  } adrift_;
+  Adrift adrift_;
   bool arrived_ = true;
   bool known_ = true;
   bool moved_by_us_ = false;

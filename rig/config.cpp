@@ -75,6 +75,13 @@ Result<AxisConfig> ReadAxis(const Settings& table, Axis axis) {
   config.speed = read.OptionalNumber("speed", kPositive);
   if (const auto limits = ReadRange(read, "limits", {}))
     config.limits = {Native{limits->first}, Native{limits->second}};
+  if (const auto park = read.OptionalNumber("park")) {
+    config.park = Native{*park};
+    const auto& limits = config.limits;
+    if (limits && (*config.park < limits->first || *config.park > limits->second)) {
+      read.Reject("park", "must be within limits");
+    }
+  }
   if (auto done = read.Finish(); !done) return PassOn(done);
   return config;
 }
@@ -152,22 +159,22 @@ Result<void> ReadOptics(const Settings& table, NominalFrom nominal, RigConfig& c
 
 Result<RigConfig> ReadRigConfig(SettingsReader& lens, NominalFrom nominal) {
   RigConfig config;
+  Result<void> first;  // that failed: all tables are read, since whoever wants every mistake is told by their readers
+  const auto keep = [&](const auto& read) {
+    if (!read && first) first = PassOn(read);
+    return read.has_value();
+  };
   config.scale.from = static_cast<optics::DistanceFrom>(lens.Choice("distance_from", {"lens", "sensor", "front"}, 0));
-  if (const Settings* table = lens.Table("optics")) {
-    if (auto read = ReadOptics(*table, nominal, config); !read) return PassOn(read);
-  }
+  if (const Settings* table = lens.Table("optics")) keep(ReadOptics(*table, nominal, config));
   if (const Settings* table = lens.Table("temperature")) {
-    auto read = ReadTemperature(*table);
-    if (!read) return PassOn(read);
-    config.temperature = *read;
+    if (const auto read = ReadTemperature(*table); keep(read)) config.temperature = *read;
   }
   for (const Axis axis : drivers::kAxes) {
     const Settings* table = lens.Table(AxisName(axis));
     if (table == nullptr) continue;
-    auto read = ReadAxis(*table, axis);
-    if (!read) return PassOn(read);
-    config.axes[axis] = *read;
+    if (const auto read = ReadAxis(*table, axis); keep(read)) config.axes[axis] = *read;
   }
+  if (!first) return PassOn(first);
   return config;
 }
 

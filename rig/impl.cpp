@@ -5,8 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
+
+#include "base/quantity_text.h"
 
 namespace lensd::rig {
 namespace {
@@ -19,13 +20,22 @@ bool Names(const std::vector<Axis>& axes, Axis axis) {
   return axes.empty() || std::ranges::find(axes, axis) != axes.end();
 }
 
-std::string Asked(const Target& target) {
-  static constexpr const char* kUnits[] = {"", " relative",         " toward near", " D", " m", " m of extension",
-                                           "", " m of focal length"};
-  std::ostringstream text;
-  text << (target.kind == Target::Kind::FNumber ? "f/" : "") << target.value
-       << kUnits[static_cast<std::size_t>(target.kind)];
-  return text.str();
+/// What was asked for, in the unit in which what an axis reaches is told (OpticalState::ReachOf).
+std::string Asked(const Target& target, const std::string& unit) {
+  using Kind = Target::Kind;
+  const std::string of = target.kind == Kind::Extension     ? " of extension"
+                         : target.kind == Kind::FocalLength ? " of focal length"
+                         : target.kind == Kind::TowardNear  ? " toward near"
+                                                            : "";
+  if (unit == "fNumber") return "f/" + Short(target.value);
+  return Short(unit == "mm" && !of.empty() ? 1e3 * target.value : target.value, 6) + " " + unit + of;
+}
+
+/// "0.943 m to infinity".
+std::string ReachText(const ErrorFacts& reach) {
+  const std::string before = reach.unit == "fNumber" ? "f/" : "", after = before.empty() ? " " + reach.unit : "";
+  const auto text = [&](const std::optional<double>& end) { return end ? before + Short(*end) + after : "infinity"; };
+  return text(reach.minimum) + " to " + text(reach.maximum);
 }
 
 }  // namespace
@@ -158,7 +168,11 @@ Result<Native> Rig::Impl::InReach(Axis axis, const Target& target) const {
     aimed = optics.Aim(axis, target);
   }
   if (!aimed) return aimed;
-  return axes[axis]->Land(*aimed, Asked(target));
+  auto landed = axes[axis]->Land(*aimed);
+  if (landed) return landed;
+  const ErrorFacts reach = optics.ReachOf(axis, target);
+  return Fail(Code::OutOfRange,
+              Asked(target, reach.unit) + " is outside what " + reach.axis + " may reach: " + ReachText(reach));
 }
 
 void Rig::Impl::Move(Axis axis, const Target& target, MoveCallback done) {
@@ -264,8 +278,19 @@ void Rig::Impl::EndMotion(Axis axis, Result<MoveOutcome> end) {
   auto motion = axes[axis]->End(reached ? AxisController::Outcome::Reached : AxisController::Outcome::CutShort);
   if (!motion) return;
   if (end) optics.Describe(*end);
+  if (reached) SayWhetherKept(axis, *end);
   if (axis == Axis::Focus && reached) optics.Hold(end->extension);
   replies.Add(std::move(motion->done), std::move(end));
+}
+
+void Rig::Impl::SayWhetherKept(Axis axis, MoveOutcome& outcome) const {
+  if (!remembered.keeps()) return;
+  const auto& unkept = remembered.unkept(axis);
+  outcome.kept = !unkept;
+  if (!unkept) return;
+  if (outcome.cause == MoveCause::None) outcome.cause = MoveCause::NotKept;
+  outcome.reason +=
+      (outcome.reason.empty() ? "" : "; ") + std::string("its position is not on disk: ") + unkept->reason;
 }
 
 void Rig::Impl::FailAll(const Error& error) {
@@ -294,6 +319,10 @@ Status Rig::Impl::GetStatus() const {
   status.temperature = reader.temperature();
   for (const Axis axis : drivers::kAxes) {
     if (axes[axis] && axes[axis]->state()) status.axes[axis] = axes[axis]->Describe(problem.has_value());
+  }
+  for (const Axis axis : drivers::kAxes) {
+    const auto& unkept = remembered.unkept(axis);
+    if (unkept && (!status.unkept || unkept->since < status.unkept->since)) status.unkept = unkept;
   }
   optics.Describe(status, problem.has_value());
   return status;

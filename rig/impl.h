@@ -57,6 +57,7 @@ class Rig::Impl {
   bool WantsReading(Instant now) const;
   void ReadLens();
   void AdvanceMotions();
+  void SayWhetherKept(drivers::Axis axis, MoveOutcome& outcome) const;
   void EndMotion(drivers::Axis axis, Result<MoveOutcome> end);
   void Disturb(drivers::Axis axis);
   void FailAll(const Error& error);

@@ -180,7 +180,8 @@ ErrorFacts OpticalState::ReachOf(Axis axis, const Target& target) const {
   } else if (target.kind == Kind::FNumber) {
     reach = std::minmax({table_->FNumberFromNative(low).value, table_->FNumberFromNative(high).value});
   } else if (target.kind == Kind::FocalLength) {
-    reach = std::minmax({1e3 * table_->FocalLengthFromNative(low).value, 1e3 * table_->FocalLengthFromNative(high).value});
+    reach =
+        std::minmax({1e3 * table_->FocalLengthFromNative(low).value, 1e3 * table_->FocalLengthFromNative(high).value});
     unit = "mm";
   } else if (target.kind != Kind::Native) {
     reach = ReachOfFocus(target, low, high);
@@ -282,6 +283,24 @@ void OpticalState::Describe(Status& status, bool problem) const {
   } else {
     status.f_number = table_->fixed_f_number();
   }
+  DescribeBounds(status);
+}
+
+/// Of what stands: an axis' bound says nothing while it moves.
+void OpticalState::DescribeBounds(Status& status) const {
+  const auto& focus = status.axes[Axis::Focus];
+  if (status.vergence && focus && !focus->moving) {
+    const auto there = [&](Native end) {  // it is not beyond its travel
+      const Native within = std::clamp(end, focus->minimum, focus->maximum);
+      return table_->VergenceFromExtension(table_->ExtensionFromNative(within));
+    };
+    status.vergence_bound =
+        Reach(*status.vergence, there(focus->position - focus->bound), there(focus->position + focus->bound)) +
+        table_->VergenceError(focus->position);
+  }
+  const auto& iris = status.axes[Axis::Iris];
+  if (!status.f_number || (table_->has_iris() && iris && iris->moving)) return;
+  status.f_number_bound = table_->has_iris() && iris ? FNumberBound(iris->position, iris->bound) : FNumber{0.0};
 }
 
 }  // namespace lensd::rig

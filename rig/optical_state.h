@@ -49,6 +49,7 @@ class OpticalState {
   std::optional<Native> Drifted() const;
 
  private:
+  void DescribeBounds(Status& status) const;
   void AdoptBacklash();
   bool Compensates() const;
   Result<Metres> ExtensionOf(const Target& target) const;

@@ -162,15 +162,8 @@ Result<Preset> TakePreset(const Rig& rig, std::string label) {
   preset.extension = status.extension;
   preset.f_number = status.f_number;
   preset.grade = status.grade;
-  if (!status.optics) return preset;
-  preset.focal_length = status.optics->focal_length();
-  if (status.vergence && preset.native[Axis::Focus]) {
-    const Native focus = *preset.native[Axis::Focus];
-    const Native half{0.5 * rig.lens().axes[Axis::Focus]->resolution};
-    const OpticsTable& optics = *status.optics;
-    const Dioptres beside = optics.VergenceFromExtension(optics.ExtensionFromNative(focus + half));
-    preset.vergence_bound = Dioptres{std::abs((beside - *status.vergence).value)} + optics.VergenceError(focus);
-  }
+  preset.vergence_bound = status.vergence_bound;
+  if (status.optics) preset.focal_length = status.optics->focal_length();
   return preset;
 }
 

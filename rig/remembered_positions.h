@@ -1,6 +1,7 @@
 // Where the axes of a rig were last known to be, as the disk has it.
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -22,7 +23,7 @@ class RememberedPositions {
   /// False: there is a memory, and it cannot be read.
   bool readable() const { return readable_; }
   const std::optional<AxisMemory>& operator[](drivers::Axis axis) const { return axes_[axis]; }
-  /// On return it outlives a crash. Io: nothing has changed.
+  /// On return it outlives a crash. Io: nothing has changed. Cancelled: a stop came first.
   Result<void> Save(drivers::Axis axis, const AxisMemory& now) {
     PositionMemory::Axes all = axes_;
     all[axis] = now;
@@ -30,12 +31,33 @@ class RememberedPositions {
       if (auto saved = memory_->Save(all); !saved) return saved;
     }
     axes_ = all;
+    unkept_[axis].reset();
     return {};
   }
+  /// The same for an axis that rests, which may be tried again later: what failed is remembered, and not tried at every
+  /// reading.
+  enum class Try { Now, WhenDue };
+  void SaveRest(drivers::Axis axis, const AxisMemory& now, Instant at, Try when) {
+    auto& unkept = unkept_[axis];
+    if (when == Try::WhenDue && unkept && at < tried_at_ + kTryAgainAfter) return;
+    const auto saved = Save(axis, now);
+    if (saved || saved.error().code == Code::Cancelled) return;
+    tried_at_ = at;
+    unkept = Unkept{unkept ? unkept->since : at, saved.error().message};
+  }
+  /// The disk has what is true of it.
+  void Agrees(drivers::Axis axis) { unkept_[axis].reset(); }
+  /// What of an axis is not on disk, though it rests there; nothing: it is.
+  const std::optional<Unkept>& unkept(drivers::Axis axis) const { return unkept_[axis]; }
+  bool keeps() const { return memory_ != nullptr; }
 
  private:
+  static constexpr Duration kTryAgainAfter = std::chrono::milliseconds(500);
+
   std::unique_ptr<PositionMemory> memory_;
   PositionMemory::Axes axes_;
+  drivers::PerAxis<std::optional<Unkept>> unkept_;
+  Instant tried_at_{};
   bool readable_ = true;
 };
 

@@ -11,6 +11,7 @@ Darkroom::~Darkroom() {
 }
 
 bool Darkroom::busy() const {
+  barrier_.Check();
   const std::lock_guard lock(mutex_);
   return next_ || done_ || (under_way_ && !under_way_->stop_requested());
 }
@@ -46,11 +47,16 @@ void Darkroom::Work(const std::stop_token& end) {
       shot = *std::exchange(next_, std::nullopt);
       stop = under_way_.emplace().get_token();
     }
-    Result<Samples> samples = maker_.Make(shot, stop);
+    barrier_.Run([&] { Develop(shot, stop); });
     const std::lock_guard lock(mutex_);
-    if (!stop.stop_requested()) done_.emplace(shot.exposure, std::move(samples));
     under_way_.reset();
   }
+}
+
+void Darkroom::Develop(const Shot& shot, const std::stop_token& stop) {
+  Result<Samples> samples = maker_.Make(shot, stop);
+  const std::lock_guard lock(mutex_);
+  if (!stop.stop_requested()) done_.emplace(shot.exposure, std::move(samples));
 }
 
 }  // namespace lensd::sim

@@ -6,6 +6,7 @@
 #include <optional>
 #include <thread>
 
+#include "drivers/api/thread_barrier.h"
 #include "frame_maker.h"
 
 namespace lensd::sim {
@@ -23,7 +24,7 @@ class Darkroom {
     Exposure exposure;
     Result<Samples> samples;
   };
-  /// Whether a shot is being made or waits to be taken.
+  /// Whether a shot is being made or waits to be taken. Throws what the renderer threw.
   bool busy() const;
   /// Begins with a shot; not while busy.
   void Submit(Shot shot);
@@ -34,6 +35,7 @@ class Darkroom {
 
  private:
   void Work(const std::stop_token& end);
+  void Develop(const Shot& shot, const std::stop_token& stop);
 
   FrameMaker& maker_;
   mutable std::mutex mutex_;
@@ -41,6 +43,7 @@ class Darkroom {
   std::optional<Shot> next_;
   std::optional<Developed> done_;
   std::optional<std::stop_source> under_way_;
+  drivers::ThreadBarrier barrier_;
   std::jthread thread_;  ///< last: it uses everything above
 };
 

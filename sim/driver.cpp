@@ -14,21 +14,30 @@ struct SimSettings {
   std::uint64_t seed = 1;
 };
 
-Result<SimSettings> ReadSettings(const Settings& settings) {
-  SettingsReader read(settings, "driver \"sim\"");
+SimSettings ReadKeys(SettingsReader& read) {
   const auto path = read.OptionalPath("scene");
   if (!path) read.Reject("", "needs a scene: scene = \"FILE.toml\"");
   const auto seed = static_cast<std::uint64_t>(read.Integer("seed", 1, {0.0, 9e15}));
+  return {path.value_or(""), seed};
+}
+
+Result<SimSettings> ReadSettings(const Settings& settings) {
+  SettingsReader read(settings, "driver \"sim\"");
+  const SimSettings keys = ReadKeys(read);
   if (auto done = read.Finish(); !done) return PassOn(done);
-  return SimSettings{*path, seed};
+  return keys;
 }
 
 }  // namespace
 
 Result<void> CheckSim(const Settings& settings) {
-  const auto read = ReadSettings(settings);
-  if (!read) return PassOn(read);
-  if (const auto scene = LoadScene(read->scene); !scene) return PassOn(scene);
+  SettingsReader read(settings, "driver \"sim\"");
+  const SimSettings keys = ReadKeys(read);
+  const auto done = read.Finish();
+  // Beside a mistake here, those of the scene are told too to whoever wants all.
+  const auto scene = keys.scene.empty() ? Result<Scene>(Scene{}) : LoadScene(keys.scene);
+  if (!done) return done;
+  if (!scene) return PassOn(scene);
   return {};
 }
 

@@ -5,9 +5,12 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <utility>
 #include <variant>
 
+#include "colour_focus.h"
+#include "finish.h"
 #include "noise.h"
 #include "sensor.h"
 
@@ -95,7 +98,26 @@ CameraSettings SettingsOf(CameraSettings camera, Sensor sensor) {
   camera.full_well_e.reset();  // no photons are counted
   camera.read_noise_e = 0.0;
   camera.shake_px = 0.0;
+  camera.veil = 0.0;
+  camera.flaws = {};
+  camera.finish.jpeg_quality = 0;
   return camera;
+}
+
+/// Veiling glare: light that the lens scatters so widely that every pixel gets the same of it.
+void Veil(std::vector<float>& light, double share) {
+  double sum = 0.0;
+  for (const float value : light) sum += static_cast<double>(value);
+  const auto glare = static_cast<float>(share * sum / static_cast<double>(light.size()));
+  for (float& value : light) value = static_cast<float>(1.0 - share) * value + glare;
+}
+
+std::vector<std::uint16_t> SamplesOf(const CameraSettings& camera, std::span<const float> light, float gain,
+                                     std::uint64_t noise, float amplification) {
+  if (!camera.finish.any()) return Expose(camera, light, gain, noise, amplification);
+  CameraSettings deep = camera;
+  deep.bits = 16;
+  return Finished(camera, Expose(deep, light, gain, noise, amplification));
 }
 
 }  // namespace
@@ -129,26 +151,36 @@ Shot FrameMaker::ShotOf(const Exposure& exposure) const {
   return shot;
 }
 
+const SensorMap& FrameMaker::MapOf(Channel channel) {
+  return maps_.try_emplace(channel, camera_, mechanics_->scene().lens.vignetting, channel).first->second;
+}
+
 Result<std::vector<std::uint16_t>> FrameMaker::Exposed(const Shot& shot, Channel channel, const std::stop_token& stop) {
   const Scene& scene = mechanics_->scene();
   const CameraSettings& camera = camera_;
   light_.assign(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height), 0.0f);
   for (const TrueState& state : shot.states) {
-    auto picture = pictures_->At(AsIfStill(scene, state), stop, channel);
-    if (!picture) return PassOn(picture);
     const double weight = GatheredBy(scene.lens, state) / static_cast<double>(shot.states.size());
-    AddPicture(light_, **picture, static_cast<float>(weight));
+    for (const ColourShare& colour : ColoursSeen(scene, channel)) {
+      OpticalState optics = AsIfStill(scene, state);
+      optics.sensor_distance_m -= colour.extension_m;
+      auto picture = pictures_->At(optics, stop, channel);
+      if (!picture) return PassOn(picture);
+      AddPicture(light_, **picture, static_cast<float>(colour.share * weight));
+    }
   }
-  const double gain = kWhite * Seconds(shot.length) / (camera.exposure_ms * 1e-3) *
-                      FlickerOver(camera.flicker, shot.exposure.start, shot.length);
+  const double exposed = Seconds(shot.length) / (camera.exposure_ms * 1e-3);
+  const double gain = kWhite * exposed * FlickerOver(camera.flicker, shot.exposure.start, shot.length);
   const std::uint64_t key = Mix(Mix(seed_) ^ shot.exposure.sequence);
   if (camera.shake_px > 0.0) {
     std::array<float, 2> off{};
     FillNormals(Mix(key), off);
     Displace(light_, camera.width, camera.height, camera.shake_px * off[0], camera.shake_px * off[1]);
   }
+  if (camera.veil > 0.0) Veil(light_, camera.veil);
+  MapOf(channel).Apply(light_, static_cast<float>(exposed / std::max(gain, 1e-9)));
   const std::uint64_t noise = channel == Channel::Luminance ? key : Mix(key ^ static_cast<std::uint64_t>(channel));
-  return Expose(camera, light_, static_cast<float>(gain), noise, static_cast<float>(shot.amplification));
+  return SamplesOf(camera, light_, static_cast<float>(gain), noise, static_cast<float>(shot.amplification));
 }
 
 Result<Samples> FrameMaker::Make(const Shot& shot, const std::stop_token& stop) {

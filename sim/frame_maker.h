@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <stop_token>
 #include <vector>
 
 #include "frame_grid.h"
 #include "mechanics.h"
+#include "sensor_map.h"
 #include "sim/pictures.h"
 
 namespace lensd::sim {
@@ -26,7 +28,7 @@ struct Samples {
   std::shared_ptr<const std::vector<std::uint16_t>> colour;  ///< null: a camera without
 };
 
-/// As the scene says, or without noise and shake.
+/// As the scene says, or without noise, shake, a sensor's flaws, glare and JPEG.
 enum class Sensor { Real, Ideal };
 
 /// Makes frames of one world, one at a time, on whichever thread asks; or gives those that the scene has prepared.
@@ -41,6 +43,7 @@ class FrameMaker {
   Result<Samples> Make(const Shot& shot, const std::stop_token& stop);
 
  private:
+  const SensorMap& MapOf(Channel channel);
   /// What one sensor of the camera gives.
   Result<std::vector<std::uint16_t>> Exposed(const Shot& shot, Channel channel, const std::stop_token& stop);
 
@@ -48,7 +51,8 @@ class FrameMaker {
   const std::shared_ptr<Pictures> pictures_;
   const CameraSettings camera_;
   const std::uint64_t seed_;
-  std::vector<float> light_;  ///< 1 is white; kept between frames, for its memory
+  std::map<Channel, SensorMap> maps_;  ///< made when first needed
+  std::vector<float> light_;           ///< 1 is white; kept between frames, for its memory
 };
 
 }  // namespace lensd::sim

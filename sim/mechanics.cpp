@@ -6,6 +6,9 @@
 #include <cmath>
 #include <utility>
 
+#include "colour_focus.h"
+#include "render/pupil.h"
+
 namespace lensd::sim {
 namespace {
 
@@ -18,6 +21,18 @@ constexpr double kSpeedUp_s = 0.02;     // to full speed
 constexpr double kZoomPlaces = 1000.0;  // between the ends of the zoom range
 constexpr double kSettlingTimes = 5.0;  // time constants of creep in settle_ms: 0.7 % is left after it
 constexpr double kCalibration_c = 20.0;
+
+/// m by which best focus in the middle of the truth region lies farther behind the lens than green's in the middle of
+/// the frame: blur's mean square is smallest at the mean of what the colours need.
+double FocusOffOf(const Scene& scene) {
+  const double diagonal = std::hypot(scene.camera.width, scene.camera.height);
+  const auto off_middle = [&](double low, double size, int px) { return (2.0 * low + size - 1.0) * px / diagonal; };
+  const Region& region = scene.truth_region;
+  double off_m = FocusOffM(scene.lens, {off_middle(region.x, region.w, scene.camera.width),
+                                        off_middle(region.y, region.h, scene.camera.height)});
+  for (const ColourShare& colour : ColoursSeen(scene, Channel::Luminance)) off_m += colour.share * colour.extension_m;
+  return off_m;
+}
 
 drivers::AxisCapabilities AxisOver(const LensSettings& lens, drivers::NativeUnit unit, double low, double high,
                                    double resolution) {
@@ -105,6 +120,7 @@ Mechanics::Mechanics(std::shared_ptr<const Scene> scene, const Clock& clock, dou
       clock_(clock),
       epoch_(clock.Now()),
       capabilities_(CapabilitiesOf(scene_->lens)),
+      focus_off_m_(FocusOffOf(*scene_)),
       faults_(scene_->faults) {
   const LensSettings& lens = scene_->lens;
   motors_[Axis::Focus].emplace(FocusMotor(lens), focus_start);
@@ -266,13 +282,14 @@ TrueState Mechanics::StateOf(Duration at) const {
   state.optics.aperture_diameter_m = nominal_m / state.f_number;
   state.optics.sensor_distance_m = state.optics.focal_length_m + state.extension_m;
   state.optics.magnification = state.optics.focal_length_m / (1e-3 * lens.min_focal_length_mm);
+  if (!lens.telecentric) state.optics.magnification *= state.optics.sensor_distance_m / state.optics.focal_length_m;
   if (lens.liquid) {
     state.optics.magnification = 1.0;
     state.optics.focal_length_m = nominal_m - state.extension_m;
     state.optics.sensor_distance_m = nominal_m;
   }
   state.sway_d = SwayD(*scene_, std::chrono::duration<double>(at).count());
-  state.focal_plane_d = 1.0 / state.optics.focal_length_m - 1.0 / state.optics.sensor_distance_m;
+  state.focal_plane_d = 1.0 / state.optics.focal_length_m - 1.0 / (state.optics.sensor_distance_m - focus_off_m_);
   return state;
 }
 

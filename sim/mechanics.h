@@ -60,6 +60,7 @@ class Mechanics {
   const Clock& clock_;
   const Instant epoch_;
   const drivers::Capabilities capabilities_;
+  const double focus_off_m_;  ///< of the truth region from the frame's middle
 
   std::mutex mutex_;
   FaultLine faults_;

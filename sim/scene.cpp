@@ -24,13 +24,17 @@ Result<void> ReadParts(SettingsReader& read, std::string_view key,
                        const std::type_identity_t<std::function<Result<Part>(const Settings&)>>& read_part,
                        std::vector<Part>& parts) {
   const auto tables = read.Tables(key);
+  Result<void> first;
   if (tables.size() > kMostParts) read.Reject(key, "has more than " + std::to_string(kMostParts) + " entries");
   for (const Settings* table : tables) {
     auto part = read_part(*table);
-    if (!part) return PassOn(part);
-    parts.push_back(std::move(*part));
+    if (part) {
+      parts.push_back(std::move(*part));
+    } else if (first) {
+      first = PassOn(part);
+    }
   }
-  return {};
+  return first;
 }
 
 Result<Region> ReadTruthRegion(const Settings* table) {
@@ -42,24 +46,37 @@ Result<Region> ReadTruthRegion(const Settings* table) {
   return region;
 }
 
+/// Every table is read, past those with mistakes; the first of these is the answer.
+Result<void> ReadTables(SettingsReader& read, Scene& scene) {
+  Result<void> first;
+  const auto keep = [&](const auto& done) {
+    if (!done && first) first = PassOn(done);
+    return done.has_value();
+  };
+  const auto camera = ReadCamera(read.Table("camera"));
+  if (keep(camera)) scene.camera = *camera;
+  const auto lens = ReadLens(read.Table("lens"));
+  if (keep(lens)) scene.lens = *lens;
+  keep(ReadParts(read, "surface", ReadSurface, scene.surfaces));
+  keep(ReadParts(read, "light", ReadLight, scene.lights));
+  keep(ReadParts(read, "fault", ReadFault, scene.faults));
+  const Settings* truth = read.Table("truth");
+  const auto region = ReadTruthRegion(truth);
+  if (keep(region)) scene.truth_region = *region;
+  read.Any("frame");  // its size has to be the camera's
+  if (!first) return first;
+  const auto prepared = [&](const Settings& table) { return ReadPreparedFrame(table, scene.camera); };
+  return ReadParts<PreparedFrame>(read, "frame", prepared, scene.frames);
+}
+
 Result<Scene> SceneFromSettings(const Settings& settings) {
   Scene scene;
   SettingsReader read(settings, "the scene");
   if (read.RequiredNumber("version") != 1.0) read.Reject("version", "must be 1");
-  auto camera = ReadCamera(read.Table("camera"));
-  if (!camera) return PassOn(camera);
-  scene.camera = *camera;
-  auto lens = ReadLens(read.Table("lens"));
-  if (!lens) return PassOn(lens);
-  scene.lens = *lens;
-  if (auto done = ReadParts(read, "surface", ReadSurface, scene.surfaces); !done) return PassOn(done);
-  if (auto done = ReadParts(read, "light", ReadLight, scene.lights); !done) return PassOn(done);
-  if (auto done = ReadParts(read, "fault", ReadFault, scene.faults); !done) return PassOn(done);
-  const auto prepared = [&](const Settings& table) { return ReadPreparedFrame(table, scene.camera); };
-  if (auto done = ReadParts<PreparedFrame>(read, "frame", prepared, scene.frames); !done) return PassOn(done);
-  auto region = ReadTruthRegion(read.Table("truth"));
-  if (!region) return PassOn(region);
-  scene.truth_region = *region;
+  if (const auto tables = ReadTables(read, scene); !tables) {
+    (void)read.Finish();  // what else is wrong is told to whoever wants all
+    return PassOn(tables);
+  }
   const bool sways = std::ranges::any_of(scene.surfaces, [](const Surface& surface) { return surface.sway_m > 0; });
   if (sways && (scene.surfaces.size() + scene.lights.size() > 1 || scene.lens.model != LensModel::Thin)) {
     read.Reject("surface", "has a wall that sways (sway_m): it must be the only thing there, before a thin lens");

@@ -39,6 +39,45 @@ void ReadNoise(SettingsReader& read, CameraSettings& camera) {
   }
 }
 
+/// What render/pupil.h describes.
+void ReadPupil(SettingsReader& read, LensSettings& lens) {
+  constexpr Range kPath{-1e3, 1e3}, kShift{-1e4, 1e4};
+  lens.obstruction = read.Number("obstruction", lens.obstruction, {0.0, 0.9});
+  lens.cats_eye = read.Number("cats_eye", lens.cats_eye, {0.0, 0.9});
+  lens.spherical_um = read.Number("spherical_um", lens.spherical_um, kPath);
+  lens.coma_um = read.Number("coma_um", lens.coma_um, kPath);
+  lens.field_curvature_um = read.Number("field_curvature_um", lens.field_curvature_um, kShift);
+  const auto pair = [&](std::string_view key, std::array<double, 2>& values) {
+    if (const auto numbers = read.OptionalNumbers(key, 2, kShift)) values = {numbers->front(), numbers->back()};
+  };
+  pair("sensor_tilt_um", lens.sensor_tilt_um);
+  pair("colour_focus_um", lens.colour_focus_um);
+  lens.telecentric = read.Boolean("telecentric", lens.telecentric);
+  for (const std::string_view key : {"obstruction", "cats_eye", "spherical_um", "coma_um", "field_curvature_um",
+                                     "sensor_tilt_um", "colour_focus_um", "telecentric"}) {
+    if (read.Has(key) && lens.model != LensModel::Thin) read.Reject(key, "is for a thin lens");
+  }
+}
+
+void ReadFlaws(SettingsReader& read, SensorFlaws& flaws) {
+  flaws.prnu = read.Number("prnu", flaws.prnu, {0.0, 0.2});
+  flaws.hot_pixels = read.Number("hot_pixels", flaws.hot_pixels, {0.0, 0.1});
+  flaws.dirt = static_cast<int>(read.Integer("dirt", flaws.dirt, {0, 10000}));
+  flaws.dirt_px = read.Number("dirt_px", flaws.dirt_px, {1.0, 1000.0});
+  flaws.dirt_loss = read.Number("dirt_loss", flaws.dirt_loss, kFraction);
+  flaws.seed = static_cast<std::uint64_t>(read.Integer("flaw_seed", static_cast<long long>(flaws.seed), {0, 1e15}));
+}
+
+void ReadFinish(SettingsReader& read, CameraSettings& camera) {
+  Finish& finish = camera.finish;
+  finish.tone = read.Number("tone", finish.tone, kFraction);
+  finish.sharpening = read.Number("sharpening", finish.sharpening, {0.0, 10.0});
+  finish.jpeg_quality = static_cast<int>(read.Integer("jpeg_quality", finish.jpeg_quality, {0, 100}));
+  if (finish.jpeg_quality > 0 && (camera.bits != 8 || camera.colour)) {
+    read.Reject("jpeg_quality", "is for cameras of 8 bits without colour");
+  }
+}
+
 void ReadMotion(SettingsReader& read, LensSettings& lens) {
   lens.steps = static_cast<int>(read.Integer("steps", lens.steps, {2, 1e8}));
   lens.speed_steps_per_s = read.Number("speed_steps_per_s", lens.speed_steps_per_s, {1e-3, 1e12});
@@ -82,6 +121,7 @@ void ReadOptics(SettingsReader& read, LensSettings& lens) {
   if (lens.aperture_blades == 1 || lens.aperture_blades == 2) {
     read.Reject("aperture_blades", "must be at least 3, or 0 for a circle");
   }
+  lens.vignetting = read.Number("vignetting", lens.vignetting, {0.0, 0.99});
   lens.temperature_c = read.Number("temperature_c", lens.temperature_c, {-273.15, 1000.0});
   lens.drift_um_per_c = read.Number("drift_um_per_c", lens.drift_um_per_c, {-1e4, 1e4});
 }
@@ -106,6 +146,9 @@ Result<CameraSettings> ReadCamera(const Settings* table) {
   camera.flicker = read.Number("flicker", camera.flicker, kFraction);
   camera.gamma = read.Number("gamma", camera.gamma, {0.1, 10.0});
   camera.shake_px = read.Number("shake_px", camera.shake_px, {0.0, 100.0});
+  camera.veil = read.Number("veil", camera.veil, kFraction);
+  ReadFlaws(read, camera.flaws);
+  ReadFinish(read, camera);
   if (auto done = read.Finish(); !done) return PassOn(done);
   return camera;
 }
@@ -117,6 +160,7 @@ Result<LensSettings> ReadLens(const Settings* table) {
   static constexpr LensModel kModels[] = {LensModel::Pinhole, LensModel::Aperture, LensModel::Thin};
   lens.model = kModels[read.Choice("model", {"pinhole", "aperture", "thin"}, 2)];
   ReadOptics(read, lens);
+  ReadPupil(read, lens);
   ReadMotion(read, lens);
   if (auto done = read.Finish(); !done) return PassOn(done);
   return lens;

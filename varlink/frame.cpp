@@ -16,7 +16,9 @@ void FrameReader::Append(std::string_view bytes) {
 Result<std::optional<std::string_view>> FrameReader::Next() {
   const std::size_t end = buffer_.find('\0', scanned_);
   scanned_ = std::min(end, buffer_.size());
-  if (scanned_ - start_ > kMaxMessageBytes) return Fail(Code::Protocol, "a message longer than 1 MiB");
+  if (scanned_ - start_ > longest_) {
+    return Fail(Code::Protocol, "a message longer than " + std::to_string(longest_ >> 20) + " MiB");
+  }
   if (end == std::string::npos) return std::nullopt;
   const std::string_view message = std::string_view(buffer_).substr(start_, end - start_);
   start_ = scanned_ = end + 1;

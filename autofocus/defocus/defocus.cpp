@@ -22,7 +22,6 @@ constexpr double kClearlyOneSide = 0.65;
 constexpr double kClearlyBack = 0.5;  // for a backlash_open frame
 constexpr double kMassNeeded = 0.99;
 constexpr double kMostMisfit = 0.6;
-constexpr std::size_t kFrameBudget = 12;
 constexpr double kMostLeftOut = 0.8;  // of the region
 constexpr double kFewLeft = 0.5;      // less is no judge of several depths
 constexpr double kClearMotion = 1.5;  // px sideways
@@ -30,8 +29,7 @@ constexpr double kWorthNaming = 0.1;  // of all probability: a distance that can
 constexpr Why kMoved{Cause::SubjectMoved, "the subject or the camera moved between the frames"};
 constexpr Why kRestless{Cause::SubjectMoved,
                         "the picture changes while the lens is said to stand: it still moves, or the subject does"};
-constexpr double kStandsPx = 1.0;   // px of blur between the top and the frame that counts as standing there
-constexpr double kTrustedPx = 3.0;  // px of blur: nearly all probability lies within so much of a trusted estimate
+constexpr double kStandsPx = 1.0;  // px of blur between the top and the frame that counts as standing there
 constexpr double kTrustedMass = 0.9;
 constexpr double kNearPx = 9.0;    // px of blur between less sharp frames that hold a top between them
 constexpr double kOddSlope = 0.1;  // between frames near and far: more, and some did not stand where they say
@@ -127,6 +125,11 @@ Advice Defocus::Decide(const Look& look, const RingStack& stack, const Posterior
       if (const auto again = ToSeeAgain(*centre)) return GoAndLook{*again};
     }
     return Judge(*centre, top, agrees ? std::abs(estimate - *vertex) : -1.0, stack, posterior);
+  }
+  if (sure) {
+    if (const auto end = EndBeside(posterior)) {
+      if (auto advice = JudgeEnd(*end, look, stack, posterior)) return *std::move(advice);
+    }
   }
   // Where nothing has been seen near the estimate, or what was seen there is the sharpest, it is worth following.
   if (!seen && (sure || taken_.size() == 2)) {
@@ -286,7 +289,9 @@ Advice Defocus::Judge(const CurvePoint& centre, double vertex, double apart, con
   verdict.focused = true;
   verdict.position = centre.position;
   const double disagree = agrees ? apart : kHalfDepthOfFieldPx * px;
-  const double sigma = std::hypot(posterior.sigma() * px, 0.5 * disagree, 0.2 * px);
+  // Optics with another slope than was told are others in more than that: no disk, best elsewhere for each texture.
+  const double unlike = 1.2 * std::abs(std::log(posterior.relative_slope()));
+  const double sigma = std::hypot(std::hypot(posterior.sigma() * px, 0.5 * disagree), 0.2 * px, unlike * px);
   verdict.sigma = std::hypot(sigma, vertex - centre.position, setup_.resolution / std::sqrt(12.0));
   verdict.subject = {.position = vertex, .sigma = sigma};
   verdict.found_by = agrees ? FoundBy::Blur : FoundBy::Sharpness;
@@ -294,7 +299,11 @@ Advice Defocus::Judge(const CurvePoint& centre, double vertex, double apart, con
       std::erf(std::max(kHalfDepthOfFieldPx * px, setup_.resolution) / (std::sqrt(2.0) * verdict.sigma));
   std::ostringstream reason;
   reason.precision(2);
-  reason << "the sharpest of " << taken_.size() << " frames, with less sharp ones on both sides";
+  const double least = ReachOfSides(setup_).least;
+  const bool at_end = std::min(centre.position - setup_.lowest, setup_.highest - centre.position) < least;
+  reason << "the sharpest of " << taken_.size()
+         << (at_end ? " frames, level at the end of the travel and less sharp before it"
+                    : " frames, with less sharp ones on both sides");
   if (agrees) reason << "; their blur agrees on this distance to " << disagree / px << " px of blur";
   verdict.reason = reason.str();
   return verdict;

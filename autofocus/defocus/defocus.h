@@ -40,6 +40,9 @@ class Defocus final : public Method {
   static constexpr double kSamePlace = 0.3;   ///< px of blur
   static constexpr double kPartOfBlur = 0.6;  ///< of the first frame: how far away the second is taken
   static constexpr std::size_t kFramesWithoutTexture = 4;
+  static constexpr std::size_t kFrameBudget = 12;
+  static constexpr double kTrustedPx =
+      3.0;  ///< px of blur: nearly all probability lies within so much of a trusted estimate
   void Take(const Look& look);
   double LeftOut() const;  ///< share of the window
   defocus::Tiles SpectraOf(const drivers::Frame& frame) const;
@@ -52,6 +55,9 @@ class Defocus final : public Method {
   Advice Decide(const Look& look, const defocus::RingStack& stack, const defocus::Posterior& posterior);
   Advice Climb(const std::vector<CurvePoint>& points, std::size_t best, const defocus::RingStack& stack,
                const defocus::Posterior& posterior);
+  std::optional<double> EndBeside(const defocus::Posterior& posterior) const;
+  std::optional<Advice> JudgeEnd(double end, const Look& look, const defocus::RingStack& stack,
+                                 const defocus::Posterior& posterior);
   std::pair<double, double> WidestGap(const std::vector<CurvePoint>& points) const;
   std::optional<double> VertexAt(const std::vector<CurvePoint>& points, const CurvePoint& best) const;
   std::optional<double> GapBeside(const std::vector<CurvePoint>& points, const CurvePoint& best) const;

@@ -10,15 +10,19 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <vector>
 
 #include "autofocus/session.h"
 #include "bench/autofocus/chart.h"
+#include "bench/autofocus/recording.h"
 #include "bench/autofocus/replay.h"
 #include "bench/autofocus/runs.h"
 #include "bench/autofocus/summary.h"
+#include "bench/autofocus/variations.h"
 #include "bench/command.h"
 #include "io/svg.h"
 #include "sim/scene.h"
@@ -34,11 +38,14 @@ struct Options {
   int runs = 100;
   std::uint64_t seed = 1;
   double f_number_error = 1.0;
+  bool draw_distance = false;
   bool as_json = false;
   std::string replay, only, without;
   int starts = 6;
   double gamma = 2.2;
   bool crop = false;
+  std::string vary;   ///< "NAME=VALUE"
+  bool each = false;  ///< every run in the JSON, too
 };
 
 int Complain(const Error& error, int status) {
@@ -54,9 +61,14 @@ int StatusOf(Code code) {
 }
 
 std::vector<std::string> MethodsFrom(const std::string& asked) {
-  if (asked != "all") return {asked};
-  const auto names = autofocus::MethodNames();
-  return {names.begin(), names.end()};
+  if (asked == "all") {
+    const auto names = autofocus::MethodNames();
+    return {names.begin(), names.end()};
+  }
+  std::vector<std::string> methods;
+  std::istringstream list(asked);
+  for (std::string method; std::getline(list, method, ',');) methods.push_back(method);
+  return methods;
 }
 
 ordered_json JsonOf(const AutofocusSummary& summary) {
@@ -122,21 +134,50 @@ Result<void> WriteCsv(const std::string& path, const std::vector<SceneRuns>& sce
   return {};
 }
 
+/// Every run as lists in the same order; errors are infinite, and so null, where nothing was found.
+ordered_json EachOf(const std::vector<AutofocusRunResult>& runs, const FocusFloor* floor) {
+  ordered_json each{{"outcome", {}}, {"frames", {}},   {"moves", {}},   {"elapsedMs", {}},
+                    {"cpuMs", {}},   {"errorDof", {}}, {"errorPx", {}}, {"boundPx", {}}};
+  const auto ms = [](Duration duration) { return std::chrono::duration<double, std::milli>(duration).count(); };
+  for (const AutofocusRunResult& run : runs) {
+    each["outcome"].push_back(!run.focused ? "refused" : run.within() ? "within" : run.false_focus() ? "false" : "off");
+    each["frames"].push_back(run.frames);
+    each["moves"].push_back(run.moves);
+    each["elapsedMs"].push_back(ms(run.elapsed));
+    each["cpuMs"].push_back(ms(run.cpu));
+    each["errorDof"].push_back(run.error_dof());
+    each["errorPx"].push_back(run.subject_px ? std::abs(*run.subject_px) : run.error_px());
+    each["boundPx"].push_back(floor != nullptr ? std::hypot(floor->BoundPx(run.blurs_px), floor->quantisation_px())
+                                               : std::numeric_limits<double>::infinity());
+  }
+  return each;
+}
+
 Result<SceneRuns> RunScene(const std::string& path, const Options& options) {
   auto scene = sim::LoadScene(path);
   if (!scene) return PassOn(scene);
+  AutofocusRuns like{.runs = options.runs, .seed = options.seed, .f_number_error = options.f_number_error};
+  if (!options.vary.empty()) {
+    if (auto varied = Vary(options.vary, *scene, like); !varied) return PassOn(varied);
+  }
   auto pictures = sim::Pictures::Create(std::make_shared<const sim::Scene>(*std::move(scene)));
   if (!pictures) return PassOn(pictures);
   SceneRuns done;
   done.name = std::filesystem::path(path).stem().string();
-  if (auto floor = FocusFloor::Create(**pictures))
-    done.floor = *std::move(floor);  // none: several subjects, or no light
+  const SubjectDistance distance = options.draw_distance ? SubjectDistance::DrawnAnew : SubjectDistance::OfTheScene;
+  // None where there are several subjects, or no light; and it is worked out for one place of the subject.
+  if (auto floor = FocusFloor::Create(**pictures); floor && !options.draw_distance) done.floor = *std::move(floor);
   for (const std::string& method : MethodsFrom(options.method)) {
-    AutofocusRuns wanted{
-        .method = method, .runs = options.runs, .seed = options.seed, .f_number_error = options.f_number_error};
+    AutofocusRuns wanted = like;
+    wanted.method = method;
+    wanted.distance = distance;
     auto runs = RunAutofocus(*pictures, wanted);
     if (!runs) return PassOn(runs);
     done.methods.emplace_back(method, *std::move(runs));
+    if (options.each) {
+      done.cpu_ms_per_vga_frame.push_back(0.0);  // not asked
+      continue;
+    }
     // What a frame costs that is all region: one run, on one thread.
     wanted.runs = wanted.threads = 1;
     wanted.whole_frame = true;
@@ -160,6 +201,7 @@ int Bench(const Options& options) {
       summaries.back().cpu_ms_per_whole_frame = scene->cpu_ms_per_vga_frame[summaries.size() - 1];
       rows.push_back(JsonOf(summaries.back()));
       if (options.scenes.size() > 1) rows.back()["scene"] = scene->name;
+      if (options.each) rows.back()["each"] = EachOf(runs, scene->floor ? &*scene->floor : nullptr);
     }
     if (!options.as_json && options.scenes.size() > 1) std::printf("%s\n", scene->name.c_str());
     if (!options.as_json) PrintTable(summaries);
@@ -216,6 +258,42 @@ Result<void> WriteReplayCsv(const std::string& path, const std::vector<ReplayRun
   return {};
 }
 
+/// A run that lensctl recorded: nobody knows its truth, so what the methods say is put side by side.
+int BenchRecording(const Options& options) {
+  if (!options.csv.empty()) {
+    std::cerr << "lens-bench autofocus: --csv is of stacks and scenes; --json prints what a recorded run comes to\n";
+    return EX_USAGE;
+  }
+  auto recorded = LoadRun(options.replay);
+  if (!recorded) return Complain(recorded.error(), StatusOf(recorded.error().code));
+  if (!options.as_json) {
+    std::printf("recorded: %zu frames, %s by %s\n%-16s %-8s %14s %12s %7s %10s  %s\n", recorded->frames.size(),
+                recorded->focused ? "focused" : "refused", recorded->method.c_str(), "method", "focused",
+                ("at (" + recorded->unit + ")").c_str(), "sigma", "frames", "elsewhere", "reason");
+  }
+  ordered_json rows = ordered_json::array();
+  for (const std::string& method : MethodsFrom(options.method)) {
+    if (options.method == "all" && method == "moving") continue;  // a recording cannot show a lens in motion
+    auto run = ReplayOf(*recorded, method);
+    if (!run) return Complain(run.error(), StatusOf(run.error().code));
+    const autofocus::Verdict& verdict = run->verdict;
+    rows.push_back({{"method", method},
+                    {"by", run->method},
+                    {"focused", verdict.focused},
+                    {"at", run->end},
+                    {"unit", recorded->unit},
+                    {"sigma", verdict.focused ? ordered_json(verdict.sigma) : ordered_json()},
+                    {"frames", run->frames},
+                    {"elsewhere", run->elsewhere},
+                    {"reason", verdict.reason}});
+    if (options.as_json) continue;
+    std::printf("%-16s %-8s %14.6g %12.3g %7d %10d  %s\n", method.c_str(), verdict.focused ? "yes" : "no", run->end,
+                verdict.sigma, run->frames, run->elsewhere, verdict.reason.c_str());
+  }
+  if (options.as_json) std::cout << rows.dump() << "\n";
+  return EX_OK;
+}
+
 /// Recorded stacks instead of scenes.
 int BenchReplay(const Options& options) {
   auto stacks = LoadStacks(options.replay, options.gamma);
@@ -249,6 +327,7 @@ int BenchReplay(const Options& options) {
                       {"framesP95", p95},
                       {"answers", tally.answers},
                       {"inside95", tally.in_two_sigma}});
+      if (options.each) rows.back()["each"] = {{"frames", tally.frames}};
       if (options.as_json) continue;
       std::printf("%-16s %-28s %5d %8d %5d %6d %8d %5.0f /%5.0f", method.c_str(), row.c_str(), tally.runs, tally.within,
                   tally.off, tally.wrong, tally.refused, p50, p95);
@@ -272,7 +351,9 @@ int RunAutofocusCommand(int argc, char** argv) {
       "Errors are in whole depths of field: `within` means at most 0.5, `false` means focused and beyond 1.");
   Options options;
   app.add_option("--scene", options.scenes, "scene file; several make one chart of all");
-  app.add_option("--replay", options.replay, "folder of recorded focal stacks (stacks.json) instead of scenes");
+  app.add_option("--replay", options.replay,
+                 "instead of scenes: folder of recorded focal stacks (stacks.json), or of one run that `lensctl "
+                 "autofocus --record` kept (run.json); the run begins at its first frame");
   app.add_option("--starts", options.starts, "with --replay: starts of each region")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
@@ -282,21 +363,28 @@ int RunAutofocusCommand(int argc, char** argv) {
       ->check(CLI::Range(0.2, 5.0))
       ->capture_default_str();
   app.add_flag("--crop", options.crop, "with --replay: show the region alone instead of the whole frame");
-  app.add_option("--method", options.method, "a method's name, auto, or all")->capture_default_str();
+  app.add_option("--method", options.method, "a method's name, auto, several with commas between them, or all")
+      ->capture_default_str();
   app.add_option("--runs", options.runs, "runs of each method")->check(CLI::Range(1, 1000000))->capture_default_str();
   app.add_option("--seed", options.seed, "of starts and noise")->capture_default_str();
   app.add_option("--f-number-error", options.f_number_error, "what the lens believes of its f-numbers over the truth")
       ->check(CLI::Range(0.5, 2.0))
       ->capture_default_str();
+  app.add_flag("--draw-distance", options.draw_distance,
+               "another distance of the subject in every run, over the middle four fifths of the travel; for scenes of "
+               "walls alone");
+  app.add_option("--vary", options.vary, "NAME=VALUE: the scene with one difficulty more, backlash=30 for instance");
+  app.add_flag("--each", options.each, "with --json: every run as well");
   app.add_option("--csv", options.csv, "file for one line a run");
   app.add_option("--svg", options.svg, "file for the charts");
   app.add_flag("--json", options.as_json, "one line of JSON instead of the table");
   return ParseThen(app, argc, argv, [&] {
     if (options.replay.empty() == options.scenes.empty()) {
-      std::cerr << "lens-bench autofocus: give either --scene or --replay\n";
+      std::cerr << "lens-bench autofocus: give either --scene or --replay, as in --scene scenes/brick.toml\n";
       return EX_USAGE;
     }
-    return options.replay.empty() ? Bench(options) : BenchReplay(options);
+    if (options.replay.empty()) return Bench(options);
+    return std::filesystem::exists(options.replay + "/run.json") ? BenchRecording(options) : BenchReplay(options);
   });
 }
 

@@ -8,6 +8,8 @@
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <utility>
+#include <variant>
 
 #include "bench/autofocus/late_lens.h"
 #include "rig/rig.h"
@@ -46,8 +48,33 @@ double BlurAt(const sim::Truth& truth, const sim::Scene& scene, double steps) {
          (scene.camera.pixel_um * 1e-6);
 }
 
-Result<AutofocusRunResult> RunOnce(const std::shared_ptr<sim::Pictures>& pictures, const AutofocusRuns& wanted,
+/// The scene with its walls elsewhere, and pictures of its own: no other run looks at it from there.
+Result<std::shared_ptr<sim::Pictures>> Elsewhere(const sim::Scene& scene, std::uint64_t seed) {
+  auto moved = std::make_shared<sim::Scene>(scene);
+  const sim::LensSettings& lens = scene.lens;
+  const double part = 0.1 + 0.8 * static_cast<double>(Mixed(seed) >> 11) * 0x1p-53;
+  const double extension_m = 1e-3 * (lens.min_extension_mm + part * (lens.max_extension_mm - lens.min_extension_mm));
+  const double f_m = 1e-3 * lens.min_focal_length_mm * (1.0 + lens.breathing * part);
+  std::optional<double> by_d;
+  for (sim::Surface& surface : moved->surfaces) {
+    auto* plane = std::get_if<sim::PlaneShape>(&surface.shape);
+    if (plane == nullptr || plane->ux_d != 0.0 || plane->uy_d != 0.0) {
+      return Fail(Code::Unsupported, "subjects are drawn anew in scenes of walls alone");
+    }
+    if (!by_d) by_d = extension_m / (f_m * (f_m + extension_m)) - plane->u0_d;
+    plane->u0_d = std::max(0.0, plane->u0_d + *by_d);
+  }
+  constexpr std::size_t kEnough = std::size_t{64} << 20;
+  return sim::Pictures::Create(std::move(moved), kEnough);
+}
+
+Result<AutofocusRunResult> RunOnce(std::shared_ptr<sim::Pictures> pictures, const AutofocusRuns& wanted,
                                    std::uint64_t seed) {
+  if (wanted.distance == SubjectDistance::DrawnAnew) {
+    auto elsewhere = Elsewhere(pictures->scene(), Mixed(seed + 2));
+    if (!elsewhere) return PassOn(elsewhere);
+    pictures = *std::move(elsewhere);
+  }
   const sim::Scene& scene = pictures->scene();
   AutofocusRunResult result;
   result.start_steps =

@@ -36,11 +36,20 @@ struct AutofocusRunResult {
   bool false_focus() const { return focused && error_d > 2.0 * half_dof_d; }
 };
 
+/// Where the subject stands.
+enum class SubjectDistance {
+  OfTheScene,
+  /// Another one each run, even in the extension that focuses on it, a tenth of the travel away from its ends. For
+  /// scenes whose surfaces are walls: all move by the same vergence.
+  DrawnAnew,
+};
+
 struct AutofocusRuns {
   std::string method = "auto";
   int runs = 100;
   std::uint64_t seed = 1;
   int threads = 2;
+  SubjectDistance distance = SubjectDistance::OfTheScene;
   bool whole_frame = false;                       ///< look at all of the frame instead of the scene's region
   double f_number_error = 1.0;                    ///< what the rig believes of f-numbers, over the truth
   double focal_length_error = 1.0;                ///< the same of the focal length

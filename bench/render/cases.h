@@ -21,6 +21,7 @@ struct RenderRow {
   double elapsed_ms = 0.0;  ///< CPU time of the one thread
   std::optional<double> interior_error{};
   std::optional<double> boundary_error{};  ///< within a blur radius of where something hides something else
+  std::optional<double> error_bound{};     ///< as the renderer states it; of scenes only
   std::optional<double> p99_error{};       ///< of all pixels, exceeded by one in a hundred; of scenes only
 };
 

@@ -84,6 +84,12 @@ std::vector<RenderRow> OneDiskRows(const RenderBenchOptions& options) {
     if (diameter <= 21.0) add("lensd direct", direct);
     add("lensd runs", runs);
     add("lensd fourier", fourier);
+    // What no blur can undercut: every pixel read and written once.
+    all.push_back({"copy once", [](const sim::Raster& from, sim::Raster& out) {
+                     for (int y = out.rect.y; y < out.rect.y + out.rect.height; ++y) {
+                       std::copy_n(from.Row(y) + (out.rect.x - from.rect.x), out.rect.width, out.Row(y));
+                     }
+                   }});
     for (std::size_t i = 0; i < all.size(); ++i) {
       std::fill(image.values.begin(), image.values.end(), 0.0f);
       const double ms = MedianCpuMs(options.repeats, [] {}, [&] { all[i].blur(source, image); });

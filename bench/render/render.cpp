@@ -32,7 +32,8 @@ ordered_json JsonOf(const RenderRow& row) {
           {"elapsedMs", row.elapsed_ms},
           {"interiorErrorLevels", number(row.interior_error)},
           {"boundaryErrorLevels", number(row.boundary_error)},
-          {"errorLevelsP99", number(row.p99_error)}};
+          {"errorLevelsP99", number(row.p99_error)},
+          {"boundLevels", number(row.error_bound)}};
 }
 
 io::Chart CostAgainstDiameter(const std::vector<RenderRow>& rows) {

@@ -75,9 +75,15 @@ std::vector<Case> Cases() {
   sim::TexturePaint paint = Texture(6);
   paint.stretched = true;
   steps.surfaces = {{sim::DepthMapShape{depth}, {}, paint}};
-  return {{"two layers", std::move(layers), FocusedAt(0.75)},
-          {"thin wire", std::move(wire), FocusedAt(0.8)},
-          {"tilted plane", std::move(tilted), FocusedAt(1.0)},
+  sim::Scene colour = Empty();
+  colour.surfaces = {{sim::PlaneShape{1.0, 0.0, 0.0}, {}, sim::ConstantPaint{0.5}}};
+  sim::Scene sinusoid = Empty();
+  sinusoid.surfaces = {{sim::PlaneShape{1.0, 0.0, 0.0}, {}, sim::SinusoidPaint{12.0, 16.0}}};
+  sim::Scene wall = Empty();
+  wall.surfaces = {{sim::PlaneShape{1.0, 0.0, 0.0}, {}, Texture(7)}};
+  return {{"one colour", std::move(colour), FocusedAt(0.75)}, {"sinusoid", std::move(sinusoid), FocusedAt(0.75)},
+          {"one wall", std::move(wall), FocusedAt(0.75)},     {"two layers", std::move(layers), FocusedAt(0.75)},
+          {"thin wire", std::move(wire), FocusedAt(0.8)},     {"tilted plane", std::move(tilted), FocusedAt(1.0)},
           {"depth map", std::move(steps), FocusedAt(0.8)}};
 }
 
@@ -169,9 +175,10 @@ Result<std::vector<RenderRow>> SceneRows(const std::string& path) {
     Algorithm algorithm;
     int rays;
   };
-  constexpr Try kTries[] = {{Algorithm::Auto, 0},     {Algorithm::Gather, 0}, {Algorithm::Plane, 0},
-                            {Algorithm::Layers, 0},   {Algorithm::March, 64}, {Algorithm::March, 512},
-                            {Algorithm::March, 4096}, {Algorithm::Rays, 64},  {Algorithm::Rays, 512}};
+  constexpr Try kTries[] = {{Algorithm::Auto, 0},   {Algorithm::Fourier, 0}, {Algorithm::Wall, 0},
+                            {Algorithm::Gather, 0}, {Algorithm::Plane, 0},   {Algorithm::Layers, 0},
+                            {Algorithm::March, 64}, {Algorithm::March, 512}, {Algorithm::March, 4096},
+                            {Algorithm::Rays, 64},  {Algorithm::Rays, 512}};
   std::vector<RenderRow> rows;
   auto cases = path.empty() ? Result<std::vector<Case>>(Cases()) : CasesOf(path);
   if (!cases) return PassOn(cases);
@@ -202,6 +209,7 @@ Result<std::vector<RenderRow>> SceneRows(const std::string& path) {
                       .elapsed_ms = ms,
                       .interior_error = ErrorOf(rendered->image, truth->image, boundary, 0, 0.999),
                       .boundary_error = ErrorOf(rendered->image, truth->image, boundary, 1, 0.999),
+                      .error_bound = 255.0 * rendered->error_bound,
                       .p99_error = ErrorOf(rendered->image, truth->image, boundary, std::nullopt, 0.99)});
     }
   }

@@ -1,11 +1,14 @@
 // Round trips without the daemon: a bare socket as the floor, sd-bus as a peer with the same text.
 #include "bench/rpc/peers.h"
 
+#include <sys/epoll.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <systemd/sd-bus.h>
 #include <unistd.h>
 
 #include <array>
+#include <cstdio>
 #include <string_view>
 #include <thread>
 #include <utility>
@@ -60,6 +63,68 @@ struct Echo {
   const std::string request, reply;
   const std::array<int, 2> pair = Pair();
   std::thread server;
+};
+
+/// One client of a server that could have many.
+class EpollServer {
+ public:
+  EpollServer(std::string request, std::string reply) : request_(std::move(request)), reply_(std::move(reply)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    // Abstract: in no folder.
+    (void)std::snprintf(address.sun_path + 1, sizeof address.sun_path - 1, "lens-bench-%d", static_cast<int>(getpid()));
+    const auto* generic = reinterpret_cast<const sockaddr*>(&address);
+    good_ = ::bind(listening_, generic, sizeof address) == 0 && ::listen(listening_, 1) == 0 &&
+            ::connect(client_, generic, sizeof address) == 0;
+    Watch(listening_);
+    server_ = std::thread([this] { Serve(); });
+  }
+  EpollServer(const EpollServer&) = delete;
+  EpollServer& operator=(const EpollServer&) = delete;
+  ~EpollServer() {
+    ::shutdown(client_, SHUT_RDWR);
+    ::shutdown(listening_, SHUT_RDWR);  // where nobody ever came
+    server_.join();
+    for (const int descriptor : {client_, listening_, epoll_}) ::close(descriptor);
+  }
+  bool Ask() { return good_ && SendAll(client_, request_) && ReceiveAll(client_, reply_.size()); }
+
+ private:
+  void Watch(int descriptor) const {
+    epoll_event event{};
+    event.events = EPOLLIN;
+    event.data.fd = descriptor;
+    ::epoll_ctl(epoll_, EPOLL_CTL_ADD, descriptor, &event);
+  }
+  void Serve() {
+    std::vector<char> buffer(std::size_t{16} << 10);
+    std::size_t have = 0;
+    for (;;) {
+      epoll_event event{};
+      if (::epoll_wait(epoll_, &event, 1, -1) < 1) continue;
+      if (event.data.fd == listening_) {
+        const int accepted = ::accept4(listening_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+        if (accepted < 0) return;
+        Watch(accepted);
+        continue;
+      }
+      const ssize_t got = ::recv(event.data.fd, buffer.data(), buffer.size(), MSG_DONTWAIT);
+      if (got <= 0) {
+        ::close(event.data.fd);
+        return;
+      }
+      for (have += static_cast<std::size_t>(got); have >= request_.size(); have -= request_.size()) {
+        SendAll(event.data.fd, reply_);
+      }
+    }
+  }
+
+  const std::string request_, reply_;
+  const int epoll_ = ::epoll_create1(EPOLL_CLOEXEC);
+  const int listening_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const int client_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  bool good_ = false;
+  std::thread server_;
 };
 
 constexpr const char* kPath = "/lens";
@@ -126,6 +191,11 @@ class SdBusPair {
 RoundTrip SocketEcho(std::string request, std::string reply) {
   auto echo = std::make_shared<Echo>(std::move(request), std::move(reply));
   return [echo] { return SendAll(echo->pair[0], echo->request) && ReceiveAll(echo->pair[0], echo->reply.size()); };
+}
+
+RoundTrip EpollEcho(std::string request, std::string reply) {
+  auto server = std::make_shared<EpollServer>(std::move(request), std::move(reply));
+  return [server] { return server->Ask(); };
 }
 
 RoundTrip SdBusCall(std::string request, std::string reply) {

@@ -14,6 +14,9 @@ using RoundTrip = std::function<bool()>;
 /// descriptors can be faster.
 RoundTrip SocketEcho(std::string request, std::string reply);
 
+/// The same by a server as a daemon has to be one: it listens, waits by epoll and reads without waiting.
+RoundTrip EpollEcho(std::string request, std::string reply);
+
 /// The same two texts as argument and result of a D-Bus method, from sd-bus to sd-bus without a bus in between.
 RoundTrip SdBusCall(std::string request, std::string reply);
 

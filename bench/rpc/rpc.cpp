@@ -1,32 +1,26 @@
 // Starts lensd on a private socket with a simulated lens and asks it the same things again and again, as bytes made
 // ready before: what is timed is the daemon and the socket, not a client's JSON. Rounds alternate between the ways, so
-// that what slows the machine slows all of them.
+// that what slows the machine slows all of them. Then many clients ask for the status at a rate of their own.
 #include "bench/rpc/rpc.h"
 
-#include <fcntl.h>
-#include <signal.h>
-#include <spawn.h>
 #include <sys/socket.h>
 #include <sys/un.h>
-#include <sys/wait.h>
 #include <sysexits.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <thread>
 
 #include "base/result.h"
 #include "bench/command.h"
 #include "bench/outputs.h"
+#include "bench/rpc/open_loop.h"
 #include "bench/rpc/peers.h"
+#include "bench/rpc/private_daemon.h"
 #include "io/svg.h"
 #include "optics/planner.h"
 #include "varlink/client.h"
@@ -36,23 +30,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using nlohmann::ordered_json;
-
-constexpr const char* kScene = R"(version = 1
-[camera]
-width = 64
-height = 48
-pixel_um = 3.45
-[lens]
-model = "thin"
-focal_length_mm = 25.0
-f_number = [1.4, 16.0]
-extension_mm = [0.0, 1.6]
-steps = 8192
-[[surface]]
-kind = "wall"
-distance_m = 1.2
-constant = 0.5
-)";
 
 constexpr const char* kPlanParameters =
     R"({"request":{"limits":[{"name":"near","kind":"sharp","limitUm":8.0,"depths":[{"oneEnd":{"distanceM":1.1},)"
@@ -73,53 +50,6 @@ optics::PlanRequest SamePlan() {
                      optics::Side::Behind}};
   return request;
 }
-
-/// lensd with one simulated lens in a folder of its own; both go with this object.
-class PrivateDaemon {
- public:
-  static Result<std::unique_ptr<PrivateDaemon>> Start() {
-    std::unique_ptr<PrivateDaemon> daemon(new PrivateDaemon);
-    const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe");
-    const std::string program = self.parent_path() / "lensd";
-    std::ofstream(daemon->folder_ + "/scene.toml") << kScene;
-    std::ofstream(daemon->folder_ + "/lensd.toml")
-        << "version = 1\n[[lens]]\nname = \"a\"\ndriver = \"sim\"\nscene = \"scene.toml\"\n";
-    const std::string config = daemon->folder_ + "/lensd.toml", socket = daemon->socket();
-    const char* arguments[] = {program.c_str(), "--config", config.c_str(), "--socket", socket.c_str(), nullptr};
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-    const int failed = ::posix_spawn(&daemon->process_, program.c_str(), &actions, nullptr,
-                                     const_cast<char* const*>(arguments), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    if (failed != 0) return Fail(Code::Disconnected, "cannot start " + program + ", which belongs beside lens-bench");
-    const auto deadline = Clock::now() + std::chrono::seconds(20);
-    while (!varlink::Client::Connect(socket)) {
-      if (Clock::now() > deadline || ::waitpid(daemon->process_, nullptr, WNOHANG) != 0) {
-        return Fail(Code::Disconnected, program + " did not open its socket");
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    return daemon;
-  }
-  PrivateDaemon(const PrivateDaemon&) = delete;
-  PrivateDaemon& operator=(const PrivateDaemon&) = delete;
-  ~PrivateDaemon() {
-    if (process_ > 0 && ::kill(process_, SIGTERM) == 0) ::waitpid(process_, nullptr, 0);
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  std::string socket() const { return folder_ + "/s"; }
-
- private:
-  PrivateDaemon() {
-    std::string pattern = std::filesystem::temp_directory_path() / "lens-bench-XXXXXX";
-    if (::mkdtemp(pattern.data()) != nullptr) folder_ = pattern;
-  }
-
-  std::string folder_;
-  pid_t process_ = -1;
-};
 
 /// A connection that sends bytes and reads to the end of a message.
 class RawClient {
@@ -187,10 +117,14 @@ Result<std::vector<Way>> WaysTo(const PrivateDaemon& daemon) {
   const auto whole_client = varlink::Client::Connect(daemon.socket());
   if (!whole_client) return PassOn(whole_client);
   const auto shared = std::make_shared<varlink::Client>(*varlink::Client::Connect(daemon.socket()));
+  const std::string get_info = Call("org.varlink.service.GetInfo", "{}");
+  const std::optional<std::string> info = client->Ask(get_info);
+  if (!info) return Fail(Code::Protocol, "lensd did not answer GetInfo");
   std::vector<Way> ways;
+  ways.push_back({"epoll echo, GetInfo's bytes", false, EpollEcho(get_info, *info)});
   ways.push_back({"socket echo, the plan's bytes", false, SocketEcho(plan, *answer)});
   ways.push_back({"sd-bus, the plan's text", true, SdBusCall(plan, *answer)});
-  ways.push_back({"lensd GetInfo", false, Asking(client, Call("org.varlink.service.GetInfo", "{}"))});
+  ways.push_back({"lensd GetInfo", false, Asking(client, get_info)});
   ways.push_back({"lensd Status", false, Asking(client, Call("io.lensd.Lens.Status", "{}"))});
   ways.push_back({"lensd Plan, two limits", false, Asking(client, plan)});
   ways.push_back({"lensd Plan, with the client's JSON", false, [shared] {
@@ -221,52 +155,83 @@ io::Chart ChartOf(const std::vector<ordered_json>& rows) {
   return chart;
 }
 
-int Bench(const Outputs& outputs, int rounds) {
+ordered_json RowOf(const std::string& way, bool peer, std::vector<double>& us, double get_info) {
+  std::ranges::sort(us);
+  return {{"way", way},
+          {"peer", peer},
+          {"roundTrips", us.size()},
+          {"roundTripUsP50", At(us, 0.5)},
+          {"roundTripUsP95", At(us, 0.95)},
+          {"roundTripUsP99", At(us, 0.99)},
+          {"beyondGetInfoUs", At(us, 0.5) - get_info}};
+}
+
+/// One after the other, in turn.
+Result<void> Time(std::vector<Way>& ways, int rounds) {
+  constexpr int kWarmUp = 200;
+  for (int round = -kWarmUp; round < rounds; ++round) {
+    for (Way& way : ways) {
+      const auto start = Clock::now();
+      if (!way.round_trip()) return Fail(Code::Protocol, way.name + ": no good answer");
+      if (round >= 0) way.us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - start).count());
+    }
+  }
+  return {};
+}
+
+Result<std::vector<ordered_json>> OneByOne(int rounds) {
+  const auto daemon = PrivateDaemon::Start(1);
+  if (!daemon) return PassOn(daemon);
+  auto ways = WaysTo(**daemon);
+  if (!ways) return PassOn(ways);
+  if (auto timed = Time(*ways, rounds); !timed) return PassOn(timed);
+  auto& get_info = std::ranges::find(*ways, "lensd GetInfo", &Way::name)->us;
+  std::ranges::sort(get_info);
+  std::vector<ordered_json> rows;
+  for (Way& way : *ways) rows.push_back(RowOf(way.name, way.peer, way.us, At(get_info, 0.5)));
+  return rows;
+}
+
+std::string Counted(int count, const std::string& what, const std::string& whats) {
+  return std::to_string(count) + " " + (count == 1 ? what : whats);
+}
+
+int Bench(const Outputs& outputs, int rounds, int calls) {
   const auto fail = [](const Error& error) {
     std::cerr << "lens-bench rpc: " << error.message << "\n";
     return EX_UNAVAILABLE;
   };
-  const auto daemon = PrivateDaemon::Start();
-  if (!daemon) return fail(daemon.error());
-  auto ways = WaysTo(**daemon);
-  if (!ways) return fail(ways.error());
-  constexpr int kWarmUp = 200;
-  for (int round = -kWarmUp; round < rounds; ++round) {
-    for (Way& way : *ways) {
-      const auto start = Clock::now();
-      if (!way.round_trip()) return fail({Code::Protocol, way.name + ": no good answer"});
-      if (round >= 0) way.us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - start).count());
-    }
+  auto rows = OneByOne(rounds);
+  if (!rows) return fail(rows.error());
+  const double get_info =
+      rows->front()["roundTripUsP50"].get<double>() - rows->front()["beyondGetInfoUs"].get<double>();
+  for (const auto& [lenses, clients] :
+       {std::pair(1, 1), std::pair(1, 64), std::pair(4, 16), std::pair(16, 1), std::pair(16, 64)}) {
+    auto us = AskAtRate(lenses, clients, calls);
+    if (!us) return fail(us.error());
+    rows->push_back(RowOf(
+        "Status, 1,000 a second: " + Counted(lenses, "lens", "lenses") + ", " + Counted(clients, "client", "clients"),
+        false, *us, get_info));
   }
-  std::vector<ordered_json> rows;
-  double get_info = 0.0;
-  for (Way& way : *ways) {
-    std::ranges::sort(way.us);
-    if (way.name == "lensd GetInfo") get_info = At(way.us, 0.5);
-  }
-  for (Way& way : *ways) {
-    rows.push_back({{"way", way.name},
-                    {"peer", way.peer},
-                    {"roundTrips", rounds},
-                    {"roundTripUsP50", At(way.us, 0.5)},
-                    {"roundTripUsP95", At(way.us, 0.95)},
-                    {"beyondGetInfoUs", At(way.us, 0.5) - get_info}});
-  }
-  return WriteOutputs("lens-bench rpc", rows, {}, outputs, [&] { return io::ChartsSvg({ChartOf(rows)}, 1); });
+  return WriteOutputs("lens-bench rpc", *rows, {}, outputs, [&] { return io::ChartsSvg({ChartOf(*rows)}, 1); });
 }
 
 }  // namespace
 
 int RunRpc(int argc, char** argv) {
   Outputs outputs;
-  int rounds = 3000;
+  int rounds = 3000, calls = 5000;
   CLI::App app("What a question to the daemon costs: round trips to a private lensd, a bare socket and sd-bus.",
                argv[0]);
   app.add_option("--rounds", rounds, "round trips of each way")->check(CLI::Range(10, 1000000))->capture_default_str();
+  app.add_option("--calls", calls,
+                 "calls at 1,000 a second, each time: from one lens and one client to 16 lenses and 64")
+      ->check(CLI::Range(100, 1000000))
+      ->capture_default_str();
   app.add_option("--csv", outputs.csv, "write every figure to this file");
   app.add_option("--svg", outputs.svg, "write the chart to this file");
   app.add_flag("--json", outputs.as_json, "one line of JSON instead of the table");
-  return ParseThen(app, argc, argv, [&] { return Bench(outputs, rounds); });
+  return ParseThen(app, argc, argv, [&] { return Bench(outputs, rounds, calls); });
 }
 
 }  // namespace lensd::bench

@@ -95,6 +95,27 @@ ReferenceNoise NoiseOfMean(const FramesToCompare& frames, const Plane& mean) {
   return noise;
 }
 
+/// Of each part, metres; 0 where it has no pixel. A pixel counts by the square of the slope beside it: so much of the
+/// fit rests on it, and within a slice the blur changes with depth.
+std::vector<double> MeanDepths(const DividedFrames& frames, const std::vector<float>& depth) {
+  const auto width = static_cast<std::size_t>(frames.reference.width);
+  const auto& level = frames.reference.values;
+  std::vector<double> weight(frames.parts), sum(frames.parts);
+  for (std::size_t i = width + 1; i < depth.size(); ++i) {
+    const int part = frames.part[i];
+    if (part < 0) continue;
+    const double across = level[i] - level[i - 1], down = level[i] - level[i - width];
+    const double here =
+        across * across + down * down + 2 * frames.reference_variance[i];  // above 0 where nothing is seen
+    weight[part] += here;
+    sum[part] += here * depth[i];
+  }
+  for (std::size_t part = 0; part < sum.size(); ++part) {
+    if (weight[part] > 0) sum[part] /= weight[part];
+  }
+  return sum;
+}
+
 /// Displacement by structures coarser than any disk smooths away.
 Shift CoarseShift(const SpectraTaker& taker) {
   constexpr int kFirst = 2, kLast = 5;  // rings: periods of 13 px and more
@@ -181,19 +202,14 @@ Result<std::vector<SliceBlur>> BlurBetween(const FramesToCompare& frames, const 
                         .reference_opening = frames.reference_opening,
                         .part = SliceOfPixel(depth_m, a.width, a.height, edges_m, surroundings),
                         .parts = static_cast<int>(found.size())};
-  std::vector<long> pixels(found.size());
-  for (std::size_t i = 0; i < depth_m.size(); ++i) {
-    if (divided.part[i] < 0) continue;
-    ++pixels[divided.part[i]];
-    found[divided.part[i]].mean_m += depth_m[i];
-  }
+  const std::vector<double> means = MeanDepths(divided, depth_m);
   const int steps = std::max(static_cast<int>(std::ceil(largest_px / kStepPx)) + 1, kFewestSteps);
   const SpectraTaker taker(std::move(divided), steps);
   const std::vector<DiameterFit> fits = FitSlices(taker);
   for (std::size_t i = 0; i < found.size(); ++i) {
     found[i].near_m = edges_m[i];
     found[i].far_m = edges_m[i + 1];
-    if (pixels[i] > 0) found[i].mean_m /= static_cast<double>(pixels[i]);
+    found[i].mean_m = means[i];
     found[i].pixels = fits[i].pixels;
     if (found[i].pixels < kFewestPixels) continue;
     found[i].diameter_px = fits[i].model.diameter_px;

@@ -13,7 +13,7 @@ namespace lensd::bench {
 struct SliceBlur {
   double near_m = 0.0;
   double far_m = 0.0;
-  double mean_m = 0.0;       ///< of the pixels used
+  double mean_m = 0.0;       ///< of the pixels used, each weighed by its contrast
   long pixels = 0;           ///< used; below kFewestPixels nothing is claimed and the rest is 0
   double diameter_px = 0.0;  ///< the likeliest
   double low_px = 0.0;       ///< 95 % interval; 0: no blur cannot be told from some ...

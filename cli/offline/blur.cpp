@@ -1,10 +1,13 @@
 // lensctl blur: the blur of points at given depths, under one of the camera models.
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
+#include "cli/chart_file.h"
 #include "cli/commands.h"
+#include "cli/offline/blur_chart.h"
 #include "cli/offline/camera_system.h"
 #include "cli/text.h"
 #include "varlink/json.h"
@@ -15,6 +18,7 @@ namespace {
 struct BlurText {
   SystemText system;
   std::vector<std::string> at;
+  PlotText plot;
 };
 
 /// One row of the answer.
@@ -23,6 +27,12 @@ struct BlurAt {
   double blur_um = 0.0;            // diffraction included where the model has it
   double signed_blur_um = 0.0;     // geometric: positive behind the focal plane
   std::optional<double> image_mm;  // nothing where no lens forms an image, or it is at infinity
+};
+
+struct BlurTable {
+  CameraSystem system;
+  std::vector<BlurAt> rows;
+  std::optional<double> pixel_um;
 };
 
 Result<std::optional<double>> ImageDistance(const CameraSystem& system, const Place& at) {
@@ -34,10 +44,8 @@ Result<std::optional<double>> ImageDistance(const CameraSystem& system, const Pl
   return *distance;
 }
 
-Result<BlurAt> RowAt(const CameraSystem& system, const std::string& text, std::optional<From> from) {
-  const auto object = ParseObject(text, "--at");
-  if (!object) return PassOn(object);
-  const auto centred = system.FromCentre(*object, from);
+Result<BlurAt> RowAt(const CameraSystem& system, const Depth& object, std::optional<From> from) {
+  const auto centred = system.FromCentre(object, from);
   if (!centred) return PassOn(centred);
   const Place at = PlaceOf(*centred);
   const Rational geometric = system.SignedBlur(at);
@@ -55,44 +63,120 @@ Result<BlurAt> RowAt(const CameraSystem& system, const std::string& text, std::o
   return row;
 }
 
-Result<std::vector<BlurAt>> Compute(const BlurText& text, std::optional<From> from) {
-  const auto system = ReadSystem(text.system, from);
-  if (!system) return PassOn(system);
-  std::vector<BlurAt> rows;
-  for (const std::string& at : text.at) {
-    const auto row = RowAt(*system, at, from);
-    if (!row) return PassOn(row);
-    rows.push_back(*row);
-  }
-  return rows;
+/// The row of the plane in focus, where it lies between two others: there blur is least.
+Result<std::optional<BlurAt>> Sharpest(const CameraSystem& system, const BlurAt& near, const BlurAt& far) {
+  if (!system.focal_length || !(near.signed_blur_um < 0.0) || !(far.signed_blur_um > 0.0)) return std::nullopt;
+  const Rational f = system.focal_length->ToRational();
+  const auto vergence = Rounded(optics::thin_lens::FocalPlane<Rational>(f, system.sensor_distance - f));
+  if (!vergence) return PassOn(vergence);
+  auto row = RowAt(system, {Depth::Form::Vergence, *vergence, Decimal::Shortest(*vergence)}, From::Lens);
+  const auto least = row ? system.BlurDisk(0) : Result<double>(0.0);
+  if (!row || !least) return PassOn(row ? least.error() : row.error());
+  row->signed_blur_um = 0.0;  // not what rounding the vergence left of it
+  row->blur_um = *least * 1e6;
+  return *row;
 }
 
-varlink::Json RowJson(const BlurAt& row) {
+/// One depth is a row; a range is its two ends, and the plane in focus between them.
+Result<void> AddRows(const CameraSystem& system, const std::string& text, std::optional<From> from, BlurTable& table) {
+  if (text.find("..") == text.npos) {
+    const auto object = ParseObject(text, "--at");
+    if (!object) return PassOn(object);
+    const auto row = RowAt(system, *object, from);
+    if (!row) return PassOn(row);
+    table.rows.push_back(*row);
+    return {};
+  }
+  const auto range = ParseDepthRange(text, "--at");
+  if (!range) return PassOn(range);
+  const auto near = RowAt(system, range->near, from);
+  const auto far = near ? RowAt(system, range->far, from) : near;
+  if (!far) return PassOn(far);
+  const auto sharpest = Sharpest(system, *near, *far);
+  if (!sharpest) return PassOn(sharpest);
+  table.rows.push_back(*near);
+  if (*sharpest) table.rows.push_back(**sharpest);
+  table.rows.push_back(*far);
+  return {};
+}
+
+Result<BlurTable> Compute(const BlurText& text, std::optional<From> from) {
+  const auto system = ReadSystem(text.system, from);
+  if (!system) return PassOn(system);
+  const auto pixel = ParsePixel(text.system.pixel);
+  if (!pixel) return PassOn(pixel);
+  BlurTable table{.system = *system, .rows = {}, .pixel_um = std::nullopt};
+  if (*pixel) table.pixel_um = (*pixel)->Nearest().value() * 1e6;
+  for (const std::string& at : text.at) {
+    if (const auto added = AddRows(*system, at, from, table); !added) return PassOn(added);
+  }
+  return table;
+}
+
+varlink::Json RowJson(const BlurAt& row, std::optional<double> pixel_um) {
   const double vergence = row.object.Vergence().value;
-  return {{"distanceM", row.object.IsDistance() ? varlink::Json(row.object.value)
-                        : vergence > 0.0        ? varlink::NumberOrNull(1.0 / vergence)
-                                                : varlink::Json(nullptr)},
-          {"vergenceD", vergence},
-          {"blurUm", row.blur_um},
-          {"signedBlurUm", row.signed_blur_um},
-          {"imageDistanceMm", row.image_mm ? varlink::Json(*row.image_mm) : varlink::Json(nullptr)}};
+  varlink::Json json{{"distanceM", row.object.IsDistance() ? varlink::Json(row.object.value)
+                                   : vergence > 0.0        ? varlink::NumberOrNull(1.0 / vergence)
+                                                           : varlink::Json(nullptr)},
+                     {"vergenceD", vergence},
+                     {"blurUm", row.blur_um},
+                     {"signedBlurUm", row.signed_blur_um},
+                     {"imageDistanceMm", row.image_mm ? varlink::Json(*row.image_mm) : varlink::Json(nullptr)}};
+  if (pixel_um) json["blurPx"] = row.blur_um / *pixel_um;
+  return json;
+}
+
+std::string TextOf(const BlurTable& table) {
+  std::vector<std::vector<std::string>> cells{{"subject", "blur [um]", "signed [um]", "image at [mm]"}};
+  if (table.pixel_um) cells[0].emplace_back("blur [px]");
+  for (const BlurAt& row : table.rows) {
+    cells.push_back({DepthText(row.object.Vergence()), Short(row.blur_um), Short(row.signed_blur_um),
+                     row.image_mm ? Short(*row.image_mm, 6) : "none"});
+    if (table.pixel_um) cells.back().push_back(Short(row.blur_um / *table.pixel_um));
+  }
+  return TableText(cells);
+}
+
+/// The curve around the rows, and each row on it.
+Result<io::Chart> ChartOf(const BlurTable& table) {
+  constexpr double kMargin = 0.15;
+  constexpr std::size_t kMostLabels = 12;  // more would cover the curve
+  const BlurUnit unit{table.pixel_um};
+  io::ChartPoints points{.name = "asked for", .colour = io::PaletteColour(1)};
+  double far = table.rows.front().object.Vergence().value, near = far;
+  for (const BlurAt& row : table.rows) {
+    const double vergence = row.object.Vergence().value, blur = unit.Of(row.blur_um);
+    far = std::min(far, vergence);
+    near = std::max(near, vergence);
+    const bool labelled = table.rows.size() <= kMostLabels && blur > 0.0;  // where it is 0 the rule says so
+    points.points.push_back({{vergence, blur}, labelled ? Short(blur, 3) + " " + unit.Name() : ""});
+  }
+  const double span = near > far ? near - far : std::max(near, 0.2);
+  auto chart =
+      BlurOverDepth(table.system, Dioptres{std::max(far - kMargin * span, 0.0)}, Dioptres{near + kMargin * span}, unit);
+  if (!chart) return chart;
+  chart->title = SystemName(table.system) + ": blur over depth";
+  chart->subtitle = table.system.wavelength ? "with diffraction" : "geometric; straight over vergence, 1/distance";
+  chart->points.push_back(std::move(points));
+  return chart;
 }
 
 Outcome RunBlur(const BlurText& text, Session& session) {
-  const auto rows = Compute(text, session.globals().from);
-  if (!rows) return PassOn(rows);
-  if (session.json()) {
-    varlink::Json answer = varlink::Json::array();
-    for (const BlurAt& row : *rows) answer.push_back(RowJson(row));
-    session.PrintJson(answer);
+  if (auto good = CheckPlot(text.plot); !good) return PassOn(good);
+  const auto table = Compute(text, session.globals().from);
+  if (!table) return PassOn(table);
+  if (text.plot.wanted()) {
+    const auto chart = ChartOf(*table);
+    if (!chart) return PassOn(chart);
+    if (auto drawn = WritePlot(text.plot, io::ChartSvg(*chart)); !drawn) return PassOn(drawn);
+  }
+  if (!session.json()) {
+    session.PrintText(TextOf(*table) + std::string(OriginLine()));
     return Exit::Done;
   }
-  std::vector<std::vector<std::string>> table{{"subject", "blur [um]", "signed [um]", "image at [mm]"}};
-  for (const BlurAt& row : *rows) {
-    table.push_back({DepthText(row.object.Vergence()), Short(row.blur_um), Short(row.signed_blur_um),
-                     row.image_mm ? Short(*row.image_mm, 6) : "none"});
-  }
-  session.PrintText(TableText(table));
+  varlink::Json answer = varlink::Json::array();
+  for (const BlurAt& row : table->rows) answer.push_back(RowJson(row, table->pixel_um));
+  session.PrintJson(answer);
   return Exit::Done;
 }
 
@@ -102,10 +186,15 @@ void AddBlur(CLI::App& root, Run& run) {
   auto text = std::make_shared<BlurText>();
   CLI::App* command = root.add_subcommand("blur", "blur of points at given depths")->group(kOffline);
   AddSystemOptions(*command, text->system);
-  command->add_option("--at", text->at, "distance or vergence of a point; repeat for more")
+  AddHyperfocalOptions(*command, text->system);
+  command
+      ->add_option("--at", text->at,
+                   "distance or vergence of a point, or a range A..B: its ends, and what is in focus between them; "
+                   "repeat for more")
       ->required()
       ->allow_extra_args(false)
       ->type_name("D");
+  AddPlotOptions(*command, text->plot, "blur over depth, and what --at asks for on the curve");
   command->callback([text, &run] { run = [text](Session& session) { return RunBlur(*text, session); }; });
 }
 

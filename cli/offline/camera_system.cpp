@@ -44,7 +44,7 @@ Result<void> ReadDiffraction(const SystemText& text, CameraSystem& system) {
 Result<void> ReadLensOpening(const SystemText& text, CameraSystem& system) {
   if (text.focal_length.empty()) return Usage("--focal-length is required, such as 50mm");
   if (text.f_number.empty() == text.aperture_diameter.empty()) {
-    return Usage("give the opening once: --f-number or --aperture-diameter");
+    return Usage("give the opening once: --f-number or --aperture-diameter, such as --f-number 2.8");
   }
   auto f = ParseFocalLength(text.focal_length);
   if (!f) return PassOn(f);
@@ -57,11 +57,30 @@ Result<void> ReadLensOpening(const SystemText& text, CameraSystem& system) {
   return {};
 }
 
+/// The depth in focus at the hyperfocal distance: everything from half of it to infinity is blurred by at most the
+/// limit.
+Result<Rational> HyperfocalDistance(const SystemText& text, const CameraSystem& system) {
+  if (text.blur_limit.empty()) {
+    return Usage("--focus hyperfocal needs --blur-limit: the blur that still counts as sharp, such as 20um");
+  }
+  const auto pixel = ParsePixel(text.pixel);
+  if (!pixel) return PassOn(pixel);
+  const auto limit = ParseBlurLimit(text.blur_limit, *pixel, "--blur-limit");
+  if (!limit) return PassOn(limit);
+  const Rational f = system.focal_length->ToRational();
+  return thin_lens::Hyperfocal<Rational>(f, f / system.diameter, limit->ToRational());
+}
+
 Result<void> ReadLensPlane(const SystemText& text, std::optional<From> from, CameraSystem& system) {
   const int planes = !text.focus.empty() + !text.extension.empty() + !text.sensor_distance.empty();
-  if (planes != 1) return Usage("say where the sensor stands, once: --focus, --extension or --sensor-distance");
+  if (planes != 1)
+    return Usage("say where the sensor stands, once: --focus, --extension or --sensor-distance, such as --focus 2m");
   const Rational f = system.focal_length->ToRational();
-  if (!text.focus.empty()) {
+  if (text.focus == "hyperfocal") {
+    const auto distance = HyperfocalDistance(text, system);
+    if (!distance) return PassOn(distance);
+    system.sensor_distance = f + thin_lens::Extension<Rational>(f, Place{*distance, 1});
+  } else if (!text.focus.empty()) {
     const auto focus = ParseDepth(text.focus, "--focus");
     if (!focus) return PassOn(focus);
     const auto centred = FocusFromCentre(*system.focal_length, *focus, ScaleOf(from));
@@ -85,13 +104,14 @@ Result<void> ReadHole(const SystemText& text, CameraSystem& system) {
         "without a lens nothing is focused: give --sensor-distance and --aperture-diameter, not --focal-length, "
         "--f-number, --focus or --extension");
   }
-  if (text.sensor_distance.empty()) return Usage("--model " + text.model + " needs --sensor-distance");
+  if (text.sensor_distance.empty())
+    return Usage("--model " + text.model + " needs --sensor-distance, such as --sensor-distance 50mm");
   const auto distance = ParsePositiveLength(text.sensor_distance, "--sensor-distance");
   if (!distance) return PassOn(distance);
   system.sensor_distance = distance->ToRational();
   const bool needs_hole = system.model == CameraModel::Aperture || system.wavelength;
   if (needs_hole && text.aperture_diameter.empty()) {
-    return Usage("--model " + text.model + " needs --aperture-diameter");
+    return Usage("--model " + text.model + " needs --aperture-diameter, such as --aperture-diameter 0.3mm");
   }
   if (text.aperture_diameter.empty()) return {};
   const auto diameter = ParsePositiveLength(text.aperture_diameter, "--aperture-diameter");
@@ -138,6 +158,13 @@ Result<CameraSystem> ReadSystem(const SystemText& text, std::optional<From> from
   return system;
 }
 
+Result<std::optional<Decimal>> ParsePixel(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  const auto pitch = ParsePositiveLength(text, "--pixel");
+  if (!pitch) return PassOn(pitch);
+  return *pitch;
+}
+
 Result<Depth> ParseObject(const std::string& text, std::string_view option) {
   auto depth = ParseDepth(text, option);
   if (depth && depth->value < 0.0) return Wrong(option, text, "past infinity there are no subjects; write inf");
@@ -153,11 +180,17 @@ void AddSystemOptions(CLI::App& command, SystemText& text) {
   add("--focal-length", text.focal_length, "F", "focal length, such as 50mm");
   add("--f-number", text.f_number, "N", "f-number, such as 2.8 or f/2.8");
   add("--aperture-diameter", text.aperture_diameter, "A", "diameter of the opening, instead of an f-number");
-  add("--focus", text.focus, "D", "distance or vergence in focus: 2m, 0.5D, inf");
+  add("--focus", text.focus, "D", "distance or vergence in focus: 2m, 0.5D, inf; hyperfocal with blur");
   add("--extension", text.extension, "E", "sensor distance beyond the focal length, instead of --focus");
   add("--sensor-distance", text.sensor_distance, "Z", "lens centre or hole to sensor, instead of --focus");
   add("--wavelength", text.wavelength, "L", "count diffraction at this wavelength (550nm)");
   add("--diffraction", text.diffraction, "KIND", "its convention: airy (default) or mtf50");
+}
+
+void AddHyperfocalOptions(CLI::App& command, SystemText& text) {
+  command.add_option("--blur-limit", text.blur_limit, "blur that still counts as sharp: --focus hyperfocal needs it")
+      ->type_name("C");
+  command.add_option("--pixel", text.pixel, "size of a pixel: blur is told in pixels too")->type_name("LENGTH");
 }
 
 }  // namespace lensd::cli

@@ -19,9 +19,14 @@ enum class CameraModel { Pinhole, Aperture, Thin, Diffraction };
 /// The options as written.
 struct SystemText {
   std::string focal_length, f_number, aperture_diameter, focus, extension, sensor_distance, model, wavelength;
+  std::string blur_limit, pixel;  ///< of --focus hyperfocal, where the command takes it
   std::string diffraction = "airy";
 };
 void AddSystemOptions(CLI::App& command, SystemText& text);
+/// --blur-limit and --pixel, for --focus hyperfocal.
+void AddHyperfocalOptions(CLI::App& command, SystemText& text);
+/// `--pixel`; nothing where it was left out.
+Result<std::optional<Decimal>> ParsePixel(const std::string& text);
 
 /// An opening `diameter` wide with a sensor `sensor_distance` behind it, and a lens in it or none. Exact.
 struct CameraSystem {

@@ -10,6 +10,7 @@
 #include "cli/plan/options.h"
 #include "cli/plan/plot.h"
 #include "cli/plan/stack_answer.h"
+#include "cli/plan/stack_plot.h"
 #include "cli/text.h"
 #include "io/svg.h"
 #include "optics/framing.h"
@@ -40,7 +41,7 @@ std::string FramingText(const PlanQuestion& question, std::optional<Metres> exte
   return text + "\n";
 }
 
-Outcome RunStack(const PlanQuestion& question, Session& session) {
+Outcome RunStack(const PlanQuestion& question, const PlotText& plot, Session& session) {
   const auto answer = optics::PlanStack(question.request);
   if (!answer) return PassOn(answer);
   varlink::Json json = StackJson(*answer);
@@ -52,22 +53,25 @@ Outcome RunStack(const PlanQuestion& question, Session& session) {
       AddFraming(question, answer->shots[i].extension, json["shots"][i]);
     }
   }
+  if (plot.wanted() && answer->feasible) {
+    const std::string lens = LengthText(Metres{question.request.focal_length.value});
+    if (auto drawn = WritePlot(plot, io::ChartSvg(StackChart(json, lens))); !drawn) return PassOn(drawn);
+  }
   const std::string framing = question.framing ? FramingText(question, first) : "";
-  session.json() ? session.PrintJson(json) : session.PrintText(framing + StackText(json));
+  session.json() ? session.PrintJson(json) : session.PrintText(framing + StackText(json) + std::string(OriginLine()));
   return answer->feasible ? Exit::Done : Exit::No;
 }
 
 Outcome RunPlan(const PlanText& text, Session& session) {
-  if (text.stack && !text.plot.empty())
-    return Refuse(Exit::Usage, "--plot draws one plan; leave --stack or --plot out");
+  if (auto good = CheckPlot(text.plot); !good) return PassOn(good);
   const auto question = ReadPlan(text, session.globals().from);
   if (!question) return RefuseInput(question);
-  if (text.stack) return RunStack(*question, session);
+  if (text.stack) return RunStack(*question, text.plot, session);
   const auto answer = optics::Plan(question->request);
   if (!answer) return PassOn(answer);
-  if (!text.plot.empty()) {
-    const auto written = io::WriteSvg(text.plot, PlanPlot(question->request, *answer));
-    if (!written) return RefuseOutput(written);
+  if (text.plot.wanted()) {
+    const std::string lens = LengthText(Metres{question->request.focal_length.value});
+    if (auto drawn = WritePlot(text.plot, PlanPlot(question->request, *answer, lens)); !drawn) return PassOn(drawn);
   }
   const auto extension = answer->feasible ? std::optional(answer->extension) : std::nullopt;
   if (session.json()) {
@@ -76,7 +80,7 @@ Outcome RunPlan(const PlanText& text, Session& session) {
     session.PrintJson(json);
   } else {
     const std::string framing = question->framing ? FramingText(*question, extension) : "";
-    session.PrintText(framing + PlanAnswerText(*answer));
+    session.PrintText(framing + PlanAnswerText(*answer, question->units));
   }
   return answer->feasible ? Exit::Done : Exit::No;
 }

@@ -1,18 +1,20 @@
 // autofocus: with the lens' own camera, or with pictures that a command takes.
 #include "cli/online/autofocus.h"
 
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdio>
 #include <memory>
 
 #include "cli/online/arguments.h"
+#include "cli/online/autofocus_plot.h"
+#include "cli/online/autofocus_record.h"
 #include "cli/online/commands.h"
+#include "cli/online/drive.h"
+#include "cli/online/progress.h"
 #include "cli/online/target.h"
 #include "cli/online/texts.h"
 #include "cli/quantity.h"
+#include "io/svg.h"
 
 namespace lensd::cli {
 namespace {
@@ -88,52 +90,91 @@ std::expected<Json, Failure> ParametersOf(const Session& session, const Autofocu
   return parameters;
 }
 
+/// What does not go together.
+std::optional<Failure> Contradiction(const AutofocusOptions& options) {
+  if (options.frames_from.empty() && !options.pixel.empty()) {
+    return Failure(Exit::Usage,
+                   "--pixel is of the pictures of --frames-from; the lens' own camera says its pixels itself");
+  }
+  if (options.frames_from.empty() && options.gamma) {
+    return Failure(Exit::Usage,
+                   "--gamma is of the pictures of --frames-from; the lens' own camera says its gamma itself");
+  }
+  if (options.track && !options.frames_from.empty()) {
+    return Failure(Exit::Usage, "--track works with the lens' own camera, not with --frames-from");
+  }
+  if (options.track && (options.plot.wanted() || !options.record.empty())) {
+    return Failure(Exit::Usage, "--track goes on after its answer: --plot and --record are of one search");
+  }
+  if (auto good = CheckPlot(options.plot); !good) return good.error();
+  return std::nullopt;
+}
+
+/// One search, recorded where that is asked for.
+std::expected<Json, Failure> SearchOnce(Session& session, DaemonClient& link, Json parameters,
+                                        const AutofocusOptions& options) {
+  std::unique_ptr<Recording> recording;
+  std::unique_ptr<ViewRecorder> recorder;
+  if (!options.record.empty()) {
+    auto made = Recording::Create(link, options.record, parameters);
+    if (!made) return PassOn(made);
+    recording = *std::move(made);
+  }
+  if (!options.frames_from.empty()) {
+    auto result = FocusByCommand(session, link, std::move(parameters), options, recording.get());
+    if (!result || !recording) return result;
+    auto missing = recording->Finish(*result);
+    if (!missing) return PassOn(missing);
+    return result;
+  }
+  if (recording) {
+    auto started = ViewRecorder::Start(session, *recording);
+    if (!started) return PassOn(started);
+    recorder = *std::move(started);
+  }
+  auto result = FocusByOwnCamera(session, link, std::move(parameters));
+  if (!result || !recording) return result;
+  constexpr Duration kPatience = std::chrono::seconds(5);  // for pictures that are still being made
+  recording->Await(*result, kPatience);
+  const auto trouble = recorder->trouble();
+  recorder.reset();
+  const auto missing = recording->Finish(*result);
+  if (!missing) return PassOn(missing);
+  if (*missing > 0) {
+    session.Remark("--record: " + std::to_string(*missing) + " of the frames could not be kept" +
+                   (trouble ? ": " + trouble->message : ": they came faster than they could be saved"));
+  }
+  return result;
+}
+
 Outcome Autofocus(Session& session, const AutofocusOptions& options) {
   auto parameters = ParametersOf(session, options);
   if (!parameters) return PassOn(parameters);
-  if (options.frames_from.empty() && !options.pixel.empty()) {
-    return Refuse(Exit::Usage,
-                  "--pixel is of the pictures of --frames-from; the lens' own camera says its pixels itself");
-  }
+  if (auto wrong = Contradiction(options)) return std::unexpected(*std::move(wrong));
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
-  if (options.track && !options.frames_from.empty()) {
-    return Refuse(Exit::Usage, "--track works with the lens' own camera, not with --frames-from");
-  }
   if (options.track) return TrackSubject(session, *link, *std::move(parameters));
-  auto result = options.frames_from.empty() ? FocusByOwnCamera(*link, *std::move(parameters))
-                                            : FocusByCommand(*link, *std::move(parameters), options);
+  auto result = SearchOnce(session, *link, *std::move(parameters), options);
   if (!result) return PassOn(result);
+  if (options.plot.wanted()) {
+    if (auto drawn = WritePlot(options.plot, io::ChartSvg(AutofocusChart(*result))); !drawn) return PassOn(drawn);
+  }
   session.json() ? session.PrintJson(*result) : session.PrintText(AutofocusText(*result));
   return result->value("focused", false) ? Exit::Done : Exit::No;
 }
 
 }  // namespace
 
-ProgressLine::ProgressLine() : on_terminal_(isatty(STDERR_FILENO) == 1) {}
-
-void ProgressLine::Show(const std::string& text) {
-  if (!on_terminal_) return;
-  std::fprintf(stderr, "\r%-78.78s", text.c_str());
-  std::fflush(stderr);
-  shown_ = true;
-}
-
-void ProgressLine::Clear() {
-  if (shown_) std::fprintf(stderr, "\r%-78s\r", "");
-  shown_ = false;
-}
-
-ProgressLine::~ProgressLine() {
-  Clear();
-}
-
-std::expected<Json, Failure> FocusByOwnCamera(DaemonClient& link, Json parameters) {
-  ProgressLine line;
-  // Control-C needs no stop of its own: closing the connection ends an autofocus.
-  auto reply = link.Follow(MethodOfLens("Autofocus"), std::move(parameters), [&](const Json& step) {
+std::expected<Json, Failure> FocusByOwnCamera(Session& session, DaemonClient& link, Json parameters) {
+  ProgressLine line(session);
+  const Json lens = parameters["lens"];
+  const auto show = [&](const Json& step) {
     if (step.contains("progress") && step["progress"].is_object()) line.Show(AutofocusProgressText(step["progress"]));
     return true;
+  };
+  auto reply = link.Follow(MethodOfLens("Autofocus"), std::move(parameters), show, [&] {
+    line.Clear();
+    StopAndTell(session, lens, nullptr);
   });
   if (!reply) return PassOn(reply);
   return (*reply)["autofocus"];
@@ -141,7 +182,7 @@ std::expected<Json, Failure> FocusByOwnCamera(DaemonClient& link, Json parameter
 
 Outcome TrackSubject(Session& session, DaemonClient& link, Json parameters) {
   parameters["track"] = true;
-  ProgressLine line;
+  ProgressLine line(session);
   int focused = 0, refused = 0;
   std::string stands;
   auto ended = link.Follow(MethodOfLens("Autofocus"), std::move(parameters), [&](const Json& step) {
@@ -209,6 +250,20 @@ void AddAutofocus(CLI::App& root, Run& run) {
       ->add_option("--pixel", options->pixel,
                    "with --frames-from: pitch of the pixels of those pictures; without it only search methods work")
       ->type_name("LENGTH");
+  command
+      ->add_option(
+          "--gamma", options->gamma,
+          "with --frames-from: of those pictures, sample = light^(1/G); 1 (linear light) when left out, 2.2 of "
+          "most pictures made for a screen")
+      ->check(CLI::Range(0.1, 10.0))
+      ->type_name("G");
+  AddPlotOptions(*command, options->plot, "the sharpness of every frame over focus, and the answer");
+  command
+      ->add_option(
+          "--record", options->record,
+          "keep the frames of the run and what was told of the lens, for `lens-bench autofocus --replay DIR`; a "
+          "folder that is empty or not there yet")
+      ->type_name("DIR");
   command->callback([&run, options] { run = [options](Session& session) { return Autofocus(session, *options); }; });
 }
 

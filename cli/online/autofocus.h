@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/chart_file.h"
+#include "cli/online/autofocus_record.h"
 #include "cli/online/daemon_client.h"
 
 namespace lensd::cli {
@@ -17,30 +19,19 @@ struct AutofocusOptions {
   std::string range;
   std::string step;
   bool track = false;
-  std::string frames_from;  ///< a shell command; empty: the lens' own camera
-  std::string pixel;        ///< of its pictures
-};
-
-/// One line on stderr that rewrites itself, on a terminal only; gone when this ends.
-class ProgressLine {
- public:
-  ProgressLine();
-  ~ProgressLine();
-  ProgressLine(const ProgressLine&) = delete;
-  ProgressLine& operator=(const ProgressLine&) = delete;
-  void Show(const std::string& text);
-  void Clear();
-
- private:
-  bool on_terminal_;
-  bool shown_ = false;
+  std::string frames_from;      ///< a shell command; empty: the lens' own camera
+  std::string pixel;            ///< of its pictures
+  std::optional<double> gamma;  ///< of its pictures: sample = light^(1/gamma)
+  PlotText plot;
+  std::string record;  ///< a folder to write; empty: none
 };
 
 /// Prints every answer as it comes, until Control-C.
 Outcome TrackSubject(Session& session, DaemonClient& link, varlink::Json parameters);
-/// Both return AutofocusResult; `parameters` are those that Autofocus and AutofocusBegin share.
-std::expected<varlink::Json, Failure> FocusByOwnCamera(DaemonClient& link, varlink::Json parameters);
-std::expected<varlink::Json, Failure> FocusByCommand(DaemonClient& link, varlink::Json parameters,
-                                                     const AutofocusOptions& options);
+/// Both return AutofocusResult; `parameters` are those that Autofocus and AutofocusBegin share. `recording`, where not
+/// nullptr, is given every frame.
+std::expected<varlink::Json, Failure> FocusByOwnCamera(Session& session, DaemonClient& link, varlink::Json parameters);
+std::expected<varlink::Json, Failure> FocusByCommand(Session& session, DaemonClient& link, varlink::Json parameters,
+                                                     const AutofocusOptions& options, Recording* recording);
 
 }  // namespace lensd::cli

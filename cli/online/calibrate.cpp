@@ -8,9 +8,14 @@
 #include <memory>
 #include <sstream>
 
+#include "cli/chart_file.h"
 #include "cli/online/arguments.h"
+#include "cli/online/autofocus.h"
+#include "cli/online/calibration_plot.h"
 #include "cli/online/commands.h"
 #include "cli/online/daemon_client.h"
+#include "cli/online/drive.h"
+#include "cli/online/progress.h"
 #include "cli/online/texts.h"
 #include "cli/quantity.h"
 
@@ -26,6 +31,7 @@ struct CalibrateText {
   std::string file;
   std::string error;
   int repeat = 3;
+  PlotText plot;
   bool data_sheet = false;
   bool show = false;
   bool remove = false;
@@ -46,8 +52,13 @@ std::string CalibrationText(const Json& info) {
 
 enum class Shows { OneLine, WholeFile };
 
-Outcome Show(Session& session, const Json& reply, Shows shows) {
+Outcome Show(Session& session, const Json& reply, const PlotText& plot, Shows shows) {
   const Json& info = reply["calibration"];
+  if (plot.wanted()) {
+    const auto chart = CalibrationChart(info);
+    if (!chart) return PassOn(chart);
+    if (auto drawn = WritePlot(plot, io::ChartSvg(*chart)); !drawn) return PassOn(drawn);
+  }
   if (session.json()) {
     session.PrintJson(info);
     return Exit::Done;
@@ -96,11 +107,7 @@ std::expected<void, Failure> AskFor(Session& session, const std::string& target)
 }
 
 std::expected<Json, Failure> FocusOnce(Session& session, DaemonClient& link, const Json& lens) {
-  auto reply = link.Follow(
-      MethodOfLens("Autofocus"), {{"lens", lens}}, [](const Json&) { return true; },
-      [&] { StopNow(session, lens, nullptr); });
-  if (!reply) return PassOn(reply);
-  return (*reply)["autofocus"];
+  return FocusByOwnCamera(session, link, {{"lens", lens}});
 }
 
 /// Known targets, autofocus at each, several times from another place.
@@ -134,13 +141,23 @@ std::expected<Json, Failure> Guided(Session& session, DaemonClient& link, const 
   return points;
 }
 
-Outcome Calibrate(Session& session, const CalibrateText& text) {
-  const Json lens = LensOf(text.name);
+/// What was asked for that cannot be, or not together.
+std::expected<void, Failure> CheckWays(const CalibrateText& text) {
   const int ways = !text.file.empty() + !text.targets.empty() + !text.points.empty() + text.show + text.remove;
   if (ways != 1) {
     return Refuse(Exit::Usage,
                   "say one of --at DEPTH (guided), --point STEPS=DEPTH, --from-file FILE, --show and --remove");
   }
+  if (text.remove && text.plot.wanted()) {
+    return Refuse(Exit::Usage,
+                  "--remove leaves no curve to draw; draw it before: lensctl calibrate --show --plot curve.svg");
+  }
+  return CheckPlot(text.plot);
+}
+
+Outcome Calibrate(Session& session, const CalibrateText& text) {
+  if (auto good = CheckWays(text); !good) return PassOn(good);
+  const Json lens = LensOf(text.name);
   Json parameters{{"lens", lens}};
   if (const auto& from = session.globals().from) {
     parameters["distanceFrom"] = kFromNames.at(static_cast<std::size_t>(*from));
@@ -167,7 +184,7 @@ Outcome Calibrate(Session& session, const CalibrateText& text) {
   if (text.show) {
     auto reply = link->Ask(MethodOfLens("GetCalibration"), {{"lens", lens}});
     if (!reply) return PassOn(reply);
-    return Show(session, *reply, Shows::WholeFile);
+    return Show(session, *reply, text.plot, Shows::WholeFile);
   }
   if (!text.targets.empty()) {
     auto found = Guided(session, *link, text, lens);
@@ -189,13 +206,14 @@ Outcome Calibrate(Session& session, const CalibrateText& text) {
     if (failure.status == Exit::BadData) failure.message = text.file + ": " + failure.message;
     return std::unexpected(std::move(failure));
   }
-  return Show(session, *reply, Shows::OneLine);
+  return Show(session, *reply, text.plot, Shows::OneLine);
 }
 
 struct BacklashText {
   std::vector<std::string> words;
   std::string steps;
   int pairs = 0;
+  PlotText plot;
 };
 
 Outcome Backlash(Session& session, const BacklashText& text) {
@@ -208,23 +226,35 @@ Outcome Backlash(Session& session, const BacklashText& text) {
   if (!text.steps.empty()) {
     auto steps = ParseNumber(text.steps, "--steps");
     if (!steps) return PassOn(steps);
+    if (*steps->Nearest() < 0.0) {
+      return Refuse(Exit::Usage,
+                    "--steps '" + text.steps + "': backlash is not negative; write its native steps, such as 12");
+    }
     parameters["size"] = *steps->Nearest();
   }
   if (text.pairs > 0) parameters["pairs"] = text.pairs;
+  if (auto good = CheckPlot(text.plot); !good) return PassOn(good);
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
   const Json lens = parameters.contains("lens") ? parameters["lens"] : Json(nullptr);
-  auto reply = link->Follow(
-      MethodOfLens("MeasureBacklash"), parameters,
-      [&](const Json& part) {
-        if (!part.contains("progress")) return true;
-        const Json& now = part["progress"];
-        session.Remark("sweep " + NumberText(now, "sweep", 4, " of ") + NumberText(now, "sweepsExpected", 4, ""));
-        return true;
-      },
-      [&] { StopNow(session, lens, nullptr); });
+  ProgressLine line(session);
+  const auto show = [&](const Json& part) {
+    if (!part.contains("progress")) return true;
+    const Json& now = part["progress"];
+    line.Show("sweep " + NumberText(now, "sweep", 4, " of ") + NumberText(now, "sweepsExpected", 4, ", ") +
+              NumberText(now, "frames", 6, " frames"));
+    return true;
+  };
+  auto reply = link->Follow(MethodOfLens("MeasureBacklash"), parameters, show, [&] {
+    line.Clear();
+    StopAndTell(session, lens, nullptr);
+  });
+  line.Clear();
   if (!reply) return PassOn(reply);
   const Json& result = (*reply)["backlash"];
+  if (text.plot.wanted() && result.value("known", false)) {
+    if (auto drawn = WritePlot(text.plot, io::ChartSvg(BacklashChart(result))); !drawn) return PassOn(drawn);
+  }
   session.json() ? session.PrintJson(result) : session.PrintText(BacklashLine(result));
   return result.value("known", false) ? Exit::Done : Exit::No;
 }
@@ -252,6 +282,7 @@ void AddCalibrate(CLI::App& root, Run& run) {
   command->add_option("--from-file", text->file, "a whole calibration file")->type_name("FILE");
   command->add_flag("--show", text->show, "the calibration in force, as a file");
   command->add_flag("--remove", text->remove, "back to the nominal figures");
+  AddPlotOptions(*command, text->plot, "the curve: extension or vergence over native positions");
   command->callback([&run, text] { run = [text](Session& session) { return Calibrate(session, *text); }; });
 }
 
@@ -262,6 +293,7 @@ void AddBacklash(CLI::App& root, Run& run) {
   command->add_option("--steps", text->steps, "it is this many native steps: nothing is measured")->type_name("N");
   command->add_option("--pairs", text->pairs, "pairs of sweeps (default 5); more narrow the interval")
       ->check(CLI::Range(3, 100));
+  AddPlotOptions(*command, text->plot, "what a reversal loses, with its interval");
   command->callback([&run, text] { run = [text](Session& session) { return Backlash(session, *text); }; });
 }
 

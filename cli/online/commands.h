@@ -17,10 +17,13 @@ void AddZoom(CLI::App& root, Run& run);
 void AddFilter(CLI::App& root, Run& run);
 void AddHome(CLI::App& root, Run& run);
 void AddReload(CLI::App& root, Run& run);
+void AddBackup(CLI::App& root, Run& run);
+void AddRestore(CLI::App& root, Run& run);
 void AddLease(CLI::App& root, Run& run);
 void AddCalibrate(CLI::App& root, Run& run);
 void AddBacklash(CLI::App& root, Run& run);
 void AddPreset(CLI::App& root, Run& run);
+void AddUndo(CLI::App& root, Run& run);
 void AddStop(CLI::App& root, Run& run);
 void AddAutofocus(CLI::App& root, Run& run);
 void AddStack(CLI::App& root, Run& run);
@@ -28,5 +31,9 @@ void AddSnapshot(CLI::App& root, Run& run);
 void AddExposure(CLI::App& root, Run& run);
 void AddCall(CLI::App& root, Run& run);
 void AddIntrospect(CLI::App& root, Run& run);
+void AddCompletion(CLI::App& root, Run& run);
+void AddWait(CLI::App& root, Run& run);
+void AddReset(CLI::App& root, Run& run);
+void AddLog(CLI::App& root, Run& run);
 
 }  // namespace lensd::cli

@@ -51,20 +51,6 @@ constexpr std::array kKnownErrors = {
     KnownError{varlink::kExpectedMore, Exit::Usage},
 };
 
-/// Methods that move or change a lens, or renew its lease, take the key of it, which $LENSD_LEASE hands from one
-/// command to the next.
-Json WithLease(std::string_view method, Json parameters) {
-  constexpr std::array<std::string_view, 14> kDriving = {
-      "SetExposure", "Move",       "Home",         "Plan",         "Autofocus",   "AutofocusBegin", "MeasureBacklash",
-      "Calibrate",   "PresetSave", "PresetRemove", "PresetRecall", "ResetFaults", "TakeLease",      "DropLease"};
-  const char* const key = std::getenv("LENSD_LEASE");
-  const auto name = method.substr(method.rfind('.') + 1);
-  const bool takes_it =
-      method.starts_with(proto::kLensInterface) && std::ranges::find(kDriving, name) != kDriving.end();
-  if (key != nullptr && *key != 0 && takes_it && !parameters.contains("lease")) parameters["lease"] = key;
-  return parameters;
-}
-
 std::string TextAt(const Json& object, const char* key) {
   const auto found = object.is_object() ? object.find(key) : object.end();
   return found != object.end() && found->is_string() ? found->get<std::string>() : "";
@@ -118,6 +104,18 @@ class SignalWatch {
 };
 
 }  // namespace
+
+Json WithLease(std::string_view method, Json parameters) {
+  constexpr std::array<std::string_view, 14> kDriving = {
+      "SetExposure", "Move",       "Home",         "Plan",         "Autofocus",   "AutofocusBegin", "MeasureBacklash",
+      "Calibrate",   "PresetSave", "PresetRemove", "PresetRecall", "ResetFaults", "TakeLease",      "DropLease"};
+  const char* const key = std::getenv("LENSD_LEASE");
+  const auto name = method.substr(method.rfind('.') + 1);
+  const bool takes_it =
+      method.starts_with(proto::kLensInterface) && std::ranges::find(kDriving, name) != kDriving.end();
+  if (key != nullptr && *key != 0 && takes_it && !parameters.contains("lease")) parameters["lease"] = key;
+  return parameters;
+}
 
 Failure FailureOf(const varlink::Reply& refused) {
   const auto* known = std::ranges::find(kKnownErrors, refused.error, &KnownError::name);
@@ -176,11 +174,6 @@ std::expected<Json, Failure> DaemonClient::Follow(std::string_view method, Json 
     if (!reply->continues) return std::move(reply->parameters);
     if (!progress(reply->parameters)) return Json::object();
   }
-}
-
-void StopNow(Session& session, const Json& lens, const Json& axis) {
-  auto link = DaemonClient::Open(session);
-  if (link && link->Ask(MethodOfLens("Stop"), {{"lens", lens}, {"axis", axis}})) session.Remark("stopped");
 }
 
 }  // namespace lensd::cli

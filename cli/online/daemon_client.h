@@ -40,11 +40,11 @@ class DaemonClient {
   std::optional<Duration> timeout_;
 };
 
+/// Methods that move or change a lens, or renew its lease, take the key of it, which $LENSD_LEASE hands from one
+/// command to the next.
+varlink::Json WithLease(std::string_view method, varlink::Json parameters);
+
 /// The interface's methods by their short name.
 std::string MethodOfLens(std::string_view method);
-
-/// Stops an axis (null: everything the lens does) on a connection of its own, because the call that is ended occupies
-/// the other.
-void StopNow(Session& session, const varlink::Json& lens, const varlink::Json& axis);
 
 }  // namespace lensd::cli

@@ -51,6 +51,7 @@ ProgramEnd RunDaemonProgram(std::vector<std::string> arguments, int stream) {
   words.push_back(nullptr);
   const pid_t child = fork();
   if (child == 0) {
+    if (stream != STDOUT_FILENO) dup2(open("/dev/null", O_WRONLY | O_CLOEXEC), STDOUT_FILENO);  // ours is for answers
     dup2(ends[1], stream);
     execvp(words[0], words.data());
     _exit(127);

@@ -104,6 +104,10 @@ Outcome Devices(Session& session, const std::string& file) {
     session.Remark("driver " + failed.value("driver", "") + " could not search: " + failed.value("message", ""));
   }
   const Json& devices = (*reply)["devices"];
+  if (file == "-") {  // the configuration is all that is printed
+    session.PrintText(Configuration(devices));
+    return Exit::Done;
+  }
   if (!file.empty()) {
     if (auto written = WriteNew(file, Configuration(devices)); !written) return PassOn(written);
     session.Remark("wrote " + file + "; lensd --check-config --config " + file + " tries it");
@@ -124,7 +128,7 @@ void AddDevices(CLI::App& root, Run& run) {
       root.add_subcommand("devices", "what is plugged in, which driver would take it, and its configuration");
   command->group(kOnline);
   auto file = std::make_shared<std::string>();
-  command->add_option("--write-config", *file, "writes a configuration with every lens found to this new file")
+  command->add_option("--write-config", *file, "writes a configuration with every lens found to this new file; - prints it")
       ->type_name("FILE");
   command->callback([&run, file] { run = [file](Session& session) { return Devices(session, *file); }; });
 }

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <memory>
+#include <sstream>
 #include <vector>
 
 #include "cli/online/commands.h"
@@ -110,7 +111,9 @@ std::optional<DaemonClient> CheckDaemon(Session& session, Findings& findings) {
 /// do.
 void CheckConfiguration(const std::string& file, bool daemon_answers, std::size_t lenses, Findings& findings) {
   if (daemon_answers) {
-    if (lenses > 0) return findings.Ok("configuration", "lensd has read " + std::to_string(lenses) + " lenses");
+    if (lenses > 0)
+      return findings.Ok("configuration",
+                         "lensd has read " + std::to_string(lenses) + (lenses == 1 ? " lens" : " lenses"));
     return findings.Warn("configuration", "no lens is configured",
                          "put the lines that `lensctl devices` prints into " + file + "; `lensctl reload` reads it");
   }
@@ -120,9 +123,16 @@ void CheckConfiguration(const std::string& file, bool daemon_answers, std::size_
   }
   const auto [status, said] = RunDaemonProgram({"--check-config", "--config", file}, STDERR_FILENO);
   if (status == 0 && said.empty()) return findings.Ok("configuration", file + " is valid");
-  if (status == 0) return findings.Warn("configuration", said, "plug the lens in; lensd finds it then");
   if (status == 127) return findings.Warn("configuration", "lensd is not installed here", "install lensd");
-  findings.Problem("configuration", said, "correct the file; `lensd --check-config` checks it again");
+  std::istringstream lines(said.empty() ? "lensd could not look at " + file : said);  // one a mistake
+  for (std::string line; std::getline(lines, line);) {
+    if (status == 0) {
+      findings.Warn("configuration", line, "plug the lens in; lensd finds it then");
+    } else {
+      findings.Problem("configuration", line,
+                       "correct it; `lensd --check-config --config " + file + "` checks it again");
+    }
+  }
 }
 
 void CheckRules(Findings& findings) {
@@ -181,6 +191,24 @@ bool CheckCounters(const Json& lens, Findings& findings) {
   return frames < kMany && count("busErrors") < kMany;
 }
 
+/// What is wrong with the files that lensd keeps of it.
+bool CheckFiles(const Json& lens, Findings& findings) {
+  const std::string name = lens.value("name", "");
+  const auto list = [&](const char* key) {
+    const auto found = lens.find(key);
+    return found != lens.end() && found->is_array() ? *found : Json::array();
+  };
+  for (const Json& warning : list("warnings")) {
+    findings.Warn("lens " + name, warning.get<std::string>(),
+                  "mend what it names, then: lensctl reload; or have lensd write it anew (lensctl home, calibrate)");
+  }
+  for (const Json& file : list("unwritten")) {
+    findings.Problem("lens " + name, "its " + TextOf(file, "file") + " cannot be written: " + TextOf(file, "reason"),
+                     "make room on that disk, or mend it; lensd goes on trying by itself");
+  }
+  return list("warnings").empty() && list("unwritten").empty();
+}
+
 void CheckLens(const Json& lens, Findings& findings) {
   const std::string check = "lens " + lens.value("name", "");
   if (!lens.value("connected", false)) {
@@ -188,7 +216,8 @@ void CheckLens(const Json& lens, Findings& findings) {
     return findings.Problem(check, says ? lens["error"].get<std::string>() : "it does not answer",
                             "plug it in and power it; lensd finds it by itself. `lensctl devices` tells what is there");
   }
-  bool fine = CheckCounters(lens, findings);
+  const bool files_fine = CheckFiles(lens, findings);
+  bool fine = CheckCounters(lens, findings) && files_fine;
   for (const Json& axis : lens["axes"]) {
     const std::string name = axis.value("axis", "");
     if (const std::string fault = TextOf(axis, "fault"); !fault.empty()) {

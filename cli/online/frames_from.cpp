@@ -9,6 +9,7 @@
 #include <span>
 
 #include "cli/online/autofocus.h"
+#include "cli/online/progress.h"
 #include "cli/online/texts.h"
 #include "cli/quantity.h"
 #include "io/png.h"
@@ -65,8 +66,8 @@ std::vector<std::uint8_t> BytesOf(const io::Image& image) {
   return bytes;
 }
 
-/// Runs the command; the parameters of AutofocusFrame without its pixels, and the pixels.
-std::expected<std::pair<Json, std::vector<std::uint8_t>>, Failure> Take(const std::string& command, const Spot& spot) {
+/// Runs the command; the parameters of AutofocusFrame without its pixels, and the picture.
+std::expected<std::pair<Json, io::Image>, Failure> Take(const std::string& command, const Spot& spot) {
   std::error_code ignored;
   std::filesystem::remove(spot.path(), ignored);
   const Instant start = MonotonicClock().Now();
@@ -79,14 +80,14 @@ std::expected<std::pair<Json, std::vector<std::uint8_t>>, Failure> Take(const st
   if (!image)
     return Refuse(image.error().code == Code::Io ? Exit::NoInput : Exit::BadData,
                   "--frames-from: the command left no usable PNG in $LENSD_FRAME: " + image.error().message);
-  const io::Image grey = Grey(*std::move(image));
+  io::Image grey = Grey(*std::move(image));
   // The exposure was somewhere in between.
   Json frame{{"widthPx", grey.width},
              {"heightPx", grey.height},
              {"format", grey.bits == 16 ? "mono16le" : "mono8"},
              {"exposureStartNs", start.time_since_epoch().count()},
              {"exposureEndNs", end.time_since_epoch().count()}};
-  return std::pair(std::move(frame), BytesOf(grey));
+  return std::pair(std::move(frame), std::move(grey));
 }
 
 std::expected<Json, Failure> Send(DaemonClient& link, const Json& session, Json frame,
@@ -103,7 +104,8 @@ std::expected<Json, Failure> Send(DaemonClient& link, const Json& session, Json 
 
 }  // namespace
 
-std::expected<Json, Failure> FocusByCommand(DaemonClient& link, Json parameters, const AutofocusOptions& options) {
+std::expected<Json, Failure> FocusByCommand(Session& session, DaemonClient& link, Json parameters,
+                                            const AutofocusOptions& options, Recording* recording) {
   if (!options.pixel.empty()) {
     auto pitch = ParseLength(options.pixel, "--pixel");
     if (!pitch) return PassOn(pitch);
@@ -114,15 +116,24 @@ std::expected<Json, Failure> FocusByCommand(DaemonClient& link, Json parameters,
   }
   const Spot spot;
   if (!spot.usable()) return Refuse(Exit::CannotWrite, "--frames-from: no room for a picture in the temporary folder");
-  ProgressLine line;
+  ProgressLine line(session);
   auto reply = link.Ask(MethodOfLens("AutofocusBegin"), std::move(parameters), kPatience);
   if (!reply) return reply;
-  const Json session = (*reply)["session"];
+  const Json run = (*reply)["session"];
   while (reply->contains("next")) {
     line.Show(AutofocusStepText((*reply)["next"]));
-    auto frame = Take(options.frames_from, spot);
-    if (!frame) return PassOn(frame);
-    reply = Send(link, session, std::move(frame->first), frame->second);
+    auto taken = Take(options.frames_from, spot);
+    if (!taken) return PassOn(taken);
+    auto& [frame, picture] = *taken;
+    if (options.gamma) frame["gamma"] = *options.gamma;
+    if (recording != nullptr) {
+      auto saved = recording->Save(picture, {.exposure_start_ns = frame["exposureStartNs"].get<std::int64_t>(),
+                                             .bits = picture.bits,
+                                             .gamma = options.gamma.value_or(1.0),
+                                             .extension_mm = (*reply)["next"].value("extensionMm", Json())});
+      if (!saved) return RefuseOutput(saved);
+    }
+    reply = Send(link, run, std::move(frame), BytesOf(picture));
     if (!reply) return reply;
   }
   return (*reply)["autofocus"];

@@ -5,35 +5,81 @@
 #include "cli/online/arguments.h"
 #include "cli/online/commands.h"
 #include "cli/online/daemon_client.h"
+#include "cli/online/drive.h"
+#include "cli/online/lens_info.h"
 #include "cli/online/target.h"
 #include "cli/online/texts.h"
 #include "cli/quantity.h"
+#include "cli/text.h"
+#include "optics/thin_lens.h"
 
 namespace lensd::cli {
 namespace {
 
 using varlink::Json;
 
+/// Where a distance was typed from elsewhere than the lens centre, the answer says that its own starts there.
+void SayOrigin(DaemonClient& link, const Json& lens) {
+  const auto info = FindInfo(link, lens.is_null() ? "" : lens.get<std::string>());
+  if (!info || !info->value("optics", Json()).is_object()) return;
+  if (TextOf((*info)["optics"], "distanceFrom") != "lens") SayWhereDistancesStart();
+}
+
 /// Moves one axis and prints the result. Control-C stops the axis.
 Outcome Move(Session& session, Json lens, const char* axis, Json target, const Json& extra = Json::object()) {
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
   Json parameters{{"lens", lens}, {"axis", axis}, {"target", std::move(target)}};
-  parameters.update(extra);
   if (const auto& from = session.globals().from) {
     parameters["distanceFrom"] = kFromNames.at(static_cast<std::size_t>(*from));
   }
-  auto reply = link->Follow(
-      MethodOfLens("Move"), std::move(parameters), [](const Json&) { return true; },
-      [&] { StopNow(session, lens, axis); });
+  parameters.update(extra);
+  if (parameters["target"].contains("distanceM") && !parameters.contains("distanceFrom") && !session.json()) {
+    SayOrigin(*link, lens);
+  }
+  auto reply = Drive(session, *link, MethodOfLens("Move"), std::move(parameters), axis);
   if (!reply) return PassOn(reply);
   const Json& move = (*reply)["move"];
   session.json() ? session.PrintJson(move) : session.PrintText(MoveText(move));
   return move.value("reached", false) ? Exit::Done : Exit::No;
 }
 
-Outcome Focus(Session& session, const std::vector<std::string>& words) {
-  const NameAndValue given = SplitNameAndValue(words);
+struct FocusText {
+  std::vector<std::string> words;
+  std::string blur_limit;
+};
+
+/// H = f + f²/(N C) at today's focal length and f-number, C in pixels of the lens' own camera where it is said so.
+std::expected<Json, Failure> HyperfocalTarget(Session& session, const Json& lens, const std::string& blur_limit) {
+  auto link = DaemonClient::Open(session);
+  if (!link) return PassOn(link);
+  const auto info = FindInfo(*link, lens.is_null() ? "" : lens.get<std::string>());
+  if (!info) return PassOn(info);
+  const auto status = link->Ask(MethodOfLens("Status"), {{"lens", (*info)["name"]}});
+  if (!status) return PassOn(status);
+  const Json& now = (*status)["lenses"][0];
+  if (!now["focalLengthMm"].is_number() || !now["fNumber"].is_number()) {
+    return Refuse(Exit::Unsupported, "the focal length or f-number of this lens is not known: say a distance instead");
+  }
+  const Json camera = info->value("camera", Json());
+  std::optional<Decimal> pixel;
+  if (camera.is_object() && camera["pixelUm"].is_number()) {
+    pixel = Decimal::Shortest(camera["pixelUm"].get<double>() * 1e-6);
+  }
+  const auto limit = ParseBlurLimit(blur_limit.empty() ? "1px" : blur_limit, pixel, "--blur-limit");
+  if (!limit) return PassOn(limit);
+  const double f = now["focalLengthMm"].get<double>() * 1e-3;
+  return Json{{"distanceM", optics::thin_lens::Hyperfocal(f, now["fNumber"].get<double>(), *limit->Nearest())}};
+}
+
+Outcome Focus(Session& session, const FocusText& text) {
+  const NameAndValue given = SplitNameAndValue(text.words);
+  if (given.value == "hyperfocal") {
+    auto target = HyperfocalTarget(session, given.lens, text.blur_limit);
+    if (!target) return PassOn(target);
+    return Move(session, given.lens, "focus", *std::move(target), {{"distanceFrom", "lens"}});
+  }
+  if (!text.blur_limit.empty()) return Refuse(Exit::Usage, "--blur-limit is of the target hyperfocal alone");
   auto target = ParseFocusTarget(given.value);
   if (!target) return PassOn(target);
   return Move(session, given.lens, "focus", *std::move(target));
@@ -93,8 +139,7 @@ Outcome Home(Session& session, const std::vector<std::string>& words) {
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
   const Json axis = LensOf(given.value);
-  auto reply = link->Follow(MethodOfLens("Home"), {{"lens", given.lens}, {"axis", axis}}, nullptr,
-                            [&] { StopNow(session, given.lens, axis); });
+  auto reply = Drive(session, *link, MethodOfLens("Home"), {{"lens", given.lens}, {"axis", axis}}, axis);
   if (!reply) return PassOn(reply);
   const Json& moves = (*reply)["moves"];
   if (session.json()) session.PrintJson(axis.is_null() ? moves : moves[0]);
@@ -127,10 +172,21 @@ void AddWords(CLI::App& root, Run& run, const char* name, const char* about, con
 }  // namespace
 
 void AddFocus(CLI::App& root, Run& run) {
-  AddWords(root, run, "focus", "move focus and report where it stands",
-           "[NAME] TARGET: a distance or vergence (0.8m, 1.2D, inf), +N or -N steps, near:N or far:N steps, @N a "
-           "position, ext:2.6mm an extension",
-           1, Focus);
+  auto text = std::make_shared<FocusText>();
+  auto* command = root.add_subcommand("focus", "move focus and report where it stands")->group(kOnline);
+  command
+      ->add_option(
+          "words", text->words,
+          "[NAME] TARGET: a distance or vergence (0.8m, 1.2D, inf), hyperfocal, +N or -N steps, near:N or far:N "
+          "steps, @N a position, ext:2.6mm an extension")
+      ->expected(1, 2)
+      ->required()
+      ->type_name("");
+  command
+      ->add_option("--blur-limit", text->blur_limit,
+                   "of hyperfocal: blur that still counts as sharp, such as 2px or 8um; 1px when left out")
+      ->type_name("C");
+  command->callback([&run, text] { run = [text](Session& session) { return Focus(session, *text); }; });
 }
 
 void AddAperture(CLI::App& root, Run& run) {

@@ -1,4 +1,6 @@
 // list, status, monitor, metrics.
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <memory>
 
@@ -7,6 +9,7 @@
 #include "cli/online/daemon_client.h"
 #include "cli/online/event_text.h"
 #include "cli/online/texts.h"
+#include "cli/online/watch_screen.h"
 
 namespace lensd::cli {
 namespace {
@@ -53,6 +56,7 @@ Outcome Status(Session& session, const std::string& name, bool watch) {
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
   if (!watch) return StatusOnce(session, *link, name);
+  if (!session.json() && isatty(STDIN_FILENO) == 1 && isatty(STDOUT_FILENO) == 1) return WatchScreen(session, name);
   return Follow(*link, "Status", name, [&](const Json& reply) {
     for (const Json& lens : reply["lenses"]) {
       session.json() ? session.PrintJson(lens) : session.PrintText(StatusText(lens));
@@ -102,7 +106,10 @@ void AddStatus(CLI::App& root, Run& run) {
   auto* command = root.add_subcommand("status", "where a lens stands and what it does; all lenses without NAME");
   command->group(kOnline);
   command->add_option("NAME", options->name, "lens");
-  command->add_flag("--watch", options->watch, "one line at each change, until Control-C");
+  command->add_flag(
+      "--watch", options->watch,
+      "until Control-C: one live screen on a terminal, with keys to step focus, stop and focus; elsewhere one "
+      "line at each change");
   command->callback([&run, options] {
     run = [options](Session& session) { return Status(session, options->name, options->watch); };
   });

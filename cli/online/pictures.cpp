@@ -1,7 +1,13 @@
 // snapshot: one frame, all of it or a part, in a file.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <charconv>
+#include <chrono>
+#include <ctime>
+#include <filesystem>
+#include <limits>
 #include <memory>
 
 #include "cli/online/arguments.h"
@@ -9,6 +15,7 @@
 #include "cli/online/daemon_client.h"
 #include "cli/online/pictures.h"
 #include "cli/online/texts.h"
+#include "io/picture_notes.h"
 #include "io/png.h"
 #include "varlink/base64.h"
 
@@ -44,7 +51,20 @@ std::string EncodingOf(const SnapshotOptions& options) {
   return options.path.ends_with(".jpg") || options.path.ends_with(".jpeg") ? "jpeg" : "png";
 }
 
+/// Nobody who writes frame.gif wants a PNG under that name.
+std::optional<Failure> WrongEnding(const SnapshotOptions& options) {
+  const std::string ending = std::filesystem::path(options.path).extension().string();
+  if (!options.encoding.empty() || ending.empty() || ending == ".png" || ending == ".jpg" || ending == ".jpeg") {
+    return std::nullopt;
+  }
+  return Failure(Exit::Usage,
+                 "-o '" + options.path +
+                     "': a picture is PNG or JPEG by its name's ending, .png, .jpg or .jpeg; of another name "
+                     "say which, as in --encoding png");
+}
+
 std::expected<Json, Failure> ParametersOf(const SnapshotOptions& options) {
+  if (auto wrong = WrongEnding(options)) return std::unexpected(*std::move(wrong));
   Json parameters{{"lens", LensOf(options.name)}, {"encoding", EncodingOf(options)}};
   if (options.in_motion) parameters["inMotion"] = true;
   if (!options.region.empty()) {
@@ -79,6 +99,76 @@ Outcome Snapshot(Session& session, const SnapshotOptions& options) {
   return Exit::Done;
 }
 
+std::optional<double> NumberAt(const Json& object, const char* key, double scale = 1.0) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_number() ? std::optional(found->get<double>() * scale) : std::nullopt;
+}
+
+/// The local time at which this exposure began, as EXIF writes it; empty where the camera does not tell.
+std::string TakenAt(const Json& frame) {
+  const auto start = frame.find("exposureStartNs");
+  if (start == frame.end() || !start->is_number()) return "";
+  const auto ago = MonotonicClock().Now().time_since_epoch() - std::chrono::nanoseconds(start->get<std::int64_t>());
+  const std::time_t taken = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now() -
+                                                                 std::chrono::floor<std::chrono::microseconds>(ago));
+  std::tm local{};
+  localtime_r(&taken, &local);
+  std::array<char, 32> text{};
+  return {text.data(), std::strftime(text.data(), text.size(), "%Y:%m:%d %H:%M:%S", &local)};
+}
+
+/// The plane in focus during the exposure, by the thin lens from the focal length and extension of that time.
+std::optional<double> VergenceOf(const Json& frame, const Json& status) {
+  const auto f = NumberAt(status, "focalLengthMm", 1e-3), extension = NumberAt(frame, "extensionMm", 1e-3);
+  if (!f || !extension) return std::nullopt;
+  return *extension / (*f * (*f + *extension));
+}
+
+/// `status` is the lens just after the frame.
+io::PictureNotes NotesOf(const Json& frame, const Json& status) {
+  const auto vergence = VergenceOf(frame, status);
+  io::PictureNotes notes{.software = "lensctl " LENSD_VERSION,
+                         .taken = TakenAt(frame),
+                         .lens = TextOf(status, "name"),
+                         .exposure_s = NumberAt(frame, "exposureMs", 1e-3),
+                         .f_number = NumberAt(frame, "fNumber"),
+                         .distance_m = std::nullopt,
+                         .focal_length_mm = NumberAt(status, "focalLengthMm"),
+                         .own = {}};
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  if (vergence && *vergence >= 0.0) notes.distance_m = *vergence > 0.0 ? 1.0 / *vergence : kInfinity;
+  const auto tell = [&notes](const char* name, const Json& object, const char* key) {
+    const auto found = object.find(key);
+    if (found == object.end() || found->is_null()) return;
+    notes.own.emplace_back(name, found->is_string() ? found->get<std::string>() : varlink::WriteJson(*found));
+  };
+  const Json focused{{"vergenceD", vergence ? Json(*vergence) : Json()}};
+  tell("Lens", status, "name");
+  tell("VergenceD", focused, "vergenceD");
+  for (const auto& [name, key] :
+       {std::pair("ExtensionMm", "extensionMm"), std::pair("ExtensionBoundUm", "extensionBoundUm"),
+        std::pair("FNumber", "fNumber"), std::pair("FNumberBound", "fNumberBound"), std::pair("Moving", "moving")}) {
+    tell(name, frame, key);
+  }
+  tell("FocalLengthMm", status, "focalLengthMm");
+  tell("Grade", status, "grade");
+  tell("TemperatureC", status, "temperatureC");
+  for (const Json& axis : frame.value("axes", Json::array())) {
+    std::string name = TextOf(axis, "axis") + "Position";
+    name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
+    tell(name.c_str(), axis, "position");
+  }
+  return notes;
+}
+
+/// What only eyes and programs of pictures look at is left out where it cannot be had: the picture itself is there.
+void AddLensState(DaemonClient& link, const Json& lens, const Json& frame, std::vector<std::uint8_t>& file) {
+  const std::string encoding = TextOf(frame["picture"], "encoding");
+  if (encoding != "png" && encoding != "jpeg") return;
+  const auto reply = link.Ask(MethodOfLens("Status"), {{"lens", lens}});
+  if (reply && (*reply)["lenses"].size() == 1) (void)io::AddNotes(file, NotesOf(frame, (*reply)["lenses"][0]));
+}
+
 }  // namespace
 
 std::expected<Json, Failure> SaveSnapshot(DaemonClient& link, Json parameters, const std::string& path) {
@@ -97,10 +187,12 @@ std::expected<Json, Failure> SaveSnapshot(DaemonClient& link, Json parameters, c
     if (part) bytes.insert(bytes.end(), part->begin(), part->end());
     return !wrong;
   };
+  const Json lens = parameters.value("lens", Json());
   auto last = link.Follow(MethodOfLens("Snapshot"), std::move(parameters), take);
   if (!last) return PassOn(last);
   if (!wrong) take(*last);
   if (wrong) return std::unexpected(Failure(*wrong));
+  AddLensState(link, lens, frame, bytes);
   if (auto written = io::WriteFileAtomically(path, bytes.data(), bytes.size()); !written) return RefuseOutput(written);
   frame["file"] = path;
   return frame;

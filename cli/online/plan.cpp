@@ -7,12 +7,15 @@
 #include <utility>
 
 #include "cli/online/daemon_client.h"
+#include "cli/online/drive.h"
 #include "cli/online/lens_info.h"
 #include "cli/online/plan_request.h"
 #include "cli/online/texts.h"
 #include "cli/plan/answer_text.h"
 #include "cli/plan/plot.h"
+#include "cli/plan/reading.h"
 #include "cli/plan/stack_answer.h"
+#include "cli/plan/stack_plot.h"
 #include "cli/text.h"
 #include "io/svg.h"
 #include "proto/plan_json.h"
@@ -81,16 +84,16 @@ Metres PrincipalGap(const Json& plan) {
   return Metres{gap > kRounding ? gap : 0.0};
 }
 
-std::string Words(const Json& plan) {
+std::string Words(const Json& plan, const BlurUnits& units) {
   if (plan.contains("shots")) return StackText(plan);
-  std::string text = PlanAnswerText(AnswerOf(plan), PrincipalGap(plan));
+  std::string text = PlanAnswerText(AnswerOf(plan), units, PrincipalGap(plan));
   if (plan.contains("zoomPosition")) {
     text = "focal length " + LengthText(Metres{Value(plan, "focalLengthMm", 1e-3)}) + "\n" + text;
   }
   return text;
 }
 
-void Print(Session& session, const Json& reply) {
+void Print(Session& session, const Json& reply, const BlurUnits& units) {
   const Json& plan = reply["plan"];
   const Json applied = reply.value("applied", Json());
   if (session.json()) {
@@ -100,22 +103,40 @@ void Print(Session& session, const Json& reply) {
     }
     return session.PrintJson(merged);
   }
-  session.PrintText(Words(plan));
-  if (reply.contains("nearest")) session.PrintText(Words(reply["nearest"]));
+  session.PrintText(Words(plan, units));
+  if (reply.contains("nearest")) session.PrintText(Words(reply["nearest"], units));
   for (const Json& move : applied) session.PrintText(MoveText(move));
 }
 
 /// The chart of a plan shows the lens as it is at the position chosen, where its f-number is f(e)/A.
-Outcome Draw(const std::string& path, const Json& reply) {
+std::expected<void, Failure> Draw(const PlotText& plot, const Json& reply, const std::string& lens) {
   const auto text = varlink::Document::Parse(varlink::WriteJson(reply["request"]));
   if (!text) return PassOn(text);
   const auto request = proto::PlanRequestFromJson(text->root(), {});
   if (!request) return PassOn(request);
   optics::PlanAnswer answer = AnswerOf(reply["plan"]);
   if (answer.feasible) answer.f_number = FNumber{request->focal_length.value / answer.aperture_diameter.value};
-  const auto drawn = io::WriteSvg(path, PlanPlot(*request, answer));
-  if (!drawn) return RefuseOutput(drawn);
-  return Exit::Done;
+  return WritePlot(plot, PlanPlot(*request, answer, lens));
+}
+
+/// A stack has no chart of settings, and what has no shots none at all.
+std::expected<void, Failure> DrawReply(const PlanText& text, const Json& reply, const std::string& lens) {
+  if (!text.plot.wanted()) return {};
+  if (!text.stack) return Draw(text.plot, reply, lens);
+  if (!reply["plan"].value("feasible", false)) return {};
+  return WritePlot(text.plot, io::ChartSvg(StackChart(reply["plan"], lens)));
+}
+
+/// The pixel is the one typed, else the camera's.
+BlurUnits TypedUnits(const PlanText& text, const Json& info) {
+  const auto limits = NamedLimits(text);
+  if (!limits) return {};
+  std::optional<Metres> pixel;
+  const Json camera = info.value("camera", Json());
+  if (camera.is_object() && camera["pixelUm"].is_number()) pixel = Metres{camera["pixelUm"].get<double>() * 1e-6};
+  const auto typed = ParsePositiveLength(text.pixel, "--pixel");
+  if (!text.pixel.empty() && typed) pixel = Metres{*typed->Nearest()};
+  return UnitsOf(*limits, pixel);
 }
 
 /// Done when there is a plan and, where it was applied, every axis reached it.
@@ -129,9 +150,10 @@ Exit StatusOf(const Json& reply) {
 }  // namespace
 
 Outcome RunPlanOnline(const PlanText& text, const std::string& lens, bool apply, Session& session) {
-  if (text.stack && (!text.plot.empty() || apply)) {
-    return Refuse(Exit::Usage, "--plot and --apply are for one plan; leave --stack out, or take it with lensctl stack");
+  if (text.stack && apply) {
+    return Refuse(Exit::Usage, "--apply is for one plan; leave --stack out, or take the stack: lensctl stack -o DIR");
   }
+  if (auto good = CheckPlot(text.plot); !good) return PassOn(good);
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
   const auto info = FindInfo(*link, lens);
@@ -141,15 +163,12 @@ Outcome RunPlanOnline(const PlanText& text, const std::string& lens, bool apply,
   if (!request) return RefuseInput(request);
   const Json name = (*info)["name"];
   Json parameters{
-      {"lens", name}, {"request", *std::move(request)}, {"apply", apply}, {"showRequest", !text.plot.empty()}};
-  const auto reply = apply ? link->Follow(MethodOfLens("Plan"), std::move(parameters), nullptr,
-                                          [&] { StopNow(session, name, nullptr); })
+      {"lens", name}, {"request", *std::move(request)}, {"apply", apply}, {"showRequest", text.plot.wanted()}};
+  const auto reply = apply ? Drive(session, *link, MethodOfLens("Plan"), std::move(parameters))
                            : link->Ask(MethodOfLens("Plan"), std::move(parameters));
   if (!reply) return PassOn(reply);
-  if (!text.plot.empty()) {
-    if (const auto drawn = Draw(text.plot, *reply); !drawn) return drawn;
-  }
-  Print(session, *reply);
+  if (auto drawn = DrawReply(text, *reply, name.get<std::string>()); !drawn) return PassOn(drawn);
+  Print(session, *reply, TypedUnits(text, *info));
   return StatusOf(*reply);
 }
 

@@ -67,7 +67,8 @@ void AddLens(const PlanText& text, Typed& typed) {
     json["focalLengthMaxMm"] = NumberJson(range.high, kMm);
   });
   if (!text.f_number.empty() && !text.aperture_diameter.empty()) {
-    typed.Fail({Code::InvalidArgument, "give the opening once: --f-number or --aperture-diameter"});
+    typed.Fail(
+        {Code::InvalidArgument, "give the opening once: --f-number or --aperture-diameter, such as --f-number 2.8"});
   }
   const bool diameters = !text.aperture_diameter.empty();
   const auto add_openings = [&](const Openings& openings) {

@@ -1,11 +1,13 @@
-// preset save, recall, list, remove.
+// preset save, recall, list, remove; undo.
 #include <CLI/CLI.hpp>
 #include <memory>
 
 #include "cli/online/arguments.h"
 #include "cli/online/commands.h"
 #include "cli/online/daemon_client.h"
+#include "cli/online/drive.h"
 #include "cli/online/texts.h"
+#include "cli/text.h"
 
 namespace lensd::cli {
 namespace {
@@ -15,8 +17,7 @@ using varlink::Json;
 std::string PresetText(const Json& preset) {
   std::string line = preset.value("label", "") + ":";
   if (preset["vergenceD"].is_number()) {
-    line += preset["focalPlaneM"].is_number() ? " focus " + NumberText(preset, "focalPlaneM", 5, " m")
-                                              : " focus " + NumberText(preset, "vergenceD", 4, " D");
+    line += " focus " + DepthText({preset["vergenceD"].get<double>()});
     if (preset["vergenceBoundD"].is_number()) line += " within " + NumberText(preset, "vergenceBoundD", 2, " D");
     line += ",";
   }
@@ -64,12 +65,23 @@ Outcome Save(Session& session, const std::vector<std::string>& words) {
   return Exit::Done;
 }
 
+/// Of RecallResult and UndoResult, for people.
+void ShowBroughtBack(Session& session, const Json& result, const std::string& what) {
+  for (const Json& move : result["moves"]) session.PrintText(MoveText(move));
+  std::string line = result.value("lens", "") + ": " + what;
+  if (result["vergenceBoundD"].is_number())
+    line += ", the same plane within " + NumberText(result, "vergenceBoundD", 2, " D");
+  if (result["positionBound"].is_number())
+    line += ", the same place within " + NumberText(result, "positionBound", 3, " steps");
+  const std::string note = TextOf(result, "note");
+  session.PrintText(line + (note.empty() ? "" : "; " + note));
+}
+
 Outcome Recall(Session& session, const std::vector<std::string>& words) {
   const NameAndValue given = SplitNameAndValue(words);
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
-  auto reply = link->Follow(MethodOfLens("PresetRecall"), {{"lens", given.lens}, {"label", given.value}}, nullptr,
-                            [&] { StopNow(session, given.lens, nullptr); });
+  auto reply = Drive(session, *link, MethodOfLens("PresetRecall"), {{"lens", given.lens}, {"label", given.value}});
   if (!reply) return PassOn(reply);
   const Json& recall = (*reply)["recall"];
   const bool reached = recall.value("reached", false);
@@ -77,15 +89,23 @@ Outcome Recall(Session& session, const std::vector<std::string>& words) {
     session.PrintJson(recall);
     return reached ? Exit::Done : Exit::No;
   }
-  for (const Json& move : recall["moves"]) session.PrintText(MoveText(move));
-  std::string line = recall.value("lens", "") + (reached ? ": recalled " : ": NOT at ") + given.value;
-  if (recall["vergenceBoundD"].is_number())
-    line += ", the same plane within " + NumberText(recall, "vergenceBoundD", 2, " D");
-  if (recall["positionBound"].is_number())
-    line += ", the same place within " + NumberText(recall, "positionBound", 3, " steps");
-  const std::string note = TextOf(recall, "note");
-  session.PrintText(line + (note.empty() ? "" : "; " + note));
+  ShowBroughtBack(session, recall, (reached ? "recalled " : "NOT at ") + given.value);
   return reached ? Exit::Done : Exit::No;
+}
+
+Outcome Undo(Session& session, const std::string& name) {
+  auto link = DaemonClient::Open(session);
+  if (!link) return PassOn(link);
+  auto reply = Drive(session, *link, MethodOfLens("Undo"), {{"lens", LensOf(name)}});
+  if (!reply) return PassOn(reply);
+  const Json& undo = (*reply)["undo"];
+  const bool undone = undo.value("undone", false);
+  if (session.json()) {
+    session.PrintJson(undo);
+  } else {
+    ShowBroughtBack(session, undo, undone ? "back where it was" : "NOT brought back");
+  }
+  return undone ? Exit::Done : Exit::No;
 }
 
 Outcome List(Session& session, const std::string& name, bool csv) {
@@ -142,6 +162,16 @@ void AddPreset(CLI::App& root, Run& run) {
   list->add_flag("--csv", options->csv, "as comma-separated values");
   list->callback(
       [&run, options] { run = [options](Session& session) { return List(session, options->name, options->csv); }; });
+}
+
+void AddUndo(CLI::App& root, Run& run) {
+  auto name = std::make_shared<std::string>();
+  auto* command = root.add_subcommand(
+      "undo",
+      "back to the optical state before the last command that moved the lens, whoever gave it; once more: forth again");
+  command->group(kOnline);
+  command->add_option("NAME", *name, "lens");
+  command->callback([&run, name] { run = [name](Session& session) { return Undo(session, *name); }; });
 }
 
 }  // namespace lensd::cli

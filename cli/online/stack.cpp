@@ -5,12 +5,14 @@
 
 #include "cli/online/commands.h"
 #include "cli/online/daemon_client.h"
+#include "cli/online/drive.h"
 #include "cli/online/lens_info.h"
 #include "cli/online/pictures.h"
 #include "cli/online/plan.h"
 #include "cli/online/plan_request.h"
 #include "cli/online/texts.h"
 #include "cli/plan/stack_answer.h"
+#include "cli/plan/stack_plot.h"
 
 namespace lensd::cli {
 namespace {
@@ -20,9 +22,8 @@ using varlink::Json;
 /// Moves one axis; not arriving is a failure here, since the pictures would not be what was planned.
 std::expected<void, Failure> MoveTo(Session& session, DaemonClient& link, const Json& lens, const char* axis,
                                     Json target) {
-  const auto reply = link.Follow(
-      MethodOfLens("Move"), {{"lens", lens}, {"axis", axis}, {"target", std::move(target)}},
-      [](const Json&) { return true; }, [&] { StopNow(session, lens, axis); });
+  const auto reply =
+      Drive(session, link, MethodOfLens("Move"), {{"lens", lens}, {"axis", axis}, {"target", std::move(target)}}, axis);
   if (!reply) return PassOn(reply);
   const Json& move = (*reply)["move"];
   if (move.value("reached", false)) return {};
@@ -45,6 +46,7 @@ std::expected<Json, Failure> Shoot(Session& session, DaemonClient& link, const J
 
 Outcome RunStackOnline(PlanText text, const std::string& lens, const std::string& folder, Session& session) {
   text.stack = true;
+  if (auto good = CheckPlot(text.plot); !good) return PassOn(good);
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
   const auto info = FindInfo(*link, lens);
@@ -59,6 +61,9 @@ Outcome RunStackOnline(PlanText text, const std::string& lens, const std::string
   if (!plan.value("feasible", false)) {
     session.json() ? session.PrintJson(plan) : session.PrintText(StackText(plan));
     return Exit::No;
+  }
+  if (auto drawn = WritePlot(text.plot, io::ChartSvg(StackChart(plan, name.get<std::string>()))); !drawn) {
+    return PassOn(drawn);
   }
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);

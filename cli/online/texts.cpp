@@ -23,7 +23,8 @@ std::string FocusText(const Json& object) {
   if (!Has(object, "vergenceD")) return "";
   const double vergence = object["vergenceD"].get<double>();
   if (vergence == 0.0) return ", focused at infinity";
-  return ", focused " + std::string(vergence < 0.0 ? "" : "at ") + DepthText({vergence});
+  return ", focused " + std::string(vergence < 0.0 ? "" : "at ") + DepthText({vergence}) +
+         std::string(vergence > 0.0 ? OriginWords() : "");
 }
 
 }  // namespace
@@ -39,6 +40,12 @@ std::string NumberText(const Json& object, const char* key, int digits, const ch
   // Counts are shown whole.
   if (value == std::floor(value) && std::abs(value) < 1e15) return std::to_string(std::llround(value)) + unit;
   return Short(value, digits) + unit;
+}
+
+std::string TimeText(const Json& object, const char* key) {
+  if (!Has(object, key)) return "?";
+  const double ms = object[key].get<double>();
+  return ms < 1e3 ? Short(ms, 3) + " ms" : Short(1e-3 * ms, 3) + " s";
 }
 
 std::string InfoText(const Json& info) {
@@ -82,7 +89,11 @@ std::string StatusText(const Json& status) {
     line += ", " + TextOf(axis, "axis") +
             (Has(axis, "lastKnown") && True(axis, "lastKnown") ? " last known at " : " ") +
             NumberText(axis, "position", 8, "");
-    if (True(axis, "moving")) line += " -> " + NumberText(axis, "target", 8, "");
+    if (True(axis, "moving")) {
+      line += " -> " + NumberText(axis, "target", 8, "");
+    } else if (Has(axis, "positionBound") && axis["positionBound"].get<double>() > 1.0) {
+      line += " within " + NumberText(axis, "positionBound", 3, "");
+    }
     if (!True(axis, "homed")) line += " (not homed)";
     if (Has(axis, "movedBy") && TextOf(axis, "movedBy") == "external") line += " (moved by another program)";
     if (!TextOf(axis, "fault").empty()) line += " (" + TextOf(axis, "fault") + ")";
@@ -92,18 +103,83 @@ std::string StatusText(const Json& status) {
   if (Has(status, "warnings")) {
     for (const Json& warning : status["warnings"]) line += "\n  " + warning.get<std::string>();
   }
+  if (Has(status, "unwritten")) {
+    for (const Json& file : status["unwritten"]) {
+      line += "\n  " + TextOf(file, "file") +
+              " on disk: older than this, since lensd cannot write: " + TextOf(file, "reason");
+    }
+  }
   return line;
 }
 
+std::string ActivityText(const Json& status) {
+  std::string line = TextOf(status, "name") + ": ";
+  line += True(status, "connected") ? TextOf(status, "activity") : "disconnected";
+  if (status.value("stepsExpected", 0) > 0) {
+    line += ", step " + NumberText(status, "step", 9, "") + " of about " + NumberText(status, "stepsExpected", 9, "");
+  }
+  bool focus_moves = false;
+  for (const Json& axis : status["axes"]) {
+    if (!True(axis, "moving")) continue;
+    focus_moves |= TextOf(axis, "axis") == "focus";
+    line += ", " + TextOf(axis, "axis") + " at " + NumberText(axis, "position", 5, "");
+    if (TextOf(status, "activity") != "homing") line += " on its way to " + NumberText(axis, "target", 5, "");
+  }
+  return line + (focus_moves ? FocusText(status) : "");
+}
+
+std::string StandsText(const Json& status) {
+  std::string line = TextOf(status, "name") + ":" + (True(status, "connected") ? "" : " disconnected, last known");
+  const char* before = " ";
+  for (const Json& axis : status["axes"]) {
+    line += before + TextOf(axis, "axis") + (True(axis, "moving") ? " still moving, at " : " at ") +
+            NumberText(axis, "position", 8, "");
+    if (Has(axis, "positionBound")) line += " within " + NumberText(axis, "positionBound", 3, "");
+    if (!True(axis, "homed")) line += " (not homed)";
+    before = ", ";
+  }
+  line += FocusText(status);
+  if (Has(status, "vergenceBoundD")) line += " within " + NumberText(status, "vergenceBoundD", 2, " D");
+  if (Has(status, "fNumber")) line += ", f/" + NumberText(status, "fNumber", 4, "");
+  return line;
+}
+
+namespace {
+
+/// Of a histogram.
+std::string MeanText(const Json& histogram) {
+  const auto count = histogram.value("count", std::int64_t{0});
+  if (count == 0) return "-";
+  const Json mean{{"ms", histogram.value("sumMs", 0.0) / static_cast<double>(count)}};
+  return NumberText(mean, "ms", 3, " ms on average");
+}
+
+}  // namespace
+
 std::string MetricsText(const Json& metrics) {
   const auto count = [](const Json& of, const char* key) { return std::to_string(of.value(key, std::int64_t{0})); };
-  const Json& counters = metrics["counters"];
-  return TextOf(metrics, "lens") + ": " + count(metrics, "moves") + " moves, " + count(metrics, "movesReached") +
-         " reached, " + count(metrics, "movesVerified") + " verified; " + count(metrics, "autofocuses") +
-         " searches for focus, " + count(metrics, "autofocusesFocused") + " focused; " + count(metrics, "frames") +
-         " frames, " + count(counters, "framesLost") + " lost, " + count(counters, "framesLate") + " late; packets " +
-         count(counters, "packetsLost") + " lost, " + count(counters, "packetsResent") + " resent; " +
-         count(counters, "busErrors") + " bus errors";
+  const Json& lost = metrics["counters"];
+  std::string text = TextOf(metrics, "lens");
+  const auto row = [&](std::string_view name, const std::string& what) {
+    text += "\n  " + std::string(name) + std::string(10 - name.size(), ' ') + what;
+  };
+  const bool whole = Has(metrics, "waitMs") && Has(metrics, "settleMs");
+  row("moves",
+      count(metrics, "moves") + ", " + count(metrics, "movesReached") + " reached, " + count(metrics, "movesVerified") +
+          " verified" +
+          (whole ? ", " + count(metrics, "movesMissed") + " missed; took " + MeanText(metrics["settleMs"]) : ""));
+  row("searches", count(metrics, "autofocuses") + ", " + count(metrics, "autofocusesFocused") + " focused");
+  row("frames", count(metrics, "frames") + ", " + count(lost, "framesLost") + " lost, " + count(lost, "framesLate") +
+                    " late; packets: " + count(lost, "packetsLost") + " lost, " + count(lost, "packetsResent") +
+                    " sent again");
+  if (whole) {
+    row("calls", count(metrics, "refused") + " refused, " + count(metrics, "commandsWaiting") + " waiting; waited " +
+                     MeanText(metrics["waitMs"]));
+  }
+  row("device",
+      (whole ? "opened " + count(metrics, "openings") + "x, failed " + count(metrics, "failures") + "x; " : "") +
+          count(lost, "busErrors") + " bus errors");
+  return text;
 }
 
 std::string MoveText(const Json& move) {
@@ -126,7 +202,7 @@ std::string MoveText(const Json& move) {
     line += ", in focus all the way within " + NumberText(move, "trackingBoundUm", 3, " um");
   }
   if (Has(move, "exposureMs")) line += ", exposure now " + NumberText(move, "exposureMs", 4, " ms");
-  line += " after " + NumberText(move, "elapsedMs", 4, " ms");
+  line += " after " + TimeText(move, "elapsedMs");
   if (!TextOf(move, "reason").empty()) line += ": " + TextOf(move, "reason");
   return line;
 }
@@ -156,7 +232,7 @@ std::string AutofocusText(const Json& result) {
   if (Has(result, "sigmaD")) line += ", sigma " + NumberText(result, "sigmaD", 3, " D");
   line += ", confidence " + NumberText(result, "confidence", 3, "") + ", " +
           NumberText(result, "frames", 6, " frames, ") + NumberText(result, "moves", 6, " moves, ") +
-          NumberText(result, "elapsedMs", 5, " ms by ") + TextOf(result, "method");
+          TimeText(result, "elapsedMs") + " by " + TextOf(result, "method");
   if (!TextOf(result, "reason").empty()) {
     line += (True(result, "focused") ? "\n  why: " : "\n  why not: ") + TextOf(result, "reason");
   }

@@ -11,10 +11,16 @@ namespace lensd::cli {
 std::string TextOf(const varlink::Json& object, const char* key);
 /// A number with at most `digits` significant digits and its unit; "?" where it is null or absent.
 std::string NumberText(const varlink::Json& object, const char* key, int digits, const char* unit);
+/// A number of milliseconds: "254 ms", "5.84 s", "?" where there is none.
+std::string TimeText(const varlink::Json& object, const char* key);
 /// One line of LensInfo.
 std::string InfoText(const varlink::Json& info);
 /// One line of LensStatus.
 std::string StatusText(const varlink::Json& status);
+/// The same while something goes on: what is under way, and where it has come to.
+std::string ActivityText(const varlink::Json& status);
+/// The same of a lens that was stopped: where every axis and the focus stand, with their bounds.
+std::string StandsText(const varlink::Json& status);
 std::string MetricsText(const varlink::Json& metrics);
 /// One line of MoveResult.
 std::string MoveText(const varlink::Json& move);

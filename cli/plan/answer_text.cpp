@@ -1,6 +1,9 @@
 // A plan's answer as a table and sentences, the same offline and for a lens of the daemon.
 #include "cli/plan/answer_text.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "cli/text.h"
 
 namespace lensd::cli {
@@ -24,18 +27,27 @@ std::string Infeasible(const optics::PlanAnswer& answer) {
   return text;
 }
 
-std::string LimitTable(const std::vector<optics::LimitAnswer>& limits) {
-  std::vector<std::vector<std::string>> rows{{"limit", "from", "to", "limit [um]", "worst [um]", "at", "used"}};
+/// Where all limits have one unit, it stands above their column.
+std::string LimitTable(const std::vector<optics::LimitAnswer>& limits, const BlurUnits& units) {
+  const auto in_pixels = [&](const optics::LimitAnswer& limit) { return units.in_pixels.contains(limit.name); };
+  const auto pixels = std::ranges::count_if(limits, in_pixels);
+  const bool mixed = pixels > 0 && std::cmp_less(pixels, limits.size());
+  const std::string unit = mixed ? "" : pixels > 0 ? " [px]" : " [um]";
+  const auto blur = [&](const optics::LimitAnswer& limit, Metres size) {
+    const std::string number = Short(size.value / (in_pixels(limit) ? units.pixel->value : 1e-6));
+    return number + (!mixed ? "" : in_pixels(limit) ? " px" : " um");
+  };
+  std::vector<std::vector<std::string>> rows{{"limit", "from", "to", "limit" + unit, "worst" + unit, "at", "used"}};
   for (const auto& limit : limits) {
-    rows.push_back({limit.name, DepthText(limit.near), DepthText(limit.far), Short(limit.limit.value * 1e6),
-                    Short(limit.worst.value * 1e6), DepthText(limit.at), Short(100.0 * limit.ratio) + " %"});
+    rows.push_back({limit.name, DepthText(limit.near), DepthText(limit.far), blur(limit, limit.limit),
+                    blur(limit, limit.worst), DepthText(limit.at), Short(100.0 * limit.ratio) + " %"});
   }
   return TableText(rows);
 }
 
 }  // namespace
 
-std::string PlanAnswerText(const optics::PlanAnswer& answer, Metres principal_gap) {
+std::string PlanAnswerText(const optics::PlanAnswer& answer, const BlurUnits& units, Metres principal_gap) {
   const std::string note = answer.note.empty() ? "" : "Note: " + answer.note + "\n";
   if (!answer.feasible) return Infeasible(answer) + note;
   std::vector<std::vector<std::string>> rows{
@@ -44,7 +56,7 @@ std::string PlanAnswerText(const optics::PlanAnswer& answer, Metres principal_ga
        "sensor " + LengthText(answer.sensor_distance) + " from the lens centre"},
       {"focal plane", DepthText(answer.focal_plane),
        answer.focal_plane.value > 0.0
-           ? LengthText(Metres{1.0 / answer.focal_plane.value} + answer.sensor_distance + principal_gap) +
+           ? DistanceText(Metres{1.0 / answer.focal_plane.value} + answer.sensor_distance + principal_gap) +
                  " from the sensor"
            : ""},
       {"magnification", Short(answer.magnification), "working f-number " + Short(answer.working_f_number.value)},
@@ -58,8 +70,8 @@ std::string PlanAnswerText(const optics::PlanAnswer& answer, Metres principal_ga
                     "to " + DepthText(answer.depth_of_field->other_end.vergence())});
   }
   std::string text = TableText(rows);
-  if (!answer.limits.empty()) text += "\n" + LimitTable(answer.limits);
-  return text + note;
+  if (!answer.limits.empty()) text += "\n" + LimitTable(answer.limits, units);
+  return text + std::string(OriginLine()) + note;
 }
 
 }  // namespace lensd::cli

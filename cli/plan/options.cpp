@@ -71,7 +71,7 @@ Result<void> ReadFocalLength(const PlanText& text, const optics::FocusScale& sca
 
 Result<void> ReadOpenings(const PlanText& text, PlanRequest& request) {
   if (!text.f_number.empty() && !text.aperture_diameter.empty()) {
-    return Usage("give the opening once: --f-number or --aperture-diameter");
+    return Usage("give the opening once: --f-number or --aperture-diameter, such as --f-number 2.8");
   }
   request.apertures_are_diameters = !text.aperture_diameter.empty();
   if (text.f_number.empty() && text.aperture_diameter.empty()) {
@@ -123,7 +123,7 @@ Result<void> ReadObjective(const PlanText& text, const std::optional<Decimal>& p
   }
   const bool depth = request.objective == optics::Objective::Depth;
   if (depth && (text.focus.empty() || text.blur_limit.empty())) {
-    return Usage("--objective depth needs --focus and --blur-limit");
+    return Usage("--objective depth needs --focus and --blur-limit, such as --focus 2m --blur-limit 20um");
   }
   if (!depth && !text.blur_limit.empty()) return Usage("--blur-limit is for --objective depth");
   const auto limit = [&pixel](std::string_view value, std::string_view option) {
@@ -216,6 +216,15 @@ Result<std::vector<NamedLimit>> NamedLimits(const PlanText& text) {
   return limits;
 }
 
+BlurUnits UnitsOf(const std::vector<NamedLimit>& limits, std::optional<Metres> pixel) {
+  BlurUnits units{pixel, {}};
+  for (const NamedLimit& limit : limits) {
+    const bool in_pixels = !limit.written.limit || limit.written.limit->in_pixels;
+    if (pixel && in_pixels) units.in_pixels.insert(limit.written.name);
+  }
+  return units;
+}
+
 Result<std::map<int, OccupiedDepths>> ReadClasses(const PlanText& text, const std::vector<NamedLimit>& limits) {
   std::vector<WantedClass> wanted;
   for (const NamedLimit& limit : limits) {
@@ -241,7 +250,8 @@ Result<PlanQuestion> ReadPlan(const PlanText& text, std::optional<From> from) {
   if (!reading) return PassOn(reading);
   auto request = RequestFromCentre(*reading, scale);
   if (!request) return PassOn(request);
-  return PlanQuestion{*std::move(request), reading->framing};
+  BlurUnits units = UnitsOf(reading->limits, request->pixel);
+  return PlanQuestion{*std::move(request), reading->framing, std::move(units)};
 }
 
 void AddPlanOptions(CLI::App& command, PlanText& text) {
@@ -279,7 +289,9 @@ void AddPlanOptions(CLI::App& command, PlanText& text) {
       ->group(wanted);
   add("--blur-limit", text.blur_limit, "C", "blur that still counts as sharp, for --objective depth")->group(wanted);
   command.add_flag("--stack", text.stack, "the fewest shots that together keep every sharp limit")->group(wanted);
-  add("--plot", text.plot, "F.svg", "draw the settings that meet the limits, and blur against vergence")->group(wanted);
+  AddPlotOptions(command, text.plot,
+                 "the settings that meet the limits, and blur against vergence; of a stack the depths of its shots",
+                 wanted);
   const char* const certain = "What must be counted with";
   add("--sensor-tolerance", text.sensor_tolerance, "T", "the sensor stands within this of where it should, 2um")
       ->group(certain);

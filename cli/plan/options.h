@@ -1,10 +1,13 @@
 // The options of `plan`, and from them a question for the planner about a lens that they describe.
 #pragma once
 
+#include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "cli/chart_file.h"
 #include "cli/quantity.h"
 #include "cli/session.h"
 #include "optics/planner.h"
@@ -18,7 +21,8 @@ struct PlanText {
   std::vector<std::string> sharp, blurred;
   std::string objective, blur_limit, model_tolerance;
   std::string field, sensor_width;
-  std::string depth_map, mask, plot;
+  std::string depth_map, mask;
+  PlotText plot;
   bool stack = false;
 };
 
@@ -31,10 +35,17 @@ struct Framing {
   Metres distance;  ///< from the lens centre
 };
 
+/// Which limits were asked for in pixels, and are answered so.
+struct BlurUnits {
+  std::optional<Metres> pixel;
+  std::set<std::string, std::less<>> in_pixels;  ///< their names
+};
+
 /// A question to the planner, all depths from the lens centre.
 struct PlanQuestion {
   optics::PlanRequest request;
   std::optional<Framing> framing;
+  BlurUnits units = {};  ///< of the limits as they were typed
 };
 
 /// Reads the options. Distances of limits that start at the sensor depend on where the sensor will stand: with --focus

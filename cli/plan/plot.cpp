@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "cli/text.h"
+#include "cli/vergence_axis.h"
 #include "io/svg.h"
 #include "optics/conjugates.h"
 #include "optics/limit_bounds.h"
@@ -215,7 +216,7 @@ void AddAreas(const PlanRequest& request, const optics::PlanAnswer& answer, io::
 io::Chart SettingsChart(const PlanRequest& request, const optics::PlanAnswer& answer) {
   const FNumbers numbers = FNumbersOf(request);
   io::Chart chart;
-  chart.title = "Settings that meet every limit";
+  chart.title = "settings that meet every limit";
   chart.x = {.label = "f-number",
              .scale = io::Scale::Log,
              .low = numbers.low / 1.03,
@@ -231,7 +232,7 @@ io::Chart SettingsChart(const PlanRequest& request, const optics::PlanAnswer& an
   if (answer.feasible) {
     chart.subtitle = "each line bounds one limit, solid for sharp, dashed for blurred; shaded settings keep them all";
   } else {
-    chart.title = "No setting meets every limit";
+    chart.title = "no setting meets every limit";
     for (const std::string& name : answer.conflict)
       chart.subtitle += (chart.subtitle.empty() ? "in conflict: " : ", ") + name;
     if (answer.relax) label = "with limits relaxed " + Short(*answer.relax, 4) + " times";
@@ -263,20 +264,6 @@ Vergences Window(const PlanRequest& request, const optics::PlanAnswer& answer) {
   const auto [near, far] = window.value_or(Vergences{0.0, 0.0});
   const double room = std::max(0.15 * (near - far), 0.02 * near + 1e-6);
   return {near + room, std::max(0.0, far - room)};
-}
-
-/// Whole steps of vergence with their distances below, for readers who think in either.
-std::vector<std::pair<double, std::string>> VergenceTicks(const Vergences& window) {
-  constexpr double kMostTicks = 8.0;
-  const double raw = (window.near - window.far) / kMostTicks;
-  const double power = std::pow(10.0, std::floor(std::log10(raw)));
-  const double step = power * (raw <= 2.0 * power ? 2.0 : raw <= 5.0 * power ? 5.0 : 10.0);
-  std::vector<std::pair<double, std::string>> ticks;
-  for (double index = std::ceil(window.far / step); index * step <= window.near; ++index) {
-    const double u = index * step;
-    ticks.emplace_back(u, Short(u, 4) + "\n" + (u > 0.0 ? LengthText(Metres{1.0 / u}) : "infinity"));
-  }
-  return ticks;
 }
 
 /// What must not be entered: each limit over its depths, and the depth of field.
@@ -338,15 +325,12 @@ io::Chart BlurChart(const PlanRequest& request, const optics::PlanAnswer& answer
   const double unit = request.pixel ? request.pixel->value : 1e-6;
   const auto setting = SettingOf(request, answer);
   io::Chart chart;
-  chart.title = answer.feasible ? "Blur at the plan, against the limits"
-                : setting       ? "Blur at the nearest plan, against the limits it breaks"
-                                : "The limits";
+  chart.title = answer.feasible ? "blur at the plan, against the limits"
+                : setting       ? "blur at the nearest plan, against the limits it breaks"
+                                : "the limits";
   chart.subtitle =
       "hatched: what the blur must not enter; in vergence (1/distance) geometric blur is two straight lines";
-  chart.x = {.label = "vergence of the subject [D], its distance below",
-             .low = window.far,
-             .high = window.near,
-             .ticks = VergenceTicks(window)};
+  chart.x = VergenceAxis(Dioptres{window.far}, Dioptres{window.near});
   chart.y = {.label = "blur diameter", .unit = request.pixel ? "px" : "um", .low = 0.0};
   chart.legend = io::LegendPlace::Below;
   AddLimits(request, answer, unit, chart);
@@ -356,13 +340,13 @@ io::Chart BlurChart(const PlanRequest& request, const optics::PlanAnswer& answer
 
 }  // namespace
 
-std::string PlanPlot(const PlanRequest& request, const optics::PlanAnswer& answer) {
+std::string PlanPlot(const PlanRequest& request, const optics::PlanAnswer& answer, const std::string& lens) {
   io::Chart settings = SettingsChart(request, answer), blur = BlurChart(request, answer);
   for (io::Chart* chart : {&settings, &blur}) {
-    chart->width = 780;
-    chart->height = 560;
+    chart->title = lens + ": " + chart->title;
+    chart->height = 540;
   }
-  return io::ChartsSvg({settings, blur}, 2);
+  return io::ChartsSvg({settings, blur}, 1);
 }
 
 }  // namespace lensd::cli

@@ -42,6 +42,9 @@ struct Reading {
 /// The limits of --sharp and --blurred, names settled: as given, or by their place among the options of their kind.
 Result<std::vector<NamedLimit>> NamedLimits(const PlanText& text);
 
+/// `limits`: as they were typed; one without a size is a pixel. All are told in lengths where the pixel is not known.
+BlurUnits UnitsOf(const std::vector<NamedLimit>& limits, std::optional<Metres> pixel);
+
 /// The depths of the classes that limits speak of; empty where none does.
 Result<std::map<int, OccupiedDepths>> ReadClasses(const PlanText& text, const std::vector<NamedLimit>& limits);
 

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "drivers/api/thread_barrier.h"
+
 namespace lensd::drivers::aravis {
 namespace {
 
@@ -97,13 +99,15 @@ AravisCamera::AravisCamera(std::shared_ptr<AravisLink> link, const DriverConfig&
 }
 
 AravisCamera::~AravisCamera() {
-  link_->SetHooks({});
-  link_->Post([shared = shared_](ArvCamera* camera) {
-    {
-      const std::lock_guard lock(shared->mutex);
-      shared->wanted = false;
-    }
-    (void)End(camera, *shared);
+  Contain([this] {
+    link_->SetHooks({});
+    link_->Post([shared = shared_](ArvCamera* camera) {
+      {
+        const std::lock_guard lock(shared->mutex);
+        shared->wanted = false;
+      }
+      (void)End(camera, *shared);
+    });
   });
 }
 

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/api/thread_barrier.h"
+
 namespace lensd::drivers::aravis {
 namespace {
 
@@ -234,7 +236,10 @@ AravisLens::AravisLens(std::shared_ptr<AravisLink> link, LensFacts facts, const 
 
 AravisLens::~AravisLens() {
   if (control_->facts().abort.empty()) return;
-  (void)link_->Call<void>([control = control_](ArvCamera* camera) { return Execute(camera, control->facts().abort); });
+  Contain([this] {
+    (void)link_->Call<void>(
+        [control = control_](ArvCamera* camera) { return Execute(camera, control->facts().abort); });
+  });
 }
 
 Result<LensState> AravisLens::DoRead() {

@@ -46,6 +46,7 @@ Result<std::shared_ptr<AravisLink>> AravisLink::Open(const DriverConfig& config,
   if (!link->answered_.wait_for(lock, kOpenDeadline, [&] { return link->state_.opened.has_value(); })) {
     return Fail(Code::Timeout, "the camera with " + config.Named() + " could not be opened in time");
   }
+  link->state_.barrier.Check();
   if (!*link->state_.opened) return PassOn(*link->state_.opened);
   lock.unlock();
   return link;
@@ -151,6 +152,16 @@ Error AravisLink::WhyAbsent() const {
 // ---- the link's thread --------------------------------------------------------------------------------------------
 
 void AravisLink::Run(const std::stop_token& stop) {
+  if (!state_.barrier.Run([&] { OpenAndServe(stop); })) {
+    const std::lock_guard lock(mutex_);
+    state_.opened = Fail(Code::Internal, "internal error in the driver");
+    answered_.notify_all();
+  }
+  state_.barrier.Run([this] { FailQueue(); });
+  state_.barrier.Run([this] { Close(); });
+}
+
+void AravisLink::OpenAndServe(const std::stop_token& stop) {
   auto opened = OpenCamera();
   const bool good = opened.has_value();
   {
@@ -160,8 +171,6 @@ void AravisLink::Run(const std::stop_token& stop) {
   }
   answered_.notify_all();
   if (good) Serve(stop);
-  FailQueue();
-  Close();
 }
 
 void AravisLink::Serve(const std::stop_token& stop) {

@@ -19,6 +19,7 @@
 #include "base/clock.h"
 #include "base/result.h"
 #include "config.h"
+#include "drivers/api/thread_barrier.h"
 #include "gobject_handles.h"
 
 using ArvCamera = struct _ArvCamera;
@@ -40,7 +41,8 @@ class AravisLink {
   AravisLink& operator=(const AravisLink&) = delete;
 
   /// Does `work` on the link's thread and waits for it. Timeout: not done by the deadline (it may still have an effect
-  /// if it had begun). Cancelled: Interrupt(). Disconnected: there is no camera now.
+  /// if it had begun). Cancelled: Interrupt(). Disconnected: there is no camera now. Throws what `work` threw, and what
+  /// anything else threw on the link's thread, which has ended then.
   template <class T>
   Result<T> Call(Work<T> work);
   /// As Call(), without waiting. Where the camera goes away before, `work` gets nullptr, perhaps on this thread.
@@ -78,10 +80,12 @@ class AravisLink {
     int missed = 0;                ///< deadlines in a row, no call having been answered since
     std::optional<Error> why_not;  ///< why it could not be opened again, since that was last tried
     std::string address;           ///< of a camera on a network
+    ThreadBarrier barrier;         ///< has a lock of its own
   };
 
   AravisLink(const DriverConfig& config, Setup setup);
   void Run(const std::stop_token& stop);
+  void OpenAndServe(const std::stop_token& stop);
   void Serve(const std::stop_token& stop);
   Result<void> OpenCamera();
   void Close();
@@ -121,7 +125,8 @@ Result<T> AravisLink::Call(Work<T> work) {
   Task task;
   task.wanted = [slot] { return !slot->given_up; };
   task.run = [this, slot, work = std::move(work)](ArvCamera* camera) {
-    Result<T> answer = camera == nullptr ? Result<T>(std::unexpected(WhyAbsent())) : work(camera);
+    Result<T> answer = std::unexpected(WhyAbsent());
+    if (camera != nullptr) state_.barrier.Run([&] { answer = work(camera); });
     if (!answer && camera != nullptr) Note(answer.error());
     const std::lock_guard lock(mutex_);
     if (answer) state_.missed = 0;
@@ -130,6 +135,7 @@ Result<T> AravisLink::Call(Work<T> work) {
   };
   const std::uint64_t generation = Enqueue(std::move(task));
   const auto waited = WaitFor(lock_free_done, generation);
+  state_.barrier.Check();
   const std::lock_guard lock(mutex_);
   if (slot->answer) return std::move(*slot->answer);
   slot->given_up = true;

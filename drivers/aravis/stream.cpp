@@ -23,6 +23,7 @@ Instant ArrivalOf(ArvBuffer* buffer) {
 // ---- the mailbox --------------------------------------------------------------------------------------------------
 
 std::optional<RawFrame> Mailbox::Take() {
+  barrier_.Check();
   const std::lock_guard lock(mutex_);
   return std::exchange(newest_, std::nullopt);
 }
@@ -130,9 +131,11 @@ void Stream::Return(Handle<ArvBuffer> buffer) {
   if (ArvStream* raw = running_.load()) arv_stream_push_buffer(raw, buffer.release());
 }
 
-/// On Aravis' thread.
+/// On Aravis' thread, whose frames nothing may be thrown through.
 void Stream::Callback(void* self, int type, ArvBuffer*) {
-  if (type == ARV_STREAM_CALLBACK_TYPE_BUFFER_DONE) static_cast<Stream*>(self)->Done();
+  if (type != ARV_STREAM_CALLBACK_TYPE_BUFFER_DONE) return;
+  auto& stream = *static_cast<Stream*>(self);
+  stream.mailbox_->barrier_.Run([&] { stream.Done(); });
 }
 
 void Stream::Done() {

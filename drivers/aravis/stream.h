@@ -11,6 +11,7 @@
 #include "base/result.h"
 #include "config.h"
 #include "drivers/api/counters.h"
+#include "drivers/api/thread_barrier.h"
 #include "gobject_handles.h"
 
 using ArvBuffer = struct _ArvBuffer;
@@ -32,7 +33,7 @@ class Mailbox {
  public:
   /// 0: frames come when they are asked for.
   explicit Mailbox(double rate_hz) : counter_(rate_hz) {}
-  /// Takes the newest frame not yet taken.
+  /// Takes the newest frame not yet taken. Throws what Aravis' stream thread met in our callback.
   std::optional<RawFrame> Take();
   Counters counts() const { return counter_.counts(); }
   /// When the newest complete frame came, or the stream began.
@@ -48,6 +49,7 @@ class Mailbox {
   void Advance(std::uint64_t frame_id);
 
   FrameCounter counter_;
+  ThreadBarrier barrier_;
   mutable std::mutex mutex_;
   std::optional<RawFrame> newest_;        // guarded by mutex_, as all below
   std::uint64_t sequence_ = 0;            ///< of the newest frame heard of

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/api/thread_barrier.h"
+
 namespace lensd::drivers::lensconnect {
 namespace {
 
@@ -42,6 +44,11 @@ LensConnectLens::LensConnectLens(Capabilities capabilities, std::unique_ptr<Regi
       clock_(clock) {}
 
 LensConnectLens::~LensConnectLens() {
+  Contain([this] { Halt(); });
+}
+
+/// Nothing goes on moving that nobody watches.
+void LensConnectLens::Halt() {
   registers_->BeginCall(clock_.Now() + kFarewell);
   for (const Axis axis : kAxes) {
     const auto& track = tracks_[axis];

@@ -68,6 +68,7 @@ class LensConnectLens final : public Lens {
   Result<void> DoStartHome(Axis axis) override;
   Result<void> DoStartMove(Axis axis, Native target) override;
   Result<LensState> DoRead() override;
+  void Halt();
   Result<void> DoStop(Axis axis) override;
   void DoInterrupt() override { registers_->Interrupt(); }
   std::uint64_t DoCountBusErrors() const override { return registers_->errors(); }

@@ -113,6 +113,7 @@ Result<void> Bus::Give(BusSlot& seat, const Order& order, const Interrupts& inte
   wake_.notify_all();
   const auto answered = [&] { return seat.orders_answered >= number; };
   answers_.wait_until(lock, clock_.Now() + IoDeadline(), [&] { return answered() || interrupts.count != before; });
+  seat.barrier.Check();
   if (answered()) return seat.order_answer;
   seat.order.reset();
   if (seat.order_taken) seat.withdrawn = true;
@@ -130,6 +131,7 @@ Result<void> Bus::Stop(BusSlot& seat, const Interrupts& interrupts) {
   wake_.notify_all();
   const auto answered = [&] { return seat.stops_answered >= number; };
   answers_.wait_until(lock, clock_.Now() + IoDeadline(), [&] { return answered() || interrupts.count != before; });
+  seat.barrier.Check();
   if (answered()) return seat.stop_answer;
   if (interrupts.count != before) return Fail(Code::Cancelled, "interrupted; the stop goes out all the same");
   return PassOn(NotInTime(seat, "stopped"));
@@ -156,6 +158,7 @@ Result<std::vector<Sample>> Bus::Look(std::span<const std::unique_ptr<BusSlot>> 
   const auto recent = [&](const auto& seat) { return seat->newest && clock_.Now() - seat->newest->at < kOldest; };
   answers_.wait_until(lock, now + kFreshWait, settled);
   if (!settled() && !std::ranges::all_of(seats, recent)) answers_.wait_until(lock, now + IoDeadline(), settled);
+  for (const auto& seat : seats) seat->barrier.Check();
   for (std::size_t i = 0; i < seats.size(); ++i) {
     if (answered(i) && !seats[i]->look_answer) return PassOn(seats[i]->look_answer);
   }
@@ -216,7 +219,7 @@ void Bus::TryToStop(std::unique_lock<std::mutex>& lock, BusSlot& seat) {
   seat.interrupted = true;
   lock.unlock();
   Conversation talk(*this, seat, Priority::Stop);
-  auto stopped = seat.drive->Halt(talk);
+  auto stopped = seat.barrier.Answer([&] { return seat.drive->Halt(talk); });
   lock.lock();
   --seat.in_use;
   if (!stopped && stopped.error().code != Code::Disconnected && ++seat.stop_tries < kStopAttempts) {
@@ -240,7 +243,7 @@ void Bus::Serve(std::unique_lock<std::mutex>& lock, BusSlot& seat) {
     const auto number = seat.orders_asked;
     seat.order_taken = true;
     lock.unlock();
-    auto obeyed = seat.drive->Execute(order, talk);
+    auto obeyed = seat.barrier.Answer([&] { return seat.drive->Execute(order, talk); });
     lock.lock();
     seat.order_taken = false;
     seat.order_answer = std::move(obeyed);
@@ -249,7 +252,7 @@ void Bus::Serve(std::unique_lock<std::mutex>& lock, BusSlot& seat) {
     const auto number = seat.looks_asked;
     const auto orders = seat.orders_asked, stops = seat.stops_asked;
     lock.unlock();
-    auto seen = seat.drive->Look(talk);
+    auto seen = seat.barrier.Answer([&] { return seat.drive->Look(talk); });
     lock.lock();
     // A look that a stop has cut short is not a look.
     if (!seat.interrupted || seat.withdrawn) {

@@ -28,6 +28,7 @@
 #include "base/clock.h"
 #include "base/result.h"
 #include "drive.h"
+#include "drivers/api/thread_barrier.h"
 #include "link.h"
 #include "turns.h"
 
@@ -56,6 +57,7 @@ struct BusSlot {
   bool interrupted = false;      ///< a stop was served since this order or look was begun
 
   std::atomic<std::uint64_t> bad_exchanges = 0;
+  ThreadBarrier barrier;  ///< what was thrown on the bus' thread while it served this drive
 
   // The bus' thread only.
   bool suspect = false;
@@ -88,6 +90,7 @@ class Bus {
   /// Those of that lens that wait for their answer return Cancelled.
   void Interrupt(Interrupts& interrupts, Calls calls);
 
+  // These three throw what was thrown on the bus' thread while it served one of the seats; other drives do not notice.
   /// Gives an order and waits for its answer. Timeout, Cancelled: the order is withdrawn, unless it is out already.
   Result<void> Give(BusSlot& seat, const Order& order, const Interrupts& interrupts);
   /// Stops a drive, before everything else on the bus. What is interrupted is stopped all the same.

@@ -99,11 +99,13 @@ Result<DriveConfig> ReadDrive(const Settings& table, Axis axis) {
 Result<std::vector<DriveConfig>> ReadDrives(const Settings& table) {
   SettingsReader read(table, "[lens.drives]");
   std::vector<DriveConfig> drives;
+  Result<void> first;  // that failed: all are read, since whoever wants every mistake is told by their readers
   for (const Axis axis : drivers::kAxes) {
     const Settings* own = read.Table(AxisName(axis));
     if (own == nullptr) continue;
     auto drive = ReadDrive(*own, axis);
-    if (!drive) return PassOn(drive);
+    if (!drive && first) first = PassOn(drive);
+    if (!drive) continue;
     for (const DriveConfig& other : drives) {
       if (other.unit == drive->unit) {
         return Fail(Code::BadData, own->where().Text() + ": unit " + std::to_string(drive->unit) + " turns " +
@@ -112,7 +114,9 @@ Result<std::vector<DriveConfig>> ReadDrives(const Settings& table) {
     }
     drives.push_back(*std::move(drive));
   }
-  if (auto done = read.Finish(); !done) return PassOn(done);
+  const auto done = read.Finish();
+  if (!first) return PassOn(first);
+  if (!done) return PassOn(done);
   if (drives.empty()) return Fail(Code::BadData, table.where().Text() + ": no axis has a drive");
   return drives;
 }

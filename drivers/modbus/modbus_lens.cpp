@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/api/thread_barrier.h"
+
 namespace lensd::drivers::modbus {
 namespace {
 
@@ -50,7 +52,9 @@ ModbusLens::ModbusLens(std::shared_ptr<Bus> bus, std::vector<DriveConfig> drives
 ModbusLens::~ModbusLens() {
   for (const auto& seat : seats_) {
     const Axis axis = seat->drive->config().axis;
-    if (may_move_[axis] && capabilities().axes[axis]->can_stop) (void)bus_->Stop(*seat, interrupts_);
+    if (may_move_[axis] && capabilities().axes[axis]->can_stop) {
+      Contain([&] { (void)bus_->Stop(*seat, interrupts_); });
+    }
   }
   for (const auto& seat : seats_) bus_->Remove(*seat);
 }

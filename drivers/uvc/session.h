@@ -7,6 +7,7 @@
 #include "automatics.h"
 #include "controls.h"
 #include "descriptors.h"
+#include "drivers/api/thread_barrier.h"
 
 namespace lensd::drivers::uvc {
 
@@ -29,8 +30,10 @@ class Session {
         automatics(controls, terminal, function.interface),
         transport_(std::move(transport)) {}
   ~Session() {
-    transport_->BeginCall();
-    if (!transport_->Gone()) automatics.Restore();
+    Contain([this] {
+      transport_->BeginCall();
+      if (!transport_->Gone()) automatics.Restore();
+    });
   }
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;

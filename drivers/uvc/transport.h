@@ -63,6 +63,8 @@ class Transport {
   virtual void StopStream() = 0;
   /// The device has been unplugged; stays true.
   virtual bool Gone() const = 0;
+  /// Throws what was thrown on the transport's own thread.
+  virtual void CheckThread() const {}
   /// A public call of a lens or a camera begins: Interrupt() before this does not touch it.
   virtual void BeginCall() = 0;
   /// From any thread: ends the transfer or the wait under way, and all others of this call.

@@ -16,6 +16,7 @@
 #include <thread>
 #include <utility>
 
+#include "drivers/api/thread_barrier.h"
 #include "usb_errors.h"
 
 namespace lensd::drivers::uvc {
@@ -52,6 +53,7 @@ class UsbLink final : public Transport {
   Result<void> StartStream(const StreamPipe& pipe, PayloadSink& sink) override;
   void StopStream() override;
   bool Gone() const override { return gone_; }
+  void CheckThread() const override { barrier_.Check(); }
   void BeginCall() override;
   void Interrupt() override;
 
@@ -105,6 +107,7 @@ class UsbLink final : public Transport {
   libusb_transfer* control_ = nullptr;  ///< under way
   Status status_;
   Pictures pictures_;
+  ThreadBarrier barrier_;  ///< libusb's frames lie between the callbacks and their thread
 };
 
 Result<void> UsbLink::Open() {
@@ -260,8 +263,10 @@ void UsbLink::OnStatus(libusb_transfer* transfer) {
   const std::lock_guard lock(link.mutex_);
   Stream* stream = FindStream(link.status_.transfers, transfer);
   if (transfer->status == LIBUSB_TRANSFER_COMPLETED && transfer->actual_length > 0) {
-    link.status_.packets.emplace_back(transfer->buffer, transfer->buffer + transfer->actual_length);
-    if (link.status_.packets.size() > kMostStatus) link.status_.packets.pop_front();
+    link.barrier_.Run([&] {
+      link.status_.packets.emplace_back(transfer->buffer, transfer->buffer + transfer->actual_length);
+      if (link.status_.packets.size() > kMostStatus) link.status_.packets.pop_front();
+    });
   }
   // A stalled status endpoint stays silent; the controls themselves still answer.
   const bool healthy = transfer->status == LIBUSB_TRANSFER_COMPLETED || transfer->status == LIBUSB_TRANSFER_TIMED_OUT;
@@ -347,7 +352,7 @@ void UsbLink::OnStream(libusb_transfer* transfer) {
   UsbLink& link = *static_cast<UsbLink*>(transfer->user_data);
   const bool over = transfer->status == LIBUSB_TRANSFER_CANCELLED || transfer->status == LIBUSB_TRANSFER_NO_DEVICE;
   // Not under the lock: StopStream() waits for this callback before the sink may go.
-  if (!over) link.Deliver(*transfer);
+  if (!over) link.barrier_.Run([&] { link.Deliver(*transfer); });
   const std::lock_guard lock(link.mutex_);
   const bool stalled = transfer->status == LIBUSB_TRANSFER_STALL;
   link.Resubmit(*FindStream(link.pictures_.transfers, transfer), link.pictures_.wanted && !over && !stalled);

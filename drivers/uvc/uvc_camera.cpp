@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "drivers/api/thread_barrier.h"
+
 namespace lensd::drivers::uvc {
 namespace {
 
@@ -71,7 +73,7 @@ UvcCamera::UvcCamera(CameraCapabilities capabilities, std::shared_ptr<Session> s
       assembler_(session_->clock, choice.pixels, MostBytes(choice), 1e7 / choice.interval) {}
 
 UvcCamera::~UvcCamera() {
-  (void)DoStop();
+  Contain([this] { (void)DoStop(); });
 }
 
 Result<UvcCamera::Ranges> UvcCamera::AskRanges(Session& session) {
@@ -158,6 +160,7 @@ Result<void> UvcCamera::DoStop() {
 
 Result<std::optional<Frame>> UvcCamera::DoPoll() {
   if (!streaming_) return Fail(Code::InvalidArgument, "the camera is not streaming: start it first");
+  session_->transport().CheckThread();
   const Instant now = session_->clock.Now();
   auto raw = assembler_.Take();
   if (!raw) {

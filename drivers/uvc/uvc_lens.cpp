@@ -5,6 +5,8 @@
 #include <array>
 #include <utility>
 
+#include "drivers/api/thread_barrier.h"
+
 namespace lensd::drivers::uvc {
 namespace {
 
@@ -115,6 +117,11 @@ UvcLens::UvcLens(Capabilities capabilities, std::shared_ptr<Session> session, co
 }
 
 UvcLens::~UvcLens() {
+  Contain([this] { Halt(); });
+}
+
+/// Nothing goes on moving that nobody watches.
+void UvcLens::Halt() {
   session_->transport().BeginCall();
   if (session_->transport().Gone()) return;
   if (relative_ && relative_->running()) (void)relative_->Stop();
@@ -191,6 +198,7 @@ Result<AxisState> UvcLens::ReadAxis(Axis axis, AbsoluteAxis& absolute) {
 
 Result<LensState> UvcLens::DoRead() {
   session_->transport().BeginCall();
+  session_->transport().CheckThread();
   if (session_->transport().Gone()) return Fail(Code::Disconnected, "the camera is unplugged");
   TakeEvents();
   LensState state;

@@ -41,6 +41,7 @@ class UvcLens final : public Lens {
   Result<void> DoStartHome(Axis axis) override;
   Result<void> DoStartMove(Axis axis, Native target) override;
   Result<LensState> DoRead() override;
+  void Halt();
   Result<void> DoStop(Axis axis) override;
   void DoInterrupt() override { session_->transport().Interrupt(); }
 

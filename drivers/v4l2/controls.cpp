@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <limits>
+#include <string>
 #include <utility>
 
 namespace lensd::drivers::v4l2 {
@@ -41,7 +43,15 @@ Result<std::optional<Control>> FindControl(const Node& node, std::uint32_t id) {
   control.name.assign(query.name, strnlen(query.name, sizeof query.name));
   control.minimum = query.minimum;
   control.maximum = query.maximum;
-  control.step = std::max<std::int64_t>(1, static_cast<std::int64_t>(query.step));
+  // Values of plain controls have 32 bits: beyond those nothing that is said of them can be so.
+  constexpr std::int64_t kLowest = std::numeric_limits<std::int32_t>::min();
+  constexpr std::int64_t kHighest = std::numeric_limits<std::int32_t>::max();
+  if (control.minimum < kLowest || control.maximum > kHighest || control.minimum > control.maximum) {
+    return Fail(Code::Protocol, node.path() + ": its driver says that the control \"" + control.name + "\" goes from " +
+                                    std::to_string(query.minimum) + " to " + std::to_string(query.maximum));
+  }
+  control.step =
+      static_cast<std::int64_t>(std::clamp<std::uint64_t>(query.step, 1, static_cast<std::uint64_t>(kHighest)));
   control.readable = (query.flags & V4L2_CTRL_FLAG_WRITE_ONLY) == 0;
   control.live = control.readable && (query.flags & V4L2_CTRL_FLAG_VOLATILE) != 0;
   control.inactive = (query.flags & V4L2_CTRL_FLAG_INACTIVE) != 0;

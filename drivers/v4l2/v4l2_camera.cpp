@@ -11,6 +11,7 @@
 #include <cstring>
 #include <utility>
 
+#include "drivers/api/thread_barrier.h"
 #include "formats.h"
 
 namespace lensd::drivers::v4l2 {
@@ -62,6 +63,18 @@ std::uint32_t TransferOf(const v4l2_format& format, bool planes) {
   const std::uint32_t transfer = planes ? format.fmt.pix_mp.xfer_func : format.fmt.pix.xfer_func;
   if (transfer != V4L2_XFER_FUNC_DEFAULT) return transfer;
   return V4L2_MAP_XFER_FUNC_DEFAULT(colours);
+}
+
+/// Whether black and white are 16 and 235 of 8 bits. USB cameras do not say. Taking full range for limited would clip
+/// the brightest eighth; the other way round costs nothing but a little contrast.
+bool HasVideoRange(const v4l2_format& format, const NodeInfo& info, VideoRange wanted,
+                   const drivers::pixels::RawFormat& raw) {
+  if (wanted == VideoRange::Full) return false;
+  if (wanted == VideoRange::Limited) return raw.limited || !IsLinear(raw);
+  const std::uint32_t told = info.planes ? format.fmt.pix_mp.quantization : format.fmt.pix.quantization;
+  const bool full =
+      told == V4L2_QUANTIZATION_FULL_RANGE || (told == V4L2_QUANTIZATION_DEFAULT && info.driver == "uvcvideo");
+  return raw.limited && !full;
 }
 
 }  // namespace
@@ -126,6 +139,11 @@ Result<StreamCamera::Format> StreamCamera::Negotiate(const Node& node, const Nod
     return Fail(Code::Unsupported,
                 node.path() + " has no format \"" + NameOfFormat(wanted) + "\" that can be read" + WhatFits(offered));
   }
+  constexpr std::uint32_t kMostSide = 1 << 16;
+  if (pix.width < 1 || pix.height < 1 || pix.width > kMostSide || pix.height > kMostSide) {
+    return Fail(Code::Protocol, node.path() + ": its driver says that its picture has " + std::to_string(pix.width) +
+                                    " x " + std::to_string(pix.height) + " pixels");
+  }
   Format format;
   format.code = wanted;
   format.raw = *raw;
@@ -137,13 +155,7 @@ Result<StreamCamera::Format> StreamCamera::Negotiate(const Node& node, const Nod
                                        std::to_string(format.width) + " x " + std::to_string(format.height));
   }
   format.stride = info.planes ? now.fmt.pix_mp.plane_fmt[0].bytesperline : now.fmt.pix.bytesperline;
-  const std::uint32_t range = info.planes ? now.fmt.pix_mp.quantization : now.fmt.pix.quantization;
-  // USB cameras do not say. Taking full range for limited would clip the brightest eighth; the other way round costs
-  // nothing but a little contrast.
-  const bool full =
-      range == V4L2_QUANTIZATION_FULL_RANGE || (range == V4L2_QUANTIZATION_DEFAULT && info.driver == "uvcvideo");
-  if (config.range == VideoRange::Full || (config.range == VideoRange::Auto && full)) format.raw.limited = false;
-  if (config.range == VideoRange::Limited && !IsLinear(*raw)) format.raw.limited = true;
+  format.raw.limited = HasVideoRange(now, info, config.range, *raw);
   const bool linear = IsLinear(*raw) || TransferOf(now, info.planes) == V4L2_XFER_FUNC_NONE;
   format.gamma = config.gamma.value_or(linear ? 1.0 : kVideoGamma);
   format.latency = config.latency;
@@ -166,7 +178,10 @@ Result<double> StreamCamera::SetRate(const Node& node, const NodeInfo& info, dou
     const int status = node.Ioctl(VIDIOC_S_PARM, &parameters);
     if (status < 0) return KernelError(-status, node.path() + ", setting its frame rate");
   }
-  return period.numerator > 0 ? static_cast<double>(period.denominator) / period.numerator : 0.0;
+  // Outside these it is no rate of any camera: not known.
+  constexpr double kLowestHz = 1e-3, kHighestHz = 1e6;
+  const double rate = period.numerator > 0 ? static_cast<double>(period.denominator) / period.numerator : 0.0;
+  return rate >= kLowestHz && rate <= kHighestHz ? rate : 0.0;
 }
 
 Result<std::unique_ptr<drivers::Camera>> StreamCamera::Make(std::shared_ptr<const Node> node,
@@ -205,7 +220,7 @@ StreamCamera::StreamCamera(drivers::CameraCapabilities can, std::shared_ptr<cons
       counter_(capabilities().frame_rate_hz) {}
 
 StreamCamera::~StreamCamera() {
-  (void)DoStop();
+  Contain([this] { (void)DoStop(); });
 }
 
 std::uint32_t StreamCamera::type() const {
@@ -295,7 +310,10 @@ Result<std::optional<StreamCamera::Filled>> StreamCamera::Dequeue() const {
   filled.sequence = one.buffer.sequence;
   filled.damaged = (one.buffer.flags & V4L2_BUF_FLAG_ERROR) != 0;
   filled.at_start = (one.buffer.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
-  if ((one.buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) {
+  constexpr std::int64_t kCentury = 3'155'760'000;  // s: no machine runs for so long
+  const bool possible = one.buffer.timestamp.tv_sec >= 0 && one.buffer.timestamp.tv_sec < kCentury &&
+                        one.buffer.timestamp.tv_usec >= 0 && one.buffer.timestamp.tv_usec < 1'000'000;
+  if (possible && (one.buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) {
     filled.stamp = Instant(std::chrono::seconds(one.buffer.timestamp.tv_sec) +
                            std::chrono::microseconds(one.buffer.timestamp.tv_usec));
   }

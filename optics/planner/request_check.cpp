@@ -204,17 +204,14 @@ bool ClearlySound(const PlanRequest& request, const BlurLimit& limit) {
 /// and places that is never more than half full.
 class Names {
  public:
-  explicit Names(const std::vector<BlurLimit>& limits) : limits_(limits) {
+  explicit Names(const std::vector<BlurLimit>& limits) : limits_(limits) {  // NOLINT(*-member-init): ends_ as they come
     if (limits.size() > kFew) slots_.resize(2 * std::bit_ceil(limits.size()));
   }
   /// Takes the name of the limit at `index`; false if it was taken already. In rising order of index.
   bool Take(std::size_t index) {
     const std::string_view name = limits_[index].name;
     if (std::ranges::find(kReserved, name) != kReserved.end()) return false;
-    if (slots_.empty()) {
-      return std::none_of(limits_.begin(), limits_.begin() + static_cast<std::ptrdiff_t>(index),
-                          [&](const BlurLimit& other) { return other.name == name; });
-    }
+    if (slots_.empty()) return TakeOneByOne(index, name);
     const std::size_t hash = std::hash<std::string_view>()(name);
     for (std::size_t at = hash & (slots_.size() - 1);; at = (at + 1) & (slots_.size() - 1)) {
       Slot& slot = slots_[at];
@@ -228,6 +225,19 @@ class Names {
 
  private:
   static constexpr std::size_t kFew = 16;
+  bool TakeOneByOne(std::size_t index, std::string_view name) {
+    std::uint64_t end = name.size();
+    for (const char letter : name.substr(name.size() - std::min<std::size_t>(name.size(), kEnd))) {
+      end = end << 8U | static_cast<unsigned char>(letter);
+    }
+    for (std::size_t i = 0; i < index; ++i) {
+      if (ends_[i] == end && limits_[i].name == name) return false;
+    }
+    ends_[index] = end;
+    return true;
+  }
+
+  static constexpr std::size_t kEnd = 4;  ///< letters; names that differ mostly do so there
   static constexpr std::array<std::string_view, 3> kReserved{"focus", "fNumber", "extension"};
   struct Slot {
     std::uint32_t hash = 0;
@@ -236,6 +246,7 @@ class Names {
 
   const std::vector<BlurLimit>& limits_;
   std::vector<Slot> slots_;
+  std::array<std::uint64_t, kFew> ends_;  ///< of a few names, with their lengths; set as they are taken
 };
 
 }  // namespace

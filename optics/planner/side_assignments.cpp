@@ -55,12 +55,12 @@ bool AddOneInterval(const BlurLimit& limit, int name, std::vector<LimitRow>& row
   if (near->is_vergence != far->is_vergence || TooCloseToTell(*near, *far)) return false;
   if (Nearer(*far, *near)) std::swap(near, far);
   if (limit.kind == LimitKind::Sharp) {
-    rows.push_back({RowKind::SharpFar, far, &limit.limit, name});
-    rows.push_back({RowKind::SharpNear, near, &limit.limit, name});
+    rows.emplace_back(RowKind::SharpFar, far, &limit.limit, name);
+    rows.emplace_back(RowKind::SharpNear, near, &limit.limit, name);
   } else if (limit.side == Side::Behind) {
-    rows.push_back({RowKind::Behind, near, &limit.limit, name});
+    rows.emplace_back(RowKind::Behind, near, &limit.limit, name);
   } else {
-    rows.push_back({RowKind::Front, far, &limit.limit, name});
+    rows.emplace_back(RowKind::Front, far, &limit.limit, name);
   }
   return true;
 }

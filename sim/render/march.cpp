@@ -203,8 +203,9 @@ bool CanMarch(const std::vector<Canvas>& canvases) {
                      [](const Canvas& canvas) { return canvas.is_wall() || !canvas.is_plane(); });
 }
 
-March::March(const std::vector<Canvas>& canvases, BlurLine line, const ApertureShape& shape, PixelRect region)
-    : canvases_(canvases), line_(line), shape_(shape), reach_(RayReach(canvases, line, shape)) {
+March::March(const std::vector<Canvas>& canvases, BlurLine line, const ApertureShape& shape, const Pupil& pupil,
+             PixelRect region)
+    : canvases_(canvases), line_(line), shape_(shape), pupil_(pupil), reach_(RayReach(canvases, line, shape, pupil)) {
   for (const Canvas& canvas : canvases) layers_.push_back(LayerOf(canvas, Grown(region, reach_)));
 }
 
@@ -212,7 +213,16 @@ const March::Bundle& March::BundleOf(int rays_per_pixel) {
   Bundle& bundle = bundles_[rays_per_pixel];
   if (!bundle.first_step.empty()) return bundle;
   bundle.first_step.push_back(0);
-  for (const PixelRay& ray : SpreadOverPixel(rays_per_pixel, shape_)) AddProgramme(ray, bundle);
+  const std::vector<PixelRay> rays = SpreadOverPixel(rays_per_pixel, shape_);
+  for (const PixelRay& ray : rays) {
+    if (pupil_.is_perfect()) {
+      AddProgramme(ray, bundle);
+    } else if (pupil_.Passes(ray.through, {})) {
+      const AperturePoint off = pupil_.LandsOff(ray.through, {});
+      AddProgramme({{ray.on_sensor.x - off.x, ray.on_sensor.y - off.y}, ray.through}, bundle);
+    }
+  }
+  bundle.passing = static_cast<double>(bundle.paths.size()) / static_cast<double>(rays.size());
   AddProgramme({}, bundle);
   bundle.paths.back().is_centre = true;
   return bundle;
@@ -280,7 +290,7 @@ void March::Render(PixelRect part, int rays_per_pixel, Raster& image) {
   std::size_t i = 0;
   for (int y = part.y; y < part.y + part.height; ++y) {
     for (int x = part.x; x < part.x + part.width; ++x, ++i) {
-      image.Row(y)[x - image.rect.x] = static_cast<float>(light[i] / counts[i]);
+      image.Row(y)[x - image.rect.x] = static_cast<float>(bundle.passing * (light[i] / counts[i]));
     }
   }
 }

@@ -22,9 +22,10 @@ bool CanMarch(const std::vector<Canvas>& canvases);
 /// Renders rectangles of one scene in one state of the lens by rays in step, the same rays RayTracer follows.
 class March {
  public:
-  /// Prepares `region`, whose parts may be asked for. CanMarch(canvases). The scene's cells are copied; `canvases` must
-  /// outlive the march.
-  March(const std::vector<Canvas>& canvases, BlurLine line, const ApertureShape& shape, PixelRect region);
+  /// Prepares `region`, whose parts may be asked for. CanMarch(canvases), and the pupil is uniform. The scene's cells
+  /// are copied; `canvases` and `pupil` must outlive the march.
+  March(const std::vector<Canvas>& canvases, BlurLine line, const ApertureShape& shape, const Pupil& pupil,
+        PixelRect region);
 
   /// Fills `part` of `image`; the part lies in the region and in the image.
   void Render(PixelRect part, int rays_per_pixel, Raster& image);
@@ -55,6 +56,7 @@ class March {
     std::vector<Path> paths;
     std::vector<Step> steps;
     std::vector<int> first_step;  ///< of each ray; then the end
+    double passing = 1.0;         ///< share of the rays, those that do not pass the pupil being left out
   };
   const Bundle& BundleOf(int rays_per_pixel);
   void AddProgramme(PixelRay ray, Bundle& bundle) const;
@@ -62,6 +64,7 @@ class March {
   const std::vector<Canvas>& canvases_;
   BlurLine line_;
   ApertureShape shape_;
+  const Pupil& pupil_;
   int reach_;
   std::vector<Layer> layers_;
   std::map<int, Bundle> bundles_;  ///< by rays per pixel

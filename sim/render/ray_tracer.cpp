@@ -111,12 +111,15 @@ std::vector<PixelRay> SpreadOverPixel(int count, const ApertureShape& shape) {
   return rays;
 }
 
-int RayReach(const std::vector<Canvas>& canvases, const BlurLine& line, const ApertureShape& shape) {
+int RayReach(const std::vector<Canvas>& canvases, const BlurLine& line, const ApertureShape& shape,
+             const Pupil& pupil) {
   double largest = 0.0;
+  double off = 0.0;
   for (const Canvas& canvas : canvases) {
     largest = std::max({largest, std::abs(line.At(canvas.min_vergence())), std::abs(line.At(canvas.max_vergence()))});
+    off = std::max({off, pupil.Reach(canvas.min_vergence()), pupil.Reach(canvas.max_vergence())});
   }
-  return static_cast<int>(std::ceil(shape.reach() * largest)) + 1;
+  return static_cast<int>(std::ceil(shape.reach() * largest + off)) + 1;
 }
 
 /// What a ray meets first.
@@ -126,13 +129,13 @@ struct RayTracer::Seen {
 };
 
 RayTracer::RayTracer(const std::vector<Canvas>& canvases, const std::vector<CellLight>& light, BlurLine line,
-                     const ApertureShape& shape, int rays_per_pixel)
-    : canvases_(canvases), light_(light), line_(line), rays_(SpreadOverPixel(rays_per_pixel, shape)) {
+                     const ApertureShape& shape, const Pupil& pupil, int rays_per_pixel)
+    : canvases_(canvases), light_(light), line_(line), pupil_(pupil), rays_(SpreadOverPixel(rays_per_pixel, shape)) {
   if (line.at_infinity_px == 0.0 && line.per_dioptre_px == 0.0) rays_.clear();
 }
 
-std::optional<RayTracer::Seen> RayTracer::FirstSeen(int x, int y, PixelRay pixel_ray) const {
-  const Ray ray{x + 0.5 + pixel_ray.on_sensor.x, y + 0.5 + pixel_ray.on_sensor.y, pixel_ray.through, line_};
+std::optional<RayTracer::Seen> RayTracer::FirstSeen(int x, int y, PixelRay pixel_ray, const BlurLine& line) const {
+  const Ray ray{x + 0.5 + pixel_ray.on_sensor.x, y + 0.5 + pixel_ray.on_sensor.y, pixel_ray.through, line};
   std::optional<Seen> first;
   for (std::size_t i = 0; i < canvases_.size(); ++i) {
     const std::optional<Hit> hit = HitSurface(canvases_[i], ray);
@@ -142,29 +145,43 @@ std::optional<RayTracer::Seen> RayTracer::FirstSeen(int x, int y, PixelRay pixel
   return first;
 }
 
+double RayTracer::LightSeen(const Seen& seen, AperturePoint on_sensor) const {
+  const Hit& hit = seen.hit;
+  const Canvas& canvas = canvases_[seen.surface];
+  // A formula says what pixels show: it is not averaged over them once more.
+  if (!std::holds_alternative<TexturePaint>(canvas.paint()))
+    return canvas.LightAt(hit.x - on_sensor.x, hit.y - on_sensor.y);
+  const int column = CellOf(hit.x), row = CellOf(hit.y);
+  const CellLight& light = light_[seen.surface];
+  return light.mean.Holds(column, row) ? light.At(column, row, hit.x - column - 0.5, hit.y - row - 0.5)
+                                       : static_cast<double>(canvas.CellLight(column, row));
+}
+
 double RayTracer::LightAt(int x, int y) const {
+  const FieldPoint at = pupil_.FieldAt(x + 0.5, y + 0.5);
+  const BlurLine line = pupil_.is_perfect() ? line_ : pupil_.LineAt(line_, at);
   double sum = 0.0;
-  std::size_t known = 0;
+  std::size_t known = 0, dark = 0;
   for (const PixelRay& ray : rays_) {
-    const std::optional<Seen> seen = FirstSeen(x, y, ray);
+    PixelRay bent = ray;
+    if (!pupil_.is_perfect()) {
+      if (!pupil_.Passes(ray.through, at)) {
+        ++dark;
+        continue;
+      }
+      const AperturePoint off = pupil_.LandsOff(ray.through, at);
+      bent.on_sensor = {ray.on_sensor.x - off.x, ray.on_sensor.y - off.y};
+    }
+    const std::optional<Seen> seen = FirstSeen(x, y, bent, line);
     if (seen && !seen->hit.known) continue;
     ++known;
-    if (!seen) continue;
-    const Hit& hit = seen->hit;
-    const Canvas& canvas = canvases_[seen->surface];
-    if (std::holds_alternative<TexturePaint>(canvas.paint())) {
-      const int column = CellOf(hit.x), row = CellOf(hit.y);
-      const CellLight& light = light_[seen->surface];
-      sum += light.mean.Holds(column, row) ? light.At(column, row, hit.x - column - 0.5, hit.y - row - 0.5)
-                                           : static_cast<double>(canvas.CellLight(column, row));
-    } else {  // a formula says what pixels show: it is not averaged over them once more
-      sum += canvas.LightAt(hit.x - ray.on_sensor.x, hit.y - ray.on_sensor.y);
-    }
+    if (seen) sum += LightSeen(*seen, ray.on_sensor);
   }
-  if (known > 0) return sum / static_cast<double>(known);
+  const double share = dark == 0 ? 1.0 : 1.0 - static_cast<double>(dark) / static_cast<double>(rays_.size());
+  if (known > 0) return share * sum / static_cast<double>(known);
   // The ray through the lens centre never meets a side; without any other it stands for the whole pixel.
-  const std::optional<Seen> seen = FirstSeen(x, y, {});
-  return seen ? static_cast<double>(canvases_[seen->surface].CellLight(x, y)) : 0.0;
+  const std::optional<Seen> seen = FirstSeen(x, y, {}, line);
+  return seen ? share * static_cast<double>(canvases_[seen->surface].CellLight(x, y)) : 0.0;
 }
 
 bool IsSeen(const std::vector<Canvas>& canvases, const BlurLine& line, double x, double y, double vergence_d,

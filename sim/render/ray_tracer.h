@@ -8,6 +8,7 @@
 #include "render/blur_line.h"
 #include "render/canvas.h"
 #include "render/cell_light.h"
+#include "render/pupil.h"
 
 namespace lensd::sim {
 
@@ -27,26 +28,29 @@ struct PixelRay {
 std::vector<PixelRay> SpreadOverPixel(int count, const ApertureShape& shape);
 
 /// How far from its pixel, in cells, a ray may meet something.
-int RayReach(const std::vector<Canvas>& canvases, const BlurLine& line, const ApertureShape& shape);
+int RayReach(const std::vector<Canvas>& canvases, const BlurLine& line, const ApertureShape& shape,
+             const Pupil& pupil = {});
 
 /// Follows rays through surfaces, nearest first. Where a ray meets a depth map from the side, between a near cell and a
 /// farther one, the photograph does not say what is there: such rays are left out of the mean.
 class RayTracer {
  public:
-  /// Keeps references to `canvases` and their light, which holds what the rays may meet.
+  /// Keeps references to `pupil`, `canvases` and their light, which holds what the rays may meet.
   RayTracer(const std::vector<Canvas>& canvases, const std::vector<CellLight>& light, BlurLine line,
-            const ApertureShape& shape, int rays_per_pixel);
+            const ApertureShape& shape, const Pupil& pupil, int rays_per_pixel);
 
-  /// Mean light over a pixel and the aperture.
+  /// Mean light over a pixel and the aperture; what does not pass the pupil is dark.
   double LightAt(int x, int y) const;
 
  private:
   struct Seen;
-  std::optional<Seen> FirstSeen(int x, int y, PixelRay pixel_ray) const;
+  std::optional<Seen> FirstSeen(int x, int y, PixelRay pixel_ray, const BlurLine& line) const;
+  double LightSeen(const Seen& seen, AperturePoint on_sensor) const;
 
   const std::vector<Canvas>& canvases_;
   const std::vector<CellLight>& light_;
   BlurLine line_;
+  const Pupil& pupil_;
   std::vector<PixelRay> rays_;
 };
 

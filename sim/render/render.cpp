@@ -18,6 +18,7 @@ namespace lensd::sim {
 
 struct Renderer::Prepared {
   CameraSettings camera;
+  LensSettings lens;
   ApertureShape shape;
   std::vector<Canvas> canvases;
   std::vector<LightPoint> lights;
@@ -25,10 +26,14 @@ struct Renderer::Prepared {
 
 namespace {
 
+/// Which pupils a renderer knows.
+enum class Pupils { Perfect, Uniform, Any };
+
 /// One way to make a picture, cheapest first in the table below.
 struct Way {
   Algorithm algorithm;
   std::string_view name;
+  Pupils pupils;
   bool (*can)(const View&);
   double (*bound)(const View&);
   Raster (*render)(const View&);
@@ -42,24 +47,32 @@ Raster JustLayers(const View& view) {
 }
 
 constexpr Way kWays[] = {
-    {Algorithm::Fourier, "fourier", CanFourier, [](const View&) { return 1e-7; }, RenderFourier, nullptr},
-    {Algorithm::Wall, "wall", CanWall, [](const View&) { return kRounding; }, RenderWall, nullptr},
-    {Algorithm::Gather, "gather", CanGather, GatherBound, RenderGather, nullptr},
-    {Algorithm::Plane, "plane", CanPlane, PlaneBound, RenderPlane, nullptr},
-    {Algorithm::Layers, "layers", CanLayers, LayersBound, JustLayers, nullptr},
-    {Algorithm::Hybrid, "hybrid", [](const View& view) { return CanLayers(view) && CanMarch(view); }, nullptr, nullptr,
-     RenderHybrid},
-    {Algorithm::March, "march", CanMarch, nullptr, nullptr, RenderMarch},
-    {Algorithm::Rays, "rays", [](const View&) { return true; }, nullptr, nullptr, RenderRays},
-    {Algorithm::Splat, "splat", CanSplat, [](const View&) { return 1.0; }, RenderSplat, nullptr},
+    {Algorithm::Fourier, "fourier", Pupils::Perfect, CanFourier, [](const View&) { return 1e-7; }, RenderFourier,
+     nullptr},
+    {Algorithm::Wall, "wall", Pupils::Perfect, CanWall, [](const View&) { return kRounding; }, RenderWall, nullptr},
+    {Algorithm::Gather, "gather", Pupils::Perfect, CanGather, GatherBound, RenderGather, nullptr},
+    {Algorithm::Pupil, "pupil", Pupils::Any, CanPupil, PupilBound, RenderPupil, nullptr},
+    {Algorithm::Plane, "plane", Pupils::Perfect, CanPlane, PlaneBound, RenderPlane, nullptr},
+    {Algorithm::Layers, "layers", Pupils::Perfect, CanLayers, LayersBound, JustLayers, nullptr},
+    {Algorithm::Hybrid, "hybrid", Pupils::Perfect, [](const View& view) { return CanLayers(view) && CanMarch(view); },
+     nullptr, nullptr, RenderHybrid},
+    {Algorithm::March, "march", Pupils::Uniform, CanMarch, nullptr, nullptr, RenderMarch},
+    {Algorithm::Rays, "rays", Pupils::Any, [](const View&) { return true; }, nullptr, nullptr, RenderRays},
+    {Algorithm::Splat, "splat", Pupils::Perfect, CanSplat, [](const View&) { return 1.0; }, RenderSplat, nullptr},
 };
+
+bool Can(const Way& way, const View& view) {
+  if (way.pupils == Pupils::Perfect && !view.pupil.is_perfect()) return false;
+  if (way.pupils == Pupils::Uniform && !view.pupil.is_uniform()) return false;
+  return way.can(view);
+}
 
 Result<const Way*> Choose(const View& view, const RenderOptions& options) {
   for (const Way& way : kWays) {
     if (options.algorithm == Algorithm::Auto) {
-      if (way.can(view) && (way.bound == nullptr || way.bound(view) <= options.tolerance)) return &way;
+      if (Can(way, view) && (way.bound == nullptr || way.bound(view) <= options.tolerance)) return &way;
     } else if (way.algorithm == options.algorithm) {
-      if (way.can(view)) return &way;
+      if (Can(way, view)) return &way;
       return Fail(Code::Unsupported,
                   "the renderer '" + std::string(way.name) + "' cannot render this scene; 'auto' can");
     }
@@ -125,6 +138,36 @@ void AddLight(const View& view, double centre_x, double centre_y, const LightPoi
   }
 }
 
+/// The same through a pupil that is not perfect: ray by ray, each as wide as a pixel where it lands.
+void AddLightByRays(const View& view, double centre_x, double centre_y, const LightPoint& light, Raster& image) {
+  const double vergence = 1.0 / light.distance_m;
+  const FieldPoint at = view.pupil.FieldAt(centre_x, centre_y);
+  const BlurLine line = view.pupil.LineAt(view.line, at);
+  const double away = line.At(vergence);
+  const double widest = std::abs(away) + 2.0 * view.pupil.Reach(vergence);
+  const auto rays = SpreadOverAperture(static_cast<int>(std::clamp(32.0 * widest * widest, 4096.0, 1e6)), view.shape);
+  const double each = light.intensity / static_cast<double>(rays.size());
+  std::vector<double> sums(image.values.size());  // so many rays would leave their mark on single precision
+  for (const AperturePoint& through : rays) {
+    if (!view.pupil.Passes(through, at)) continue;
+    if (!IsSeen(view.canvases, line, centre_x, centre_y, vergence, through)) continue;
+    const AperturePoint off = view.pupil.LandsOff(through, at);
+    const double left = centre_x + through.x * away + off.x - 0.5, top = centre_y + through.y * away + off.y - 0.5;
+    const int x = static_cast<int>(std::floor(left)), y = static_cast<int>(std::floor(top));
+    const double right = left - x, lower = top - y;
+    const auto add = [&](int column, int row, double share) {
+      if (image.Holds(column, row)) {
+        sums[static_cast<std::size_t>(image.Row(row) - image.values.data() + (column - image.rect.x))] += each * share;
+      }
+    };
+    add(x, y, (1.0 - right) * (1.0 - lower));
+    add(x + 1, y, right * (1.0 - lower));
+    add(x, y + 1, (1.0 - right) * lower);
+    add(x + 1, y + 1, right * lower);
+  }
+  for (std::size_t i = 0; i < sums.size(); ++i) image.values[i] += static_cast<float>(sums[i]);
+}
+
 Result<void> CheckState(const OpticalState& state) {
   const auto bad = [](double value) { return !std::isfinite(value) || value <= 0.0; };
   if (bad(state.sensor_distance_m) || bad(state.magnification) ||
@@ -173,6 +216,7 @@ Result<Renderer> Renderer::Create(const Scene& scene) {
   }
   auto prepared = std::make_unique<Prepared>();
   prepared->camera = scene.camera;
+  prepared->lens = scene.lens;
   prepared->lights = scene.lights;
   prepared->shape = ApertureShape(scene.lens.aperture_blades);
   for (const Surface& surface : scene.surfaces) prepared->canvases.emplace_back(surface, scene.camera);
@@ -189,8 +233,13 @@ Result<Rendered> Renderer::Render(const OpticalState& state, const RenderOptions
   if (state.magnification != 1.0) {
     for (const Canvas& canvas : prepared_->canvases) magnified.push_back(canvas.Magnified(state.magnification));
   }
-  const View view{magnified.empty() ? prepared_->canvases : magnified, BlurLineOf(camera, state), *region,
-                  prepared_->shape, options.stop};
+  const Pupil pupil(prepared_->lens, camera, state);
+  const View view{magnified.empty() ? prepared_->canvases : magnified,
+                  BlurLineOf(camera, state),
+                  *region,
+                  prepared_->shape,
+                  pupil,
+                  options.stop};
   const Result<const Way*> way = Choose(view, options);
   if (!way) return PassOn(way);
   Made made = Make(view, **way, options);
@@ -200,7 +249,8 @@ Result<Rendered> Renderer::Render(const OpticalState& state, const RenderOptions
     const auto place = [&](double fraction, int size) {
       return 0.5 * size + (fraction * size - 0.5 * size) * state.magnification;
     };
-    AddLight(view, place(light.x, camera.width), place(light.y, camera.height), light, made.image);
+    const auto add = pupil.is_perfect() ? AddLight : AddLightByRays;
+    add(view, place(light.x, camera.width), place(light.y, camera.height), light, made.image);
   }
   return Rendered{.image = {region->width, region->height, std::move(made.image.values)},
                   .region = *region,

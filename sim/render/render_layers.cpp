@@ -132,7 +132,7 @@ void ForTiles(const View& view, int width, int height, Visit visit) {
 
 Raster RenderMarch(const View& view, const RayBudget& budget) {
   Raster image(view.region);
-  March march(view.canvases, view.line, view.shape, view.region);
+  March march(view.canvases, view.line, view.shape, view.pupil, view.region);
   ForTiles(view, 32, 16, [&](PixelRect tile) { march.Render(tile, budget.RaysFor(tile), image); });
   return image;
 }
@@ -140,7 +140,7 @@ Raster RenderMarch(const View& view, const RayBudget& budget) {
 Raster RenderHybrid(const View& view, const RayBudget& budget) {
   Raster doubtful;
   Raster image = RenderLayers(view, &doubtful);
-  March march(view.canvases, view.line, view.shape, view.region);
+  March march(view.canvases, view.line, view.shape, view.pupil, view.region);
   ForTiles(view, 16, 8, [&](PixelRect tile) {
     for (int y = tile.y; y < tile.y + tile.height; ++y) {
       const float* row = doubtful.Row(y) + (tile.x - view.region.x);
@@ -154,11 +154,11 @@ Raster RenderHybrid(const View& view, const RayBudget& budget) {
 
 Raster RenderRays(const View& view, const RayBudget& budget) {
   Raster image(view.region);
-  const PixelRect met = Grown(view.region, RayReach(view.canvases, view.line, view.shape));
+  const PixelRect met = Grown(view.region, RayReach(view.canvases, view.line, view.shape, view.pupil));
   std::vector<CellLight> light;
   for (const Canvas& canvas : view.canvases) light.emplace_back(canvas, met);
   ForTiles(view, 64, 64, [&](PixelRect tile) {
-    const RayTracer tracer(view.canvases, light, view.line, view.shape, budget.RaysFor(tile));
+    const RayTracer tracer(view.canvases, light, view.line, view.shape, view.pupil, budget.RaysFor(tile));
     for (int y = tile.y; y < tile.y + tile.height; ++y) {
       for (int x = tile.x; x < tile.x + tile.width && !view.stop.stop_requested(); ++x) {
         image.Row(y)[x - view.region.x] = static_cast<float>(tracer.LightAt(x, y));

@@ -38,7 +38,9 @@ double LargestBlur(const View& view) {
         for (const int y : {r.y, r.y + r.height}) vergences.push_back(canvas.PlaneVergence(x, y));
       }
     }
-    for (const double vergence : vergences) largest = std::max(largest, std::abs(view.line.At(vergence)));
+    for (const double vergence : vergences) {
+      largest = std::max(largest, std::abs(view.line.At(vergence)) + 2.0 * view.pupil.Reach(vergence));
+    }
   }
   return largest;
 }

@@ -7,6 +7,7 @@
 #include "render/aperture_shape.h"
 #include "render/blur_line.h"
 #include "render/canvas.h"
+#include "render/pupil.h"
 #include "render/raster.h"
 
 namespace lensd::sim {
@@ -17,6 +18,7 @@ struct View {
   BlurLine line;
   PixelRect region;
   const ApertureShape& shape;
+  const Pupil& pupil;
   std::stop_token stop;  ///< once it came, what is left need not be rendered
 };
 
@@ -52,6 +54,13 @@ Raster RenderWall(const View& view);
 bool CanGather(const View& view);
 double GatherBound(const View& view);
 Raster RenderGather(const View& view);
+
+/// Pupil: one textured wall through a pupil that is not perfect. The landing places of rays, through a fractional delay
+/// each, add up to a kernel; where pupils change over the field there is one a node of a grid, mixed between nodes. The
+/// bound is for what changes from one block of pixels to the next.
+bool CanPupil(const View& view);
+double PupilBound(const View& view);
+Raster RenderPupil(const View& view);
 
 /// Plane: one textured tilted plane over the whole picture; each pixel sums its own ellipse of light. A round
 /// aperture, and not too steep: blur that changes by less than half a pixel a pixel.

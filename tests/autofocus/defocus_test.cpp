@@ -361,6 +361,7 @@ TEST(SessionTest, TheSameFrameSentTwiceIsNamed) {
   const Ending run = RunSession("auto", [](double, int) { return Picture(NaturalWaves(29), 20.0, 0.005, 1); }, -20.0);
   EXPECT_FALSE(run.verdict.focused);
   EXPECT_NE(run.verdict.reason.find("the same frame"), std::string::npos) << run.verdict.reason;
+  EXPECT_EQ(run.verdict.cause, Cause::SameFrame);
 }
 
 TEST(DefocusMethod, RefusesLightsTooBrightForTheSensor) {

@@ -28,13 +28,33 @@ TEST(SettingsReader, ReadsEveryKind) {
 }
 
 TEST(SettingsReader, NamesAnUnknownKeyWithItsLine) {
-  const Settings table = Parse("known = 1\n\nunknwon = 2\n");
+  const Settings table = Parse("known = 1\n\nspeed = 2\n");
   SettingsReader read(table, "[lens]");
   read.Integer("known", 0);
   const auto done = read.Finish();
   ASSERT_FALSE(done.has_value());
   EXPECT_EQ(done.error().code, Code::BadData);
-  EXPECT_EQ(done.error().message, "dir/a.toml:3: unknown key \"unknwon\" in [lens]");
+  EXPECT_EQ(done.error().message, "dir/a.toml:3: unknown key \"speed\" in [lens]");
+}
+
+TEST(SettingsReader, NamesWhatAnUnknownKeyMayMean) {
+  const Settings table = Parse("speed = 1\ndrivr = \"sim\"\n");
+  SettingsReader read(table, "[lens]");
+  read.Integer("speed", 0);
+  read.RequiredText("driver");
+  const auto done = read.Finish();
+  ASSERT_FALSE(done.has_value());
+  EXPECT_EQ(done.error().message, "dir/a.toml:2: unknown key \"drivr\" in [lens]; did you mean \"driver\"?");
+}
+
+TEST(SettingsReader, WhatIsMissingAndNowhereMistypedIsMissing) {
+  const Settings table = Parse("speed = 1\n");
+  SettingsReader read(table, "[lens]");
+  read.Integer("speed", 0);
+  read.RequiredText("driver");
+  const auto done = read.Finish();
+  ASSERT_FALSE(done.has_value());
+  EXPECT_EQ(done.error().message, "dir/a.toml:1: [lens] driver is missing: write driver = ...");
 }
 
 TEST(SettingsReader, ReportsTheFirstWrongValue) {
@@ -53,7 +73,7 @@ TEST(SettingsReader, ReportsAMissingKeyAtItsTable) {
   read.RequiredText("model");
   const auto done = read.Finish();
   ASSERT_FALSE(done.has_value());
-  EXPECT_EQ(done.error().message, "dir/a.toml:2: [lens] model is missing");
+  EXPECT_EQ(done.error().message, "dir/a.toml:2: [lens] model is missing: write model = ...");
 }
 
 TEST(Toml, NamesTheLineOfASyntaxError) {

@@ -125,6 +125,37 @@ TEST(ClosedLoopTest, ALongTravelEndsInAnAnswer) {
   }
 }
 
+// Near the end of the travel there is nothing beyond to compare with: what lies there is found in a few frames, and
+// what lies beyond the end is no answer farther off than a depth of field.
+TEST(ClosedLoopTest, ASubjectAtTheEndOfTheTravelCostsFewFrames) {
+  const int runs = static_cast<int>(testing::ByLevel(3, 10, 100));
+  for (const double beyond_px : {-2.0, -1.0, 0.0, 3.0, 6.0, 12.0}) {
+    auto scene = sim::LoadScene(std::string(LENSD_SOURCE_DIR) + "/scenes/regimes/end-of-range.toml");
+    ASSERT_TRUE(scene) << scene.error().message;
+    const sim::LensSettings& lens = scene->lens;
+    const double px_m = lens.initial_f_number * scene->camera.pixel_um * 1e-6;
+    const double focal_m = 1e-3 * lens.min_focal_length_mm;
+    const double in_focus_m = 1e-3 * lens.max_extension_mm + beyond_px * px_m;
+    scene->surfaces.at(0).shape = sim::PlaneShape{.u0_d = in_focus_m / (focal_m * (focal_m + in_focus_m))};
+    auto pictures = sim::Pictures::Create(std::make_shared<const sim::Scene>(*std::move(scene)));
+    ASSERT_TRUE(pictures) << pictures.error().message;
+    auto results = RunAutofocus(*pictures, {.method = "auto", .runs = runs, .seed = 4717});
+    ASSERT_TRUE(results) << results.error().message;
+    std::vector<double> frames;
+    int within = 0;
+    for (const AutofocusRunResult& run : *results) {
+      EXPECT_FALSE(run.false_focus()) << beyond_px << ": " << run.reason;
+      within += run.within();
+      frames.push_back(run.frames);
+    }
+    std::printf("%g px beyond the end: %d of %d within, median %g frames\n", beyond_px, within, runs,
+                Percentile(frames, 0.5));
+    if (beyond_px > 0.0) continue;
+    EXPECT_GE(within, runs - runs / 10) << beyond_px;
+    EXPECT_LE(Percentile(frames, 0.5), 7.0) << beyond_px;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Shipped, Regimes,
                          ::testing::Values("coarse-steps", "end-of-range", "fine-steps", "flicker", "gradient",
                                            "lights", "low-light", "ringing", "shake", "sinusoid", "small-window",

@@ -76,7 +76,7 @@ class Plots(Case):
                      "near ≤ 1 px (near end)", "near ≤ 1 px (far end)", "far ≥ 4 px (behind)", "in focus", "infinity"):
             self.assertIn(text, texts)
         texts = self.draw(1, "--sharp", "near=2.1m..2.5m", "--sharp", "wall=5m")
-        self.assertIn("No setting meets every limit", texts)
+        self.assertIn("50 mm: no setting meets every limit", texts)
         self.assertTrue(any(text.startswith("in conflict: near, wall") for text in texts), texts)
         self.assertIn("depth of field", self.draw(0, "--focus", "2m", "--objective", "depth", "--blur-limit", "1px"))
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Plans as lensctl makes them without a daemon, against exact rational arithmetic."""
 import math
+import re
 import unittest
 from fractions import Fraction as Q
 
@@ -224,6 +225,46 @@ class Plan(Case):
         self.refused(64, "own", *lens, "--sharp", "a=1m:1um", "--sharp", "a=2m:1um")
         self.refused(64, "taken", *lens, "--sharp", "focus=1m:1um")
 
+
+class Words(Case):
+    LENS = ["plan", "--focal-length", "50mm", "--f-number", "1.4..16", "--extension", "0mm..3mm", "--pixel", "5um"]
+
+    def rows(self, *arguments):
+        """The table of limits: its heads, and its rows by name."""
+        code, out, err = run(*self.LENS, *arguments)
+        self.assertEqual((code, err), (0, ""))
+        lines = [re.split(r"  +", line.strip()) for line in out.splitlines()]
+        begin = next(i for i, line in enumerate(lines) if line[0] == "limit")
+        return lines[begin], {line[0]: line for line in lines[begin + 1:] if len(line) == 7}, out
+
+    def test_limits_are_answered_in_the_unit_they_were_asked_in(self):
+        heads, rows, _ = self.rows("--sharp", "part=2m..2.2m:1.5px", "--blurred", "wall=4m..inf:3px")
+        self.assertEqual(heads[3:5], ["limit [px]", "worst [px]"])
+        told = self.answer(*self.LENS, "--sharp", "part=2m..2.2m:1.5px", "--blurred", "wall=4m..inf:3px")["limits"]
+        for limit in told:
+            self.assertAlmostEqual(float(rows[limit["name"]][3]) * 5, limit["limitUm"], delta=1e-3 * limit["limitUm"])
+            self.assertAlmostEqual(float(rows[limit["name"]][4]) * 5, limit["worstUm"], delta=1e-3 * limit["worstUm"])
+        heads, rows, _ = self.rows("--sharp", "part=2m..2.2m:7.5um")
+        self.assertEqual((heads[3], rows["part"][3]), ("limit [um]", "7.5"))
+        heads, rows, _ = self.rows("--sharp", "part=2m..2.2m:7.5um", "--blurred", "wall=4m..inf")
+        self.assertEqual((heads[3], rows["part"][3], rows["wall"][3]), ("limit", "7.5 um", "1 px"))
+
+    def test_answers_keep_the_unit_and_say_where_they_start(self):
+        _, _, out = self.rows("--sharp", "6ft..7ft:1.5px", "--focus", "6.5ft", "--from", "sensor")
+        self.assertNotRegex(out.split("limit")[0].split("focal plane")[1].splitlines()[0], r"\d m\b")
+        self.assertIn("6.5 ft from the sensor", out)
+        self.assertIn("distances are from the lens centre", out)
+        for command in (["dof", "--f-number", "2.8", "--focus", "2m", "--blur-limit", "20um"],
+                        ["blur", "--f-number", "2.8", "--focus", "2m", "--at", "3m"]):
+            with self.subTest(command=command):
+                code, out, _ = run(*command, "--focal-length", "50mm", "--from", "sensor")
+                self.assertEqual(code, 0)
+                self.assertTrue(out.endswith("distances are from the lens centre\n"), out)
+                self.assertNotIn("lens centre", run(*command, "--focal-length", "50mm")[1])
+        _, out, _ = run("plan", "--focal-length", "50mm", "--f-number", "8", "--extension", "0mm..3mm", "--pixel", "5um", "--sharp",
+                        "1m..8m:2px", "--stack")
+        self.assertIn("1 m (1 D)", out)
+        self.assertNotIn("1000 mm", out)
 
 if __name__ == "__main__":
     unittest.main()

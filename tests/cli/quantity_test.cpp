@@ -113,6 +113,8 @@ TEST(Quantity, KnownValues) {
   EXPECT_EQ(ParseLength("-1.5mm", "--x")->value, -0.0015);
   EXPECT_EQ(ParsePercent("2%", "--x")->Nearest(), 0.02);
   EXPECT_EQ(ParseTime("1.5ms", "--x")->count(), 1'500'000);
+  EXPECT_EQ(*ParseTime("10min", "--x"), std::chrono::minutes(10));
+  EXPECT_EQ(*ParseTime("1.5h", "--x"), std::chrono::minutes(90));
   EXPECT_EQ(ParseFNumber("f/2.8", "--x")->Nearest(), 2.8);
   EXPECT_EQ(ParseNumber("1.2", "--x")->Nearest(), 1.2);
 }

@@ -255,7 +255,7 @@ class Session(DaemonTest):
 
     def test_what_makes_no_sense_is_refused_and_the_frame_stays_wanted(self):
         frame = {"widthPx": 64, "heightPx": 64, "format": "mono8", "data": base64.b64encode(bytes(4096)).decode()}
-        with self.daemon.client(60) as client, self.daemon.client() as other:
+        with self.daemon.client() as client, self.daemon.client() as other:
             session, step = self.begin(client)
             now = time.clock_gettime_ns(time.CLOCK_MONOTONIC)
             good = {**frame, "session": session, "exposureStartNs": now, "exposureEndNs": now}
@@ -284,7 +284,7 @@ class Session(DaemonTest):
         self.wait_for(lambda: self.activity() == "idle")
 
     def test_a_frame_has_a_greatest_size(self):
-        with self.daemon.client(60) as client:
+        with self.daemon.client() as client:
             session, _ = self.begin(client)
             piece = base64.b64encode(bytes(700 << 10)).decode()
             sizes, answer = 0, {}
@@ -316,7 +316,7 @@ class Session(DaemonTest):
             self.begin(client)
 
     def test_a_session_that_nobody_feeds_ends_by_itself(self):
-        with self.daemon.client(60) as client:
+        with self.daemon.client() as client:
             session, _ = self.begin(client, deadlineMs=200)
             self.wait_for(lambda: self.activity() == "idle")
             now = time.clock_gettime_ns(time.CLOCK_MONOTONIC)

@@ -138,8 +138,10 @@ class CalibrationTest(unittest.TestCase):
         self.daemon = Daemon(config=self.config('calibration = "' + path + '"\n'))
         with self.daemon.client() as client:  # that lens alone is at fault, and says why
             lens = client.call(LENS + "Status")["parameters"]["lenses"][0]
-        self.assertEqual(lens["connection"], "wrongDevice")
-        self.assertIn('unknown key "oops"', lens["error"])
+        self.assertEqual((lens["connection"], lens["grade"]), ("connected", "uncalibrated"))
+        self.assertIn('unknown key "oops"', lens["warnings"][0])
+        with open(path, encoding="utf-8") as damaged, open(path + ".damaged", encoding="utf-8") as copy:
+            self.assertEqual(copy.read(), damaged.read())
         self.daemon.stop()
         self.daemon = Daemon(config=self.config())
 

@@ -32,6 +32,24 @@ class Configuration(unittest.TestCase):
             file.write(text)
         return self.lensd("--config", self.file, "--check-config")
 
+    def test_a_drop_in_allows_the_configured_drivers_devices_alone(self):
+        """It takes the place of the unit's own list: nothing is in it that no configured driver opens."""
+        usb, camera = '[[lens]]\nname = "u"\ndriver = "lensconnect"\nserial = "X"\n', '[lens.camera]\ndriver = "uvc"\nserial = "Y"\n'
+        for text, classes in (("version = 1\n", []), (GOOD, []), (GOOD + usb, ["char-hidraw"]),
+                              (GOOD + usb + camera, ["char-hidraw", "char-usb_device"])):
+            with self.subTest(classes=classes):
+                with open(self.file, "w", encoding="utf-8") as file:
+                    file.write(text)
+                printed = self.lensd("--config", self.file, "--print-unit-drop-in")
+                self.assertEqual(printed.returncode, 0, printed.stderr)
+                comment, section, reset, *lines = printed.stdout.splitlines()
+                self.assertTrue(comment.startswith("#") and self.file in comment, comment)
+                self.assertEqual((section, reset), ("[Service]", "DeviceAllow="))
+                self.assertEqual(lines, [f"DeviceAllow={name} rw" for name in classes])
+                with open(os.path.join(HERE, "..", "..", "systemd", "lensd.service.in"), encoding="utf-8") as unit:
+                    self.assertLessEqual(set(lines), set(unit.read().splitlines()))
+        self.assertEqual(self.lensd("--config", self.file + ".no", "--print-unit-drop-in").returncode, 78)
+
     def test_good_ones(self):
         for text in ("version = 1\n", GOOD, GOOD + 'start = "home"\ndistance_from = "sensor"\n[lens.focus]\n'
                      'approach = "far"\nsettle_ms = 8\nlimits = [10, 3000]\n[lens.optics]\nfocal_length_mm = 25\n'

@@ -25,7 +25,7 @@ class ErrorTest(DaemonTest):
         return told
 
     def call(self, method, parameters, name, **flags):
-        with self.daemon.client(60) as client:
+        with self.daemon.client() as client:
             return self.refused(client.call(LENS + method, parameters, **flags), name)
 
     def assert_tells(self, told, **expected):
@@ -127,7 +127,7 @@ class Facts(ErrorTest):
                                     "OutOfRange"), parameter="range.to.vergenceD", unit="D")
 
     def test_a_frame_exposed_too_early_or_too_small_is_told_in_its_own_parameters(self):
-        with self.daemon.client(60) as client:
+        with self.daemon.client() as client:
             begun = client.call(LENS + "AutofocusBegin", {"lens": "b", "method": "sweep", "region": {**WHOLE, "w": 0.5}})
             session, since = begun["parameters"]["session"], begun["parameters"]["next"]["settledAtNs"]
             frame = {"session": session, "format": "mono8", "exposureEndNs": time.monotonic_ns(),
@@ -141,7 +141,7 @@ class Facts(ErrorTest):
             client.call(LENS + "AutofocusEnd", {"session": session})
 
     def test_an_end_that_is_refused_is_not_told(self):
-        with self.daemon.client(60) as client:
+        with self.daemon.client() as client:
             session = client.call(LENS + "AutofocusBegin", {"lens": "b", "scores": True, "method": "hill-climb"})["parameters"]
             times = {"session": session["session"], "exposureStartNs": 1, "exposureEndNs": 2}
             for method, parameters, expected in (
@@ -158,6 +158,7 @@ class Facts(ErrorTest):
 
     def test_what_is_not_found_is_named(self):
         self.assert_tells(self.call("Stop", {"lens": "nobody"}, "LensNotFound"), lens="nobody")
+        self.assert_tells(self.call("Stop", {"lens": "x" * 63 + "é" * 100000}, "LensNotFound"), lens="x" * 63)
         self.assert_tells(self.call("PresetRecall", {"lens": "a", "label": "x"}, "PresetNotFound"), lens="a", label="x")
         self.assert_tells(self.call("Move", {"lens": "a", "axis": "filter", "target": {"position": 1}}, "Unsupported"),
                           lens="a", axis="filter")
@@ -196,7 +197,7 @@ class Busy(ErrorTest):
 
     def setUp(self):
         self.me = f"[{os.getpid()}] of user {os.getuid()}"
-        self.first = self.daemon.client(60)
+        self.first = self.daemon.client()
         self.addCleanup(self.first.socket.close)
         self.addCleanup(self.stop)
 
@@ -257,7 +258,7 @@ class Busy(ErrorTest):
         self.busy("Autofocus", "autofocus")
         self.busy("AutofocusBegin", "autofocus")
         self.assertEqual(self.first.call(LENS + "AutofocusEnd", {"session": session}), {"parameters": {}})
-        with self.daemon.client(60) as client:
+        with self.daemon.client() as client:
             self.assertNotIn("error", client.call(LENS + "Autofocus", {"lens": "a"}))
 
     def test_a_backlash_that_is_measured_is_one_thing_from_its_first_frame_to_its_last(self):
@@ -268,12 +269,12 @@ class Busy(ErrorTest):
         self.busy("PresetSave", "backlash", label="here")
         self.stop()
         self.assertIn(self.first.receive()["error"], (LENS + "Cancelled", LENS + "Superseded"))
-        with self.daemon.client(60) as client:
+        with self.daemon.client() as client:
             self.assertNotIn("error", client.call(LENS + "Autofocus", {"lens": "a"}))
 
     def test_a_move_displaces_and_a_stop_always_works(self):
         self.begin_move()
-        with self.daemon.client(60) as client:
+        with self.daemon.client() as client:
             moved = client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"relative": 5}})
         self.assertNotIn("error", moved)
         self.assert_tells(self.refused(self.first.receive(), "Superseded"), lens="a")

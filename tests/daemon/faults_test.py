@@ -105,8 +105,14 @@ class FaultsTest(DaemonTest):
         told = self.status()["axes"][0]["position"]
         self.assertLess(told, 1)
         self.assertGreater(self.truth()["focusPosition"], 100)
+        for said in (move, self.status()["axes"][0]):
+            self.assertLessEqual(abs(self.truth()["focusPosition"] - said["position"]), said["positionBound"])
+        saved = self.client.call(LENS + "PresetSave", {"label": "stuck"})["parameters"]["preset"]
+        there = self.truth()["focalPlaneD"]
+        self.assertLessEqual(abs(there - saved["vergenceD"]), saved["vergenceBoundD"], "a preset knows no more than the axis")
         self.inject("stale-readback", axis="focus", forMs=0.001)
         self.wait_for(lambda: abs(self.status()["axes"][0]["position"] - self.truth()["focusPosition"]) < 1)
+        self.assertLess(self.status()["axes"][0]["positionBound"], 1)
 
     def test_drop_reply(self):
         self.moved(400)

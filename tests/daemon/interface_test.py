@@ -89,7 +89,7 @@ class RepliesTest(DaemonTest):
         return reply["parameters"]
 
     def test_every_reply_keeps_to_the_interface(self):
-        with self.daemon.client(120) as client:
+        with self.daemon.client() as client:
             for method, parameters in (
                     ("List", {}), ("Status", {}), ("Metrics", {}), ("Devices", {}),
                     ("Move", {"axis": "focus", "target": {"position": 700}}),
@@ -100,7 +100,7 @@ class RepliesTest(DaemonTest):
                     ("Calibrate", {"points": [{"position": 0, "extensionMm": 0}, {"position": 4000, "extensionMm": 0.8}],
                                    "errorUm": 5, "approximate": True}),
                     ("Calibrate", {"remove": True}), ("MeasureBacklash", {"axis": "focus", "size": 3}),
-                    ("PresetSave", {"label": "one"}), ("PresetList", {}), ("PresetRecall", {"label": "one"}),
+                    ("PresetSave", {"label": "one"}), ("PresetList", {}), ("PresetRecall", {"label": "one"}), ("Undo", {}),
                     ("PresetRemove", {"label": "one"}), ("Autofocus", {}), ("TakeLease", {}),
                     ("DropLease", {}), ("Stop", {}), ("ResetFaults", {}),
                     ("Plan", {"request": {"limits": [{"kind": "sharp", "limitUm": 20, "depths": [
@@ -117,7 +117,7 @@ class RepliesTest(DaemonTest):
                     self.judge(method, client.call(LENS + method, parameters))
 
     def test_streams_keep_to_it_and_tell_every_cause(self):
-        with self.daemon.client(120) as client, self.daemon.client(120) as monitor:
+        with self.daemon.client() as client, self.daemon.client() as monitor:
             monitor.send(LENS + "Monitor", {"lens": "b", "minIntervalMs": 10}, more=True)
             for method, parameters, end in (
                     ("Move", {"axis": "focus", "target": {"position": 3000}}, "move"),

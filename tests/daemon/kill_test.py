@@ -8,7 +8,7 @@ import unittest
 
 from harness import HERE, LENS, Daemon
 
-KILLS = {"fast": 4, "ci": 50, "long": 200}[os.environ.get("LENSD_TEST_LEVEL", "ci")]
+KILLS = {"fast": 4, "ci": 50, "long": 500}[os.environ.get("LENSD_TEST_LEVEL", "ci")]
 FIELDS = {"position", "inMotion", "known", "slack", "travel", "doubt"}
 
 
@@ -127,7 +127,7 @@ class KillTest(unittest.TestCase):
                 self.assertEqual(refused["error"], LENS + "NotHomed")
                 self.assertEqual((refused["parameters"]["lens"], refused["parameters"]["axis"]), ("a", "focus"))
                 self.home_if_unknown(client, False)
-            self.assertIn("a.position.json", daemon.log())
+            daemon.wait_log("a.position.json")
             self.assertFalse(self.remembered()["inMotion"])
         finally:
             daemon.kill()

@@ -40,9 +40,13 @@ class Metrics(unittest.TestCase):
         draw = random.Random(5)
         nothing = {"framesLost": 0, "framesLate": 0, "packetsLost": 0, "packetsResent": 0, "busErrors": 0}
         with self.daemon.client() as client:
-            self.assertEqual(self.metrics(client)["good"],
-                             {"lens": "good", "moves": 0, "movesReached": 0, "movesVerified": 0, "autofocuses": 0,
-                              "autofocusesFocused": 0, "frames": 0, "counters": nothing})
+            first = self.metrics(client)["good"]
+            for histogram in (first.pop("waitMs"), first.pop("settleMs")):
+                self.assertEqual((histogram["count"], histogram["sumMs"]), (0, 0))
+                self.assertEqual(histogram["counts"], [0] * (len(histogram["upToMs"]) + 1))
+            self.assertEqual(first, {"lens": "good", "moves": 0, "movesReached": 0, "movesVerified": 0, "movesMissed": 0,
+                                     "autofocuses": 0, "autofocusesFocused": 0, "frames": 0, "refused": 0, "openings": 1,
+                                     "failures": 0, "commandsWaiting": 0, "counters": nothing})
             reached = verified = 0
             for _ in range(12):
                 target = draw.randrange(0, 300)
@@ -57,10 +61,45 @@ class Metrics(unittest.TestCase):
             focus = client.call(LENS + "Autofocus", {"lens": "good"})["parameters"]["autofocus"]
             good = self.metrics(client)["good"]
             self.assertEqual((good["moves"], good["movesReached"], good["movesVerified"]), (12, reached, verified))
+            self.assertEqual(good["settleMs"]["count"], 12)
+            self.assertEqual(good["refused"], 1)  # the move that was stopped
             self.assertEqual((good["autofocuses"], good["autofocusesFocused"]), (1, int(focus["focused"])))
             self.assertGreaterEqual(good["frames"], focus["frames"])
             self.assertEqual(good["counters"], nothing)
             self.assertEqual(self.metrics(client)["bad"]["moves"], 0)
+
+    def test_histograms_say_how_long_moves_took_and_commands_waited(self):
+        def place(bounds, ms):
+            return next((i for i, bound in enumerate(bounds) if ms <= bound), len(bounds))
+        with self.daemon.client() as client:
+            took = []
+            for target in (10, 700, 720, 0, 1500):
+                move = client.call(LENS + "Move", {"lens": "good", "axis": "focus", "target": {"position": target}})
+                took.append(move["parameters"]["move"]["elapsedMs"])
+            good = self.metrics(client)["good"]
+            expected = [0] * (len(good["settleMs"]["upToMs"]) + 1)
+            for ms in took:
+                expected[place(good["settleMs"]["upToMs"], ms)] += 1
+            self.assertEqual(good["settleMs"]["counts"], expected)
+            self.assertAlmostEqual(good["settleMs"]["sumMs"], sum(took), delta=0.1)
+            self.assertEqual(good["waitMs"]["count"], 5)
+            self.assertEqual(sum(good["waitMs"]["counts"]), 5)
+            self.assertLess(good["waitMs"]["sumMs"], sum(took))
+
+    def test_refusals_misses_and_openings_are_counted(self):
+        with self.daemon.client() as client:
+            for target in (1e9, -5.0):
+                client.call(LENS + "Move", {"lens": "good", "axis": "focus", "target": {"position": target}})
+            self.assertEqual(self.metrics(client)["good"]["refused"], 2)
+            self.assertEqual(self.metrics(client)["bad"]["refused"], 0)
+            client.call("io.lensd.Simulator.Inject", {"lens": "good", "kind": "missed-steps", "factor": 0.5})
+            moved = client.call(LENS + "Move", {"lens": "good", "axis": "focus", "target": {"position": 900}})["parameters"]["move"]
+            good = self.metrics(client)["good"]
+            self.assertEqual((good["movesMissed"], good["movesReached"]), (int(moved["missed"]), int(moved["reached"])))
+            self.assertEqual((good["openings"], good["failures"]), (1, 0))
+            daemon = client.call(LENS + "Metrics")["parameters"]["daemon"]
+            self.assertLess(daemon["sinceNs"], time.monotonic_ns())
+            self.assertEqual([daemon[key] for key in ("failuresTold", "failuresNotTold", "failuresDropped")], [0, 0, 0])
 
     def test_answers_and_frames_that_do_not_come_are_counted_and_told(self):
         with self.daemon.client() as client:

@@ -22,7 +22,7 @@ class PlanTest(ErrorTest):
             return told
 
     def feasible(self, request):
-        with self.daemon.client(60) as client:
+        with self.daemon.client() as client:
             return client.call(LENS + "Plan", {"lens": "a", "request": request})["parameters"]["plan"]["feasible"]
 
 

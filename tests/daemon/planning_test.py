@@ -47,6 +47,7 @@ class CoarseSteps(DaemonTest):
         w = F_MM / (F_MM + 0.3)
         self.assertAlmostEqual(nearest["worstRatio"], w * STEP_MM / nearest["fNumber"] / 0.060, delta=0.03)
         self.assertEqual(reply["plan"]["relax"], nearest["worstRatio"])
+        self.assertEqual(reply["plan"]["relaxed"], {key: nearest[key] for key in ("fNumber", "extensionMm", "focalPlaneD")})
         done = self.daemon.lensctl("plan", "a", "--f-number", "2", "--sharp", "it=2.108333m:60um", "--json")
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertEqual(json.loads(done.stdout)["conflict"], ["positions"])

@@ -175,8 +175,8 @@ class Protocol(DaemonTest):
                 self.assertEqual(reply["error"], LENS + error)
                 self.assertGreater(len(reply["parameters"]["message"]), 10)
 
-    def test_sixty_four_clients_and_not_one_more(self):
-        clients = [self.daemon.client() for _ in range(64)]
+    def test_eighty_clients_of_an_administrator_and_not_one_more(self):
+        clients = [self.daemon.client() for _ in range(64 + 16)]
         for client in clients:
             self.assertIn("parameters", client.call(INFO))
         with self.daemon.client() as extra:

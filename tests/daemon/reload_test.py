@@ -1,4 +1,5 @@
 """The configuration read again: by HUP, by lensctl, with mistakes in it, and while things go on."""
+import base64
 import json
 import os
 import signal
@@ -80,7 +81,7 @@ class ReloadTest(DaemonTest):
         self.write(lens("b"), lens("d"))
         self.daemon.process.send_signal(signal.SIGHUP)
         self.wait_connected("b", "d")
-        self.assertIn("added d; removed a; unchanged b", self.daemon.log())
+        self.daemon.wait_log("added d; removed a; unchanged b")
 
     def test_what_goes_on_ends_with_its_lens_and_not_with_the_others(self):
         with self.daemon.client() as mover, self.daemon.client() as other, self.daemon.client() as watcher:
@@ -97,6 +98,25 @@ class ReloadTest(DaemonTest):
                 last = watcher.receive()
             self.assertEqual(last["error"], LENS + "LensNotFound")
 
+    def test_a_lens_that_is_opened_anew_keeps_its_lease(self):
+        with self.daemon.client() as owner, self.daemon.client() as other, self.daemon.client() as passing:
+            timed = owner.call(LENS + "TakeLease", {"lens": "a", "forMs": 600e3})["parameters"]["lease"]
+            passing.call(LENS + "TakeLease", {"lens": "b"})
+            before = {name: lens["lease"] for name, lens in self.lenses().items()}
+            self.write(lens("a", "[lens.focus]\nlimits = [100, 3000]\n"), lens("b", "[lens.focus]\nlimits = [100, 3000]\n"))
+            self.assertEqual(self.reload()[1]["reopened"], ["a", "b"])
+            self.wait_for(lambda: all(each["connected"] for each in self.lenses().values()))
+            self.assertEqual({name: lens["lease"] for name, lens in self.lenses().items()}, before)
+            move = {"axis": "focus", "target": {"position": 200}}
+            for name in ("a", "b"):
+                self.assertEqual(other.call(LENS + "Move", {"lens": name, **move})["error"], LENS + "Leased")
+            for client, key in ((owner, {}), (other, {"lease": timed})):
+                self.assertTrue(client.call(LENS + "Move", {"lens": "a", **move, **key})["parameters"]["move"]["reached"])
+            self.assertTrue(passing.call(LENS + "Move", {"lens": "b", **move})["parameters"]["move"]["reached"])
+            passing.socket.close()  # what was taken without a time ends with its connection, as ever
+            self.wait_for(lambda: self.lenses()["b"]["lease"] is None)
+            self.assertEqual(self.lenses()["a"]["lease"], before["a"])
+
     def test_a_watched_lens_is_watched_on_when_it_is_reopened(self):
         with self.daemon.client() as watcher:
             watcher.send(LENS + "Status", {"lens": "a"}, more=True)
@@ -109,6 +129,32 @@ class ReloadTest(DaemonTest):
             while position != 2000:  # what came between may have been left out for something newer
                 axes = watcher.receive()["parameters"]["lenses"][0]["axes"]
                 position = next((axis["position"] for axis in axes if axis["axis"] == "focus"), None)
+
+    def test_a_changed_file_that_the_configuration_names_is_noticed(self):
+        folder = os.path.dirname(self.daemon.config)
+        scene, picture = os.path.join(folder, "own.toml"), os.path.join(folder, "page.png")
+        with open(SCENE, encoding="utf-8") as small:
+            text = small.read()
+        png = base64.b64decode("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNgAAAAAgABSK+kcQAAAABJRU5ErkJggg==")
+        with open(picture, "wb") as file:
+            file.write(png)
+        with open(scene, "w", encoding="utf-8") as file:
+            file.write(text.replace("sinusoid_px = [8.0, 0.0]", 'texture = "page.png"'))
+        self.write(f'[[lens]]\nname = "a"\ndriver = "sim"\nscene = "own.toml"\n', lens("b"))
+        self.assertEqual(self.reload()[1]["reopened"], ["a"])
+        self.wait_connected("a", "b")
+        self.assertEqual(self.reload()[1], {"added": [], "removed": [], "reopened": [], "unchanged": ["a", "b"]})
+        for path in (scene, picture):
+            with open(path, "rb") as file:
+                whole = file.read()
+            os.unlink(path)
+            with open(path, "wb") as file:
+                file.write(whole)
+            os.utime(path, ns=(1, 1))
+            reloaded = self.reload()[1]
+            self.assertEqual((reloaded["reopened"], reloaded["unchanged"]), (["a"], ["b"]), path)
+            self.wait_for(lambda named=f"files that changed: {path}": named in self.daemon.log())
+            self.wait_connected("a", "b")
 
     def test_many_changes_in_a_row_lose_nothing(self):
         for i in range(40):

@@ -5,7 +5,7 @@ import json
 import os
 import socket
 
-from harness import LENS, Client, Daemon
+from harness import LENS, PATIENCE, Client, Daemon
 
 COLOUR_SCENE = """version = 1
 [camera]
@@ -32,7 +32,7 @@ gradient = [0.05, 0.95]
 class FileClient(Client):
     """A client that takes the files that come with replies."""
 
-    def __init__(self, path, timeout=30):
+    def __init__(self, path, timeout=30 * PATIENCE):
         super().__init__(path, timeout)
         self.files = []
 

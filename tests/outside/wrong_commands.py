@@ -38,8 +38,8 @@ def Spoilt(command, fields, extra=()):
     return args + list(extra)
 
 
-def Missing(command, fields):
-    left_out = pick(list(fields))
+def Missing(command, fields, may_be=()):
+    left_out = pick([key for key in fields if key not in may_be])
     return [command] + [key + "=" + Good(kind) for key, kind in fields.items() if key != left_out]
 
 
@@ -47,7 +47,7 @@ DOF = {"--focal-length": "length", "--f-number": "fnumber", "--focus": "distance
 PLAN = ["plan", "--focal-length", "50mm", "--f-number", "1.4..16", "--extension", "0mm..3mm"]
 U = {64}
 DRAWN = [
-    (U, lambda: Spoilt("dof", DOF)), (U, lambda: Spoilt("dof", DOF)), (U, lambda: Missing("dof", DOF)),
+    (U, lambda: Spoilt("dof", DOF)), (U, lambda: Spoilt("dof", DOF)), (U, lambda: Missing("dof", DOF, ["--focus"])),
     (U, lambda: Spoilt("blur", {"--focal-length": "length", "--f-number": "fnumber", "--focus": "distance", "--at": "distance"})),
     (U, lambda: ["blur", "--model", pick(["fish", "", "Thin", "thick"]), "--focal-length", "50mm", "--f-number", "2", "--focus", "2m", "--at", "1m"]),
     (U, lambda: ["blur", "--model", pick(["pinhole", "aperture"]), "--at", "1m"]),
@@ -64,7 +64,8 @@ DRAWN = [
     (U, lambda: PLAN + ["--objective", pick(["depth", "best", "", "Light"]), "--sharp", "2m:20um"]),
     (U, lambda: PLAN + ["--sharp", "2m:20um"] + pick([["--wavelength", "0nm"], ["--wavelength", "550"], ["--diffraction", "airey"], ["--pupil-factor", "0"], ["--pupil-factor", "-1"], ["--sensor-tolerance", "-2um"], ["--f-number-tolerance", "150%"], ["--f-number-tolerance", "-2%"], ["--model-tolerance", "x"], ["--from", "moon"], ["--units", "yd"], ["--aperture-diameter", "3mm..20mm"], ["--field", "1m"], ["--field", "1m@2m"], ["--sensor-distance", "50mm..52mm"]])),
     ({65, 66, 64}, lambda: PLAN + ["--sharp", "@1:20um", "--depth-map", pick(["/nonexistent.png", "/etc/passwd", "/", "/dev/null", ""])]),
-    ({73}, lambda: PLAN + ["--sharp", "2m:20um", "--plot", pick(["/nonexistent/a.svg", "/proc/a.svg", "/"])]),
+    ({73}, lambda: PLAN + ["--sharp", "2m:20um", "--plot", pick(["/nonexistent/a.svg", "/proc/a.svg"])]),
+    (U, lambda: PLAN + ["--sharp", "2m:20um", "--plot", pick(["/", "a.pdf", "a"])]),
     (U, lambda: [pick(["focuss", "Plan", "", "help me", "--jsn", "-x", "plan.", "dofs", "zoomm"])]),
     (U, lambda: pick([["dof", "--json=maybe"], ["--timeout", "5", "list"], ["--timeout", "-1s", "list"], ["--timeout", "x", "list"], ["--units", "m"]])),
     # with the daemon

@@ -72,6 +72,43 @@ TEST_F(MemoryTest, WhatCannotBeRememberedDoesNotMove) {
   EXPECT_EQ(controls_->moves, 0);
 }
 
+TEST_F(MemoryTest, ADiskThatFailsInMidMoveIsToldOfUntilItTakesWhereTheAxisRests) {
+  OpenWithMemory(100);
+  ASSERT_TRUE(Move(200));
+  EXPECT_EQ(Move(300)->kept, true);
+  Answers<MoveOutcome> answers;
+  rig_->Move(Axis::Focus, At(900), answers.Take());
+  Run(100ms);
+  disk_->full = true;
+  const Instant began = clock_.Now();
+  RunUntil(answers);
+  ASSERT_TRUE(answers.only());
+  EXPECT_TRUE(answers.only()->reached);
+  EXPECT_EQ(answers.only()->kept, false);
+  EXPECT_NE(answers.only()->reason.find("the disk is full"), std::string::npos) << answers.only()->reason;
+  EXPECT_NE(answers.only()->cause, MoveCause::None);
+  const auto first = rig_->GetStatus().unkept;
+  ASSERT_TRUE(first);
+  EXPECT_GE(first->since, began);
+  Run(5s);
+  ASSERT_TRUE(rig_->GetStatus().unkept);
+  EXPECT_EQ(rig_->GetStatus().unkept->since, first->since);
+  EXPECT_TRUE(disk_->axes[Axis::Focus]->in_motion);
+  disk_->full = false;
+  Run(2s);
+  EXPECT_FALSE(rig_->GetStatus().unkept);
+  EXPECT_FALSE(disk_->axes[Axis::Focus]->in_motion);
+  EXPECT_EQ(disk_->axes[Axis::Focus]->position.value, 900.0);
+}
+
+TEST_F(MemoryTest, WithoutAMemoryNothingIsSaidOfTheDisk) {
+  Open({}, 100);
+  const auto moved = Move(300);
+  ASSERT_TRUE(moved);
+  EXPECT_FALSE(moved->kept);
+  EXPECT_FALSE(rig_->GetStatus().unkept);
+}
+
 TEST_F(MemoryTest, AStormCostsTheDiskLittle) {
   OpenWithMemory(100, WithBacklash(40));
   disk_->told.clear();

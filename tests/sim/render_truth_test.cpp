@@ -105,7 +105,7 @@ TEST(Render, AutoMatchesRaysOnTiltedPlanes) {
   for (const auto& [slope_x, slope_y] : {std::pair(0.01, 0.0), std::pair(0.012, -0.02), std::pair(-0.036, 0.02)}) {
     Scene scene = EmptyScene(24, 16);
     scene.surfaces.push_back({PlaneShape{1.0, slope_x, slope_y}, {}, Noise(24, 16, 3)});
-    for (const double diameter : {0.0, 3.0, -7.5, 16.0}) {  // at 1 D; 0: the focal plane cuts through the picture
+    for (const double diameter : {0.0, 3.0, -7.5, 16.0, 70.0}) {  // at 1 D; 0: the focal plane cuts through the picture
       OpticalState state = Blurred(scene, diameter, 1.0);
       state.aperture_diameter_m = 0.008;
       const LightImage truth = Render(scene, state, {.algorithm = Algorithm::Rays, .rays_per_pixel = 60000});

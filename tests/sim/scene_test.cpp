@@ -82,6 +82,15 @@ exposure_ms = 4
 frame_rate_hz = 100
 flicker = 0.1
 gamma = 2.2
+veil = 0.06
+prnu = 0.01
+hot_pixels = 1e-4
+dirt = 20
+dirt_px = 9
+dirt_loss = 0.5
+flaw_seed = 7
+tone = 0.4
+sharpening = 1.5
 [lens]
 model = "aperture"
 focal_length_mm = [10, 40.5]
@@ -101,6 +110,7 @@ aperture_blades = 6
 temperature_c = 35
 drift_um_per_c = 0.5
 initial_f_number = 4
+vignetting = 0.3
 [[surface]]
 kind = "plane"
 vergence_d = [0.8, 0.3, 0]
@@ -141,6 +151,15 @@ region = [0.1, 0.2, 0.3, 0.4]
   EXPECT_EQ(camera.frame_rate_hz, 100.0);
   EXPECT_EQ(camera.flicker, 0.1);
   EXPECT_EQ(camera.gamma, 2.2);
+  EXPECT_EQ(camera.veil, 0.06);
+  EXPECT_EQ(camera.flaws.prnu, 0.01);
+  EXPECT_EQ(camera.flaws.hot_pixels, 1e-4);
+  EXPECT_EQ(camera.flaws.dirt, 20);
+  EXPECT_EQ(camera.flaws.dirt_px, 9.0);
+  EXPECT_EQ(camera.flaws.dirt_loss, 0.5);
+  EXPECT_EQ(camera.flaws.seed, 7u);
+  EXPECT_EQ(camera.finish.tone, 0.4);
+  EXPECT_EQ(camera.finish.sharpening, 1.5);
   const LensSettings& lens = scene->lens;
   EXPECT_EQ(lens.model, LensModel::Aperture);
   EXPECT_EQ(lens.min_focal_length_mm, 10.0);
@@ -164,6 +183,7 @@ region = [0.1, 0.2, 0.3, 0.4]
   EXPECT_EQ(lens.temperature_c, 35.0);
   EXPECT_EQ(lens.drift_um_per_c, 0.5);
   EXPECT_EQ(lens.initial_f_number, 4.0);
+  EXPECT_EQ(lens.vignetting, 0.3);
   ASSERT_EQ(scene->surfaces.size(), 3u);
   const auto& paint = std::get<TexturePaint>(scene->surfaces[0].paint);
   EXPECT_EQ(paint.texture_px_per_image_px, 0.5);
@@ -179,6 +199,28 @@ region = [0.1, 0.2, 0.3, 0.4]
   EXPECT_EQ(scene->faults[0].axis, drivers::Axis::Iris);
   EXPECT_EQ(scene->faults[0].factor, 0.25);
   EXPECT_EQ(scene->truth_region.h, 0.4);
+}
+
+TEST_F(SceneFile, ReadsWhatIsWrongWithALens) {
+  const std::string keys =
+      "[lens]\nobstruction = 0.3\ncats_eye = 0.2\nspherical_um = -1.5\ncoma_um = 0.5\nfield_curvature_um = 30\n"
+      "sensor_tilt_um = [5, -6]\ncolour_focus_um = [10, -12]\ntelecentric = false\n";
+  const auto scene = Load("version = 1\n" + keys + kWall);
+  ASSERT_TRUE(scene.has_value()) << scene.error().message;
+  const LensSettings& lens = scene->lens;
+  EXPECT_EQ(lens.obstruction, 0.3);
+  EXPECT_EQ(lens.cats_eye, 0.2);
+  EXPECT_EQ(lens.spherical_um, -1.5);
+  EXPECT_EQ(lens.coma_um, 0.5);
+  EXPECT_EQ(lens.field_curvature_um, 30.0);
+  EXPECT_EQ(lens.sensor_tilt_um, (std::array{5.0, -6.0}));
+  EXPECT_EQ(lens.colour_focus_um, (std::array{10.0, -12.0}));
+  EXPECT_FALSE(lens.telecentric);
+  const std::string wall = kWall;
+  EXPECT_EQ(ErrorOf("version = 1\n[lens]\nmodel = \"aperture\"\ncoma_um = 1\n" + wall),
+            "scene.toml:4: [lens] coma_um is for a thin lens");
+  EXPECT_EQ(ErrorOf("version = 1\n[lens]\nobstruction = 1\n" + wall),
+            "scene.toml:3: [lens] obstruction must be from 0 to 0.9, not 1");
 }
 
 TEST_F(SceneFile, TakesLuminanceAndTheFarthestKnownDepth) {
@@ -218,9 +260,10 @@ TEST_F(SceneFile, NamesTheLineOfWhatIsWrong) {
   const std::string wall = kWall;
   const std::pair<std::string, std::string> cases[] = {
       {"version = 2\n" + wall, "scene.toml:1: the scene version must be 1"},
-      {wall, "scene.toml:1: the scene version is missing"},
+      {wall, "scene.toml:1: the scene version is missing: write version = ..."},
       {"version = 1\ncolour = 3\n" + wall, "scene.toml:2: unknown key \"colour\" in the scene"},
-      {"version = 1\n[camera]\nwidht = 640\n" + wall, "scene.toml:3: unknown key \"widht\" in [camera]"},
+      {"version = 1\n[camera]\nwidht = 640\n" + wall,
+       "scene.toml:3: unknown key \"widht\" in [camera]; did you mean \"width\"?"},
       {"version = 1\n[camera]\nbits = 9\n" + wall, "scene.toml:3: [camera] bits must be 8, 10, 12 or 16"},
       {"version = 1\n[camera]\nwidth = 2.5\n" + wall, "scene.toml:3: [camera] width must be a whole number, not 2.5"},
       {"version = 1\n[camera]\nread_noise_e = 3\n" + wall,
@@ -228,6 +271,11 @@ TEST_F(SceneFile, NamesTheLineOfWhatIsWrong) {
        "light"},
       {"version = 1\n[camera]\nwidth = 32768\nheight = 32768\n" + wall,
        "scene.toml:4: [camera] height makes a frame of more than 2^26 pixels"},
+      {"version = 1\n[camera]\nbits = 12\njpeg_quality = 80\n" + wall,
+       "scene.toml:4: [camera] jpeg_quality is for cameras of 8 bits without colour"},
+      {"version = 1\n[camera]\nhot_pixels = 0.5\n" + wall,
+       "scene.toml:3: [camera] hot_pixels must be from 0 to 0.1, not 0.5"},
+      {"version = 1\n[lens]\nvignetting = 1\n" + wall, "scene.toml:3: [lens] vignetting must be from 0 to 0.99, not 1"},
       {"version = 1\n[lens]\nmodel = \"thick\"\n" + wall,
        "scene.toml:3: [lens] model must be one of pinhole, aperture, thin, not \"thick\""},
       {"version = 1\n[lens]\nf_number = [16, 2]\n" + wall,
@@ -237,7 +285,7 @@ TEST_F(SceneFile, NamesTheLineOfWhatIsWrong) {
       {"version = 1\n[lens]\ninitial_f_number = 1.0\n" + wall,
        "scene.toml:3: [lens] initial_f_number must be from 1.4 to 16, not 1"},
       {"version = 1\n[[surface]]\nkind = \"wall\"\nconstant = 0.5\n",
-       "scene.toml:2: [[surface]] distance_m is missing"},
+       "scene.toml:2: [[surface]] distance_m is missing: write distance_m = ..."},
       {"version = 1\n[[surface]]\nkind = \"wall\"\ndistance_m = -2\nconstant = 0.5\n",
        "scene.toml:4: [[surface]] distance_m must be from 0.001 to 1e+09, not -2"},
       {"version = 1\n[[surface]]\nkind = \"wall\"\ndistance_m = 2\n",
@@ -259,7 +307,8 @@ TEST_F(SceneFile, NamesTheLineOfWhatIsWrong) {
       {"version = 1\n" + wall + "[[fault]]\nat_ms = 1\nkind = \"explode\"\n",
        "scene.toml:8: [[fault]] kind must be one of stall, jump, disconnect, reconnect, drop-reply, late-reply, "
        "stale-readback, freeze-frames, lose-frames, wrong-exposure, missed-steps, not \"explode\""},
-      {"version = 1\n" + wall + "[[fault]]\nkind = \"stall\"\n", "scene.toml:6: [[fault]] at_ms is missing"},
+      {"version = 1\n" + wall + "[[fault]]\nkind = \"stall\"\n",
+       "scene.toml:6: [[fault]] at_ms is missing: write at_ms = ..."},
       {"version = 1\n", "scene.toml:1: the scene needs a [[surface]] or a [[light]] to look at"},
   };
   for (const auto& [text, expected] : cases) EXPECT_EQ(ErrorOf(text), expected) << text;

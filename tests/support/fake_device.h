@@ -80,6 +80,13 @@ class FakeLens final : public drivers::Lens {
     return can;
   }
 
+  /// Whether one was left; it is taken.
+  static bool OneOf(int& left) {
+    if (left <= 0) return false;
+    --left;
+    return true;
+  }
+
   Result<void> Answer() const {
     if (controls_->disconnected) return Fail(Code::Disconnected, "the fake lens is unplugged");
     return {};
@@ -104,19 +111,19 @@ class FakeLens final : public drivers::Lens {
     if (axis == drivers::Axis::Focus) {
       if (controls_->forgives) controls_->fault.clear();
       controls_->focus_targets.push_back(to);
-      if (controls_->short_moves > 0 && controls_->short_moves-- > 0) {
+      if (OneOf(controls_->short_moves)) {
         to += std::copysign(controls_->short_by, PositionNow(axis) - to);
       }
     }
     Go(axis, to);
-    if (controls_->lost_move_replies > 0 && controls_->lost_move_replies-- > 0) return Fail(Code::Timeout, "no reply");
+    if (OneOf(controls_->lost_move_replies)) return Fail(Code::Timeout, "no reply");
     return {};
   }
 
   Result<drivers::LensState> DoRead() override {
     ++controls_->reads;
     if (auto answer = Answer(); !answer) return PassOn(answer);
-    if (controls_->lost_read_replies > 0 && controls_->lost_read_replies-- > 0) return Fail(Code::Timeout, "no reply");
+    if (OneOf(controls_->lost_read_replies)) return Fail(Code::Timeout, "no reply");
     if (controls_->stale) return last_;
     if (controls_->counts_anew) {
       const double from = *std::exchange(controls_->counts_anew, {});

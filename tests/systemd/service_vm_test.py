@@ -3,6 +3,7 @@
 and list of modules, beside a LensConnect lens on uhid. Order and state are asserted, never time."""
 import glob
 import grp
+import http.client
 import json
 import os
 import shutil
@@ -243,6 +244,34 @@ class Service(unittest.TestCase):
         nobody = run(LENSCTL, "--rig", "right", "list")
         self.assertEqual(nobody.returncode, 69, nobody.stderr)
         must("systemctl", "stop", "lensd@left.socket", "lensd@left.service")
+
+    def web(self, method, token, parameters=None):
+        """Status and answer of a call by HTTP."""
+        connection = http.client.HTTPConnection("127.0.0.1", 8480, timeout=LIMIT_S)
+        connection.request("POST", "/call/" + method, json.dumps(parameters or {}),
+                           {"Content-Type": "application/json", "Authorization": "Bearer " + token})
+        answer = connection.getresponse()
+        return answer.status, json.loads(answer.read())
+
+    def test_9_1_a_page_with_tokens_of_its_own_user(self):
+        must("ip", "link", "set", "lo", "up")
+        self.assertNotEqual(run("systemctl", "start", "lens-web.socket").returncode, 0, "there are no tokens yet")
+        view, move = "v" * 40, "m" * 40
+        with open(os.open("/etc/lensd/web-tokens", os.O_CREAT | os.O_WRONLY, 0o600), "w", encoding="ascii") as file:
+            file.write(f"view {view}\nmove {move}\n")
+        must("systemctl", "start", "lens-web.socket")
+        self.assertEqual(shown("ActiveState", "lens-web.service"), "inactive")
+        target = {"lens": "here", "axis": "focus", "target": {"position": 321}}
+        self.assertEqual(self.web("Status", "x" * 40)[0], 401)
+        self.assertEqual(self.web("Move", view, target)[0], 403)
+        status, told = self.web("Move", move, target)
+        self.assertEqual((status, told.get("move", told).get("position")), (200, 321))
+        # It is a member of the group lens, and no administrator.
+        status, told = self.web("Calibrate", move, {"lens": "here", "remove": True})
+        self.assertEqual((status, told["error"]), (403, "io.lensd.Lens.NotPermitted"))
+        self.assertEqual(shown("ActiveState", "lens-web.service"), "active")
+        must("systemctl", "stop", "lens-web.socket", "lens-web.service")
+        self.assertEqual((shown("Result", "lens-web.service"), shown("ExecMainStatus", "lens-web.service")), ("success", "0"))
 
     def test_9_a_wrong_configuration_is_not_tried_again(self):
         must("systemctl", "stop", "lensd.socket", "lensd.service")

@@ -45,6 +45,12 @@ TEST(FrameReader, RefusesMoreThanOneMebibyteWithOrWithoutAnEnd) {
   EXPECT_EQ(ended.Next().error().code, Code::Protocol);
 }
 
+TEST(FrameReader, OfRepliesTakesLongerOnes) {
+  FrameReader replies(kMaxReplyBytes);
+  replies.Append(std::string(3 * kMaxMessageBytes, 'x') + '\0');
+  EXPECT_EQ(replies.Next().value()->size(), 3 * kMaxMessageBytes);
+}
+
 TEST(Base64, MeetsTheExamplesOfItsStandard) {
   const std::pair<std::string, std::string> examples[] = {{"", ""},
                                                           {"f", "Zg=="},

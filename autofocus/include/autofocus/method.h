@@ -82,7 +82,8 @@ enum class Cause {
   Uncalibrated,
   PlaceUnknown,  ///< of the lens at its frames
   Deadline,
-  Missed,  ///< the lens did not get where it was sent
+  Missed,     ///< the lens did not get where it was sent
+  SameFrame,  ///< a frame was the one before, though the lens had moved between
 };
 
 /// The end.

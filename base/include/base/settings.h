@@ -98,12 +98,14 @@ class SettingsReader {
  private:
   const Settings* Find(std::string_view key);
   const Settings* Require(std::string_view key);
+  void RejectUnknown();
   std::optional<double> NumberIn(std::string_view key, const Settings* found, Range range);
 
   const Settings& table_;
   std::string what_;
   std::set<std::string, std::less<>> known_;
   std::optional<Error> error_;
+  bool missing_ = false;  ///< what error_ complains of
 };
 
 }  // namespace lensd

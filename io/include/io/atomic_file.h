@@ -17,6 +17,24 @@ namespace lensd::io {
 /// may be deleted. Blocks for the disk. One writer at a time; readers need no lock.
 Result<void> WriteFileAtomically(const std::string& path, std::string_view contents);
 
+/// The same in two steps, for who must not let it happen any more where the first took too long: the temporary file is
+/// written and on disk, and removed with this unless it took its name. Move-only.
+class WrittenFile {
+ public:
+  static Result<WrittenFile> Create(const std::string& path, std::string_view contents);
+  WrittenFile(WrittenFile&& other) noexcept;
+  WrittenFile& operator=(WrittenFile&&) = delete;
+  ~WrittenFile();
+  /// Puts it in the place of the file at `path`; once.
+  Result<void> Replace();
+
+ private:
+  WrittenFile() = default;
+  std::string asked_;      ///< as the caller names it
+  std::string target_;     ///< behind links
+  std::string temporary_;  ///< empty: there is none any more
+};
+
 /// The whole file as text. Code::Io: "path: what went wrong"; a file of more than `limit` bytes is refused as BadData.
 Result<std::string> ReadWholeFile(const std::string& path, std::size_t limit = std::size_t{16} << 20);
 

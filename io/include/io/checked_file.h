@@ -1,6 +1,7 @@
 // Files that say whether they are as they were written: their text carries a CRC-32 of the rest of it.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -24,8 +25,12 @@ std::string SignedObject(std::string_view text);
 Integrity IntegrityOfObject(std::string_view text);
 
 /// Copies a damaged file to PATH.damaged, over what an earlier time left there, so that nothing is lost when it is
-/// written anew. The answer is the copy's path. Io.
+/// written anew. The answer is the copy's path. Io: also where it is no file, or larger than any file of ours.
 Result<std::string> KeepDamaged(const std::string& path);
+
+/// The text of a file of ours, which is never waited for: what is no regular file (a folder, a pipe) is Io. Nothing:
+/// there is none.
+Result<std::optional<std::string>> ReadKeptFile(const std::string& path);
 
 /// Deletes what killed processes left of temporary files (see atomic_file.h) of files in `folder` whose names end in
 /// one of ours: position, calibration and preset files. A folder that cannot be read is left alone.

@@ -41,6 +41,7 @@ struct AxisConfig {
   std::optional<double> sag;    ///< native units, without feedback only: how far from the command; default `tolerance`
   Duration latency = Duration::zero();  ///< readings may be this much older than they say
   Restore restore = Restore::Never;
+  std::optional<Native> park;  ///< where it goes when lensd ends; default nowhere
   Shaper shaper = Shaper::None;
   double ring_hz = 0.0;       ///< of the actuator, damping included; above 0 where there is a shaper
   double ring_damping = 0.0;  ///< of critical, below 1

@@ -45,6 +45,7 @@ enum class MoveCause {
   Late,
   NoReference,
   FocusLost,
+  NotKept,
 };
 
 struct Trouble {
@@ -72,7 +73,8 @@ struct MoveOutcome {
   bool missed = false;            ///< came to rest elsewhere, as often as it was tried
   bool moved_by_another = false;  ///< another program moved the axis meanwhile; it stands where that left it
   MoveCause cause = MoveCause::None;
-  std::string reason;  ///< empty when all is well, else one line for people
+  std::string reason;             ///< empty when all is well, else one line for people
+  std::optional<bool> kept = {};  ///< where it rests is on disk; nothing: nothing is kept, or it did not arrive
   Duration elapsed{};
 };
 

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
+#include "base/clock.h"
 #include "base/result.h"
 #include "base/units.h"
 #include "drivers/api/lens.h"
@@ -20,6 +22,12 @@ struct AxisMemory {
   double slack = 0.0;   ///< native units of backlash not taken up
   double travel = 0.0;  ///< native units travelled since the reference was searched
   double doubt = 0.0;   ///< native units: how far off the position may be besides
+};
+
+/// A write that failed: what is on disk is older than the truth.
+struct Unkept {
+  Instant since{};  ///< since the first one that failed
+  std::string reason;
 };
 
 /// Where a rig keeps it. One thread. A rig writes before a motor turns and when it has come to rest, before a caller is

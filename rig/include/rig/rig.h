@@ -183,6 +183,7 @@ struct AutofocusOutcome {
   std::string reason;                                  ///< why it believes the answer, or why it refuses
   std::vector<AutofocusCandidate> candidates;          ///< what there was to choose from, where it was more than one
   std::vector<AutofocusSample> samples{};              ///< the newest kMostSamples, those of the last search
+  std::vector<drivers::Region> regions{};              ///< that were looked at
 };
 
 using StopCallback = std::move_only_function<void(Result<void>)>;
@@ -225,16 +226,19 @@ struct Status {
   std::shared_ptr<const OpticsTable> optics;  ///< under the conditions of this moment; null: not known
   std::optional<Metres> focal_length;         ///< breathing and zoom counted
   std::optional<Metres> extension;
-  std::optional<Metres> extension_error;  ///< of the calibration here; nothing where it is not known
-  std::optional<Dioptres> vergence;       ///< of the plane in focus
-  Grade grade = Grade::Uncalibrated;      ///< of the focus position
+  std::optional<Metres> extension_error;        ///< of the calibration here; nothing where it is not known
+  std::optional<Dioptres> vergence;             ///< of the plane in focus
+  std::optional<Dioptres> vergence_bound = {};  ///< the true one is within this of it; nothing while focus moves
+  Grade grade = Grade::Uncalibrated;            ///< of the focus position
   std::optional<FNumber> f_number;
+  std::optional<FNumber> f_number_bound = {};  ///< likewise; 0 where the f-number is fixed
   std::optional<Celsius> temperature;
   bool compensates = false;  ///< positions are worked out for it: that is wanted, and a coefficient is known
   Activity activity;
   bool has_camera = false;
   bool streaming = false;
-  drivers::Counters counters;  ///< of camera and lens
+  drivers::Counters counters;    ///< of camera and lens
+  std::optional<Unkept> unkept;  ///< positions on disk are older than these
 };
 
 /// The rig. One thread calls everything but Interrupt(). A command acts at once, but motors start and all callbacks

@@ -47,6 +47,7 @@ enum class Algorithm {
   Fourier,  ///< one wall with a formula (sinusoid, ramp, one colour), in closed form
   Wall,     ///< one textured wall: one disk for all pixels
   Gather,   ///< each pixel averages its own disk; right on one surface whose blur changes slowly, ignores occlusion
+  Pupil,    ///< one textured wall through a lens that is not perfect: kernels of rays, one for each part of the frame
   Plane,    ///< one textured tilted plane: each pixel sums the light of its own ellipse
   Layers,   ///< walls blurred one by one and laid over each other; not exact where two blurred things meet
   Hybrid,   ///< layers, with rays where those are not exact

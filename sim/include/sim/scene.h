@@ -92,6 +92,27 @@ struct LightPoint {
   double intensity = 1.0;   ///< times full scale of one pixel when sharp, at the initial f-number
 };
 
+/// What is wrong with a sensor for good: the same pixels in every frame.
+struct SensorFlaws {
+  double prnu = 0.0;        ///< standard deviation of the pixels' gains (EMVA 1288, photo response non-uniformity)
+  double hot_pixels = 0.0;  ///< share of the pixels whose dark current fills 0.1 to 1 of the well in exposure_ms
+  int dirt = 0;             ///< specks on the cover glass
+  double dirt_px = 12.0;    ///< diameter of the largest shadow; the others down to 0.3 of that
+  double dirt_loss = 0.3;   ///< light lost in the middle of the darkest shadow; in the others down to 0.3 of that
+  std::uint64_t seed = 1;   ///< which pixels, and where the dirt lies
+
+  bool any() const { return prnu > 0.0 || hot_pixels > 0.0 || dirt > 0; }
+};
+
+/// What a camera makes of its samples before it gives them away.
+struct Finish {
+  double tone = 0.0;        ///< from the straight line, 0, to 3 x^2 - 2 x^3, 1; after gamma
+  double sharpening = 0.0;  ///< times what a sample is above the 3 x 3 binomial mean around it
+  int jpeg_quality = 0;     ///< 1 to 100; 0: no JPEG
+
+  bool any() const { return tone > 0.0 || sharpening > 0.0 || jpeg_quality > 0; }
+};
+
 struct CameraSettings {
   int width = 640;   ///< px
   int height = 480;  ///< px
@@ -106,6 +127,9 @@ struct CameraSettings {
   double flicker = 0.0;  ///< relative amplitude at 100 Hz
   double gamma = 1.0;
   double shake_px = 0.0;  ///< standard deviation of the picture's sideways displacement from frame to frame
+  double veil = 0.0;      ///< share of the light that glare spreads evenly over the frame
+  SensorFlaws flaws{};
+  Finish finish{};
 };
 
 enum class LensModel { Pinhole, Aperture, Thin };
@@ -140,6 +164,19 @@ struct LensSettings {
   double temperature_c = 20.0;
   double drift_um_per_c = 0.0;  ///< extension gained per degree above 20 C
   double initial_f_number = 2.0;
+  double vignetting = 0.0;  ///< share of the light that the frame's corners lose to the fourth power of the cosine
+
+  double obstruction = 0.0;  ///< diameter of what hides the middle of the opening, over the opening's
+  /// How far off, in widest openings, a second rim as large as the widest opening is seen from the frame's corners.
+  double cats_eye = 0.0;
+  /// Seidel's spherical aberration W040 and coma W131 in micrometres of path at the widest opening's rim, the coma for
+  /// the frame's corners (render/pupil.h). Positive: rays through the rim come together nearer to the lens.
+  double spherical_um = 0.0;
+  double coma_um = 0.0;
+  double field_curvature_um = 0.0;          ///< extension that the frame's corners need more than its middle
+  std::array<double, 2> sensor_tilt_um{};   ///< the same for half a diagonal to the right, and downward
+  std::array<double, 2> colour_focus_um{};  ///< extension that red and blue need more than green
+  bool telecentric = true;  ///< the picture keeps its size; else it grows with 1 + extension/focal length
 
   bool zooms() const { return max_focal_length_mm > min_focal_length_mm; }
 };

@@ -35,7 +35,8 @@ struct TrueState {
   OpticalState optics;
   double extension_m = 0.0;
   double f_number = 0.0;
-  double focal_plane_d = 0.0;  ///< vergence of the plane in focus at the lens centre; negative past infinity
+  double focal_plane_d = 0.0;  ///< vergence of the plane in focus, from the lens centre, where the truth
+                               ///< region has its middle; negative past infinity
   double sway_d = 0.0;         ///< how far the subject's vergence is from where it was at time 0, where it moves
 };
 

@@ -42,7 +42,7 @@ class Client {
   int socket_ = -1;
   int interrupt_ = -1;
   std::optional<Instant> deadline_;
-  FrameReader frames_;
+  FrameReader frames_{kMaxReplyBytes};
 };
 
 }  // namespace lensd::varlink

@@ -1,0 +1,536 @@
+"""Every method of io.lensd.Lens as a Call, for `Lens.call` and `Lens.stream` of both variants. Parameters that are None
+are left out; `lens` and `lease` are then filled in by the Lens.
+
+Written by script/client-types from proto/io.lensd.Lens.varlink: change that, not this."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Optional
+
+from ._protocol import Call
+from .types import (
+    AutofocusProgress, AutofocusResult, AutofocusStep, Axis, BacklashProgress, BacklashResult, CalibrationInfo,
+    CalibrationPoint, DaemonMetrics, DistanceFrom, Encoding, Event, ExposureInfo, FailedSearch, FocusRange, FocusStep,
+    FoundDevice, FrameInfo, LensInfo, LensMetrics, LensStatus, MoveProgress, MoveResult, PictureInfo, PixelFormat,
+    PlanAnswer, PlanRequest, Policy, Preset, RecallResult, Region, Size, Target, UndoResult)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ListReply:
+    """The answer to List."""
+
+    lenses: list[LensInfo]
+    instance: str
+    features: list[str]
+
+
+def list_() -> Call[ListReply]:
+    """Every configured lens; the name of this run of lensd, another one at each start; and the names of what was added
+    to this interface since 1.0."""
+    return Call("io.lensd.Lens.List", {}, ListReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DevicesReply:
+    """The answer to Devices."""
+
+    devices: list[FoundDevice]
+    failed: list[FailedSearch]
+
+
+def devices() -> Call[DevicesReply]:
+    """What is plugged in, as far as drivers can search for it: buses without names (RS-485) and distant networks are
+    not searched. Disturbs nothing that is in use; takes up to some seconds."""
+    return Call("io.lensd.Lens.Devices", {}, DevicesReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReloadReply:
+    """The answer to Reload."""
+
+    added: list[str]
+    removed: list[str]
+    reopened: list[str]
+    unchanged: list[str]
+
+
+def reload() -> Call[ReloadReply]:
+    """Reads the configuration again. Lenses whose configuration is the same go on undisturbed, also where a file that
+    it names has changed; one whose configuration is another one stops, answers its callers with Cancelled, and is
+    opened anew; it keeps its lease. A configuration with a mistake is refused whole (BadConfiguration), and all stays
+    as it is. Unsupported: lensd has none. Busy: that was done too often, or too much waits to be read. `added`,
+    `removed`, `reopened` and `unchanged` are names of lenses."""
+    return Call("io.lensd.Lens.Reload", {}, ReloadReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StatusReply:
+    """The answer to Status."""
+
+    lenses: list[LensStatus]
+
+
+def status(*, lens: Optional[str] = None) -> Call[StatusReply]:
+    """The state of one lens, or of all when `lens` is left out. With `more`: now, and then each change of a lens."""
+    return Call("io.lensd.Lens.Status", {"lens": lens}, StatusReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MetricsReply:
+    """The answer to Metrics."""
+
+    lenses: list[LensMetrics]
+    daemon: Optional[DaemonMetrics] = None
+
+
+def metrics(*, lens: Optional[str] = None) -> Call[MetricsReply]:
+    """What one lens has done and what went wrong, or all of them when `lens` is left out; and lensd itself."""
+    return Call("io.lensd.Lens.Metrics", {"lens": lens}, MetricsReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MonitorReply:
+    """The answer to Monitor."""
+
+    event: Event
+
+
+def monitor(*, lens: Optional[str] = None, min_interval_ms: Optional[float] = None) -> Call[MonitorReply]:
+    """What happens to one lens, or to all when `lens` is left out, also to those that are added later. Needs `more`;
+    ends by itself when the one lens is taken out of the configuration (LensNotFound). States and progress come at least
+    minIntervalMs apart (10 to 10000; 40 when left out), and only once the caller has read what came before: of each
+    lens the newest state, of each of its axes and procedures the newest progress. Everything else comes at once, each
+    time, with what waited to be told of that lens before it. Overrun: even that came faster than it was read."""
+    return Call("io.lensd.Lens.Monitor", {"lens": lens, "minIntervalMs": min_interval_ms}, MonitorReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MoveReply:
+    """The answer to Move."""
+
+    progress: Optional[MoveProgress] = None
+    move: Optional[MoveResult] = None
+
+
+def move(*, axis: Axis, target: Target, lens: Optional[str] = None, distance_from: Optional[DistanceFrom] = None,
+         keep_focus: Optional[bool] = None, tracking_tolerance_um: Optional[float] = None, keep_brightness:
+         Optional[bool] = None, lease: Optional[str] = None) -> Call[MoveReply]:
+    """Moves one axis and answers when it has settled. distanceFrom says where distanceM starts and counts for nothing
+    else; the configuration decides when it is left out. With `more`, `progress` comes until `move` ends the call.
+    keepFocus is for the zoom: focus follows so that the plane in focus stays, off by at most trackingToleranceUm (which
+    counts for nothing else) on the way: two pixels of blur when left out. What steps, backlash and calibration leave
+    unknown counts as well: where that alone takes most of it, trackingBoundUm of the answer is larger. keepBrightness
+    is for the iris: the exposure follows."""
+    return Call("io.lensd.Lens.Move", {"lens": lens, "axis": axis, "target": target, "distanceFrom": distance_from,
+                "keepFocus": keep_focus, "trackingToleranceUm": tracking_tolerance_um, "keepBrightness":
+                keep_brightness, "lease": lease}, MoveReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GetCalibrationReply:
+    """The answer to GetCalibration."""
+
+    calibration: CalibrationInfo
+
+
+def get_calibration(*, lens: Optional[str] = None) -> Call[GetCalibrationReply]:
+    """The calibration of a lens."""
+    return Call("io.lensd.Lens.GetCalibration", {"lens": lens}, GetCalibrationReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CalibrateReply:
+    """The answer to Calibrate."""
+
+    calibration: CalibrationInfo
+
+
+def calibrate(*, lens: Optional[str] = None, toml: Optional[str] = None, points: Optional[list[CalibrationPoint]] =
+              None, distance_from: Optional[DistanceFrom] = None, error_um: Optional[float] = None, approximate:
+              Optional[bool] = None, made: Optional[str] = None, remove: Optional[bool] = None, lease: Optional[str] =
+              None) -> Call[CalibrateReply]:
+    """Changes it, by exactly one of three: a whole file (`toml`); a focus curve for the zoom, filter and temperature of
+    this moment from `points`, several of which may be of the same depth; or back to the nominal figures (`remove`). The
+    other parameters count with `points` alone: errorUm is the curve's error, estimated from at least four depths when
+    left out; `approximate` says that it is not measured; `made` is a remark that is kept. It is kept in the file the
+    configuration names, else in the daemon's state folder. Busy: an axis moves. BadData: what `toml` says. OutOfRange:
+    a distance too short to be in front of the lens. InvalidRequest: a depth inside the focal length. NotKept: it is in
+    force, and could not be written."""
+    return Call("io.lensd.Lens.Calibrate", {"lens": lens, "toml": toml, "points": points, "distanceFrom": distance_from,
+                "errorUm": error_um, "approximate": approximate, "made": made, "remove": remove, "lease": lease},
+                CalibrateReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasureBacklashReply:
+    """The answer to MeasureBacklash."""
+
+    progress: Optional[BacklashProgress] = None
+    backlash: Optional[BacklashResult] = None
+
+
+def measure_backlash(*, lens: Optional[str] = None, axis: Optional[Axis] = None, size: Optional[float] = None, pairs:
+                     Optional[int] = None, region: Optional[Region] = None, lease: Optional[str] = None) -> Call[MeasureBacklashReply]:
+    """Measures the backlash of focus on a region of the picture (the camera's own when left out), by 3 to 100 pairs of
+    sweeps (5 when left out), or takes that of any axis from `size`, in native units: then pairs and region do not
+    count, and the size is believed, however large. It is kept with the calibration. With `more`, `progress` comes until
+    `backlash` ends the call. Busy: an axis moves, or an autofocus is under way."""
+    return Call("io.lensd.Lens.MeasureBacklash", {"lens": lens, "axis": axis, "size": size, "pairs": pairs, "region":
+                region, "lease": lease}, MeasureBacklashReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PresetSaveReply:
+    """The answer to PresetSave."""
+
+    preset: Preset
+
+
+def preset_save(*, label: str, lens: Optional[str] = None, lease: Optional[str] = None) -> Call[PresetSaveReply]:
+    """Saves the state of a lens under a label, in place of what was there. Busy: an axis moves. NotKept: nothing was
+    saved. OutOfRange: 1000 are saved already. NotHomed: an axis has lost its reference, so nobody knows where it
+    stands."""
+    return Call("io.lensd.Lens.PresetSave", {"lens": lens, "label": label, "lease": lease}, PresetSaveReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PresetListReply:
+    """The answer to PresetList."""
+
+    presets: list[Preset]
+
+
+def preset_list(*, lens: Optional[str] = None) -> Call[PresetListReply]:
+    """The presets of a lens, in the order of their labels. BadData, DeviceError: the file they are kept in cannot be
+    read."""
+    return Call("io.lensd.Lens.PresetList", {"lens": lens}, PresetListReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PresetRecallReply:
+    """The answer to PresetRecall."""
+
+    recall: RecallResult
+
+
+def preset_recall(*, label: str, lens: Optional[str] = None, lease: Optional[str] = None) -> Call[PresetRecallReply]:
+    """Brings zoom, filter, iris and focus back to the same optical state: by today's calibration and temperature.
+    PresetNotFound: there is none of that label. BadData, DeviceError: as of PresetList."""
+    return Call("io.lensd.Lens.PresetRecall", {"lens": lens, "label": label, "lease": lease}, PresetRecallReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PresetRemoveReply:
+    """The answer to PresetRemove."""
+
+
+def preset_remove(*, label: str, lens: Optional[str] = None, lease: Optional[str] = None) -> Call[PresetRemoveReply]:
+    """Forgets a preset. PresetNotFound: there is none of that label. NotKept: it is still there. BadData, DeviceError:
+    as of PresetList."""
+    return Call("io.lensd.Lens.PresetRemove", {"lens": lens, "label": label, "lease": lease}, PresetRemoveReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UndoReply:
+    """The answer to Undo."""
+
+    undo: UndoResult
+
+
+def undo(*, lens: Optional[str] = None, lease: Optional[str] = None) -> Call[UndoReply]:
+    """Feature "undo". Brings zoom, filter, iris and focus back to the optical state in which the lens last stood before
+    it was brought where it is, by whichever client; once more: forth again. What counts as one step is a whole call: an
+    autofocus, a recall, a plan that was applied. lensd knows the last two states of a lens since it began, and forgets
+    them at its end. NotHomed: an axis has lost its reference."""
+    return Call("io.lensd.Lens.Undo", {"lens": lens, "lease": lease}, UndoReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HomeReply:
+    """The answer to Home."""
+
+    moves: list[MoveResult]
+
+
+def home(*, lens: Optional[str] = None, axis: Optional[Axis] = None, lease: Optional[str] = None) -> Call[HomeReply]:
+    """Searches for the reference of one axis, or of every axis that has one."""
+    return Call("io.lensd.Lens.Home", {"lens": lens, "axis": axis, "lease": lease}, HomeReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StopReply:
+    """The answer to Stop."""
+
+
+def stop(*, lens: Optional[str] = None, axis: Optional[Axis] = None, latch: Optional[bool] = None) -> Call[StopReply]:
+    """Stops one axis and any autofocus, or everything the lens does; without `lens` every lens. It acts as soon as it
+    is read, whatever else its connection waits for. Every call that was read before it, on any connection, and moves
+    what is stopped answers Cancelled. With `latch` no axis of these lenses moves until ResetFaults: until then Status
+    has `latched`, and Move, Home, Autofocus, AutofocusBegin, MeasureBacklash, PresetRecall, Undo, SetExposure and a
+    Plan with `apply` answer Cancelled at once, however often they are repeated. Where it stops every lens, an error is
+    that of one of them; the others are stopped all the same."""
+    return Call("io.lensd.Lens.Stop", {"lens": lens, "axis": axis, "latch": latch}, StopReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ResetFaultsReply:
+    """The answer to ResetFaults."""
+
+
+def reset_faults(*, lens: Optional[str] = None, axis: Optional[Axis] = None, lease: Optional[str] = None) -> Call[ResetFaultsReply]:
+    """Ends the latch of Stop, whatever axis is named, and clears the faults that axes complain of, once their cause is
+    gone: one axis', or those of the whole lens. Nothing moves. A fault that the device does not let go of stays and is
+    still told by Status, so that an answer without an error does not say that the device is well, or there. Unsupported
+    where the axis that was named takes no such command."""
+    return Call("io.lensd.Lens.ResetFaults", {"lens": lens, "axis": axis, "lease": lease}, ResetFaultsReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TakeLeaseReply:
+    """The answer to TakeLease."""
+
+    lens: str
+    lease: str
+
+
+def take_lease(*, lens: Optional[str] = None, for_ms: Optional[float] = None, lease: Optional[str] = None, take_over:
+               Optional[bool] = None, stop: Optional[bool] = None) -> Call[TakeLeaseReply]:
+    """Keeps every other client from moving the lens and from changing its calibration, presets, faults and exposure;
+    reading its state and stopping it stay open to all. Without forMs (at most a day) the lease ends with this
+    connection, else with that time. Calls on this connection may move the lens; calls on others give `lease`, the key
+    in the answer. Leased: another client has it. Who has it already, by this connection or by giving the key as
+    `lease`, renews it: the key stays, holder and end are those of this call. An administrator takes it from its holder
+    with `takeOver`: its old key is worth nothing then. While an autofocus or a measurement of backlash of another
+    client goes on it is Busy, or ends that with `stop`."""
+    return Call("io.lensd.Lens.TakeLease", {"lens": lens, "forMs": for_ms, "lease": lease, "takeOver": take_over,
+                "stop": stop}, TakeLeaseReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DropLeaseReply:
+    """The answer to DropLease."""
+
+
+def drop_lease(*, lens: Optional[str] = None, lease: Optional[str] = None) -> Call[DropLeaseReply]:
+    """Ends a lease that this connection took or whose key is given; harmless where there is none. Leased: it is another
+    client's."""
+    return Call("io.lensd.Lens.DropLease", {"lens": lens, "lease": lease}, DropLeaseReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanReply:
+    """The answer to Plan."""
+
+    plan: PlanAnswer
+    nearest: Optional[PlanAnswer] = None
+    applied: Optional[list[MoveResult]] = None
+    reached: Optional[PlanAnswer] = None
+    request: Optional[PlanRequest] = None
+
+
+def plan(*, request: PlanRequest, lens: Optional[str] = None, apply: Optional[bool] = None, show_request: Optional[bool]
+         = None, lease: Optional[str] = None) -> Call[PlanReply]:
+    """Finds the position of this lens' motors that meets every limit, and with `apply` moves there. The lens is what it
+    is now: zoom, breathing, temperature, filter. Tolerances cover at least what the motors keep at the position chosen.
+    `nearest` is the position that comes closest where some setting would do and no position does (then the conflict is
+    "positions"). `reached` is how the limits fare where the motors ended, from what is measured of the lens then and
+    within the bounds of all its axes. With `showRequest` the answer has the request as it was understood, depths from
+    the lens centre at that position."""
+    return Call("io.lensd.Lens.Plan", {"lens": lens, "request": request, "apply": apply, "showRequest": show_request,
+                "lease": lease}, PlanReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AutofocusReply:
+    """The answer to Autofocus."""
+
+    progress: Optional[AutofocusProgress] = None
+    autofocus: Optional[AutofocusResult] = None
+
+
+def autofocus(*, lens: Optional[str] = None, region: Optional[Region] = None, method: Optional[str] = None, regions:
+              Optional[list[Region]] = None, policy: Optional[Policy] = None, track: Optional[bool] = None, range:
+              Optional[FocusRange] = None, step: Optional[FocusStep] = None, distance_from: Optional[DistanceFrom] =
+              None, deadline_ms: Optional[float] = None, lease: Optional[str] = None) -> Call[AutofocusReply]:
+    """Brings a region of the picture into focus, or refuses and puts the lens back. Without a region the camera's own
+    is used; without a method auto is. Methods: auto, defocus, sweep, moving, exhaustive, coarse-fine, golden-section,
+    fibonacci, hill-climb, sweep-parabola, sweep-gaussian, sweep-hyperbola, contrast-scan; docs/interface.md says what
+    each does and needs. Of several `regions` the policy takes the answer: nearest (also when left out), farthest, or
+    widest, by half a depth of field. With `track` (needs `more`) it goes on: it holds focus on the one region, moves
+    the lens only where the scene has changed, answers each search with `autofocus`, and never ends by itself. It keeps
+    to `range`, whose distances start where distanceFrom says, and goes by `step`, which not every method does
+    (InvalidRequest); both are OutOfRange where this lens cannot. A search may take deadlineMs (an hour at most); when
+    left out, as long as one of the whole range takes, and at least 20000. OutOfRange: so short that the search cannot
+    end; the message says what it needs. Busy: another autofocus is under way on this lens, or its backlash is
+    measured."""
+    return Call("io.lensd.Lens.Autofocus", {"lens": lens, "region": region, "method": method, "regions": regions,
+                "policy": policy, "track": track, "range": range, "step": step, "distanceFrom": distance_from,
+                "deadlineMs": deadline_ms, "lease": lease}, AutofocusReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AutofocusBeginReply:
+    """The answer to AutofocusBegin."""
+
+    session: int
+    next: AutofocusStep
+
+
+def autofocus_begin(*, lens: Optional[str] = None, region: Optional[Region] = None, method: Optional[str] = None,
+                    pixel_um: Optional[float] = None, scores: Optional[bool] = None, deadline_ms: Optional[float] =
+                    None, regions: Optional[list[Region]] = None, policy: Optional[Policy] = None, range:
+                    Optional[FocusRange] = None, step: Optional[FocusStep] = None, distance_from: Optional[DistanceFrom]
+                    = None, lease: Optional[str] = None) -> Call[AutofocusBeginReply]:
+    """Begins an autofocus whose frames come from the caller, for a camera that another program owns. It answers when
+    the lens stands where the first frame is wanted. Answer `next` with AutofocusFrame, or with AutofocusScore where
+    `scores` is true; each of them answers with the next setting reached, or with `autofocus`, the end. pixelUm is the
+    pitch of the pixels sent; without it the one of the lens' own camera counts; if there is none auto is the sweep. The
+    region is a part of the frames that will be sent; all of them when left out. The session belongs to this connection
+    and ends with it; it ends by itself after deadlineMs (an hour at most). When left out, that is as long as a search
+    of the whole range takes with frames coming as they have so far, at least 60000 and at most an hour. range, step,
+    distanceFrom and Busy as of Autofocus."""
+    return Call("io.lensd.Lens.AutofocusBegin", {"lens": lens, "region": region, "method": method, "pixelUm": pixel_um,
+                "scores": scores, "deadlineMs": deadline_ms, "regions": regions, "policy": policy, "range": range,
+                "step": step, "distanceFrom": distance_from, "lease": lease}, AutofocusBeginReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AutofocusPixelsReply:
+    """The answer to AutofocusPixels."""
+
+    received: int
+
+
+def autofocus_pixels(*, session: int, offset: int, data: str) -> Call[AutofocusPixelsReply]:
+    """A piece of the pixels of the next frame as base64, in order: offset and received count bytes. A frame is at most
+    8 MiB (OutOfRange). Offset 0 begins anew."""
+    return Call("io.lensd.Lens.AutofocusPixels", {"session": session, "offset": offset, "data": data},
+                AutofocusPixelsReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AutofocusFrameReply:
+    """The answer to AutofocusFrame."""
+
+    next: Optional[AutofocusStep] = None
+    autofocus: Optional[AutofocusResult] = None
+
+
+def autofocus_frame(*, session: int, width_px: int, height_px: int, format: PixelFormat, exposure_start_ns: int,
+                    exposure_end_ns: int, stride_bytes: Optional[int] = None, gamma: Optional[float] = None, data:
+                    Optional[str] = None) -> Call[AutofocusFrameReply]:
+    """The frame wanted, after its pixels; `data` is the last piece of them and may be all of them. Rows are strideBytes
+    apart (without gaps when left out). Sample = light^(1/gamma), 1 when left out. Exposure times are on
+    CLOCK_MONOTONIC. A frame that cannot be used (exposed too early, too small) is refused with InvalidRequest, and the
+    same one is still wanted."""
+    return Call("io.lensd.Lens.AutofocusFrame", {"session": session, "widthPx": width_px, "heightPx": height_px,
+                "strideBytes": stride_bytes, "format": format, "gamma": gamma, "exposureStartNs": exposure_start_ns,
+                "exposureEndNs": exposure_end_ns, "data": data}, AutofocusFrameReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AutofocusScoreReply:
+    """The answer to AutofocusScore."""
+
+    next: Optional[AutofocusStep] = None
+    autofocus: Optional[AutofocusResult] = None
+
+
+def autofocus_score(*, session: int, sharpness: float, exposure_start_ns: int, exposure_end_ns: int, sigma:
+                    Optional[float] = None) -> Call[AutofocusScoreReply]:
+    """How sharp the frame wanted is: any value above 0 that rises with focus. sigma is its standard deviation from
+    frame to frame, a hundredth of it when left out."""
+    return Call("io.lensd.Lens.AutofocusScore", {"session": session, "sharpness": sharpness, "sigma": sigma,
+                "exposureStartNs": exposure_start_ns, "exposureEndNs": exposure_end_ns}, AutofocusScoreReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AutofocusEndReply:
+    """The answer to AutofocusEnd."""
+
+
+def autofocus_end(*, session: int) -> Call[AutofocusEndReply]:
+    """Ends a session before its answer: the lens stops where it is."""
+    return Call("io.lensd.Lens.AutofocusEnd", {"session": session}, AutofocusEndReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SnapshotReply:
+    """The answer to Snapshot."""
+
+    data: str
+    offset: int
+    size: int
+    frame: Optional[FrameInfo] = None
+    picture: Optional[PictureInfo] = None
+
+
+def snapshot(*, lens: Optional[str] = None, in_motion: Optional[bool] = None, region: Optional[Region] = None, scale_to:
+             Optional[Size] = None, encoding: Optional[Encoding] = None) -> Call[SnapshotReply]:
+    """One new frame: all of it or `region`, fitted into scaleTo where that is smaller (it keeps its shape), as
+    `encoding` says (png when left out). Needs `more`: the picture comes in pieces of at most 384 KiB, in order, each as
+    base64 in `data`; offset and size count bytes of the whole. The first reply carries `frame` and `picture`. The frame
+    is exposed once the lens has come to rest; with inMotion right away, and `frame` says whether an axis moved."""
+    return Call("io.lensd.Lens.Snapshot", {"lens": lens, "inMotion": in_motion, "region": region, "scaleTo": scale_to,
+                "encoding": encoding}, SnapshotReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GetExposureReply:
+    """The answer to GetExposure."""
+
+    exposure: ExposureInfo
+
+
+def get_exposure(*, lens: Optional[str] = None) -> Call[GetExposureReply]:
+    """How the camera of a lens exposes, as the camera says."""
+    return Call("io.lensd.Lens.GetExposure", {"lens": lens}, GetExposureReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetExposureReply:
+    """The answer to SetExposure."""
+
+    exposure: ExposureInfo
+
+
+def set_exposure(*, lens: Optional[str] = None, exposure_ms: Optional[float] = None, gain: Optional[float] = None,
+                 lease: Optional[str] = None) -> Call[SetExposureReply]:
+    """Sets exposure time, gain or both for the frames that start from now on, and answers with what the camera says it
+    has then: it may have rounded. OutOfRange tells the range where it is known; Unsupported: it cannot be set, or there
+    is no camera; Busy: autofocus is comparing pictures of this camera. It is set until the camera is switched off or a
+    client sets it again."""
+    return Call("io.lensd.Lens.SetExposure", {"lens": lens, "exposureMs": exposure_ms, "gain": gain, "lease": lease},
+                SetExposureReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ViewReply:
+    """The answer to View."""
+
+    frame: Optional[FrameInfo] = None
+    picture: Optional[PictureInfo] = None
+    dropped: Optional[int] = None
+    data: Optional[str] = None
+    fd: Optional[int] = None
+    offset: int
+    size: int
+
+
+def view(*, lens: Optional[str] = None, max_rate_hz: Optional[float] = None, region: Optional[Region] = None, scale_to:
+         Optional[Size] = None, encoding: Optional[Encoding] = None, in_motion: Optional[bool] = None, fd:
+         Optional[bool] = None) -> Call[ViewReply]:
+    """Frames as they come, until the connection closes; needs `more`. Each is a picture as of Snapshot, with `frame`
+    and `picture` in its first reply, at most maxRateHz of them a second (all when left out). While the lens moves they
+    come too, unless inMotion is false. A view moves nothing and waits for nothing: a frame that comes while the one
+    before is still being made, or while its client has not taken what was sent, is dropped; `dropped`, in the first
+    reply of a picture, counts them since the view began. Frames that the camera itself lost are missing in
+    frame.sequence. While autofocus uses the camera the view shows the frames that autofocus takes. When the lens or its
+    camera goes, the view ends with the error that tells why. At most 16 views are open at a time, another is Busy. With
+    `fd` a picture is one reply and no base64: `fd` is the index (always 0) of the open file that came with the reply's
+    first byte (SCM_RIGHTS on the Unix socket). It is memory of `size` bytes, open for reading and sealed: no process
+    can write to it or resize it; mmap(2) or pread(2) it. The client gives the frame back by closing the file and
+    unmapping it (what is not taken from the socket with recvmsg(2) the kernel closes: that counts too). While it has
+    three that it has not given back, read or not, new frames are dropped; and all clients together may hold 256 MiB."""
+    return Call("io.lensd.Lens.View", {"lens": lens, "maxRateHz": max_rate_hz, "region": region, "scaleTo": scale_to,
+                "encoding": encoding, "inMotion": in_motion, "fd": fd}, ViewReply)

@@ -1,0 +1,42 @@
+"""What goes wrong between this package and lensd."""
+from __future__ import annotations
+
+from .errors import LensdError
+from .lens_errors import NotPermitted, Timeout
+
+
+class Unavailable(LensdError):
+    """No lensd answers at that socket, or it went away in the middle of a call."""
+
+    code = "unavailable"
+    exit_status = 69
+
+
+class SocketRefused(NotPermitted):
+    """This user may not use the socket of lensd."""
+
+
+class SocketFailed(LensdError):
+    """Reading from the socket or writing to it failed."""
+
+    code = "io"
+    exit_status = 74
+
+
+class DeadlinePassed(Timeout):
+    """The call took longer than its `timeout_s`. Its connection is closed: what it asked for may go on (a plain move does)."""
+
+
+class BrokenReply(LensdError):
+    """What came is no answer to the call: another program listens there, or a lensd that breaks its own interface."""
+
+    code = "protocol"
+    exit_status = 76
+
+
+class UnknownError(LensdError):
+    """An error that this package does not know: a newer lensd has it. Its name is `name`."""
+
+    code = "protocol"
+    exit_status = 76
+    name: str = ""

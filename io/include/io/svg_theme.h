@@ -1,0 +1,15 @@
+// Charts on a light or a dark ground.
+#pragma once
+
+#include <string>
+
+namespace lensd::io {
+
+/// Viewer: light, and dark where whoever shows it prefers that (prefers-color-scheme).
+enum class Theme { Viewer, Light, Dark };
+
+/// A document of ChartSvg or ChartsSvg in these colours. Of a colour that no chart has by itself only the light one is
+/// known: it stays.
+std::string InTheme(const std::string& svg, Theme theme);
+
+}  // namespace lensd::io

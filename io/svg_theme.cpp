@@ -1,0 +1,54 @@
+// Every colour of the chart writer has a twin that is as far from a dark ground as itself from white. Rules of style
+// win over attributes, so a viewer that prefers dark needs nothing but a rule for each.
+#include "io/svg_theme.h"
+
+#include <string_view>
+
+namespace lensd::io {
+namespace {
+
+struct Twin {
+  std::string_view light, dark;
+};
+constexpr Twin kTwins[] = {
+    {"#ffffff", "#14181b"},                                                  // ground, halos
+    {"#000000", "#ffffff"}, {"#111111", "#f4f6f8"}, {"#222222", "#e8ecef"},  // ink
+    {"#333333", "#dce1e5"}, {"#444444", "#8b969e"}, {"#555555", "#aab4bb"}, {"#777777", "#98a3ab"},
+    {"#888888", "#8b969e"}, {"#bbbbbb", "#4a545b"}, {"#e4e4e4", "#2f373d"}, {"#f2f2f2", "#21272c"},
+    {"#0072b2", "#5db7f5"}, {"#d55e00", "#ff9a52"}, {"#009e73", "#3fcfa2"}, {"#b0479a", "#df8fd0"},  // the palette
+    {"#b8860b", "#e0b84a"}, {"#3a9bd9", "#8fd0ff"}, {"#6b6b6b", "#b4bec6"}, {"#8c3b2a", "#e08a76"},
+};
+
+std::string InDark(std::string svg) {
+  for (std::size_t at = svg.find("\"#"); at != std::string::npos; at = svg.find("\"#", at + 1)) {
+    for (const Twin& twin : kTwins) {
+      if (svg.compare(at + 1, twin.light.size(), twin.light) != 0) continue;
+      svg.replace(at + 1, twin.light.size(), twin.dark);
+      break;
+    }
+  }
+  return svg;
+}
+
+std::string DarkRules() {
+  std::string rules = "<style>@media (prefers-color-scheme: dark) {\n";
+  for (const Twin& twin : kTwins) {
+    for (const std::string_view property : {"fill", "stroke"}) {
+      rules += "[" + std::string(property) + "=\"" + std::string(twin.light) + "\"] { " + std::string(property) + ": " +
+               std::string(twin.dark) + "; }\n";
+    }
+  }
+  return rules + "}</style>\n";
+}
+
+}  // namespace
+
+std::string InTheme(const std::string& svg, Theme theme) {
+  if (theme == Theme::Light) return svg;
+  if (theme == Theme::Dark) return InDark(svg);
+  const std::size_t body = svg.find(">\n");
+  if (body == std::string::npos) return svg;
+  return svg.substr(0, body + 2) + DarkRules() + svg.substr(body + 2);
+}
+
+}  // namespace lensd::io

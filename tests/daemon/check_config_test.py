@@ -1,0 +1,187 @@
+"""lensd --check-config: every mistake at once, each as "file:line: what, why; did you mean", in the order of the files."""
+import os
+import re
+import subprocess
+import tempfile
+import unittest
+
+from harness import BIN, HERE, PATIENCE
+
+SCENE = os.path.join(HERE, "small.toml")
+GOOD = f'version = 1\n[[lens]]\nname = "a"\ndriver = "sim"\nscene = "{SCENE}"\n'
+OPTICS = "[lens.optics]\nfocal_length_mm = 25\nf_number = [1.4, 16]\nextension_mm = [0.0, 1.6]\n"
+REAL = 'version = 1\n[[lens]]\nname = "a"\ndriver = "lensconnect"\nserial = "x"\n'
+BUS = 'version = 1\n[[bus]]\nname = "rs485"\ndriver = "modbus"\nhost = "127.0.0.1:1"\n'
+DRIVES = (BUS + '[[lens]]\nname = "a"\ndriver = "modbus"\nbus = "rs485"\n'
+          '[lens.drives.focus]\nunit = 1\nprofile = "moons"\nrange = [0, 4000]\n' + OPTICS)
+
+# What is wrong, and every line that is told: its number and words that stand in it. GOOD has 5 lines.
+WRONG = (
+    ("", [(1, "version = 1")]),
+    ("version = 2\n", [(1, "reads version 1")]),
+    ("version = 1\nbogus = 1\n", [(2, 'unknown key "bogus" in the configuration')]),
+    ("version = 1\n[[lense]]\n", [(2, 'unknown key "lense" in the configuration; did you mean "lens"?')]),
+    (GOOD.replace("driver", "drivr"), [(4, 'unknown key "drivr" in [[lens]]; did you mean "driver"?')]),
+    (GOOD.replace("name", "nmae"), [(3, 'unknown key "nmae"', 'did you mean "name"?')]),
+    (GOOD.replace('name = "a"\n', ""), [(2, "[[lens]] name is missing: write name =")]),
+    (GOOD.replace('"sim"', '"simm"'), [(4, 'there is no driver "simm"', 'did you mean "sim"?')]),
+    (GOOD.replace('"a"', '"A b"'), [(3, "a name has small letters, digits and -")]),
+    (GOOD.replace('"a"', '"focus"'), [(3, "cannot be named like an axis")]),
+    (GOOD + 'strat = "home"\n', [(6, 'unknown key "strat" in driver "sim"; did you mean "start"?')]),
+    (GOOD + "seeed = 3\n", [(6, 'unknown key "seeed" in driver "sim"; did you mean "seed"?')]),
+    (GOOD + 'start = "soon"\n', [(6, "must be one of keep, home, on-demand")]),
+    (GOOD + 'distance_from = 3\n', [(6, "must be a string, not an integer")]),
+    (GOOD + 'bus = "x"\n', [(6, "has no buses")]),
+    (GOOD + "[lens.focus]\nlimit = [1, 2]\n", [(7, 'unknown key "limit" in [lens.focus]; did you mean "limits"?')]),
+    (GOOD + "[lens.focus]\nlimits = [9, 2]\n", [(7, "smaller number first")]),
+    (GOOD + "[lens.focus]\nbacklash = \"many\"\n", [(7, '"auto" or a number')]),
+    (GOOD + "[lens.focus]\nlimits = [200, 300]\npark = 100\n", [(8, "must be within limits")]),
+    (GOOD + "[lens.iris]\nshaper = \"zv\"\n", [(6, "where there is a shaper")]),
+    (GOOD + OPTICS.replace("[1.4, 16]", "[1.4]"), [(8, "f_number must be an array of 2 numbers")]),
+    (GOOD + OPTICS + "calibration = 3\n", [(10, "calibration must be a string")]),
+    (GOOD + "[lens.temperature]\ncompensate = 1\n", [(7, "must be true or false")]),
+    (GOOD + "on_failure = []\n", [(6, "path of a program")]),
+    (GOOD + '[lens.camera]\ndriver = "warp"\n', [(7, 'there is no driver "warp"')]),
+    (GOOD + f'[lens.camera]\ndriver = "sim"\nscene = "{SCENE}"\n', [(6, "brings a camera already")]),
+    (GOOD + GOOD.split("\n", 1)[1], [(6, 'another lens "a"')]),
+    (GOOD.replace("small", "no-such"), [(2, "no-such.toml")]),
+    (GOOD + '[access]\nmove = "lens"\n', [(7, 'as ["lens"]')]),
+    (REAL.replace("serial", "serail"), [(5, 'unknown key "serail"', 'did you mean "serial"?')]),
+    ('version = 1\n[[bus]]\nname = "x"\n', [(2, "[[bus]] driver is missing")]),
+    (BUS.replace('"modbus"', '"sim"'), [(4, "sim has no buses")]),
+    (BUS + "baudd = 3\n", [(6, 'unknown key "baudd"', 'did you mean "baud"?')]),
+    (DRIVES.replace('bus = "rs485"', 'bus = "other"'), [(9, 'no [[bus]] named "other"')]),
+    (DRIVES.replace('"moons"', '"moon"'), [(12, 'there is no profile "moon"')]),
+    (DRIVES.replace("unit = 1", "unit = 300"), [(11, "from 1 to 247")]),
+    # A line that is no TOML is told, and nothing else of it; what stands below is read.
+    (GOOD.replace('"sim"', "sim") + "[lens.focus]\nlimit = [1, 2]\n", [(4, ""), (7, 'did you mean "limits"?')]),
+    (GOOD + 'name = "b"\n' + "[lens.focus]\nlimit = [1, 2]\n", [(6, "redefine"), (8, 'did you mean "limits"?')]),
+    (GOOD + "[lens.focus\nlimit = [1, 2]\n", [(6, "what comes after it was not looked at")]),
+    # A bus with a mistake is told where it stands, not again by each lens on it; a lens of which the driver is not known
+    # has its own tables looked at, not the driver's keys.
+    (DRIVES.replace("host", "hots"), [(2, "host"), (5, 'unknown key "hots"', 'did you mean "host"?')]),
+    (GOOD.replace("driver", "drivr") + "[lens.focus]\nlimit = [1, 2]\n", [(4, '"driver"'), (7, '"limits"')]),
+    (DRIVES.replace("unit = 1", "unit = 300").replace("profile", "profil") + "[lens.drives.iris]\nunit = 2\n",
+     [(11, "from 1 to 247"), (12, '"profile"'), (18, "range"), (18, "profile")]),
+)
+
+TEN = f"""version = 1
+verbose = true
+[[bus]]
+name = "rs485"
+driver = "modbuss"
+[[lens]]
+name = "Front"
+drivr = "sim"
+[[lens]]
+name = "b"
+driver = "sim"
+scene = "{SCENE}"
+strat = "home"
+[lens.focus]
+limit = [1, 2]
+settle_ms = -3
+[lens.iris]
+retries = 1.5
+[[lens]]
+name = "c"
+driver = "sim"
+scene = "no-such.toml"
+[lens.temperature]
+compensate = "yes"
+"""
+TEN_SAYS = ((2, 'unknown key "verbose"'), (5, 'did you mean "modbus"?'), (7, "small letters"), (8, 'did you mean "driver"?'),
+            (13, 'did you mean "start"?'), (15, 'did you mean "limits"?'), (16, "from 0 to 60000"), (18, "a whole number"),
+            (19, "no-such.toml"), (24, "true or false"))
+
+
+class CheckConfig(unittest.TestCase):
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.file = os.path.join(self.folder.name, "lensd.toml")
+
+    def write(self, text, path=None):
+        path = path or self.file
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+
+    def lensd(self, *arguments):
+        return subprocess.run([os.path.join(BIN, "lensd"), *arguments], capture_output=True, text=True,
+                              timeout=60 * PATIENCE, check=False)
+
+    def told(self):
+        """The lines that are told, as (file, line, text), of a configuration with mistakes."""
+        done = self.lensd("--config", self.file, "--check-config")
+        self.assertEqual((done.returncode, done.stdout), (78, ""), done.stderr)
+        lines = []
+        for line in done.stderr.splitlines():
+            found = re.fullmatch(r"([^:]+?\.toml)(?::(\d+))?: (.+)", line)
+            self.assertTrue(found, f"{line!r} names no place")
+            lines.append((found[1], int(found[2]) if found[2] else None, found[3]))
+        return lines
+
+    def says(self, told, expected):
+        self.assertEqual([line for _, line, _ in told], [line for line, *_ in expected], told)
+        for (_, _, text), (_, *words) in zip(told, expected):
+            for word in words:
+                self.assertIn(word, text)
+
+    def test_each_mistake_is_told_with_its_place_and_what_was_meant(self):
+        self.assertGreaterEqual(len(WRONG), 25)
+        for text, expected in WRONG:
+            with self.subTest(text=text):
+                self.write(text)
+                told = self.told()
+                self.says(told, expected)
+                self.assertEqual({file for file, _, _ in told}, {self.file})
+
+    def test_ten_mistakes_are_told_at_once_in_their_order(self):
+        self.assertEqual(len(TEN_SAYS), 10)
+        self.write(TEN)
+        self.says(self.told(), TEN_SAYS)
+
+    def test_drop_ins_are_told_after_the_file_in_the_order_of_their_names(self):
+        self.write(GOOD + "bogus = 1\n")
+        self.write('version = 1\nlens = 3\n', self.file + ".d/20-b.toml")
+        self.write('version = 1\n[[lens]]\nname = "c"\n', self.file + ".d/10-a.toml")
+        self.assertEqual([(os.path.basename(file), line) for file, line, _ in self.told()],
+                         [("lensd.toml", 6), ("10-a.toml", 2), ("20-b.toml", 2)])
+
+    def test_mistakes_of_a_scene_are_told_in_the_scene(self):
+        with open(SCENE, encoding="utf-8") as scene:
+            text = scene.read()
+        self.assertIn("[camera]", text)
+        self.write(text.replace("[camera]", "[camera]\nwidht = 3").replace("[lens]", "[lens]\nsteeps = 3"),
+                   os.path.join(self.folder.name, "scene.toml"))
+        self.write(GOOD.replace(SCENE, "scene.toml") + "bogus = 1\n")
+        told = self.told()
+        self.assertEqual([os.path.basename(file) for file, _, _ in told], ["lensd.toml", "scene.toml", "scene.toml"])
+        self.assertTrue('"width"' in told[1][2] and '"steps"' in told[2][2], told)
+
+    def test_a_good_one_says_so_in_one_line(self):
+        for text, says in ((GOOD, "is valid: 1 lens (a)"), ("version = 1\n", "is valid: no lens"),
+                           (GOOD + GOOD.split("\n", 1)[1].replace('"a"', '"b"'), "is valid: 2 lenses (a, b)")):
+            self.write(text)
+            done = self.lensd("--config", self.file, "--check-config")
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (0, f"{self.file} {says}\n", ""))
+        nothing = self.lensd("--check-config")
+        self.assertEqual(nothing.returncode, 64)
+        self.assertIn("lensd --check-config --config /etc/lensd/lensd.toml", nothing.stderr)
+
+    def test_the_daemon_itself_refuses_with_the_first(self):
+        self.write(TEN)
+        done = self.lensd("--config", self.file, "--socket", os.path.join(self.folder.name, "s"))
+        self.assertEqual(done.returncode, 78)
+        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        self.assertIn("lensd.toml:2: unknown key \"verbose\"", done.stderr)
+        self.write(GOOD + 'strat = "home"\n')
+        done = self.lensd("--config", self.file, "--socket", os.path.join(self.folder.name, "s"))
+        self.assertEqual(done.returncode, 78)
+        self.assertIn('did you mean "start"?', done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,187 @@
+"""Hours in which much goes on and much goes wrong: 200 calls a second, 20 monitors and faults all the time. Nothing is lost
+and nothing grows: every call is answered, memory, descriptors and threads are as many at the end as at the beginning, and
+stops are carried out at once."""
+import json
+import os
+import random
+import selectors
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+from harness import LENS, PATIENCE, Client, Daemon
+
+SECONDS = {"fast": 5, "ci": 25, "long": 3600}[os.environ.get("LENSD_TEST_LEVEL", "ci")]
+WARM_UP = 5
+RATE, CALLERS, MONITORS, LENSES = 200, 16, 20, "abcd"
+SIMULATOR = "io.lensd.Simulator."
+FAULTS = ({"kind": "stall", "axis": "focus"}, {"kind": "drop-reply"}, {"kind": "late-reply"}, {"kind": "stale-readback", "axis": "focus"},
+          {"kind": "jump", "axis": "focus", "steps": 50}, {"kind": "disconnect"}, {"kind": "lose-frames"}, {"kind": "freeze-frames"})
+
+
+class Caller(Client):
+    """A connection that has one call at a time under way and waits for nothing."""
+
+    def __init__(self, path):
+        super().__init__(path, 60 * PATIENCE)
+        self.busy, self.since = False, 0
+
+    def begin(self, method, parameters, interface=LENS):
+        self.busy, self.since = True, time.monotonic()
+        self.send(interface + method, parameters)
+
+    def come(self):
+        """What has come; True: the answer is whole."""
+        data = self.socket.recv(65536)
+        assert data, "lensd closed a connection"
+        self.buffer += data
+        if b"\0" not in self.buffer:
+            return False
+        self.judged(json.loads(self.buffer.split(b"\0", 1)[0]))
+        self.buffer, self.busy = b"", False
+        return True
+
+
+class Monitor(Client):
+    def __init__(self, path):
+        super().__init__(path, 60 * PATIENCE)
+        self.events = 0
+        self.send(LENS + "Monitor", {}, more=True)
+
+    def come(self):
+        data = self.socket.recv(1 << 20)
+        assert data, "lensd closed a monitor"
+        self.events += data.count(b"\0")
+        assert b'"error":"io.' not in data, data
+
+
+def any_call(chance):
+    lens = chance.choice(LENSES)
+    return chance.choice((
+        ("Status", {"lens": lens}), ("Status", {}), ("List", {}), ("Metrics", {}), ("GetCalibration", {"lens": lens}),
+        ("Move", {"lens": lens, "axis": "focus", "target": {"position": chance.randrange(4000)}}),
+        ("Move", {"lens": lens, "axis": "iris", "target": {"position": chance.randrange(100)}}),
+        ("Home", {"lens": lens}), ("Stop", {"lens": lens}), ("PresetSave", {"lens": lens, "label": chance.choice("xyz")}),
+        ("PresetList", {"lens": lens}), ("Autofocus", {"lens": lens}), ("Snapshot", {"lens": lens}), ("ResetFaults", {"lens": lens}),
+        ("Plan", {"lens": lens, "request": {"limits": [{"name": "n", "kind": "sharp", "limitUm": 50.0, "depths": [
+            {"oneEnd": {"distanceM": 1.1}, "otherEnd": {"distanceM": 1.3}}]}]}})))
+
+
+def held(process):
+    """Descriptors, threads and KiB of memory of a process."""
+    folder = f"/proc/{process.pid}"
+    with open(folder + "/status", encoding="ascii") as file:
+        kib = next(int(line.split()[1]) for line in file if line.startswith("VmRSS"))
+    return len(os.listdir(folder + "/fd")), len(os.listdir(folder + "/task")), kib
+
+
+def stops(path, seconds):
+    """A process of its own, so that nothing but lensd makes it wait: how long each stop took, in ms."""
+    took, end = [], time.monotonic() + seconds
+    with Client(path, 60 * PATIENCE) as client:
+        while time.monotonic() < end:
+            began = time.monotonic()
+            reply = client.call(LENS + "Stop", {"lens": LENSES[len(took) % len(LENSES)]})
+            took.append(1e3 * (time.monotonic() - began))
+            # A lens whose power is off cannot be stopped, and says so.
+            assert reply == {"parameters": {}} or reply["error"].split(".")[-1] in ("Disconnected", "Timeout", "DeviceError"), reply
+            time.sleep(0.1)
+    print(json.dumps(took))
+
+
+class Soak(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory(prefix="lensd-soak-")
+        self.addCleanup(self.folder.cleanup)
+        self.daemon = Daemon(LENSES, arguments=("--state", os.path.join(self.folder.name, "state")))
+        self.addCleanup(lambda: self.assertEqual(self.daemon.stop(), 0))
+        self.chance = random.Random(17)
+        self.selector = selectors.DefaultSelector()
+        self.callers = [Caller(self.daemon.socket) for _ in range(CALLERS)]
+        self.monitors = [Monitor(self.daemon.socket) for _ in range(MONITORS)]
+        self.faults = Caller(self.daemon.socket)
+        for client in (*self.callers, *self.monitors, self.faults):
+            self.selector.register(client.socket, selectors.EVENT_READ, client)
+            self.addCleanup(client.socket.close)
+        self.answered = self.left_out = 0
+
+    def listen(self, seconds):
+        for key, _ in self.selector.select(max(seconds, 0)):
+            self.answered += bool(key.data.come())
+
+    def run_for(self, seconds):
+        """Calls at the rate, whatever becomes of those before; where all connections wait for answers, one is left out."""
+        began = time.monotonic()
+        next_call = next_fault = began
+        while (now := time.monotonic()) < began + seconds:
+            if now >= next_call:
+                next_call += 1 / RATE
+                free = [caller for caller in self.callers if not caller.busy]
+                if free:
+                    self.chance.choice(free).begin(*any_call(self.chance))
+                else:
+                    self.left_out += 1
+            if now >= next_fault and not self.faults.busy:
+                next_fault = now + 0.5
+                fault = {**self.chance.choice(FAULTS), "lens": self.chance.choice(LENSES)}
+                if fault["kind"] != "jump":
+                    fault["forMs"] = self.chance.choice((20, 100, 300))
+                self.faults.begin("Inject", fault, SIMULATOR)
+            self.listen(min(next_call, next_fault if not self.faults.busy else next_call) - time.monotonic())
+            slow = [caller for caller in self.callers if caller.busy and now - caller.since > 60 * PATIENCE]
+            self.assertFalse(slow, [caller.calls for caller in slow])
+
+    def rest(self):
+        """No call is under way, no fault in force, and every lens is there."""
+        deadline = time.monotonic() + 60 * PATIENCE
+        with self.daemon.client() as client:
+            while any(caller.busy for caller in (*self.callers, self.faults)):
+                self.assertLess(time.monotonic(), deadline, [caller.calls for caller in self.callers if caller.busy])
+                client.call(LENS + "Stop", {})
+                self.listen(0.02)
+            while True:
+                lenses = client.call(LENS + "Status")["parameters"]["lenses"]
+                if all(lens["connected"] and lens["activity"] == "idle" for lens in lenses):
+                    break
+                self.assertLess(time.monotonic(), deadline, lenses)
+                self.listen(0.05)
+        for _ in range(20):
+            self.listen(0.01)
+        return held(self.daemon.process)
+
+    def test_nothing_is_lost_and_nothing_grows(self):
+        self.run_for(WARM_UP)
+        before = self.rest()
+        answered, began = self.answered, time.monotonic()
+        stopper = subprocess.Popen([sys.executable, __file__, "--stops", self.daemon.socket, str(SECONDS)], stdout=subprocess.PIPE)
+        self.addCleanup(stopper.kill)
+        self.run_for(SECONDS)
+        rate = (self.answered - answered) / (time.monotonic() - began)
+        took = sorted(json.loads(stopper.communicate(timeout=60 * PATIENCE)[0]))
+        self.assertEqual(stopper.returncode, 0)
+        after, deadline = self.rest(), time.monotonic() + 10 * PATIENCE
+        while (after[0] > before[0] or after[1] > before[1]) and time.monotonic() < deadline:  # connections that were just closed
+            time.sleep(0.1)
+            after = held(self.daemon.process)
+        events = sum(monitor.events for monitor in self.monitors)
+        print(f"{SECONDS} s: {rate:.0f} calls a second answered, {self.left_out} left out, {events} events; {len(took)} stops, p50 "
+              f"{took[len(took) // 2]:.1f} ms, p99 {took[len(took) * 99 // 100]:.1f} ms, p99.9 {took[len(took) * 999 // 1000]:.1f} ms; "
+              f"descriptors {before[0]} and {after[0]}, threads {before[1]} and {after[1]}, memory {before[2]} and {after[2]} KiB")
+        self.assertLessEqual(after[0], before[0])
+        self.assertLessEqual(after[1], before[1])
+        if PATIENCE < 15:  # sanitizers keep what was freed
+            self.assertLess(after[2] - before[2], 16 << 10)
+        self.assertTrue(all(monitor.events > SECONDS for monitor in self.monitors))
+        if SECONDS > 1000:
+            self.assertLess(took[len(took) * 999 // 1000], 10)
+            self.assertGreater(rate, 0.9 * RATE)
+
+
+if __name__ == "__main__":
+    if "--stops" in sys.argv:
+        stops(sys.argv[2], float(sys.argv[3]))
+    else:
+        unittest.main()

@@ -1,0 +1,286 @@
+// Opens the page in a browser. Arguments: what to do there ("controls": use every control as a person would; "rate": count
+// pictures at rest and in motion; "tokens": get in with one; "disks": compare the blur drawn with that of a light), address, folder for screenshots, tokens.
+// Prints one line of JSON with what was measured; what is not as promised ends it with an error.
+"use strict";
+const assert = require("node:assert");
+const path = require("node:path");
+const puppeteer = require("puppeteer-core");
+
+const [what, address, folder, viewToken, moveToken] = process.argv.slice(2);
+const patience = Number(process.env.LENSD_TEST_PATIENCE || 1);
+const limit = 20000 * patience;
+const measured = {};
+const complaints = [];
+
+const text = (page, id) => page.$eval(`#${id}`, (element) => element.textContent);
+const until = (page, id, pattern) => page.waitForFunction(
+  (name, source) => new RegExp(source).test(document.getElementById(name).textContent), { timeout: limit }, id, pattern.source);
+const ask = (page, method, parameters) => page.evaluate((m, p) => call(m, p), method, parameters);
+const axis = async (page, name) => (await ask(page, "Status", {})).lenses[0].axes.find((one) => one.axis === name);
+
+/** Clicks in the middle of what is scrolled into sight: what lies below the bar with Stop counts as seen, but cannot be hit. */
+async function press(page, selector) {
+  await page.$eval(selector, (element) => element.scrollIntoView({ block: "center" }));
+  await page.click(selector);
+}
+
+async function open(browser) {
+  const page = await browser.newPage();
+  page.on("console", (message) => { if (["error", "warn"].includes(message.type())) complaints.push(message.text()); });
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  page.on("requestfailed", (request) => {
+    if (!/ERR_ABORTED/.test(request.failure().errorText)) complaints.push(`${request.url()}: ${request.failure().errorText}`);
+  });
+  await page.setViewport({ width: 1280, height: 900 });
+  const began = Date.now();
+  await page.goto(address);
+  await until(page, "link", /^connected$/);
+  await page.waitForFunction(() => document.getElementById("nopicture").hidden, { timeout: limit });
+  measured.firstPictureMs = Date.now() - began;
+  return page;
+}
+
+/** How often a second the screen shows another picture than before. */
+const rate = (page, seconds) => page.evaluate(async (length) => {
+  const small = document.createElement("canvas");
+  let before = null, changes = 0;
+  [small.width, small.height] = [64, 64];
+  const pen = small.getContext("2d", { willReadFrequently: true }), end = performance.now() + 1000 * length;
+  while (performance.now() < end) {
+    pen.drawImage(document.getElementById("picture"), 0, 0, 64, 64);
+    const now = pen.getImageData(0, 0, 64, 64).data.reduce((sum, value, at) => (sum * 31 + value * (at + 1)) % 4294967291, 7);
+    if (before !== null && now !== before) ++changes;
+    before = now;
+    await new Promise((next) => requestAnimationFrame(next));
+  }
+  return changes / length;
+}, seconds);
+
+async function moveLens(page) {
+  const before = (await axis(page, "focus")).position;
+  await press(page, '[data-nearer="100"]');
+  await page.waitForFunction(async (from) => (await call("Status")).lenses[0].axes[0].position !== from, { timeout: limit, polling: 100 }, before);
+  const slider = await axis(page, "iris");
+  await page.focus("#iris");
+  for (let i = 0; i < 5; ++i) await page.keyboard.press("PageUp");
+  await page.waitForFunction(async (from) => (await call("Status")).lenses[0].axes[1].position !== from, { timeout: limit, polling: 100 }, slider.position);
+  assert.match(await page.$eval("#iris", (element) => element.getAttribute("aria-valuetext")), /^f\//);
+  await page.focus("#focus");
+  await page.keyboard.press("Home");
+  await page.waitForFunction(async () => !(await call("Status")).lenses[0].axes[0].moving, { timeout: limit, polling: 100 });
+  await press(page, "h1");
+  const far = (await axis(page, "focus")).position;
+  await page.keyboard.press("n");
+  await page.waitForFunction(async (from) => (await call("Status")).lenses[0].axes[0].position !== from, { timeout: limit, polling: 100 }, far);
+  assert.match(await text(page, "bounds"), /sharp to .* hyperfocal .* position/);
+}
+
+async function stopLens(page) {
+  const end = await page.evaluate(() => axisInfo("focus").maximum);
+  const moving = page.evaluate((to) => call("Move", { axis: "focus", target: { position: to } }).then(() => "arrived", (why) => why.error), end);
+  await page.waitForFunction(async () => (await call("Status")).lenses[0].axes[0].moving, { timeout: limit, polling: 20 });
+  await press(page, "#stop");
+  assert.equal(await moving, "Cancelled");
+  const again = page.evaluate((to) => call("Move", { axis: "focus", target: { position: to } }).then(() => "arrived", (why) => why.error), 0);
+  await page.waitForFunction(async () => (await call("Status")).lenses[0].axes[0].moving, { timeout: limit, polling: 20 });
+  await page.keyboard.press("Escape");
+  assert.equal(await again, "Cancelled");
+}
+
+async function findFocus(page) {
+  const box = await (await page.$("#overlay")).boundingBox();
+  await page.mouse.click(box.x + box.width * 0.5, box.y + box.height * 0.5);
+  await until(page, "found", /Searching/);
+  measured.rateInAutofocus = await rate(page, 2);
+  await until(page, "found", /^(Focused at|Refused|Ended)/);
+  assert.match(await text(page, "found"), /^Focused at .* frames/);
+  assert.ok(await page.$("#curve canvas"), "the curve is drawn");
+  await press(page, "#find");
+  await until(page, "found", /^(Searching)/);
+  await until(page, "found", /^(Focused at|Refused)/);
+  await page.evaluate(() => { call("Autofocus", { method: "sweep" }); });  // as another client would
+  await until(page, "found", /^Somebody else/);
+  await until(page, "found", /^(Focused at|Refused)/);
+}
+
+async function dragLimit(page) {
+  await press(page, "#add-sharp");
+  await until(page, "verdict", /^f\//);
+  await press(page, "#add-blurred");
+  await page.waitForFunction(() => document.querySelectorAll("#limits li").length === 2);
+  await page.waitForFunction(() => plan.answer !== null, { timeout: limit });
+  const before = await text(page, "verdict");
+  await page.$eval("#axis", (element) => element.scrollIntoView({ block: "center" }));
+  const handle = await page.$('[data-handle="sharp-1-nearD"]'), at = await handle.boundingBox();
+  await page.mouse.move(at.x + at.width / 2, at.y + at.height / 2);
+  await page.mouse.down();
+  await page.evaluate(() => { window.asked = []; const first = call; call = (...all) => { const began = performance.now();
+    return first(...all).finally(() => { if (all[0] === "Plan") window.asked.push(performance.now() - began); }); }; });
+  for (let step = 1; step <= 15; ++step) await page.mouse.move(at.x + at.width / 2 + 4 * step, at.y + at.height / 2);
+  await page.mouse.up();
+  await page.waitForFunction((old) => document.getElementById("verdict").textContent !== old, { timeout: limit }, before);
+  measured.planMs = (await page.evaluate(() => window.asked)).sort((a, b) => a - b);
+  assert.ok(measured.planMs.length > 0);
+  const dragged = await page.evaluate(() => plan.limits[0].nearD);
+  await page.$eval('[data-handle="sharp-1-nearD"]', (element) => element.focus());
+  await page.keyboard.press("ArrowLeft");
+  await page.waitForFunction((old) => plan.limits[0].nearD < old, { timeout: limit }, dragged);
+  assert.equal(await page.evaluate(() => document.activeElement.dataset.handle), "sharp-1-nearD", "the handle keeps the focus");
+  assert.ok(await page.$eval("#region", (canvas) => canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.some((value) => value)));
+}
+
+async function applyPlan(page) {
+  // What cannot be is said in words; then the blurred limit goes, and the rest is applied.
+  await page.evaluate(() => { plan.limits[1].farD = plan.limits[0].farD; plan.limits[1].nearD = plan.limits[0].nearD; planChanged(); });
+  await until(page, "verdict", /^No setting meets all of this: .* contradict each other/);
+  assert.ok(await page.$eval("#apply", (button) => button.disabled));
+  await press(page, '[aria-label="Remove blurred-2"]');
+  await page.waitForFunction(() => !document.getElementById("apply").disabled, { timeout: limit });
+  await press(page, "#apply");
+  await until(page, "verdict", /(Applied|Not reached)/);
+  assert.match(await text(page, "verdict"), /Applied; where the motors stand the tightest limit is used to \d+ %/);
+}
+
+async function enlarge(page) {
+  await press(page, "#peaking");
+  await press(page, "#disks");
+  await press(page, 'input[value="zoom"]');
+  await page.$eval("#overlay", (element) => element.scrollIntoView({ block: "center" }));
+  const box = await (await page.$("#overlay")).boundingBox();
+  await page.mouse.move(box.x + box.width * 0.3, box.y + box.height * 0.3);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width * 0.6, box.y + box.height * 0.6, { steps: 4 });
+  await page.mouse.up();
+  await page.waitForFunction(() => view.last?.picture.leftPx > 0, { timeout: limit });
+  await page.waitForFunction(() => document.getElementById("overlay").getContext("2d").getImageData(0, 0, 9999, 9999).data.some((value) => value), { timeout: limit });
+  await press(page, "#whole");
+  await page.waitForFunction(() => view.last?.picture.leftPx === 0, { timeout: limit });
+  await press(page, 'input[value="focus"]');
+  assert.match(await text(page, "clipping"), /%/);
+}
+
+async function overview(page) {
+  assert.match(await text(page, "lenses"), /free/);
+  await page.waitForFunction(() => document.querySelectorAll("#events li").length > 3, { timeout: limit });
+  const told = await text(page, "events");
+  assert.match(told, /focus reached/);
+  assert.match(told, /autofocus: /);
+  const named = await page.$$eval("button, input, select, [role=slider]", (all) => all.filter((one) => !one.closest("[hidden]")).map((one) =>
+    one.textContent.trim() || one.getAttribute("aria-label") || one.ariaLabel || [...(one.labels ?? [])].map((label) => label.textContent).join()));
+  assert.ok(named.every((name) => name.trim()), `every control has a name: ${named}`);
+}
+
+/** At each width and in both colours: nothing beyond the edge, Stop in sight, pictures of it. */
+async function look(page) {
+  for (const width of [1280, 400]) {
+    for (const scheme of ["light", "dark"]) {
+      await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
+      await page.setViewport({ width, height: 900 });
+      await page.waitForFunction((wide) => innerWidth === wide, { timeout: limit }, width);
+      await page.waitForFunction(() => document.getElementById("nopicture").hidden, { timeout: limit });
+      await new Promise((done) => setTimeout(done, 500));
+      const beyond = await page.evaluate(() => [...document.querySelectorAll("main *")].filter((one) => !one.closest(".scroll") &&
+        !one.closest("svg") && one.getBoundingClientRect().right > innerWidth + 1).map((one) => one.id || one.tagName));
+      assert.deepEqual(beyond, [], `at ${width}`);
+      assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), width);
+      await page.evaluate(() => scrollTo(0, 600));
+      const stop = await page.$eval("#stop", (button) => button.getBoundingClientRect().toJSON());
+      assert.ok(stop.top >= 0 && stop.bottom <= 900 && stop.right <= width, "Stop is always in sight");
+      await page.evaluate(() => scrollTo(0, 0));
+      await page.screenshot({ path: path.join(folder, `page-${width}-${scheme}.png`), fullPage: true });
+    }
+  }
+}
+
+/** Pictures a second while the lens stands, and while it moves to and fro. */
+async function rates(browser) {
+  const page = await open(browser);
+  measured.rateAtRest = await rate(page, 4);
+  await page.evaluate(() => { window.going = (async () => {
+    for (let there = 0; there < 6; ++there) {
+      const { minimum, maximum } = axisInfo("focus");
+      await call("Move", { axis: "focus", target: { position: there % 2 ? minimum : maximum } }).catch(() => {});
+    }
+  })(); });
+  measured.rateInMotion = await rate(page, 3);
+  await press(page, "#stop");
+}
+
+/** Without a token, with a wrong one, with one for looking on, and with one in the address, which must not stay there. */
+async function tokens(browser) {
+  const page = await browser.newPage();
+  await page.goto(address);
+  await page.waitForFunction(() => !document.getElementById("login").hidden, { timeout: limit });
+  await page.type("#token", "nonsense");
+  await press(page, "#login button");
+  await until(page, "note", /not known/);
+  await page.$eval("#token", (field) => { field.value = ""; });
+  await page.type("#token", viewToken);
+  await press(page, "#login button");
+  await until(page, "link", /^connected$/);
+  await page.waitForFunction(() => document.getElementById("nopicture").hidden, { timeout: limit });
+  assert.ok(await page.$eval("#focus", (slider) => slider.disabled) && await page.$eval("#find", (button) => button.disabled));
+  assert.ok(!await page.$eval("#stop", (button) => button.disabled));
+  await press(page, "#stop");
+  assert.equal(await text(page, "note"), "");
+  assert.equal(await page.evaluate(() => document.cookie), "", "no script can read the token");
+  await page.goto("about:blank");
+  await page.goto(`${address}#token=${moveToken}`);
+  await until(page, "link", /^connected$/);
+  await page.waitForFunction(() => !document.getElementById("focus").disabled, { timeout: limit });
+  assert.ok(!page.url().includes(moveToken));
+}
+
+/** The blur that the page draws for a depth is that of a point of light there, in the pixels of the camera. */
+async function disks(browser) {
+  const page = await open(browser);
+  measured.disks = [];
+  for (const [vergenceD, fNumber] of [[0.9, 2], [0.6, 2], [0.1, 2], [0.6, 4]]) {
+    await ask(page, "Move", { axis: "focus", target: { vergenceD } });
+    await ask(page, "Move", { axis: "iris", target: { fNumber } });
+    const [seen, drawn] = await page.evaluate(async () => {
+      const abort = new AbortController();
+      const answer = await fetch("/live.mjpg?encoding=gray8", { signal: abort.signal });
+      let pixels = null;
+      for await (const part of partsOf(answer.body)) { pixels = part.bytes; break; }
+      abort.abort();
+      const half = Math.max(...[...new Set(pixels)]) / 2;
+      const area = pixels.reduce((count, value) => count + (value > half), 0);
+      const state = (await call("Status")).lenses[0];
+      const um = optics.blurUm(state.focalLengthMm, state.fNumber, state.extensionMm, 1 / 3);
+      return [2 * Math.sqrt(area / Math.PI), Math.abs(um) / pixelUm()];
+    });
+    measured.disks.push([seen, drawn]);
+    assert.ok(Math.abs(seen - drawn) <= 1, `focused at ${vergenceD} D, f/${fNumber}: ${seen} px seen, ${drawn} px drawn`);
+  }
+}
+
+async function controls(browser) {
+  const page = await open(browser);
+  measured.rateAtRest = await rate(page, 2);
+  for (const step of [moveLens, stopLens, findFocus, dragLimit, applyPlan, enlarge, overview, look]) {
+    const began = Date.now();
+    try {
+      await step(page);
+    } catch (failure) {
+      await page.screenshot({ path: path.join(folder, "failed.png"), fullPage: true }).catch(() => {});
+      console.error(`${step.name}: note "${await text(page, "note")}", found "${await text(page, "found")}", verdict "${await text(page, "verdict")}"`);
+      throw failure;
+    }
+    measured[`${step.name}Ms`] = Date.now() - began;
+  }
+}
+
+async function main() {
+  const browser = await puppeteer.launch({ executablePath: process.env.CHROMIUM || "/usr/bin/chromium", headless: true,
+    args: ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"], protocolTimeout: 4 * limit });
+  try {
+    await { controls, rate: rates, tokens, disks }[what](browser);
+    assert.equal(complaints.join("\n"), "", "the console is quiet");
+    console.log(JSON.stringify(measured));
+  } finally {
+    await browser.close();
+  }
+}
+
+main().catch((failure) => { console.error(failure); process.exit(1); });

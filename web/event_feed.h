@@ -1,0 +1,76 @@
+// What happens to the lenses, told to every page by one Monitor of lensd, and what happened in the last hour.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "exchange.h"
+#include "lensd_link.h"
+#include "varlink/json.h"
+
+namespace lensd::web {
+
+class Subscriber;
+
+/// One event with the number lens-web gave it.
+struct FeedEntry {
+  std::uint64_t number = 0;
+  std::string lens;  ///< empty: of lensd itself, told to everybody
+  std::string text;  ///< as server-sent events have it
+};
+
+/// Connects by itself, again and again with longer pauses, to 30 s. Event loop thread only.
+class EventFeed {
+ public:
+  explicit EventFeed(const LensdLink& link);
+  ~EventFeed();
+
+  /// Answers with text/event-stream: how things stand, then what happens; `lens` empty: to all of them. With the header
+  /// Last-Event-ID it goes on behind that event, and tells as `event: gap` what it can no longer tell.
+  void Subscribe(Exchange& exchange, const std::string& lens);
+  /// {"events": [{"atMs", "event"}]}: what is lasting in Monitor, of the last hour, the newest 2000, without samples.
+  varlink::Json History();
+  /// Empty while lensd answers, else why it does not.
+  const std::string& down() const { return down_; }
+  std::size_t subscribers() const { return subscribers_.size(); }
+
+ private:
+  friend class Subscriber;
+  struct Past {
+    std::chrono::system_clock::time_point at;
+    varlink::Json event;
+  };
+  void Connect();
+  void Follow();
+  void Greet(const varlink::Reply& list);
+  void Retry(const std::string& why);
+  void Take(const varlink::Reply& reply);
+  void Remember(const varlink::Json& event);
+  void Append(std::string lens, std::string text);
+  void TellDaemon();
+  /// The wish of those who look on: how often states may come.
+  double MinIntervalMs() const { return subscribers_.empty() ? 10000 : 50; }
+  void Join(Subscriber& subscriber);
+  void Leave(Subscriber& subscriber);
+
+  const LensdLink& link_;
+  std::unique_ptr<UpstreamCall> call_;
+  Watch again_;
+  std::chrono::milliseconds pause_{0};
+  std::string down_ = "not connected yet";
+  std::string instance_;                       // of lensd
+  std::map<std::string, std::string> states_;  // by lens: its newest, as in FeedEntry::text but for the id
+  std::deque<FeedEntry> recent_;
+  std::size_t recent_bytes_ = 0;
+  std::deque<Past> past_;
+  std::uint64_t last_number_ = 0;
+  std::set<Subscriber*> subscribers_;
+};
+
+}  // namespace lensd::web
