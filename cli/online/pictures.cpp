@@ -45,15 +45,23 @@ Result<Json> ParseSize(const std::string& text) {
   return Json{{"widthPx", width}, {"heightPx", height}};
 }
 
+/// Of a file's name, in small letters: cameras write IMG_1.JPG.
+std::string EndingOf(const std::string& path) {
+  std::string ending = std::filesystem::path(path).extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char letter) { return std::tolower(letter); });
+  return ending;
+}
+
 /// As the file's ending says, where nothing else does.
 std::string EncodingOf(const SnapshotOptions& options) {
   if (!options.encoding.empty()) return options.encoding;
-  return options.path.ends_with(".jpg") || options.path.ends_with(".jpeg") ? "jpeg" : "png";
+  const std::string ending = EndingOf(options.path);
+  return ending == ".jpg" || ending == ".jpeg" ? "jpeg" : "png";
 }
 
 /// Nobody who writes frame.gif wants a PNG under that name.
 std::optional<Failure> WrongEnding(const SnapshotOptions& options) {
-  const std::string ending = std::filesystem::path(options.path).extension().string();
+  const std::string ending = EndingOf(options.path);
   if (!options.encoding.empty() || ending.empty() || ending == ".png" || ending == ".jpg" || ending == ".jpeg") {
     return std::nullopt;
   }

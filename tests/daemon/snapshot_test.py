@@ -106,7 +106,8 @@ class LensctlTest(DaemonTest):
     def test_the_encoding_follows_the_file_or_the_option(self):
         self.assertEqual(self.snapshot("x.png")[1][:4], b"\x89PNG")
         self.assertEqual(self.snapshot("x.jpg")[1][:2], b"\xff\xd8")
-        self.assertEqual(self.snapshot("x.dat")[1][:4], b"\x89PNG")
+        self.assertEqual(self.snapshot("X.JPG")[1][:2], b"\xff\xd8")
+        self.assertEqual(self.snapshot("x")[1][:4], b"\x89PNG")
         about, data = self.snapshot("x.png", "--encoding", "gray8")
         self.assertEqual(len(data), about["widthPx"] * about["heightPx"])
 
@@ -119,6 +120,8 @@ class LensctlTest(DaemonTest):
 
     def test_wrong_options_say_what_is_right(self):
         path = os.path.join(self.folder, "x")
+        done = self.daemon.lensctl("snapshot", "a", "-o", path + ".dat")
+        self.assertEqual((done.returncode, ".png" in done.stderr), (64, True), done.stderr)
         for options, word in ((("--encoding", "gif"), "jpeg"), (("--region", "1,2"), "X,Y,W,H"),
                               (("--scale-to", "16"), "WIDTHxHEIGHT"), (("--scale-to", "0x5"), "WIDTHxHEIGHT"),
                               (("--region", "0.5,0.5,0.6,0.6"), "at most 1")):
