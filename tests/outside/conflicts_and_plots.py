@@ -59,11 +59,11 @@ while infeasible < NUMBER and tries < NUMBER * 6:
     if os.path.exists(picture):
         os.remove(picture)
     if plan["feasible"]:
-        report.check("the chart of a plan does not say that there is none", "No setting" not in svg, text)
+        report.check("the chart of a plan does not say that there is none", "no setting" not in svg.lower(), text)
         continue
     infeasible += 1
     report.check("exit status 1", code == 1, text)
-    report.check("the chart says that there is none", "No setting meets every limit" in svg, text)
+    report.check("the chart says that there is none", "no setting meets every limit" in svg.lower(), text)
     report.check("the chart draws the relaxed plan where there is one", ("relaxed" in svg) == (plan["relax"] is not None), text)
     report.check("a conflict has a name or more", bool(plan["conflict"]), text)
     rest = dict(p, limits=[l for l in p["limits"] if l[0] in plan["conflict"]], focus=p["focus"] if "focus" in plan["conflict"] else "")
