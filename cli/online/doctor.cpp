@@ -7,12 +7,14 @@
 #include <cerrno>
 #include <cstring>
 #include <memory>
+#include <set>
 #include <sstream>
 #include <vector>
 
 #include "cli/online/commands.h"
 #include "cli/online/daemon_client.h"
 #include "cli/online/daemon_program.h"
+#include "cli/online/doctor_machine.h"
 #include "cli/online/texts.h"
 #include "proto/interfaces.h"
 
@@ -22,32 +24,6 @@ namespace {
 using varlink::Json;
 
 constexpr const char* kConfiguration = "/etc/lensd/lensd.toml";
-
-/// What was found, for people and programs.
-class Findings {
- public:
-  void Ok(std::string check, std::string message) { Add(std::move(check), "ok", std::move(message), ""); }
-  void Warn(std::string check, std::string message, std::string remedy) {
-    Add(std::move(check), "warning", std::move(message), std::move(remedy));
-  }
-  void Problem(std::string check, std::string message, std::string remedy) {
-    ++problems_;
-    Add(std::move(check), "problem", std::move(message), std::move(remedy));
-  }
-  int problems() const { return problems_; }
-  const Json& json() const { return json_; }
-
- private:
-  void Add(std::string check, const char* status, std::string message, std::string remedy) {
-    json_.push_back({{"check", std::move(check)},
-                     {"status", status},
-                     {"message", std::move(message)},
-                     {"remedy", remedy.empty() ? Json(nullptr) : Json(std::move(remedy))}});
-  }
-
-  Json json_ = Json::array();
-  int problems_ = 0;
-};
 
 std::string GroupName(gid_t group) {
   const struct group* found = getgrgid(group);
@@ -146,9 +122,14 @@ void CheckRules(Findings& findings) {
       "copy systemd/udev/60-lensd.rules to /etc/udev/rules.d, run udevadm control --reload, plug the lens in again");
 }
 
-void CheckDevices(DaemonClient& link, Findings& findings) {
+/// The nodes of what is plugged in.
+std::vector<std::string> CheckDevices(DaemonClient& link, Findings& findings) {
   auto reply = link.Ask(MethodOfLens("Devices"), Json::object());
-  if (!reply) return findings.Problem("devices", reply.error().message, "restart lensd");
+  if (!reply) {
+    findings.Problem("devices", reply.error().message, "restart lensd");
+    return {};
+  }
+  std::vector<std::string> nodes;
   for (const Json& failed : (*reply)["failed"]) {
     findings.Warn("devices",
                   "driver " + failed.value("driver", "") + " could not search: " + failed.value("message", ""),
@@ -156,6 +137,7 @@ void CheckDevices(DaemonClient& link, Findings& findings) {
   }
   std::size_t fine = 0;
   for (const Json& device : (*reply)["devices"]) {
+    nodes.push_back(TextOf(device, "node"));
     const bool used = device["usedBy"].is_string();
     if (used || device["problem"].is_null()) {
       ++fine;
@@ -166,6 +148,19 @@ void CheckDevices(DaemonClient& link, Findings& findings) {
   }
   findings.Ok("devices",
               std::to_string(fine) + (fine == 1 ? " device is" : " devices are") + " plugged in that lensd may open");
+  return nodes;
+}
+
+/// Of the lenses that are configured, and of their cameras.
+std::set<std::string> DriversOf(DaemonClient& link) {
+  std::set<std::string> drivers;
+  const auto reply = link.Ask(MethodOfLens("List"), Json::object());
+  if (!reply) return drivers;
+  for (const Json& lens : (*reply)["lenses"]) {
+    drivers.insert(TextOf(lens, "driver"));
+    if (lens["camera"].is_object()) drivers.insert(TextOf(lens["camera"], "driver"));
+  }
+  return drivers;
 }
 
 /// Every device answers wrongly or loses a frame now and then: that is no warning, only told.
@@ -247,7 +242,7 @@ Outcome Doctor(Session& session, const std::string& file) {
   const Json lenses = link ? LensesOf(*link, findings) : Json::array();
   CheckConfiguration(file, link.has_value(), lenses.size(), findings);
   CheckRules(findings);
-  if (link) CheckDevices(*link, findings);
+  if (link) CheckMachine(DriversOf(*link), CheckDevices(*link, findings), "/", findings);
   for (const Json& lens : lenses) CheckLens(lens, findings);
   const Exit exit = findings.problems() == 0 ? Exit::Done : Exit::No;
   if (session.json()) {

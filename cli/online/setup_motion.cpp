@@ -1,0 +1,175 @@
+// The time a move takes over its length is a straight line where the motor has one speed: its slope is the speed, what
+// is left at no length at all is what a move takes beside travelling. Acceleration bends the line, and widens its
+// intervals.
+#include "cli/online/setup_motion.h"
+
+#include <algorithm>
+#include <array>
+#include <boost/math/distributions/students_t.hpp>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "cli/online/drive.h"
+
+namespace lensd::cli {
+namespace {
+
+using varlink::Json;
+
+constexpr double kMargin = 0.1;  ///< of the range, at each end: an unknown lens may stop before it says so
+/// Of the rest, each there and back: short ones tell what a move takes at all, long ones the speed. The short ones come
+/// first, for a motor so slow that there is no time for the others.
+constexpr std::array kLengths = {1.0 / 32, 1.0 / 16, 1.0 / 8, 1.0 / 4, 1.0 / 2};
+constexpr int kRounds = 2;
+constexpr std::size_t kFewest = 4;
+
+double MillisecondsSince(Instant began) {
+  return std::chrono::duration<double, std::milli>(MonotonicClock().Now() - began).count();
+}
+
+/// What the reports of one move say of its beginning and its end.
+class Watch {
+ public:
+  Watch(double from, double resolution) : from_(from), near_(0.75 * resolution) {}
+
+  void See(double position, double at_ms) {
+    if (started_ms_ == 0.0) {
+      (std::abs(position - from_) <= near_ ? still_ms_ : started_ms_) = at_ms;
+    }
+    if (reports_.empty() || reports_.back().first != position) reports_.emplace_back(position, at_ms);
+    last_ms_ = at_ms;
+  }
+
+  TimedMove Finish(double to, double elapsed_ms, double end_ms) const {
+    TimedMove move{.distance = std::abs(to - from_), .elapsed_ms = elapsed_ms};
+    const auto on_the_way = [&](const auto& report) {
+      return std::abs(report.first - from_) > near_ && std::abs(report.first - to) > near_;
+    };
+    if (std::ranges::none_of(reports_, on_the_way)) return move;
+    move.still_ms = still_ms_;
+    move.started_ms = started_ms_;
+    const auto there = std::ranges::find_if(reports_, [&](const auto& r) { return std::abs(r.first - to) <= near_; });
+    const double first_there = there == reports_.end() ? last_ms_ : there->second;
+    const double last_away = there == reports_.end() ? last_ms_ : std::prev(there)->second;
+    move.rest_least_ms = std::max(0.0, end_ms - first_there);
+    move.rest_most_ms = std::max(0.0, end_ms - last_away);
+    return move;
+  }
+
+ private:
+  double from_, near_;
+  double still_ms_ = 0.0, started_ms_ = 0.0, last_ms_ = 0.0;
+  std::vector<std::pair<double, double>> reports_;  ///< each position when it was told first
+};
+
+/// The middle of what moves left open, and everything that it leaves open.
+std::optional<Measured> Between(const std::vector<TimedMove>& moves, double TimedMove::* least,
+                                double TimedMove::* most) {
+  Measured all{.low = std::numeric_limits<double>::infinity()};
+  std::vector<double> middles;
+  for (const TimedMove& move : moves) {
+    if (!move.SeenOnTheWay()) continue;
+    all.low = std::min(all.low, move.*least);
+    all.high = std::max(all.high, move.*most);
+    middles.push_back((move.*least + move.*most) / 2);
+  }
+  if (middles.empty()) return std::nullopt;
+  const auto middle = middles.begin() + static_cast<std::ptrdiff_t>(middles.size() / 2);
+  std::ranges::nth_element(middles, middle);
+  all.value = *middle;
+  return all;
+}
+
+/// One move, its reports watched. A result that is not reached is trouble.
+std::expected<void, Failure> MoveOnce(Session& session, DaemonClient& link, const std::string& lens, const Json& info,
+                                      double& position, double target, AxisMotion& motion) {
+  const Json axis = info["axis"];
+  Watch watch(position, info["resolution"].get<double>());
+  const Instant began = MonotonicClock().Now();
+  const auto see = [&](const Json& part) {
+    if (part.contains("progress") && part["progress"].is_object()) {
+      watch.See(part["progress"]["position"].get<double>(), MillisecondsSince(began));
+    }
+    return true;
+  };
+  auto reply = link.Follow(MethodOfLens("Move"), {{"lens", lens}, {"axis", axis}, {"target", {{"position", target}}}},
+                           see, [&] { StopAndTell(session, lens, axis); });
+  if (!reply) return PassOn(reply);
+  const Json& move = (*reply)["move"];
+  const double from = std::exchange(position, move["position"].get<double>());
+  if (!move.value("reached", false)) {
+    motion.trouble = move["reason"].is_string() ? move["reason"].get<std::string>() : "a move did not arrive";
+    return {};
+  }
+  if (position != from) {
+    motion.moves.push_back(watch.Finish(position, move["elapsedMs"].get<double>(), MillisecondsSince(began)));
+  }
+  return {};
+}
+
+}  // namespace
+
+Json JsonOf(const std::optional<Measured>& measured) {
+  if (!measured) return nullptr;
+  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
+  return {{"value", number(measured->value)}, {"low", number(measured->low)}, {"high", number(measured->high)}};
+}
+
+void FitMoves(AxisMotion& motion) {
+  const auto& moves = motion.moves;
+  const auto n = static_cast<double>(moves.size());
+  motion.latency_ms = Between(moves, &TimedMove::still_ms, &TimedMove::started_ms);
+  motion.rest_ms = Between(moves, &TimedMove::rest_least_ms, &TimedMove::rest_most_ms);
+  if (moves.size() < kFewest) return;
+  double mean_x = 0.0, mean_y = 0.0, xx = 0.0, xy = 0.0, rest = 0.0;
+  for (const TimedMove& move : moves) {
+    mean_x += move.distance / n;
+    mean_y += move.elapsed_ms / n;
+  }
+  for (const TimedMove& move : moves) {
+    xx += std::pow(move.distance - mean_x, 2);
+    xy += (move.distance - mean_x) * (move.elapsed_ms - mean_y);
+  }
+  if (xx == 0.0) return;
+  const double slope = xy / xx, at_zero = mean_y - slope * mean_x;
+  for (const TimedMove& move : moves) rest += std::pow(move.elapsed_ms - at_zero - slope * move.distance, 2);
+  const double t = boost::math::quantile(boost::math::students_t(n - 2.0), 0.975);
+  const double sigma = std::sqrt(rest / (n - 2.0));
+  const double slope_half = t * sigma / std::sqrt(xx);
+  const double zero_half = t * sigma * std::sqrt(1.0 / n + mean_x * mean_x / xx);
+  motion.overhead_ms = Measured{at_zero, std::max(0.0, at_zero - zero_half), at_zero + zero_half};
+  if (slope - slope_half <= 0.0) return;  // the time says nothing of the travel
+  motion.speed = Measured{1e3 / slope, 1e3 / (slope + slope_half), 1e3 / (slope - slope_half)};
+}
+
+std::expected<AxisMotion, Failure> MeasureMotion(Session& session, DaemonClient& link, const std::string& lens,
+                                                 const Json& info, double position, Duration budget) {
+  const double minimum = info["minimum"].get<double>(), range = info["maximum"].get<double>() - minimum;
+  const double low = minimum + kMargin * range, span = range * (1.0 - 2.0 * kMargin);
+  const double resolution = info["resolution"].get<double>(), home = position;
+  const Instant began = MonotonicClock().Now();
+  AxisMotion motion;
+  const auto go = [&](double target) { return MoveOnce(session, link, lens, info, position, target, motion); };
+  if (auto moved = go(low + span / 4); !moved) return PassOn(moved);
+  motion.moves.clear();  // from anywhere: its backlash is not that of the others
+  const auto enough = [&] {
+    return !motion.trouble.empty() || (motion.moves.size() >= kFewest && MonotonicClock().Now() - began > budget);
+  };
+  for (int round = 0; round < kRounds; ++round) {
+    for (const double length : kLengths) {
+      if (span * length < 2.0 * resolution) continue;
+      for (const double target : {low + span / 4 + span * length, low + span / 4}) {
+        if (enough()) break;
+        if (auto moved = go(target); !moved) return PassOn(moved);
+      }
+    }
+  }
+  FitMoves(motion);
+  AxisMotion back;
+  if (auto moved = MoveOnce(session, link, lens, info, position, home, back); !moved) return PassOn(moved);
+  return motion;
+}
+
+}  // namespace lensd::cli

@@ -1,0 +1,51 @@
+// How an axis moves, measured by moving it: for `lensctl setup`.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/online/daemon_client.h"
+
+namespace lensd::cli {
+
+/// A measured value and what it lies between: its 95 % interval, or bounds that nothing measured was outside of.
+struct Measured {
+  double value = 0.0;
+  double low = 0.0;
+  double high = 0.0;
+};
+varlink::Json JsonOf(const std::optional<Measured>& measured);
+
+/// A move as it was seen from here.
+struct TimedMove {
+  double distance = 0.0;    ///< native units, above 0
+  double elapsed_ms = 0.0;  ///< as MoveResult says
+  /// When the position was last told as it was before the move, and first told as another, since the call began; 0 and
+  /// 0: it was never seen on its way.
+  double still_ms = 0.0, started_ms = 0.0;
+  /// Between the first report of the final position and the end, at least and at most.
+  double rest_least_ms = 0.0, rest_most_ms = 0.0;
+  bool SeenOnTheWay() const { return started_ms > 0.0; }
+};
+
+/// What the moves of one axis tell.
+struct AxisMotion {
+  std::vector<TimedMove> moves;
+  std::optional<Measured> speed;        ///< native units a second; none where the time does not grow with the travel
+  std::optional<Measured> overhead_ms;  ///< what a move takes beside its travel
+  std::optional<Measured> latency_ms;   ///< until the position changes; none where none is seen on its way
+  std::optional<Measured> rest_ms;      ///< from the final position to the end of the move
+  std::string trouble;                  ///< why it ended early; empty: it did not
+};
+
+/// Moves the axis of `info` (an AxisInfo) to and fro within the middle four fifths of its range, over several lengths,
+/// and back to where it was, for about `budget`: never nearer to an end than a tenth. Failure: the daemon is gone or
+/// refused, or Control-C.
+std::expected<AxisMotion, Failure> MeasureMotion(Session& session, DaemonClient& link, const std::string& lens,
+                                                 const varlink::Json& info, double position, Duration budget);
+
+/// Least squares: time over distance, with Student's 95 % intervals. Fewer than four moves, or one length alone, tell
+/// nothing.
+void FitMoves(AxisMotion& motion);
+
+}  // namespace lensd::cli

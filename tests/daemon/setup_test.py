@@ -1,0 +1,148 @@
+"""`lensctl setup` measures an unknown lens: what it says is held against the scene that the lens was made from, drawn at random."""
+import json
+import os
+import random
+import re
+import tempfile
+import unittest
+
+from harness import HERE, PATIENCE, Daemon
+
+SCENES = os.path.realpath(os.path.join(HERE, "../../scenes"))
+SCENE = """version = 1
+[camera]
+width = 320
+height = 240
+pixel_um = 3.45
+exposure_ms = 2
+frame_rate_hz = 100
+[lens]
+model = "thin"
+focal_length_mm = 25.0
+f_number = [1.8, 16.0]
+extension_mm = [0.0, 1.0]
+steps = {steps}
+speed_steps_per_s = {speed}
+acceleration_steps_per_s2 = {acceleration}
+settle_ms = {settle}
+backlash_steps = {backlash}
+feedback = "{feedback}"
+iris_steps = 100
+initial_f_number = 2.0
+[[surface]]
+kind = "wall"
+distance_m = {distance}
+texture = "{scenes}/score/ground.png"
+texture_px_per_image_px = 1.0
+"""
+
+
+class Lens:
+    """A daemon with one lens as drawn."""
+
+    def __init__(self, more="", **drawn):
+        self.folder = tempfile.TemporaryDirectory(prefix="lensd-setup-")
+        scene = os.path.join(self.folder.name, "scene.toml")
+        drawn = {"steps": 4001, "speed": 4000, "acceleration": 2000000, "settle": 10, "backlash": 0, "feedback": "counts",
+                 "distance": 1.2, **drawn}
+        with open(scene, "w", encoding="utf-8") as file:
+            file.write(SCENE.format(scenes=SCENES, **drawn))
+        self.daemon = Daemon(config=f'version = 1\n[[lens]]\nname = "cam"\ndriver = "sim"\nscene = "{scene}"\n{more}')
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *unused):
+        self.daemon.stop()
+        self.folder.cleanup()
+
+    def setup(self, *options):
+        done = self.daemon.lensctl("--json", "setup", "cam", *options)
+        return done.returncode, json.loads(done.stdout)
+
+    def call(self, method, parameters):
+        with self.daemon.client(60 * PATIENCE) as client:
+            return client.call(method, parameters)["parameters"]
+
+
+class Setup(unittest.TestCase):
+    def test_what_it_says_is_what_the_lens_was_made_as(self):
+        rng = random.Random(20261124)
+        covered = cases = 0
+        for _ in range(6):
+            drawn = {"speed": round(rng.uniform(1500, 8000)), "settle": round(rng.uniform(2, 60)),
+                     "backlash": rng.choice([0, round(rng.uniform(3, 25))])}
+            with self.subTest(**drawn), Lens(**drawn) as lens:
+                status, said = lens.setup("--at", "1.2m")
+                focus = next(axis for axis in said["axes"] if axis["axis"] == "focus")
+                self.assertLess(said["elapsedMs"], 120e3)
+                self.assertTrue(focus["seenOnTheWay"])
+                speed = focus["speed"]
+                self.assertAlmostEqual(speed["value"], drawn["speed"], delta=0.05 * drawn["speed"])
+                # The line leaves the acceleration out: a hundredth.
+                cases += 1
+                covered += speed["low"] * 0.99 <= drawn["speed"] <= speed["high"] * 1.01
+                self.assertGreaterEqual(focus["overheadMs"]["high"], drawn["settle"])
+                self.assertEqual(said["direction"], "right")
+                self.assertEqual(status, 0, said)
+                backlash = said["backlash"]
+                self.assertTrue(backlash["known"])
+                self.assertLessEqual(backlash["sizeLow"] - 1, drawn["backlash"])
+                self.assertGreaterEqual(backlash["sizeHigh"] + 1, drawn["backlash"])
+        print(f"speeds drawn {cases}, of which {covered} lie in the interval told")
+        self.assertGreaterEqual(covered, cases - 1)
+
+    def test_no_stop_is_touched_and_the_lens_comes_back(self):
+        with Lens() as lens:
+            lens.call("io.lensd.Lens.Move", {"axis": "focus", "target": {"position": 1234}})
+            with lens.daemon.client(120 * PATIENCE) as watcher:
+                watcher.send("io.lensd.Lens.Monitor", {"lens": "cam", "minIntervalMs": 10}, more=True)
+                watcher.receive()
+                watcher.socket.settimeout(0.5)
+                lens.setup()
+                seen = []
+                try:
+                    while event := watcher.receive():
+                        seen += re.findall(r'"axis": "focus", "position": ([\d.]+)', json.dumps(event))
+                except TimeoutError:
+                    pass
+            places = [float(place) for place in seen]
+            self.assertGreater(len(places), 20)
+            moves = [place for place in places if place > 0]
+            self.assertGreaterEqual(min(moves), 0)
+            self.assertLessEqual(max(moves), 4000 * 0.9 + 1)
+
+    def test_a_lens_wired_the_other_way_is_told(self):
+        with Lens(more='[lens.focus]\ndirection = "near-negative"\n', distance=2.5) as lens:
+            status, said = lens.setup("--at", "2.5m")
+            self.assertEqual((status, said["direction"]), (1, "reversed"), said)
+            told = lens.daemon.lensctl("setup", "cam", "--at", "2.5m")
+            self.assertIn("direction: reversed; in [lens.focus]", told.stdout)
+
+    def test_a_device_that_repeats_its_target_gives_no_speed(self):
+        with Lens(feedback="none") as lens:
+            _, said = lens.setup()
+            focus = next(axis for axis in said["axes"] if axis["axis"] == "focus")
+            self.assertIsNone(focus["latencyMs"])
+            self.assertFalse(focus["seenOnTheWay"])
+
+    def test_its_lines_are_a_configuration(self):
+        with Lens(backlash=12) as lens:
+            told = lens.daemon.lensctl("setup", "cam")
+            self.assertIn("direction: not tried", told.stdout)
+            lines = told.stdout.split("for the configuration of cam:\n")[1]
+            self.assertRegex(lines, r"\[lens\.focus\]\nspeed = [\d.]+\nbacklash = 1[1-4]\n")
+        with Lens(more=lines, backlash=12) as lens:
+            self.assertEqual(lens.call("io.lensd.Lens.Status", {})["lenses"][0]["connection"], "connected")
+
+    def test_what_cannot_be_set_up_says_why(self):
+        with Lens() as lens:
+            lens.call("io.lensd.Lens.Stop", {"lens": "cam", "latch": True})
+            done = lens.daemon.lensctl("setup", "cam")
+            self.assertEqual((done.returncode, "lensctl reset cam" in done.stderr), (4, True), done.stderr)
+            self.assertEqual(lens.daemon.lensctl("setup", "nobody").returncode, 68)
+            self.assertEqual(lens.daemon.lensctl("setup", "cam", "--at", "near").returncode, 64)
+
+
+if __name__ == "__main__":
+    unittest.main()
