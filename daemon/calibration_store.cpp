@@ -81,6 +81,16 @@ Result<Kept<std::shared_ptr<const rig::Calibration>>> LoadCalibration(const std:
   });
 }
 
+Result<void> CheckNamedCalibration(const std::string& file) {
+  const auto text = ReadNamedFile(file);
+  if (!text) return PassOn(text);
+  if (!*text) return {};
+  const auto settings = io::ParseToml(**text, file);
+  if (!settings) return PassOn(settings);
+  if (auto calibration = rig::ReadCalibration(*settings); !calibration) return PassOn(calibration);
+  return {};
+}
+
 Result<Kept<std::vector<rig::Preset>>> LoadPresets(const std::string& file) {
   return Load<std::vector<rig::Preset>>(file, Writer::Lensd,
                                         [](const Settings& settings) { return rig::ReadPresets(settings); });

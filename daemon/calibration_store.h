@@ -33,6 +33,9 @@ Error Damaged(const std::string& file, const std::string& why);
 
 /// Null where there is no such file. Io, BadData: then a copy is kept as FILE.damaged, and the message says so.
 Result<Kept<std::shared_ptr<const rig::Calibration>>> LoadCalibration(const std::string& file, Writer writer);
+/// Whether a calibration that a person named would be read: nothing is kept of one that would not. No such file is
+/// fine.
+Result<void> CheckNamedCalibration(const std::string& file);
 Result<Kept<std::vector<rig::Preset>>> LoadPresets(const std::string& file);
 
 /// Replaces the file by `text` with a checksum, or removes it where `text` is empty; nothing where `file` is empty. On

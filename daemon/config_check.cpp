@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/settings_problems.h"
+#include "calibration_store.h"
 #include "config_faults.h"
 #include "lenses.h"
 
@@ -58,6 +59,16 @@ std::vector<std::string> OpenLenses(const Config& config, const ConfigFaults& fa
   return waiting;
 }
 
+/// Files that lensd would leave unused, and say so only once it runs.
+void CheckCalibrations(const Config& config, SettingsProblems& problems) {
+  for (const LensConfig& lens : config.lenses) {
+    if (!lens.rig.calibration_path) continue;
+    if (auto good = CheckNamedCalibration(*lens.rig.calibration_path); !good) {
+      problems.Add(good.error().message, lens.where);
+    }
+  }
+}
+
 std::string Summary(const std::string& path, const Config& config) {
   std::string names;
   for (const LensConfig& lens : config.lenses) names += (names.empty() ? " (" : ", ") + lens.name;
@@ -73,6 +84,7 @@ int CheckConfiguration(const std::string& path, const Clock& clock) {
   ConfigFaults faults;
   const Config config = ReadPastFaults(path, faults);
   const std::vector<std::string> waiting = OpenLenses(config, faults, clock, problems);
+  CheckCalibrations(config, problems);
   const std::vector<SettingsProblem> found = InOrder(problems.all(), faults);
   for (const SettingsProblem& problem : found) std::fprintf(stderr, "%s\n", problem.message.c_str());
   if (!found.empty()) return EX_CONFIG;

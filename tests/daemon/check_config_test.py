@@ -150,6 +150,20 @@ class CheckConfig(unittest.TestCase):
         self.assertEqual([(os.path.basename(file), line) for file, line, _ in self.told()],
                          [("lensd.toml", 6), ("10-a.toml", 2), ("20-b.toml", 2)])
 
+    def test_mistakes_of_a_calibration_are_told_in_it_and_nothing_is_kept(self):
+        named = GOOD + OPTICS + 'calibration = "cal.toml"\n'
+        path = os.path.join(self.folder.name, "cal.toml")
+        self.write(named)
+        self.assertEqual(self.lensd("--config", self.file, "--check-config").returncode, 0)
+        for text, line, word in (("version = 1\nmaed = 3\n", 2, '"maed"'), ("version = 1\nserial = 3\n", 2, "a string"),
+                                 ("version = \n", 1, "")):
+            with self.subTest(text=text):
+                self.write(text, path)
+                told = self.told()
+                self.assertIn((path, line), [(file, at) for file, at, _ in told], told)
+                self.assertTrue(any(word in message for file, _, message in told if file == path), told)
+                self.assertEqual(sorted(os.listdir(self.folder.name)), ["cal.toml", "lensd.toml"])
+
     def test_mistakes_of_a_scene_are_told_in_the_scene(self):
         with open(SCENE, encoding="utf-8") as scene:
             text = scene.read()
