@@ -1,10 +1,14 @@
-// snapshot: one frame, all of it or a part, in a file.
+// snapshot: one frame, all of it or a part, in a file or on stdout.
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cerrno>
 #include <charconv>
 #include <chrono>
+#include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <limits>
@@ -23,6 +27,8 @@ namespace lensd::cli {
 namespace {
 
 using varlink::Json;
+
+constexpr const char* kStdout = "-";
 
 struct SnapshotOptions {
   std::string name;
@@ -71,6 +77,18 @@ std::optional<Failure> WrongEnding(const SnapshotOptions& options) {
                      "say which, as in --encoding png");
 }
 
+/// On stdout the picture has to be alone, and somewhere that takes bytes.
+std::optional<Failure> WrongStdout(const Session& session, const SnapshotOptions& options) {
+  if (options.path != kStdout) return std::nullopt;
+  if (session.json()) {
+    return Failure(Exit::Usage, "-o -: the picture takes stdout, so that --json has no place; name a file");
+  }
+  if (isatty(STDOUT_FILENO) != 0) {
+    return Failure(Exit::Usage, "-o -: stdout is a terminal; send the picture on, as in | display, or name a file");
+  }
+  return std::nullopt;
+}
+
 std::expected<Json, Failure> ParametersOf(const SnapshotOptions& options) {
   if (auto wrong = WrongEnding(options)) return std::unexpected(*std::move(wrong));
   Json parameters{{"lens", LensOf(options.name)}, {"encoding", EncodingOf(options)}};
@@ -89,6 +107,7 @@ std::expected<Json, Failure> ParametersOf(const SnapshotOptions& options) {
 }
 
 Outcome Snapshot(Session& session, const SnapshotOptions& options) {
+  if (auto wrong = WrongStdout(session, options)) return std::unexpected(*std::move(wrong));
   auto parameters = ParametersOf(options);
   if (!parameters) return PassOn(parameters);
   auto link = DaemonClient::Open(session);
@@ -100,10 +119,12 @@ Outcome Snapshot(Session& session, const SnapshotOptions& options) {
     return Exit::Done;
   }
   const Json& picture = (*frame)["picture"];
-  session.PrintText(options.path + ": " + TextOf(picture, "encoding") + ", " + NumberText(picture, "widthPx", 6, "x") +
-                    NumberText(picture, "heightPx", 6, " px of ") + NumberText(picture, "bits", 2, " bits, ") +
-                    (picture.value("channels", 1) == 3 ? "colour" : "grey") + ", f/" +
-                    NumberText(*frame, "fNumber", 4, "") + (frame->value("moving", false) ? ", in motion" : ""));
+  const std::string text = options.path + ": " + TextOf(picture, "encoding") + ", " +
+                           NumberText(picture, "widthPx", 6, "x") + NumberText(picture, "heightPx", 6, " px of ") +
+                           NumberText(picture, "bits", 2, " bits, ") +
+                           (picture.value("channels", 1) == 3 ? "colour" : "grey") + ", f/" +
+                           NumberText(*frame, "fNumber", 4, "") + (frame->value("moving", false) ? ", in motion" : "");
+  options.path == kStdout ? session.Remark(text) : session.PrintText(text);
   return Exit::Done;
 }
 
@@ -177,6 +198,16 @@ void AddLensState(DaemonClient& link, const Json& lens, const Json& frame, std::
   if (reply && (*reply)["lenses"].size() == 1) (void)io::AddNotes(file, NotesOf(frame, (*reply)["lenses"][0]));
 }
 
+Result<void> WriteToStdout(const std::vector<std::uint8_t>& bytes) {
+  for (std::size_t done = 0; done < bytes.size();) {
+    const ssize_t wrote = write(STDOUT_FILENO, bytes.data() + done, bytes.size() - done);
+    if (wrote < 0 && errno == EINTR) continue;
+    if (wrote < 0) return Fail(Code::Io, std::string("stdout: ") + std::strerror(errno));
+    done += static_cast<std::size_t>(wrote);
+  }
+  return {};
+}
+
 }  // namespace
 
 std::expected<Json, Failure> SaveSnapshot(DaemonClient& link, Json parameters, const std::string& path) {
@@ -201,7 +232,9 @@ std::expected<Json, Failure> SaveSnapshot(DaemonClient& link, Json parameters, c
   if (!wrong) take(*last);
   if (wrong) return std::unexpected(Failure(*wrong));
   AddLensState(link, lens, frame, bytes);
-  if (auto written = io::WriteFileAtomically(path, bytes.data(), bytes.size()); !written) return RefuseOutput(written);
+  const Result<void> written =
+      path == kStdout ? WriteToStdout(bytes) : io::WriteFileAtomically(path, bytes.data(), bytes.size());
+  if (!written) return RefuseOutput(written);
   frame["file"] = path;
   return frame;
 }
@@ -210,7 +243,7 @@ void AddSnapshot(CLI::App& root, Run& run) {
   auto options = std::make_shared<SnapshotOptions>();
   auto* command = root.add_subcommand("snapshot", "save one new frame of a lens' camera")->group(kOnline);
   command->add_option("NAME", options->name, "lens");
-  command->add_option("-o", options->path, "where to save it")->required()->type_name("FILE");
+  command->add_option("-o", options->path, "where to save it; - is stdout")->required()->type_name("FILE");
   command
       ->add_option(
           "--encoding", options->encoding,

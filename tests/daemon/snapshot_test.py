@@ -2,11 +2,12 @@
 import json
 import os
 import struct
+import subprocess
 import tempfile
 import unittest
 import zlib
 
-from harness import LENS, DaemonTest
+from harness import BIN, LENS, DaemonTest
 from viewer import COLOUR_SCENE, FileClient, next_picture, scene_daemon, snapshot, view, words
 
 
@@ -110,6 +111,15 @@ class LensctlTest(DaemonTest):
         self.assertEqual(self.snapshot("x")[1][:4], b"\x89PNG")
         about, data = self.snapshot("x.png", "--encoding", "gray8")
         self.assertEqual(len(data), about["widthPx"] * about["heightPx"])
+
+    def test_stdout_takes_the_picture_and_nothing_else(self):
+        lensctl = [os.path.join(BIN, "lensctl"), "--socket", self.daemon.socket]
+        done = subprocess.run([*lensctl, "snapshot", "a", "-o", "-"], capture_output=True, timeout=60)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual((done.stdout[:4], done.stdout[-8:-4]), (b"\x89PNG", b"IEND"))
+        self.assertIn(b"f/", done.stderr)
+        done = subprocess.run([*lensctl, "--json", "snapshot", "a", "-o", "-"], capture_output=True, timeout=60)
+        self.assertEqual((done.returncode, b"name a file" in done.stderr), (64, True), done)
 
     def test_a_part_made_smaller(self):
         about, data = self.snapshot("x", "--encoding", "raw", "--region", "0.5,0,0.5,1", "--scale-to", "16x16", "--in-motion")
