@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "cli/online/drive.h"
@@ -109,20 +110,17 @@ std::expected<void, Failure> MoveOnce(Session& session, DaemonClient& link, cons
   return {};
 }
 
-}  // namespace
+/// Time over distance, in ms and native units, with the halves of Student's 95 % intervals.
+struct Line {
+  double slope = 0.0, at_zero = 0.0;
+  double slope_half = 0.0, zero_half = 0.0;
+  double At(double distance) const { return at_zero + slope * distance; }
+};
 
-Json JsonOf(const std::optional<Measured>& measured) {
-  if (!measured) return nullptr;
-  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
-  return {{"value", number(measured->value)}, {"low", number(measured->low)}, {"high", number(measured->high)}};
-}
-
-void FitMoves(AxisMotion& motion) {
-  const auto& moves = motion.moves;
+/// Least squares; nothing where there are too few moves, or all are of one length.
+std::optional<Line> Fit(const std::vector<TimedMove>& moves) {
   const auto n = static_cast<double>(moves.size());
-  motion.latency_ms = Between(moves, &TimedMove::still_ms, &TimedMove::started_ms);
-  motion.rest_ms = Between(moves, &TimedMove::rest_least_ms, &TimedMove::rest_most_ms);
-  if (moves.size() < kFewest) return;
+  if (moves.size() < kFewest) return std::nullopt;
   double mean_x = 0.0, mean_y = 0.0, xx = 0.0, xy = 0.0, rest = 0.0;
   for (const TimedMove& move : moves) {
     mean_x += move.distance / n;
@@ -132,16 +130,65 @@ void FitMoves(AxisMotion& motion) {
     xx += std::pow(move.distance - mean_x, 2);
     xy += (move.distance - mean_x) * (move.elapsed_ms - mean_y);
   }
-  if (xx == 0.0) return;
-  const double slope = xy / xx, at_zero = mean_y - slope * mean_x;
-  for (const TimedMove& move : moves) rest += std::pow(move.elapsed_ms - at_zero - slope * move.distance, 2);
+  if (xx == 0.0) return std::nullopt;
+  Line line{.slope = xy / xx};
+  line.at_zero = mean_y - line.slope * mean_x;
+  for (const TimedMove& move : moves) rest += std::pow(move.elapsed_ms - line.At(move.distance), 2);
   const double t = boost::math::quantile(boost::math::students_t(n - 2.0), 0.975);
   const double sigma = std::sqrt(rest / (n - 2.0));
-  const double slope_half = t * sigma / std::sqrt(xx);
-  const double zero_half = t * sigma * std::sqrt(1.0 / n + mean_x * mean_x / xx);
-  motion.overhead_ms = Measured{at_zero, std::max(0.0, at_zero - zero_half), at_zero + zero_half};
-  if (slope - slope_half <= 0.0) return;  // the time says nothing of the travel
-  motion.speed = Measured{1e3 / slope, 1e3 / (slope + slope_half), 1e3 / (slope - slope_half)};
+  line.slope_half = t * sigma / std::sqrt(xx);
+  line.zero_half = t * sigma * std::sqrt(1.0 / n + mean_x * mean_x / xx);
+  return line;
+}
+
+/// Those of the shortest length among moves in the order of their distances.
+std::span<const TimedMove> Shortest(const std::vector<TimedMove>& moves, double alike) {
+  const auto longer = std::ranges::find_if(
+      moves, [&](const TimedMove& move) { return move.distance > moves.front().distance + alike; });
+  return {moves.begin(), longer};
+}
+
+/// A motor that is still accelerating when it has to brake takes longer than the line of the others says: such lengths
+/// are left out, the shortest first, as long as two lengths remain.
+std::optional<Line> FitThatHolds(std::vector<TimedMove> moves) {
+  constexpr double kClearly = 3.0;  // standard errors
+  constexpr double kTimerMs = 0.5;  // what a time is not known better than
+  constexpr double kAlike = 1.5;    // native units: rounding
+  std::ranges::sort(moves, {}, &TimedMove::distance);
+  for (;;) {
+    const auto line = Fit(moves);
+    if (!line) return line;
+    const auto few = Shortest(moves, kAlike);
+    const std::vector<TimedMove> longer(moves.begin() + static_cast<std::ptrdiff_t>(few.size()), moves.end());
+    const auto without = Fit(longer);
+    if (!without || longer.back().distance <= Shortest(longer, kAlike).back().distance + kAlike) return line;
+    double off = 0.0, scatter = 0.0;
+    const auto n = static_cast<double>(few.size());
+    for (const TimedMove& move : few) off += (move.elapsed_ms - without->At(move.distance)) / n;
+    for (const TimedMove& move : few) scatter += std::pow(move.elapsed_ms - without->At(move.distance) - off, 2) / n;
+    if (std::abs(off) <= kClearly * std::hypot(kTimerMs, std::sqrt(scatter / n), without->zero_half / 2)) return line;
+    moves = longer;
+  }
+}
+
+}  // namespace
+
+Json JsonOf(const std::optional<Measured>& measured) {
+  if (!measured) return nullptr;
+  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
+  return {{"value", number(measured->value)}, {"low", number(measured->low)}, {"high", number(measured->high)}};
+}
+
+void FitMoves(AxisMotion& motion) {
+  motion.latency_ms = Between(motion.moves, &TimedMove::still_ms, &TimedMove::started_ms);
+  motion.rest_ms = Between(motion.moves, &TimedMove::rest_least_ms, &TimedMove::rest_most_ms);
+  const auto line = FitThatHolds(motion.moves);
+  if (!line) return;
+  motion.overhead_ms =
+      Measured{line->at_zero, std::max(0.0, line->at_zero - line->zero_half), line->at_zero + line->zero_half};
+  if (line->slope - line->slope_half <= 0.0) return;  // the time says nothing of the travel
+  motion.speed =
+      Measured{1e3 / line->slope, 1e3 / (line->slope + line->slope_half), 1e3 / (line->slope - line->slope_half)};
 }
 
 std::expected<AxisMotion, Failure> MeasureMotion(Session& session, DaemonClient& link, const std::string& lens,

@@ -44,8 +44,8 @@ struct AxisMotion {
 std::expected<AxisMotion, Failure> MeasureMotion(Session& session, DaemonClient& link, const std::string& lens,
                                                  const varlink::Json& info, double position, Duration budget);
 
-/// Least squares: time over distance, with Student's 95 % intervals. Fewer than four moves, or one length alone, tell
-/// nothing.
+/// What the times say: least squares over the distances that are long enough for the motor to reach its speed, with
+/// Student's 95 % intervals. Fewer than four moves, or one length alone, tell no speed.
 void FitMoves(AxisMotion& motion);
 
 }  // namespace lensd::cli

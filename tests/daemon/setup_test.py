@@ -1,9 +1,12 @@
 """`lensctl setup` measures an unknown lens: what it says is held against the scene that the lens was made from, drawn at random."""
+import contextlib
 import json
 import os
 import random
 import re
+import socket
 import tempfile
+import threading
 import unittest
 
 from harness import HERE, PATIENCE, Daemon
@@ -69,9 +72,10 @@ class Setup(unittest.TestCase):
     def test_what_it_says_is_what_the_lens_was_made_as(self):
         rng = random.Random(20261124)
         covered = cases = 0
-        for _ in range(6):
+        for _ in range(3):
             drawn = {"speed": round(rng.uniform(1500, 8000)), "settle": round(rng.uniform(2, 60)),
-                     "backlash": rng.choice([0, round(rng.uniform(3, 25))])}
+                     "backlash": rng.choice([0, round(rng.uniform(3, 25))]),
+                     "acceleration": round(10 ** rng.uniform(5.3, 7))}
             with self.subTest(**drawn), Lens(**drawn) as lens:
                 status, said = lens.setup("--at", "1.2m")
                 focus = next(axis for axis in said["axes"] if axis["axis"] == "focus")
@@ -79,9 +83,9 @@ class Setup(unittest.TestCase):
                 self.assertTrue(focus["seenOnTheWay"])
                 speed = focus["speed"]
                 self.assertAlmostEqual(speed["value"], drawn["speed"], delta=0.05 * drawn["speed"])
-                # The line leaves the acceleration out: a hundredth.
                 cases += 1
-                covered += speed["low"] * 0.99 <= drawn["speed"] <= speed["high"] * 1.01
+                # The clock of the moves has steps of its own, of a thousandth.
+                covered += speed["low"] * 0.999 <= drawn["speed"] <= speed["high"] * 1.001
                 self.assertGreaterEqual(focus["overheadMs"]["high"], drawn["settle"])
                 self.assertEqual(said["direction"], "right")
                 self.assertEqual(status, 0, said)
@@ -90,33 +94,35 @@ class Setup(unittest.TestCase):
                 self.assertLessEqual(backlash["sizeLow"] - 1, drawn["backlash"])
                 self.assertGreaterEqual(backlash["sizeHigh"] + 1, drawn["backlash"])
         print(f"speeds drawn {cases}, of which {covered} lie in the interval told")
-        self.assertGreaterEqual(covered, cases - 1)
+        self.assertEqual(covered, cases)
 
-    def test_no_stop_is_touched_and_the_lens_comes_back(self):
+    def test_no_end_of_the_travel_is_touched(self):
         with Lens() as lens:
             lens.call("io.lensd.Lens.Move", {"axis": "focus", "target": {"position": 1234}})
-            with lens.daemon.client(120 * PATIENCE) as watcher:
-                watcher.send("io.lensd.Lens.Monitor", {"lens": "cam", "minIntervalMs": 10}, more=True)
-                watcher.receive()
-                watcher.socket.settimeout(0.5)
-                lens.setup()
-                seen = []
-                try:
-                    while event := watcher.receive():
-                        seen += re.findall(r'"axis": "focus", "position": ([\d.]+)', json.dumps(event))
-                except TimeoutError:
-                    pass
+            seen = []
+
+            def watch(client):
+                with contextlib.suppress(OSError, TypeError, ValueError):
+                    while event := client.receive():
+                        seen.extend(re.findall(r'"axis": "focus", "position": ([\d.]+)', json.dumps(event)))
+
+            watcher = lens.daemon.client(120 * PATIENCE)
+            watcher.send("io.lensd.Lens.Monitor", {"lens": "cam", "minIntervalMs": 10}, more=True)
+            watching = threading.Thread(target=watch, args=(watcher,))
+            watching.start()
+            lens.setup()
+            watcher.socket.shutdown(socket.SHUT_RDWR)
+            watching.join()
+            watcher.socket.close()
             places = [float(place) for place in seen]
             self.assertGreater(len(places), 20)
-            moves = [place for place in places if place > 0]
-            self.assertGreaterEqual(min(moves), 0)
-            self.assertLessEqual(max(moves), 4000 * 0.9 + 1)
+            self.assertGreaterEqual(min(places), 0.1 * 4000 - 1)
+            self.assertLessEqual(max(places), 0.9 * 4000 + 1)
 
     def test_a_lens_wired_the_other_way_is_told(self):
         with Lens(more='[lens.focus]\ndirection = "near-negative"\n', distance=2.5) as lens:
-            status, said = lens.setup("--at", "2.5m")
-            self.assertEqual((status, said["direction"]), (1, "reversed"), said)
             told = lens.daemon.lensctl("setup", "cam", "--at", "2.5m")
+            self.assertEqual(told.returncode, 1, told.stdout)
             self.assertIn("direction: reversed; in [lens.focus]", told.stdout)
 
     def test_a_device_that_repeats_its_target_gives_no_speed(self):
