@@ -216,7 +216,7 @@ void CheckLens(const Json& lens, Findings& findings) {
   for (const Json& axis : lens["axes"]) {
     const std::string name = axis.value("axis", "");
     if (const std::string fault = TextOf(axis, "fault"); !fault.empty()) {
-      findings.Problem(check, name + " says: " + fault,
+      findings.Problem(check, std::string(name).append(" says: ").append(fault),
                        "look what holds it, then: lensctl home " + lens.value("name", "") + " " + name);
       fine = false;
     } else if (!axis.value("homed", true)) {

@@ -89,7 +89,12 @@ void CheckClock(const fs::path& root, Findings& findings) {
   }
 }
 
-/// Programs other than lensd that have the node open, as far as this user may see: "NAME (process 12)".
+/// "NAME (process 12)".
+std::string ProcessText(std::string name, const std::string& number) {
+  return name.append(" (process ").append(number).append(")");
+}
+
+/// Programs other than lensd that have the node open, as far as this user may see.
 std::vector<std::string> HoldersOf(const std::string& node, const fs::path& root) {
   std::vector<std::string> holders;
   for (const fs::path& process : EntriesOf(root / "proc")) {
@@ -101,7 +106,7 @@ std::vector<std::string> HoldersOf(const std::string& node, const fs::path& root
       std::error_code gone;
       return fs::read_symlink(open, gone) == node && !gone;
     };
-    if (std::ranges::any_of(EntriesOf(process / "fd"), opens)) holders.push_back(name + " (process " + number + ")");
+    if (std::ranges::any_of(EntriesOf(process / "fd"), opens)) holders.push_back(ProcessText(name, number));
   }
   return holders;
 }
@@ -115,8 +120,8 @@ void CheckMachine(const std::set<std::string>& drivers, const std::vector<std::s
   CheckClock(root, findings);
   for (const std::string& node : nodes) {
     if (!node.starts_with("/dev/")) continue;
-    for (const std::string& holder : HoldersOf(node, root)) {
-      findings.Warn("devices", node + " is open in " + holder + " too",
+    for (std::string& holder : HoldersOf(node, root)) {
+      findings.Warn("devices", node + " is open in " + std::move(holder) + " too",
                     "end that program: two of them spoil each other's answers");
     }
   }

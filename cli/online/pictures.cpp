@@ -195,7 +195,8 @@ void AddLensState(DaemonClient& link, const Json& lens, const Json& frame, std::
   const std::string encoding = TextOf(frame["picture"], "encoding");
   if (encoding != "png" && encoding != "jpeg") return;
   const auto reply = link.Ask(MethodOfLens("Status"), {{"lens", lens}});
-  if (reply && (*reply)["lenses"].size() == 1) (void)io::AddNotes(file, NotesOf(frame, (*reply)["lenses"][0]));
+  if (!reply || (*reply)["lenses"].size() != 1) return;
+  [[maybe_unused]] const auto added = io::AddNotes(file, NotesOf(frame, (*reply)["lenses"][0]));
 }
 
 Result<void> WriteToStdout(const std::vector<std::uint8_t>& bytes) {

@@ -86,7 +86,7 @@ std::optional<Measured> Between(const std::vector<TimedMove>& moves, double Time
 /// One move, its reports watched. A result that is not reached is trouble.
 std::expected<void, Failure> MoveOnce(Session& session, DaemonClient& link, const std::string& lens, const Json& info,
                                       double& position, double target, AxisMotion& motion) {
-  const Json axis = info["axis"];
+  const Json& axis = info["axis"];
   Watch watch(position, info["resolution"].get<double>());
   const Instant began = MonotonicClock().Now();
   const auto see = [&](const Json& part) {
