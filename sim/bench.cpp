@@ -46,6 +46,9 @@ Result<Fault> FaultOf(const drivers::SimulatedFault& wanted) {
   return fault;
 }
 
+/// As the interface tells instants.
+double Nanoseconds(Instant instant) { return static_cast<double>(instant.time_since_epoch().count()); }
+
 }  // namespace
 
 Bench::Bench(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictures> pictures,
@@ -55,14 +58,13 @@ Bench::Bench(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictures> pic
       maker_(mechanics_, std::move(pictures), Sensor::Ideal, 0) {}
 
 Result<drivers::SimulatedTruth> Bench::TruthAt(std::optional<Instant> at, std::optional<double> vergence_d) {
-  const Duration now = mechanics_->Now();
-  const Instant asked = at.value_or(mechanics_->InstantOf(now));
-  if (asked > mechanics_->InstantOf(now)) {
-    return Fail(Code::OutOfRange, "what will be is not known: atNs is to come", {.parameter = "atNs"});
-  }
-  if (asked < mechanics_->InstantOf(mechanics_->Earliest())) {
-    return Fail(Code::OutOfRange, "what was then is not known any more, or the simulated lens was not open yet",
-                {.parameter = "atNs"});
+  const Instant first = mechanics_->InstantOf(mechanics_->Earliest()), last = mechanics_->InstantOf(mechanics_->Now());
+  const Instant asked = at.value_or(last);
+  if (asked < first || asked > last) {
+    return Fail(Code::OutOfRange,
+                asked > last ? "what will be is not known: atNs is to come"
+                             : "what was then is not known any more, or the simulated lens was not open yet",
+                {.parameter = "atNs", .minimum = Nanoseconds(first), .maximum = Nanoseconds(last), .unit = "ns"});
   }
   const TrueState state = mechanics_->StateAt(asked - mechanics_->InstantOf({}));
   drivers::SimulatedTruth truth;

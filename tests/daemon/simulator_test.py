@@ -109,6 +109,14 @@ class SimulatorTest(DaemonTest):
                 facts = self.refused(client, "Inject", error, **given)
                 self.assertEqual(facts.get("parameter"), parameter, (given, facts))
             self.refused(client, "Truth", "io.lensd.Lens.LensNotFound", lens="c")
+            now = time.monotonic_ns()
+            for asked in (now + 10**12, 1):
+                facts = self.refused(client, "Truth", "io.lensd.Lens.OutOfRange", atNs=asked)
+                self.assertEqual((facts["parameter"], facts["unit"]), ("atNs", "ns"))
+                self.assertLess(facts["minimum"], now)
+                self.assertAlmostEqual(facts["maximum"], time.monotonic_ns(), delta=1e9 * PATIENCE)
+                for instant in ("minimum", "maximum"):
+                    self.assertEqual(self.simulator(client, "Truth", atNs=int(facts[instant]))["atNs"], int(facts[instant]))
 
     def test_a_lease_does_not_cover_it(self):
         with self.daemon.client() as holder, self.daemon.client() as client:
