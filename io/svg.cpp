@@ -21,6 +21,8 @@ constexpr double kTitlePx = 17.0;
 constexpr double kSwatchPx = 22.0;
 constexpr double kLegendRowPx = 19.0;
 constexpr double kLegendGapPx = 18.0;
+constexpr double kCaptionRowPx = 17.0;
+constexpr double kCaptionEdgePx = 14.0;
 constexpr const char* kGridColour = "#e4e4e4";
 constexpr const char* kMinorGridColour = "#f2f2f2";
 
@@ -235,10 +237,10 @@ std::string PaletteColour(std::size_t index) {
 }
 
 std::string ChartSvg(const Chart& chart) {
-  return ChartsSvg({chart}, 1);
+  return ChartsSvg({chart}, 1, chart.captions);
 }
 
-std::string ChartsSvg(const std::vector<Chart>& charts, int columns) {
+std::string ChartsSvg(const std::vector<Chart>& charts, int columns, const std::vector<std::string>& captions) {
   const auto in_a_row = static_cast<std::size_t>(std::max(columns, 1));
   double x = 0.0, y = 0.0, width = 0.0, row_height = 0.0;
   std::string body;
@@ -253,7 +255,10 @@ std::string ChartsSvg(const std::vector<Chart>& charts, int columns) {
     width = std::max(width, x);
     row_height = std::max(row_height, static_cast<double>(charts[i].height));
   }
-  return Document(width, y + row_height, body);
+  y += row_height;
+  const std::vector<std::string> lines = BrokenLines(captions, width - 2.0 * kCaptionEdgePx);
+  for (const std::string& line : lines) body += DrawText({kCaptionEdgePx, y += kCaptionRowPx}, line);
+  return Document(width, y + (lines.empty() ? 0.0 : kCaptionEdgePx), body);
 }
 
 Result<void> WriteSvg(const std::string& path, const std::string& svg) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <limits>
+#include <sstream>
 #include <string_view>
 
 namespace lensd::io {
@@ -57,6 +58,22 @@ std::string Escaped(const std::string& text) {
 double TextWidth(const std::string& text, double size) {
   const auto characters = std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; });
   return static_cast<double>(characters) * kEmPerCharacter * size;
+}
+
+std::vector<std::string> BrokenLines(const std::vector<std::string>& paragraphs, double width) {
+  std::vector<std::string> lines;
+  for (const std::string& paragraph : paragraphs) {
+    lines.emplace_back();
+    std::istringstream words(paragraph);
+    for (std::string word; words >> word;) {
+      const std::string longer = lines.back().empty() ? word : lines.back() + " " + word;
+      if (lines.back().empty() || TextWidth(longer) <= width)
+        lines.back() = longer;
+      else
+        lines.push_back(word);
+    }
+  }
+  return lines;
 }
 
 std::string DrawText(Pixel at, const std::string& text, const TextStyle& style) {

@@ -26,6 +26,8 @@ std::string Number(double value);
 std::string Escaped(const std::string& text);
 /// An estimate that errs toward too wide.
 double TextWidth(const std::string& text, double size = kTextPx);
+/// The paragraphs in lines of at most that width, broken at spaces; a longer word has a line of its own.
+std::vector<std::string> BrokenLines(const std::vector<std::string>& paragraphs, double width);
 std::string DrawText(Pixel at, const std::string& text, const TextStyle& style = {});
 std::string DrawLine(Pixel a, Pixel b, const std::string& colour, double width, bool dashed = false);
 std::string DrawMarker(Pixel at, Marker marker, double size, const std::string& colour);

@@ -4,10 +4,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <regex>
 #include <string>
+#include <tuple>
+#include <vector>
 
 namespace lensd::io {
 namespace {
@@ -72,6 +75,41 @@ TEST(Svg, StaysInsideItsFrameWhateverTheData) {
   EXPECT_THAT(svg, Not(HasSubstr("nan")));
   EXPECT_THAT(svg, Not(HasSubstr("inf")));
   EXPECT_LE(LargestCoordinate(svg), 900.0);
+}
+
+/// x, y and the text itself of every text.
+std::vector<std::tuple<double, double, std::string>> Texts(const std::string& svg) {
+  std::vector<std::tuple<double, double, std::string>> texts;
+  const std::regex text("<text x=\"([0-9.-]+)\" y=\"([0-9.-]+)\"[^>]*>([^<]*)<");
+  for (std::sregex_iterator found(svg.begin(), svg.end(), text), end; found != end; ++found) {
+    texts.emplace_back(std::stod((*found)[1]), std::stod((*found)[2]), (*found)[3]);
+  }
+  return texts;
+}
+
+TEST(Svg, BreaksCaptionsIntoLinesBelowTheChart) {
+  Chart chart = Example();
+  chart.captions = {"One.", ""};
+  for (int i = 0; i < 40; ++i) chart.captions[1] += "twelve words ";
+  const auto texts = Texts(ChartSvg(chart));
+  const auto first = std::ranges::find(texts, "One.", [](const auto& text) { return std::get<2>(text); });
+  for (auto other = texts.begin(); other != first; ++other) {
+    EXPECT_LT(std::get<1>(*other), std::get<1>(*first) - 12.0) << std::get<2>(*other);
+  }
+  std::string words;
+  double last = 0.0;
+  for (auto line = first; line != texts.end(); ++line) {
+    const auto& [x, y, text] = *line;
+    EXPECT_GE(y, last + 15.0) << text;
+    EXPECT_LE(text.size(), 130u);
+    last = y;
+    words += text + " ";
+  }
+  EXPECT_EQ(words, "One. " + chart.captions[1]);
+  std::smatch height;
+  const std::string svg = ChartSvg(chart);
+  ASSERT_TRUE(std::regex_search(svg, height, std::regex("viewBox=\"0 0 [0-9.]+ ([0-9.]+)\"")));
+  EXPECT_LT(last, std::stod(height[1]) - 5.0);
 }
 
 TEST(Svg, DrawsWithoutAnyData) {

@@ -127,6 +127,7 @@ struct Chart {
   std::vector<ChartInterval> intervals = {};
   std::vector<ChartPoints> points = {};
   std::vector<ChartNote> notes = {};
+  std::vector<std::string> captions = {};   ///< paragraphs that ChartSvg() writes below, beyond `height`
   LegendPlace legend = LegendPlace::Right;  ///< drawn only where something has a name
   int width = 860;                          ///< px
   int height = 480;                         ///< px
@@ -135,8 +136,9 @@ struct Chart {
 /// The chart as a complete SVG document (UTF-8). Never contains NaN or infinity.
 std::string ChartSvg(const Chart& chart);
 
-/// Charts side by side in `columns` columns as one document, in reading order.
-std::string ChartsSvg(const std::vector<Chart>& charts, int columns);
+/// Charts side by side in `columns` columns as one document, in reading order, and below them `captions`: paragraphs,
+/// broken into lines where they must be. Captions of the charts themselves are not written.
+std::string ChartsSvg(const std::vector<Chart>& charts, int columns, const std::vector<std::string>& captions = {});
 
 /// Writes the text through a temporary file and a rename. Code::Io.
 Result<void> WriteSvg(const std::string& path, const std::string& svg);
