@@ -75,8 +75,9 @@ bool Installed() {
   return false;
 }
 
-std::string NotInstalled(const std::string& file) {
-  return "--plot '" + file + "': a PNG needs the program " + kProgram +
+std::string NotInstalled(const PlotText& text) {
+  const std::string& file = text.file;
+  return text.option + " '" + file + "': a PNG needs the program " + kProgram +
          ", which is not installed: sudo apt install librsvg2-bin, or name an SVG, as in " +
          file.substr(0, file.size() - 4) + ".svg";
 }
@@ -97,7 +98,8 @@ std::optional<int> Await(pid_t child) {
   return ready > 0 ? std::optional(status) : std::nullopt;
 }
 
-std::expected<std::string, Failure> PngOf(const std::string& svg, const std::string& file) {
+std::expected<std::string, Failure> PngOf(const std::string& svg, const PlotText& text) {
+  const std::string& file = text.file;
   const MemoryFile in("chart.svg"), out("chart.png"), said("said");
   if (said.descriptor() < 0 || !in.Fill(svg)) return Refuse(Exit::CannotWrite, file + ": " + std::strerror(errno));
   posix_spawn_file_actions_t streams;
@@ -110,7 +112,7 @@ std::expected<std::string, Failure> PngOf(const std::string& svg, const std::str
   pid_t child = 0;
   const int failed = posix_spawnp(&child, kProgram, &streams, nullptr, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&streams);
-  if (failed == ENOENT) return Refuse(Exit::CannotWrite, NotInstalled(file));
+  if (failed == ENOENT) return Refuse(Exit::CannotWrite, NotInstalled(text));
   if (failed != 0) return Refuse(Exit::CannotWrite, std::string(kProgram) + ": " + std::strerror(failed));
   const auto status = Await(child);
   if (!status) return Refuse(Exit::Timeout, file + ": " + kProgram + " took more than 60 s; nothing has been written");
@@ -142,6 +144,30 @@ void AddPlotOptions(CLI::App& command, PlotText& text, const std::string& what, 
   theme->group(group);
 }
 
+void AddRaysOption(CLI::App& command, PlotText& rays, const std::string& group) {
+  rays.option = "--rays";
+  CLI::Option* option =
+      command
+          .add_option("--rays", rays.file, "draw the light's way through the opening to the sensor, as F.svg or F.png")
+          ->type_name("FILE");
+  command.get_option("--plot-theme")->remove_needs(command.get_option("--plot"));
+  if (!group.empty()) option->group(group);
+}
+
+PlotText RaysInTheme(const PlotText& plot, const PlotText& rays) {
+  PlotText themed = rays;
+  themed.theme = plot.theme;
+  return themed;
+}
+
+std::expected<void, Failure> CheckPlots(const PlotText& plot, const PlotText& rays) {
+  if (!plot.theme.empty() && !plot.wanted() && !rays.wanted()) {
+    return Refuse(Exit::Usage, "--plot-theme is of a drawing: name its file with --plot or --rays");
+  }
+  if (auto good = CheckPlot(plot); !good) return good;
+  return CheckPlot(RaysInTheme(plot, rays));
+}
+
 std::expected<void, Failure> CheckPlot(const PlotText& text) {
   if (!text.wanted()) return {};
   if (!text.theme.empty() && text.theme != "light" && text.theme != "dark") {
@@ -149,9 +175,9 @@ std::expected<void, Failure> CheckPlot(const PlotText& text) {
   }
   if (!IsPng(text.file) && !text.file.ends_with(".svg")) {
     return Refuse(Exit::Usage,
-                  "--plot '" + text.file + "': charts are SVG or PNG, so the name has to end in .svg or .png");
+                  text.option + " '" + text.file + "': charts are SVG or PNG, so the name has to end in .svg or .png");
   }
-  if (IsPng(text.file) && !Installed()) return Refuse(Exit::CannotWrite, NotInstalled(text.file));
+  if (IsPng(text.file) && !Installed()) return Refuse(Exit::CannotWrite, NotInstalled(text));
   return {};
 }
 
@@ -160,7 +186,7 @@ std::expected<void, Failure> WritePlot(const PlotText& text, const std::string& 
   if (auto good = CheckPlot(text); !good) return good;
   std::string content = io::InTheme(svg, ThemeOf(text));
   if (IsPng(text.file)) {
-    auto png = PngOf(content, text.file);
+    auto png = PngOf(content, text);
     if (!png) return PassOn(png);
     content = *std::move(png);
   }

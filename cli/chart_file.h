@@ -18,6 +18,7 @@ namespace lensd::cli {
 struct PlotText {
   std::string file;  ///< empty: no chart is wanted
   std::string theme;
+  std::string option = "--plot";
 
   bool wanted() const { return !file.empty(); }
 };
@@ -25,9 +26,18 @@ struct PlotText {
 /// --plot and --plot-theme. `what` says what is drawn. Returns --plot, to be put into a group.
 void AddPlotOptions(CLI::App& command, PlotText& text, const std::string& what, const std::string& group = "");
 
+/// --rays: the light's way as a second drawing of a command that has --plot already, whose --plot-theme counts for
+/// both.
+void AddRaysOption(CLI::App& command, PlotText& rays, const std::string& group = "");
+
 /// Whether a chart can be written there at all: before any lens moves for it. Usage: another ending than .svg and .png.
 /// CannotWrite: the program that makes PNG is not installed.
 std::expected<void, Failure> CheckPlot(const PlotText& text);
+/// The same of a command with --rays.
+std::expected<void, Failure> CheckPlots(const PlotText& plot, const PlotText& rays);
+
+/// `rays` with the theme of `plot`.
+PlotText RaysInTheme(const PlotText& plot, const PlotText& rays);
 
 /// Writes a document of io::ChartSvg or io::ChartsSvg, whole or not at all; nothing where none is wanted. An SVG is
 /// light or dark as its viewer prefers, a PNG light and twice as large, unless --plot-theme says otherwise.

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <set>
 
 #include "cli/chart_file.h"
 #include "cli/commands.h"
 #include "cli/offline/blur_chart.h"
 #include "cli/offline/camera_system.h"
+#include "cli/ray_diagram.h"
 #include "cli/text.h"
 #include "varlink/json.h"
 
@@ -18,7 +20,7 @@ namespace {
 struct BlurText {
   SystemText system;
   std::vector<std::string> at;
-  PlotText plot;
+  PlotText plot, rays;
 };
 
 /// One row of the answer.
@@ -161,14 +163,40 @@ Result<io::Chart> ChartOf(const BlurTable& table) {
   return chart;
 }
 
+/// The nearest row, the farthest, and the sharpest of all: more would cover each other.
+RaySystem RaysOf(const BlurTable& table) {
+  const auto vergence = [](const BlurAt& row) { return row.object.Vergence().value; };
+  const auto sharpness = [](const BlurAt& row) { return -std::abs(row.signed_blur_um); };
+  const auto nearest = std::ranges::max_element(table.rows, {}, vergence);
+  const auto sharpest = std::ranges::max_element(table.rows, {}, sharpness);
+  const auto farthest = std::ranges::min_element(table.rows, {}, vergence);
+  const CameraSystem& camera = table.system;
+  RaySystem system{
+      .title = SystemName(camera) + ": the way of the light",
+      .diameter = Metres{camera.model == CameraModel::Pinhole ? 0.0 : Rounded(camera.diameter).value_or(0.0)},
+      .sensor_distance = Metres{Rounded(camera.sensor_distance).value_or(0.0)}};
+  if (camera.focal_length) system.focal_length = Metres{camera.focal_length->Nearest().value_or(0.0)};
+  std::set<const BlurAt*> seen;
+  for (const auto& row : {nearest, sharpest, farthest}) {
+    if (!seen.insert(&*row).second) continue;
+    system.points.push_back(
+        {.name = "subject", .vergence = row->object.Vergence(), .blur = Metres{row->blur_um * 1e-6}});
+  }
+  return system;
+}
+
 Outcome RunBlur(const BlurText& text, Session& session) {
-  if (auto good = CheckPlot(text.plot); !good) return PassOn(good);
+  if (auto good = CheckPlots(text.plot, text.rays); !good) return PassOn(good);
   const auto table = Compute(text, session.globals().from);
   if (!table) return PassOn(table);
   if (text.plot.wanted()) {
     const auto chart = ChartOf(*table);
     if (!chart) return PassOn(chart);
     if (auto drawn = WritePlot(text.plot, io::ChartSvg(*chart)); !drawn) return PassOn(drawn);
+  }
+  if (text.rays.wanted()) {
+    const std::string svg = io::ChartSvg(RayDiagram(RaysOf(*table)));
+    if (auto drawn = WritePlot(RaysInTheme(text.plot, text.rays), svg); !drawn) return PassOn(drawn);
   }
   if (!session.json()) {
     session.PrintText(TextOf(*table) + std::string(OriginLine()));
@@ -195,6 +223,7 @@ void AddBlur(CLI::App& root, Run& run) {
       ->allow_extra_args(false)
       ->type_name("D");
   AddPlotOptions(*command, text->plot, "blur over depth, and what --at asks for on the curve");
+  AddRaysOption(*command, text->rays);
   command->callback([text, &run] { run = [text](Session& session) { return RunBlur(*text, session); }; });
 }
 

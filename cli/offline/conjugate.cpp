@@ -4,9 +4,11 @@
 #include <array>
 #include <memory>
 
+#include "cli/chart_file.h"
 #include "cli/commands.h"
 #include "cli/lens_options.h"
 #include "cli/offline/point.h"
+#include "cli/ray_diagram.h"
 #include "cli/text.h"
 #include "varlink/json.h"
 
@@ -16,9 +18,21 @@ namespace {
 struct ConjugateText {
   std::string focal_length;
   std::string point;
+  PlotText plot;
 };
 
+/// The thin lens, the point and its image. A point in the plane of the lens has no way to go.
+std::expected<void, Failure> Draw(const PlotText& plot, double f, const std::array<double, 4>& point) {
+  const auto& [x, y, z, w] = point;
+  if (z == 0.0) return Refuse(Exit::Usage, "--plot: a point in the plane of the lens is its own image; no ray is left");
+  const RaySystem system{.title = LengthText(Metres{f}, 4) + " lens: a point and its image",
+                         .focal_length = Metres{f},
+                         .points = {{.name = "object", .vergence = {w / z}, .off_axis = x != 0.0 || y != 0.0}}};
+  return WritePlot(plot, io::ChartSvg(RayDiagram(system)));
+}
+
 Outcome RunConjugate(const ConjugateText& text, Session& session) {
+  if (auto good = CheckPlot(text.plot); !good) return PassOn(good);
   const auto f = ParseFocalLength(text.focal_length);
   if (!f) return PassOn(f);
   const auto object = ParsePoint(text.point, "--point");
@@ -38,6 +52,11 @@ Outcome RunConjugate(const ConjugateText& text, Session& session) {
     const auto millimetres = Rounded(image[i] * 1000 / image[3]);
     if (!millimetres) return PassOn(millimetres);
     image_mm[i] = *millimetres;
+  }
+  if (text.plot.wanted()) {
+    std::array<double, 4> from{};
+    for (std::size_t i = 0; i < 4; ++i) from[i] = Rounded((*object)[i]).value_or(0.0);
+    if (auto drawn = Draw(text.plot, f->Nearest().value_or(0.0), from); !drawn) return PassOn(drawn);
   }
   if (session.json()) {
     session.PrintJson({{"point", point}, {"imageMm", finite ? varlink::Json(image_mm) : varlink::Json(nullptr)}});
@@ -65,6 +84,7 @@ void AddConjugate(CLI::App& root, Run& run) {
                    "X,Y,Z as lengths from the lens centre (Z may be inf), or X,Y,Z,W as plain numbers in metres")
       ->required()
       ->type_name("POINT");
+  AddPlotOptions(*command, text->plot, "the way of the light from the point to its image");
   command->callback([text, &run] { run = [text](Session& session) { return RunConjugate(*text, session); }; });
 }
 

@@ -9,6 +9,7 @@
 #include "cli/plan/answer_text.h"
 #include "cli/plan/options.h"
 #include "cli/plan/plot.h"
+#include "cli/plan/rays.h"
 #include "cli/plan/stack_answer.h"
 #include "cli/plan/stack_plot.h"
 #include "cli/text.h"
@@ -63,7 +64,7 @@ Outcome RunStack(const PlanQuestion& question, const PlotText& plot, Session& se
 }
 
 Outcome RunPlan(const PlanText& text, Session& session) {
-  if (auto good = CheckPlot(text.plot); !good) return PassOn(good);
+  if (auto good = CheckPlanPlots(text); !good) return PassOn(good);
   const auto question = ReadPlan(text, session.globals().from);
   if (!question) return RefuseInput(question);
   if (text.stack) return RunStack(*question, text.plot, session);
@@ -72,6 +73,10 @@ Outcome RunPlan(const PlanText& text, Session& session) {
   if (text.plot.wanted()) {
     const std::string lens = LengthText(Metres{question->request.focal_length.value});
     if (auto drawn = WritePlot(text.plot, PlanPlot(question->request, *answer, lens)); !drawn) return PassOn(drawn);
+  }
+  if (text.rays.wanted()) {
+    const auto rays = PlanRays(question->request, *answer, LengthText(Metres{question->request.focal_length.value}));
+    if (auto drawn = WriteRays(text, rays); !drawn) return PassOn(drawn);
   }
   const auto extension = answer->feasible ? std::optional(answer->extension) : std::nullopt;
   if (session.json()) {

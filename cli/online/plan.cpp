@@ -13,6 +13,7 @@
 #include "cli/online/texts.h"
 #include "cli/plan/answer_text.h"
 #include "cli/plan/plot.h"
+#include "cli/plan/rays.h"
 #include "cli/plan/reading.h"
 #include "cli/plan/stack_answer.h"
 #include "cli/plan/stack_plot.h"
@@ -108,21 +109,23 @@ void Print(Session& session, const Json& reply, const BlurUnits& units) {
   for (const Json& move : applied) session.PrintText(MoveText(move));
 }
 
-/// The chart of a plan shows the lens as it is at the position chosen, where its f-number is f(e)/A.
-std::expected<void, Failure> Draw(const PlotText& plot, const Json& reply, const std::string& lens) {
-  const auto text = varlink::Document::Parse(varlink::WriteJson(reply["request"]));
-  if (!text) return PassOn(text);
-  const auto request = proto::PlanRequestFromJson(text->root(), {});
+/// What is drawn of a plan shows the lens as it is at the position chosen, where its f-number is f(e)/A.
+std::expected<void, Failure> Draw(const PlanText& text, const Json& reply, const std::string& lens) {
+  const auto written = varlink::Document::Parse(varlink::WriteJson(reply["request"]));
+  if (!written) return PassOn(written);
+  const auto request = proto::PlanRequestFromJson(written->root(), {});
   if (!request) return PassOn(request);
   optics::PlanAnswer answer = AnswerOf(reply["plan"]);
   if (answer.feasible) answer.f_number = FNumber{request->focal_length.value / answer.aperture_diameter.value};
-  return WritePlot(plot, PlanPlot(*request, answer, lens));
+  if (auto drawn = WritePlot(text.plot, PlanPlot(*request, answer, lens)); !drawn) return drawn;
+  if (!text.rays.wanted()) return {};
+  return WriteRays(text, PlanRays(*request, answer, lens, PrincipalGap(reply["plan"])));
 }
 
 /// A stack has no chart of settings, and what has no shots none at all.
 std::expected<void, Failure> DrawReply(const PlanText& text, const Json& reply, const std::string& lens) {
-  if (!text.plot.wanted()) return {};
-  if (!text.stack) return Draw(text.plot, reply, lens);
+  if (!text.plot.wanted() && !text.rays.wanted()) return {};
+  if (!text.stack) return Draw(text, reply, lens);
   if (!reply["plan"].value("feasible", false)) return {};
   return WritePlot(text.plot, io::ChartSvg(StackChart(reply["plan"], lens)));
 }
@@ -153,7 +156,7 @@ Outcome RunPlanOnline(const PlanText& text, const std::string& lens, bool apply,
   if (text.stack && apply) {
     return Refuse(Exit::Usage, "--apply is for one plan; leave --stack out, or take the stack: lensctl stack -o DIR");
   }
-  if (auto good = CheckPlot(text.plot); !good) return PassOn(good);
+  if (auto good = CheckPlanPlots(text); !good) return PassOn(good);
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
   const auto info = FindInfo(*link, lens);
@@ -162,8 +165,10 @@ Outcome RunPlanOnline(const PlanText& text, const std::string& lens, bool apply,
   auto request = TypedRequest(text, session.globals().from);
   if (!request) return RefuseInput(request);
   const Json name = (*info)["name"];
-  Json parameters{
-      {"lens", name}, {"request", *std::move(request)}, {"apply", apply}, {"showRequest", text.plot.wanted()}};
+  Json parameters{{"lens", name},
+                  {"request", *std::move(request)},
+                  {"apply", apply},
+                  {"showRequest", text.plot.wanted() || text.rays.wanted()}};
   const auto reply = apply ? Drive(session, *link, MethodOfLens("Plan"), std::move(parameters))
                            : link->Ask(MethodOfLens("Plan"), std::move(parameters));
   if (!reply) return PassOn(reply);

@@ -292,6 +292,7 @@ void AddPlanOptions(CLI::App& command, PlanText& text) {
   AddPlotOptions(command, text.plot,
                  "the settings that meet the limits, and blur against vergence; of a stack the depths of its shots",
                  wanted);
+  AddRaysOption(command, text.rays, wanted);
   const char* const certain = "What must be counted with";
   add("--sensor-tolerance", text.sensor_tolerance, "T", "the sensor stands within this of where it should, 2um")
       ->group(certain);

@@ -22,7 +22,7 @@ struct PlanText {
   std::string objective, blur_limit, model_tolerance;
   std::string field, sensor_width;
   std::string depth_map, mask;
-  PlotText plot;
+  PlotText plot, rays;
   bool stack = false;
 };
 

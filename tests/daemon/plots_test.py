@@ -4,7 +4,7 @@ import tempfile
 import unittest
 import xml.etree.ElementTree
 
-from harness import DaemonTest
+from harness import Daemon, DaemonTest, HERE
 
 SVG = "{http://www.w3.org/2000/svg}"
 CURVE = ["--point", "0=inf", "--point", "1000=ext:0.4mm", "--point", "2500=ext:1.01mm", "--point", "4000=ext:1.6mm", "--error", "9um"]
@@ -18,17 +18,18 @@ class Plots(DaemonTest):
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
 
-    def draw(self, *arguments, name="e.svg", status=(0,)):
+    def draw(self, *arguments, name="e.svg", status=(0,), option="--plot"):
         path = os.path.join(self.folder, name)
-        done = self.daemon.lensctl(*arguments, "--plot", path)
+        done = self.daemon.lensctl(*arguments, option, path)
         self.assertIn(done.returncode, status, done.stderr)
         with open(path, "rb") as file:
             data = file.read()
         os.remove(path)
         return data
 
-    def texts(self, *arguments):
-        return [text.text for text in xml.etree.ElementTree.fromstring(self.draw(*arguments)).iter(SVG + "text")]
+    def texts(self, *arguments, option="--plot"):
+        svg = self.draw(*arguments, option=option)
+        return [text.text for text in xml.etree.ElementTree.fromstring(svg).iter(SVG + "text")]
 
     def test_a_calibration_is_drawn_when_made_and_when_shown(self):
         for arguments in ([*CURVE], ["--show"]):
@@ -54,11 +55,38 @@ class Plots(DaemonTest):
 
     def test_plan_and_stack_name_the_lens(self):
         self.assertIn("a: settings that meet every limit", self.texts("plan", "a", "--sharp", "1m:30um"))
+        rays = self.texts("plan", "a", "--sharp", "1m:30um", option="--rays")
+        self.assertIn("a: the way of the light at the plan", rays)
+        self.assertIn("sharp[0] at 1 m", rays)
         limits = ["--sharp", "0.8m..3m:10um"]
         self.assertTrue(any(text.startswith("a: sharp from shot to shot of a stack of ")
                             for text in self.texts("plan", "a", "--stack", *limits)))
         self.assertTrue(any(text.startswith("a: sharp from shot to shot of a stack of ")
                             for text in self.texts("stack", "a", *limits, "-o", os.path.join(self.folder, "shots"))))
+
+    def test_principal_planes_that_are_apart_are_drawn(self):
+        scene = os.path.join(HERE, "small.toml")
+        daemon = Daemon(config=f"""version = 1
+[[lens]]
+name = "a"
+driver = "sim"
+scene = "{scene}"
+[lens.optics]
+focal_length_mm = 25.0
+f_number = [1.4, 16.0]
+extension_mm = [0.0, 1.6]
+principal_gap_mm = 3.5
+""")
+        self.addCleanup(daemon.kill)
+        path = os.path.join(self.folder, "e.svg")
+        done = daemon.lensctl("plan", "a", "--sharp", "1m:30um", "--rays", path)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(path, encoding="utf-8") as file:
+            texts = [text.text for text in xml.etree.ElementTree.fromstring(file.read()).iter(SVG + "text")]
+        self.assertIn("H", texts)
+        self.assertIn("H′", texts)
+        self.assertTrue(any(text.endswith("H to H′ 3.5 mm") for text in texts), texts)
+        self.assertNotIn("H", self.texts("plan", "a", "--sharp", "1m:30um", option="--rays"))
 
 
 if __name__ == "__main__":
