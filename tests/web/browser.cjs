@@ -1,8 +1,10 @@
 // Opens the page in a browser. Arguments: what to do there ("controls": use every control as a person would; "rate": count
 // pictures at rest and in motion; "tokens": get in with one; "disks": compare the blur drawn with that of a light), address, folder for screenshots, tokens.
-// Prints one line of JSON with what was measured; what is not as promised ends it with an error.
+// Prints one line of JSON with what was measured; what is not as promised ends it with an error. LENSD_WRITE_GOLDENS=1 writes anew where
+// things stand on the page (golden-WIDTH.json), after somebody has looked at it.
 "use strict";
 const assert = require("node:assert");
+const fs = require("node:fs");
 const path = require("node:path");
 const puppeteer = require("puppeteer-core");
 
@@ -170,7 +172,60 @@ async function overview(page) {
   assert.ok(named.every((name) => name.trim()), `every control has a name: ${named}`);
 }
 
-/** At each width and in both colours: nothing beyond the edge, Stop in sight, pictures of it. */
+/** Whatever has a name in the page and is seen: in reading order, within what, from where to where across the page. Heights
+ * go by what the lens has done. */
+const structure = (page) => page.evaluate(() => [...document.querySelectorAll("body [id]")]
+  .filter((one) => !one.closest("svg, .u-wrap") && one.tagName !== "TEMPLATE" && one.getClientRects().length > 0)
+  .map((one) => {
+    const box = one.getBoundingClientRect();
+    return { id: one.id, within: one.parentElement.closest("[id]")?.id ?? null, left: Math.round(box.left), right: Math.round(box.right) };
+  }));
+
+/** Held against golden-WIDTH.json by one edge at least: what is written differs in length, and letters from machine to machine. */
+async function holdAgainstGolden(page, width) {
+  const seen = await structure(page), file = path.join(__dirname, `golden-${width}.json`);
+  if (process.env.LENSD_WRITE_GOLDENS) {
+    fs.writeFileSync(file, `[\n${seen.map((one) => "  " + JSON.stringify(one)).join(",\n")}\n]\n`);
+    return;
+  }
+  const golden = JSON.parse(fs.readFileSync(file));
+  const names = (all) => all.map((one) => `${one.within ?? ""}/${one.id}`);
+  assert.deepEqual(names(seen), names(golden), `what is on the page at ${width}, in its order`);
+  const apart = (edge) => (one, at) => Math.abs(one[edge] - golden[at][edge]) > 16;
+  const moved = seen.filter((one, at) => apart("left")(one, at) && apart("right")(one, at));
+  assert.deepEqual(moved.map((one) => one.id), [], `stands elsewhere at ${width}`);
+  measured[`inPlaceAt${width}`] = seen.length;
+}
+
+/** Text whose colour does not stand out from what is behind it (WCAG 2.1, 1.4.3: 4.5 to 1, 3 to 1 for large letters). */
+const faintTexts = (page) => page.evaluate(() => {
+  const pen = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
+  const rgba = (colour) => {
+    pen.clearRect(0, 0, 1, 1);
+    pen.fillStyle = colour;
+    pen.fillRect(0, 0, 1, 1);
+    return [...pen.getImageData(0, 0, 1, 1).data];
+  };
+  const light = (colour) => colour.slice(0, 3).map((value) => value / 255)
+    .map((value) => value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4)
+    .reduce((sum, value, at) => sum + value * [0.2126, 0.7152, 0.0722][at], 0);
+  const behind = (one) => {
+    for (let at = one; at; at = at.parentElement) {
+      const colour = rgba(getComputedStyle(at).backgroundColor);
+      if (colour[3] === 255) return colour;
+    }
+    return [255, 255, 255, 255];
+  };
+  const written = [...document.querySelectorAll("body *")].filter((one) => !one.closest("svg") && one.getClientRects().length > 0 &&
+    !one.disabled && !one.closest(":disabled") && [...one.childNodes].some((node) => node.nodeType === 3 && node.data.trim()));
+  return [written.length, written.filter((one) => {
+    const style = getComputedStyle(one), [a, b] = [light(rgba(style.color)), light(behind(one))].sort((x, y) => y - x);
+    return (a + 0.05) / (b + 0.05) < (parseFloat(style.fontSize) >= 24 ? 3 : 4.5);
+  }).map((one) => `${one.id || one.tagName}: ${one.textContent.trim().slice(0, 30)}`)];
+});
+
+/** At each width and in both colours: everything in its place, nothing beyond the edge, every letter readable, Stop in sight;
+ * pictures of it. */
 async function look(page) {
   for (const width of [1280, 400]) {
     for (const scheme of ["light", "dark"]) {
@@ -183,6 +238,10 @@ async function look(page) {
         !one.closest("svg") && one.getBoundingClientRect().right > innerWidth + 1).map((one) => one.id || one.tagName));
       assert.deepEqual(beyond, [], `at ${width}`);
       assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), width);
+      await holdAgainstGolden(page, width);
+      const [written, faint] = await faintTexts(page);
+      assert.equal(faint.join("\n"), "", `hard to read in ${scheme}`);
+      measured[`readableIn${scheme}At${width}`] = written;
       await page.evaluate(() => scrollTo(0, 600));
       const stop = await page.$eval("#stop", (button) => button.getBoundingClientRect().toJSON());
       assert.ok(stop.top >= 0 && stop.bottom <= 900 && stop.right <= width, "Stop is always in sight");
