@@ -78,7 +78,8 @@ double ApertureShape::AreaIn(double diameter, double x0, double y0, double x1, d
 
 std::complex<double> ApertureShape::Transfer(double kx, double ky) const {
   const double length = std::hypot(kx, ky);
-  if (is_circle()) return length < 2e-8 ? 1.0 : 2.0 * std::cyl_bessel_j(1.0, 0.5 * length) / (0.5 * length);
+  // Not std::cyl_bessel_j, which sets signgam, a variable of all threads.
+  if (is_circle()) return length < 2e-8 ? 1.0 : 2.0 * ::j1(0.5 * length) / (0.5 * length);
   if (length < 1e-6) return 1.0;
   // By Gauss's theorem an integral along the sides, over each of which the wave's mean is its value in the middle times
   // sin(x)/x, x being half its phase along the side.

@@ -78,15 +78,17 @@ async function moveLens(page) {
 }
 
 async function stopLens(page) {
-  const end = await page.evaluate(() => axisInfo("focus").maximum);
-  const moving = page.evaluate((to) => call("Move", { axis: "focus", target: { position: to } }).then(() => "arrived", (why) => why.error), end);
-  await page.waitForFunction(async () => (await call("Status")).lenses[0].axes[0].moving, { timeout: limit, polling: 20 });
-  await press(page, "#stop");
-  assert.equal(await moving, "Cancelled");
-  const again = page.evaluate((to) => call("Move", { axis: "focus", target: { position: to } }).then(() => "arrived", (why) => why.error), 0);
-  await page.waitForFunction(async () => (await call("Status")).lenses[0].axes[0].moving, { timeout: limit, polling: 20 });
-  await page.keyboard.press("Escape");
-  assert.equal(await again, "Cancelled");
+  const ends = await page.evaluate(() => [axisInfo("focus").maximum, axisInfo("focus").minimum]);
+  for (const stop of [() => press(page, "#stop"), () => page.keyboard.press("Escape")]) {
+    const ended = [];  // a stop that a busy browser sends too late finds the lens arrived
+    while (!ended.includes("Cancelled") && ended.length < 4) {
+      const moving = page.evaluate((to) => call("Move", { axis: "focus", target: { position: to } }).then(() => "arrived", (why) => why.error), ends[ended.length % 2]);
+      await Promise.race([moving, page.waitForFunction(async () => (await call("Status")).lenses[0].axes[0].moving, { timeout: limit, polling: 20 })]);
+      await stop();
+      ended.push(await moving);
+    }
+    assert.equal(ended.at(-1), "Cancelled", ended.join(", "));
+  }
 }
 
 async function findFocus(page) {
