@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <iostream>
 #include <memory>
 #include <string>
 #include <utility>
@@ -86,9 +87,17 @@ class Bench {
   template <class Done>
   bool Until(Lens& lens, Axis axis, Done&& done, Duration at_most = std::chrono::seconds(20)) {
     const Instant end = clock.Now() + at_most;
+    Result<LensState> state;
     while (clock.Now() < end) {
-      const auto state = lens.Read();
+      state = lens.Read();
       if (state && done(*state->axes[axis])) return true;
+    }
+    if (!state) {
+      std::cerr << "the last read: " << state.error().message << '\n';
+    } else {
+      const AxisState& last = *state->axes[axis];
+      std::cerr << "the last read: at " << last.position.value << (last.moving ? ", moving" : ", at rest")
+                << (last.homed ? ", homed, \"" : ", not homed, \"") << last.fault << "\"\n";
     }
     return false;
   }
