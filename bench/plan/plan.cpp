@@ -24,7 +24,7 @@ struct Options {
 std::vector<ProblemSet> Sets(const Options& options) {
   std::vector<ProblemSet> sets;
   sets.push_back(MixedLimits("up to 8 limits", options.seed, options.quick ? 50 : 200, 1, 8));
-  sets.push_back(MixedLimits("100 limits", options.seed + 1, options.quick ? 2 : 5, 100, 100));
+  sets.push_back(MixedLimits("100 limits", options.seed + 1, options.quick ? 8 : 50, 100, 100));
   sets.push_back(ManyDepths("65,536 named depths", options.seed + 2, 65536));
   return sets;
 }

@@ -1,15 +1,18 @@
-// Exact answers over many rows. Rationals are a thousand times slower than doubles, and of many rows few matter: some
-// are solved exactly, then every row is tried on that solution in double precision. Those it may break, or holds so
-// narrowly that rounding could tell either way, join the others; when there are none left the solution is that of all
-// rows.
+// Answers that doubles are too short for. A longer mantissa takes ten times longer than they do and rationals a
+// thousand times, and of many rows few matter: some are solved, then every row is tried on that solution in double
+// precision. Those it may break, or holds so narrowly that rounding could tell either way, join the others; when there
+// are none left the solution is that of all rows.
 #include "planner/many_limits.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <set>
 #include <string>
 #include <tuple>
 
+#include "planner/filtered_solve.h"
 #include "planner/solve_exact.h"
 
 namespace lensd::optics {
@@ -86,17 +89,38 @@ class Rows {
   std::set<Identity> chosen_;
 };
 
+/// With the longer mantissa where that is enough, else exactly.
+Solution SolveRows(const Subproblem& task, WantedN wanted) {
+  Attempt<Solution> attempt = TrySolveForN<Extended>(task, wanted, ToExtended);
+  return attempt.certain ? std::move(attempt.answer) : SolveRowsExactly(task, wanted);
+}
+
 }  // namespace
 
-Solution SolveForNExactly(const Subproblem& task, WantedN wanted) {
+Extended ToExtended(const Number& number) {
+  std::array<char, 32> shortest;  // NOLINT(*-member-init): written before it is read
+  const char* from = number.decimal.data();
+  const char* to = from + number.decimal.size();
+  if (number.decimal.empty()) {
+    from = shortest.data();
+    to = std::to_chars(shortest.data(), shortest.data() + shortest.size(), number.value).ptr;
+  }
+  if (from != to && *from == '+') ++from;
+  Extended value = number.value;
+  std::from_chars(from, to, value);
+  return value;
+}
+
+Solution SolveForNPrecisely(const Subproblem& task, WantedN wanted, const Solution& rough) {
   // Without both ranges in force only a verdict is asked for, and there is no point (N, e) to try the others on.
-  if (task.rows.size() <= kFew || !task.f_number_binds || !task.extension_binds) return SolveRowsExactly(task, wanted);
+  if (task.rows.size() <= kFew || !task.f_number_binds || !task.extension_binds) return SolveRows(task, wanted);
   Rows rows(task);
   Subproblem some = task;
   std::vector<LimitRow> chosen;
+  if (rough.feasible) rows.Add(rough, chosen);
   for (;;) {
     some.rows = chosen;
-    const Solution solved = SolveRowsExactly(some, wanted);
+    const Solution solved = SolveRows(some, wanted);
     if (!solved.feasible || !rows.Add(solved, chosen)) return solved;
   }
 }

@@ -1,11 +1,12 @@
-// Exact answers over many rows.
+// Answers that doubles are too short for, over few rows or many.
 #pragma once
 
 #include "planner/solution.h"
 
 namespace lensd::optics {
 
-/// As SolveForN() without diffraction, always in exact arithmetic (verdict and N rational; the ratio to 100 digits).
-Solution SolveForNExactly(const Subproblem& task, WantedN wanted);
+/// As SolveForN() without diffraction. `rough`: what doubles made of it; a good guess saves time, a bad one does no
+/// harm.
+Solution SolveForNPrecisely(const Subproblem& task, WantedN wanted, const Solution& rough);
 
 }  // namespace lensd::optics

@@ -45,7 +45,7 @@ double LargestUsefulN(const DiffractionStrip<double>& strip) {
 
 /// Whether rounding cannot have changed the verdict of a convex search, nor spoilt N.
 bool IsCertain(const DiffractionStrip<double>& strip, const DiffractionSearch<double>& search, double end,
-               const WidthError& error) {
+               const WidthError<double>& error) {
   constexpr double kRelative = 1e-13, kSlopeError = 1e-12;
   const double e = 4.0 * error.at(search.n);
   const double off = search.at_start ? 0.0 : search.slope > 0.0 ? 2.0 * e / search.slope : kRelative * search.n;
@@ -159,7 +159,8 @@ Solution SolveDiffractedForN(const Subproblem& task) {
   // Outside the convex range by branch and bound, which digits beyond a double's would make a thousand times slower.
   const bool convex = IsConvexUpTo(strip, end, 1.0);
   const double start = std::max(without.n, (convex ? 1e-9 : 1e-30) * end);
-  const WidthError error(lines, lines.lens.widen / lines.lens.narrow);  // curves hold at up to that much larger N
+  const WidthError<double> error(lines,
+                                 lines.lens.widen / lines.lens.narrow);  // curves hold at up to that much larger N
   const DiffractionSearch<double> search =
       convex ? SmallestNConvex(strip, start, end, 0.0) : SmallestNByScan(strip, start, end, 1.0, 0.0);
   if (convex && !IsCertain(strip, search, end, error)) return SolveDiffractedExactly(task, without);
