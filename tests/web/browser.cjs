@@ -225,9 +225,9 @@ async function overview(page) {
 }
 
 /** Whatever has a name in the page and is seen: in reading order, within what, from where to where across the page. Heights
- * go by what the lens has done. */
+ * go by what the lens has done; what not every lensd has does not count. */
 const structure = (page) => page.evaluate(() => [...document.querySelectorAll("body [id]")]
-  .filter((one) => !one.closest("svg, .u-wrap") && one.tagName !== "TEMPLATE" && one.getClientRects().length > 0)
+  .filter((one) => !one.closest("svg, .u-wrap, [data-feature]") && one.tagName !== "TEMPLATE" && one.getClientRects().length > 0)
   .map((one) => {
     const box = one.getBoundingClientRect();
     return { id: one.id, within: one.parentElement.closest("[id]")?.id ?? null, left: Math.round(box.left), right: Math.round(box.right) };

@@ -485,7 +485,7 @@ function drawDisks(pen, width, height) {
   if (!f || !pitch || state?.extensionMm == null || !state.fNumber || !picture || !frame) return;
   const shownPx = (view.zoom?.w ?? 1) * frame.widthPx, scale = width / shownPx;
   let x = 12;
-  pen.font = `${Math.round(width / 45)}px system-ui`;
+  pen.font = `${11 * width / (byId("overlay").clientWidth || width)}px system-ui`;
   for (const limit of plan.limits) {
     for (const u of [limit.nearD, limit.farD]) {
       const radius = Math.abs(optics.blurUm(f, state.fNumber, state.extensionMm, u)) / pitch * scale / 2;
@@ -517,7 +517,7 @@ function drawBox(pen, box, width, height, ink) {
 
 /** The places of limits, with the blur measured there beside the blur planned. */
 function drawPlaces(pen, width, height) {
-  const size = Math.max(11, Math.round(width / 42));
+  const size = 12 * width / (byId("overlay").clientWidth || width);  // as large as other letters, however small the picture is shown
   pen.font = `600 ${size}px system-ui`;
   for (const limit of plan.limits.filter((one) => one.place)) {
     const box = shownPart(limit.place), ink = limit.kind === "sharp" ? "#7ee0b2" : "#ffb37a";
@@ -1041,6 +1041,10 @@ function cell(row, text, bad) {
   row.append(made);
 }
 
+const grades = {
+  uncalibrated: "distances go by the lens' nominal data", approximate: "distances are approximate", calibrated: "distances are calibrated",
+};
+
 function stateWords(state) {
   const doing = state.connected ? state.activity : `${state.connection}: ${state.error ?? "no reason is known"}`;
   return doing + (state.latched ? "; a stop holds it until its faults are reset" : "");
@@ -1080,7 +1084,7 @@ function soon() {
     const lost = (axis) => axisInfo(axis.axis)?.canHome && !axis.homed;
     byId("home").hidden = !state.connected || !state.axes.some(lost);
     byId("reset").hidden = !state.latched && !state.axes.some((axis) => axis.fault);
-    byId("state").textContent = stateWords(state) + (state.grade ? `; ${state.grade}` : "") + (state.lease ? `; leased to ${state.lease.holder}` : "");
+    byId("state").textContent = stateWords(state) + (state.grade ? `; ${grades[state.grade] ?? state.grade}` : "") + (state.lease ? `; leased to ${state.lease.holder}` : "");
   });
 }
 
@@ -1177,7 +1181,7 @@ function choose(name) {
 function allow(role) {
   house.role = role;
   const moves = role === "move" && lensInfo() != null, looks = moves && lensInfo().camera != null;
-  for (const control of document.querySelectorAll("#controls input, #controls button")) control.disabled = !moves;
+  for (const control of document.querySelectorAll("#controls input:not(#limit), #controls button")) control.disabled = !moves;
   for (const control of document.querySelectorAll("#find, #map, #method, [name=mode]")) control.disabled = !looks;
   byId("map").hidden = !house.features.includes("focusMap") || !lensInfo()?.optics;
   document.querySelector("[name=mode][value=zoom]").disabled = !lensInfo()?.camera;
