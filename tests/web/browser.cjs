@@ -337,7 +337,7 @@ async function tokens(browser) {
   await page.$eval("#token", (field) => { field.value = ""; });
   await page.type("#token", viewToken);
   await press(page, "#login button");
-  await until(page, "link", /^connected$/);
+  await until(page, "link", /^connected, to look on$/);
   await page.waitForFunction(() => document.getElementById("nopicture").hidden, { timeout: limit });
   assert.ok(await page.$eval("#focus", (slider) => slider.disabled) && await page.$eval("#find", (button) => button.disabled));
   assert.ok(!await page.$eval("#stop", (button) => button.disabled));

@@ -151,11 +151,13 @@ function drawTicks(svg, scale, low, high, y) {
 /** Drawn anew only where something of it has changed: a moving lens tells its state twenty times a second. */
 function drawScale() {
   const svg = byId("scale"), range = vergenceRange(), state = lensState();
-  const drawn = JSON.stringify([house.name, range, state?.extensionMm, state?.fNumber, state?.vergenceD, focalMm(), limitUm(), innerWidth, range && state && boundText()]);
+  const drawn = JSON.stringify([house.name, range, state?.extensionMm, state?.fNumber, state?.vergenceD, focalMm(), limitUm(), innerWidth, state && axisInfo("focus") && boundText()]);
   if (svg.dataset.drawn === drawn) return;
   svg.dataset.drawn = drawn;
   svg.replaceChildren();
   svg.toggleAttribute("hidden", !range);
+  document.querySelector(".sharp-means").hidden = !range;
+  if (!range && state && axisInfo("focus")) byId("bounds").textContent = boundText().replace("; ", "");
   if (!range || !state) return;
   const [low, high] = range, scale = scaleOf(svg, low, high), f = focalMm();
   if (state.extensionMm != null && state.fNumber != null && f) {
@@ -378,9 +380,9 @@ function viewAddress() {
 async function look() {
   view.abort?.abort();
   if (document.hidden || house.role === "none") return;
-  if (!lensInfo()) return noPicture(house.connected ? "no lens is configured" : "no picture yet");
+  if (!lensInfo()) return noPicture(house.connected ? "No lens is configured yet. lensctl setup helps with it." : "no picture yet");
   const abort = view.abort = new AbortController();
-  if (!lensInfo().camera) return noPicture("This lens has no camera.");
+  if (!lensInfo().camera) return noPicture(lensState()?.connected === false ? "This lens is not there." : "This lens has no camera.");
   for (let wait = 250; !abort.signal.aborted; wait = Math.min(wait * 2, 8000)) {
     try {
       const answer = await fetch(viewAddress(), { signal: abort.signal });
@@ -479,6 +481,8 @@ function drawPeaking(pen, width, height) {
   pen.drawImage(work, 0, 0, width, height);
 }
 
+const inks = { sharp: "#7ee0b2", blurred: "#ffb37a" };  // on pictures, whatever they show
+
 /** Disks of the blur that each depth of the plan has with the lens as it stands, in pixels of the picture shown. */
 function drawDisks(pen, width, height) {
   const state = lensState(), f = focalMm(), pitch = pixelUm(), picture = view.last?.picture, frame = view.last?.frame;
@@ -489,7 +493,7 @@ function drawDisks(pen, width, height) {
   for (const limit of plan.limits) {
     for (const u of [limit.nearD, limit.farD]) {
       const radius = Math.abs(optics.blurUm(f, state.fNumber, state.extensionMm, u)) / pitch * scale / 2;
-      pen.strokeStyle = colour(limit.kind === "sharp" ? "--sharp" : "--blurred");
+      pen.strokeStyle = inks[limit.kind];
       pen.lineWidth = Math.max(1, width / 400);
       pen.beginPath();
       pen.arc(x + radius, height - 16 - radius, Math.max(0.5, radius), 0, 2 * Math.PI);
@@ -520,7 +524,7 @@ function drawPlaces(pen, width, height) {
   const size = 12 * width / (byId("overlay").clientWidth || width);  // as large as other letters, however small the picture is shown
   pen.font = `600 ${size}px system-ui`;
   for (const limit of plan.limits.filter((one) => one.place)) {
-    const box = shownPart(limit.place), ink = limit.kind === "sharp" ? "#7ee0b2" : "#ffb37a";
+    const box = shownPart(limit.place), ink = inks[limit.kind];
     drawBox(pen, box, width, height, ink);
     const lines = [limit.name, ...(limit.measured ? measuredText(limit).split(/, |(?<=px): /) : [])];
     const wide = Math.max(...lines.map((line) => pen.measureText(line).width)) + size;
@@ -1115,7 +1119,7 @@ function listen() {
   events.addEventListener("daemon", (message) => {
     const told = JSON.parse(message.data);
     house.connected = told.connected;
-    byId("link").textContent = told.connected ? "connected" : `lensd is away: ${told.message}`;
+    byId("link").textContent = told.connected ? `connected${house.role === "view" ? ", to look on" : ""}` : `lensd is away: ${told.message}`;
     if (told.connected) return void attempt(loadLenses);
     for (const [name, state] of house.states) house.states.set(name, { ...state, connected: false, connection: "unknown", error: "lensd is away" });
     soon();
@@ -1154,6 +1158,7 @@ function forget() {
   Object.assign(plan, { limits: [], answer: null, count: 0 });
   Object.assign(pointer, { region: null, keys: null });
   view.zoom = null;
+  for (const id of ["picture", "overlay", "histogram"]) byId(id).getContext("2d").clearRect(0, 0, 9999, 9999);
   byId("whole").disabled = true;
   endPlacing();
   clearStrip();
