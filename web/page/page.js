@@ -52,6 +52,11 @@ function note(text) {
   byId("note").hidden = !text;
 }
 
+/** What a screen reader is to say when it has changed, and only then. */
+function tell(id, text) {
+  if (byId(id).textContent !== text) byId(id).textContent = text;
+}
+
 /** What went wrong, for people: fetch() itself says no more than that it failed. */
 const wordsOf = (failure) => failure instanceof TypeError && /fetch|network/i.test(failure.message)
   ? "lens-web does not answer; is it running?" : failure.message;
@@ -1088,7 +1093,7 @@ function soon() {
     const lost = (axis) => axisInfo(axis.axis)?.canHome && !axis.homed;
     byId("home").hidden = !state.connected || !state.axes.some(lost);
     byId("reset").hidden = !state.latched && !state.axes.some((axis) => axis.fault);
-    byId("state").textContent = stateWords(state) + (state.grade ? `; ${grades[state.grade] ?? state.grade}` : "") + (state.lease ? `; leased to ${state.lease.holder}` : "");
+    tell("state", stateWords(state) + (state.grade ? `; ${grades[state.grade] ?? state.grade}` : "") + (state.lease ? `; leased to ${state.lease.holder}` : ""));
   });
 }
 
