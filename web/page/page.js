@@ -79,12 +79,12 @@ async function attempt(work) {
 
 const digits = (value, count = 4) => Number(value.toPrecision(count)).toString();
 
-function distanceText(vergenceD) {
+function distanceText(vergenceD, count = 4) {
   if (vergenceD == null) return "unknown";
   if (vergenceD < -1e-4) return `${digits(vergenceD, 3)} D, past infinity`;
   if (vergenceD < 1e-4) return "infinity";
   const metres = 1 / vergenceD;
-  return metres < 1 ? `${digits(metres * 1000)} mm` : `${digits(metres)} m`;
+  return metres < 1 ? `${digits(metres * 1000, count)} mm` : `${digits(metres, count)} m`;
 }
 
 const lensInfo = () => house.lenses.get(house.name);
@@ -702,6 +702,11 @@ function showFound(result) {
     `: ${result.reason} (${result.method}, ${result.frames} frames, ${result.moves} moves, ${digits(result.elapsedMs / 1000, 3)} s)`;
 }
 
+/** A stream may just end, as when lens-web goes. */
+function answered(whole) {
+  if (!whole) throw new Error("the connection was lost before its answer came");
+}
+
 async function autofocus(more = {}) {
   search.abort?.abort();
   const abort = search.abort = new AbortController();
@@ -720,7 +725,7 @@ async function autofocus(more = {}) {
       showFound(result);
     }
     drawCurveSoon();
-  }, abort.signal).catch((failure) => {
+  }, abort.signal).then((last) => answered(last?.autofocus && !more.track)).catch((failure) => {
     if (failure.name !== "AbortError") byId("found").textContent = "Ended: " + wordsOf(failure);
     throw failure;
   }));

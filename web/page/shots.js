@@ -96,7 +96,7 @@ function drawMap(map) {
     pen.fillStyle = vergenceD == null ? "rgb(90 90 90 / .6)" : `hsl(${220 - 190 * part} 75% 40% / .6)`;
     pen.fillRect(x + 1, y + 1, w - 2, h - 2);
     pen.fillStyle = "#fff";
-    pen.fillText(vergenceD == null ? "?" : distanceText(vergenceD), x + w / 2, y + h / 2 + size / 3, w - 4);
+    pen.fillText(vergenceD == null ? "?" : distanceText(vergenceD, 3), x + w / 2, y + h / 2 + size / 3, w - 4);
   }
   canvas.setAttribute("aria-label", found.length === 0 ? "Focus map: no part is known"
     : `Focus map: ${found.length} of ${map.cells.length} parts are known, in focus from ${distanceText(near)} to ${distanceText(far)}`);
@@ -109,11 +109,12 @@ async function takeFocusMap() {
   Object.assign(search, { abort, samples: [], result: null, region: null, holding: false });
   byId("mapped").hidden = true;
   byId("found").textContent = "Searching where each part is in focus …";
-  await attempt(() => callMore("FocusMap", { lens, columns: 6, rows: 4 }, ({ map }) => {
+  await attempt(() => callMore("FocusMap", { lens, columns: 6, rows: 4 }, ({ progress, map }) => {
+    if (progress) byId("found").textContent = `Searching where each part is in focus: frame ${progress.frames} of about ${progress.framesExpected} …`;
     if (!map) return;
     byId("found").textContent = `${map.mapped ? "Mapped" : "Refused"}: ${map.reason} (${map.frames} frames, ${digits(map.elapsedMs / 1000, 3)} s)`;
     if (map.cells.length > 0) drawMap(map);
-  }, abort.signal).catch((failure) => {
+  }, abort.signal).then((last) => answered(last?.map)).catch((failure) => {
     if (failure.name !== "AbortError") byId("found").textContent = "Ended: " + wordsOf(failure);
     throw failure;
   }));
