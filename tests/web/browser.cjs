@@ -182,16 +182,17 @@ async function applyPlan(page) {
 
 /** A stack of what must be sharp, as a strip of pictures. */
 async function takeStack(page) {
-  await page.evaluate(() => { Object.assign(plan.limits[0], { farD: 0.2, nearD: 0.6 }); planChanged(); });
+  await page.evaluate(() => { Object.assign(plan.limits[0], { farD: 0.2, nearD: 0.6, limitPx: 0.4 }); planChanged(); });
   await page.waitForFunction(() => !document.getElementById("stack").disabled, { timeout: limit });
   await press(page, "#stack");
   await until(page, "stacked", /shots? (together )?keeps? all of it sharp/);
   const shots = await page.$$eval("#shots img", async (all) => { await Promise.all(all.map((one) => one.decode())); return all.map((one) => [one.alt, one.naturalWidth]); });
   const planned = (await ask(page, "Plan", { request: { limits: await page.evaluate(() => planRequest().limits), stack: true } })).plan.shots;
   assert.equal(shots.length, planned.length);
+  assert.ok(shots.length > 1, "one setting does not do");
   for (const [alt, width] of shots) assert.ok(/^Shot \d+ of \d+, sharp from .* to /.test(alt) && width > 100, alt);
   measured.shots = shots.length;
-  await page.evaluate(() => { Object.assign(plan.limits[0], { farD: 0.4, nearD: 0.45 }); planChanged(); clearStrip(); byId("stacked").textContent = ""; });
+  await page.evaluate(() => { Object.assign(plan.limits[0], { farD: 0.4, nearD: 0.45, limitPx: 2 }); planChanged(); clearStrip(); byId("stacked").textContent = ""; });
 }
 
 async function enlarge(page) {

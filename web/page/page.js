@@ -901,6 +901,12 @@ function planChanged() {
   askPlan();
 }
 
+/** What a conflict may name beside limits. */
+const givens = {
+  fNumber: "the f-numbers of this lens", extension: "the travel of its focus", focus: "the focus asked for", depth: "the depth of field",
+  positions: "where its motors can stand",
+};
+
 function planWords(answer) {
   if (!lensInfo()) return "";
   if (!lensInfo().optics) return "This lens is not calibrated: what blur it makes at which distance is not known, so there is nothing to plan with.";
@@ -909,7 +915,7 @@ function planWords(answer) {
     return `f/${digits(answer.fNumber, 3)} focused at ${distanceText(answer.focalPlaneD)}, extension ${digits(answer.extensionMm, 4)} mm` +
       (answer.worstRatio == null ? "" : `; the tightest limit is used to ${Math.round(100 * answer.worstRatio)} %`) + (answer.note ? `. ${answer.note}` : "");
   }
-  const words = `No setting meets all of this: ${(answer.conflict ?? []).join(", ")} contradict each other; without any one of them there is a plan.`;
+  const words = `No setting meets all of this: ${(answer.conflict ?? []).map((name) => givens[name] ?? name).join(", ")} contradict each other; without any one of them there is a plan.`;
   return words + (answer.relax ? ` With every limit eased by a factor of ${digits(answer.relax, 3)} there would be one` +
     (answer.relaxed?.fNumber ? `: f/${digits(answer.relaxed.fNumber, 3)} at ${distanceText(answer.relaxed.focalPlaneD)}.` : ".") : " No easing of the limits helps.");
 }
