@@ -115,8 +115,13 @@ Instant FrameRequests::NextPoll(Instant now, Instant steady_since) const {
 
 // ---- for those who look on ----------------------------------------------------------------------------------------
 
+/// Whether a frame may be fetched for those who look on alone: a search must not wait for one that is made for them.
+bool FrameRequests::SparesOthers() const {
+  return !stream_.kept || !camera_->capabilities().on_demand;
+}
+
 bool FrameRequests::IsShown(const Onlooker& onlooker) const {
-  return !stream_.kept && (onlooker.viewer.lens == LensMotion::Any || lens_.SteadySince());
+  return SparesOthers() && (onlooker.viewer.lens == LensMotion::Any || lens_.SteadySince());
 }
 
 bool FrameRequests::ViewIsDue(Instant now) const {

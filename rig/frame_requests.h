@@ -41,8 +41,8 @@ class FrameRequests {
   bool streaming() const { return stream_.on; }
 
   /// Before the lens is read: starts or ends the stream (`keep`: frames will soon be wanted again, by a caller for whom
-  /// the camera is kept free of viewers) and asks for a frame once one exposed wholly after the lens became steady, or
-  /// due to a viewer, may be there.
+  /// a camera that makes them on demand is kept free of viewers) and asks for a frame once one exposed wholly after the
+  /// lens became steady, or due to a viewer, may be there.
   void Poll(Instant now, bool keep);
   /// A frame is there and will be handed out by the first reading from after its exposure.
   bool has_frame() const { return frame_.has_value(); }
@@ -57,7 +57,7 @@ class FrameRequests {
  private:
   struct Stream {
     bool on = false;
-    bool kept = false;  ///< for a caller that must not wait for what viewers ask of the camera
+    bool kept = false;  ///< for a caller that must not wait for frames that are made for viewers
     int failures = 0;   ///< polls in a row
   };
   /// What is known of the stream's frames in time.
@@ -76,6 +76,7 @@ class FrameRequests {
     Instant spared_until{};  ///< nothing is late before this
   };
   bool MayBeLate(Instant now);
+  bool SparesOthers() const;
   bool IsShown(const Onlooker& onlooker) const;
   bool ViewIsDue(Instant now) const;
   void Show(const LensedFrame& frame, bool moved);

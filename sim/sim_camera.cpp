@@ -14,7 +14,7 @@ constexpr Duration kLongestExposure = std::chrono::seconds(100);
 constexpr double kHighestGainDb = 24.0;
 constexpr Duration kLongestWork = std::chrono::seconds(10);  // on one frame
 
-drivers::CameraCapabilities CapabilitiesOf(const Scene& scene) {
+drivers::CameraCapabilities CapabilitiesOf(const Scene& scene, bool aside) {
   drivers::CameraCapabilities capabilities;
   capabilities.driver = "sim";
   capabilities.model = "simulated camera";
@@ -22,6 +22,8 @@ drivers::CameraCapabilities CapabilitiesOf(const Scene& scene) {
   capabilities.height = scene.camera.height;
   capabilities.bits = scene.camera.bits;
   capabilities.colour = scene.camera.colour;
+  // Prepared frames take no work.
+  capabilities.on_demand = aside && scene.frames.empty();
   capabilities.pixel_um = scene.camera.pixel_um;
   capabilities.frame_rate_hz = scene.camera.frame_rate_hz;
   capabilities.can_set_exposure = true;
@@ -37,14 +39,13 @@ drivers::CameraCapabilities CapabilitiesOf(const Scene& scene) {
 
 SimCamera::SimCamera(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictures> pictures, std::uint64_t seed,
                      bool aside)
-    : Camera(CapabilitiesOf(mechanics->scene())),
+    : Camera(CapabilitiesOf(mechanics->scene(), aside)),
       mechanics_(std::move(mechanics)),
       exposure_(std::make_shared<std::atomic<Duration>>(
           Duration(std::llround(mechanics_->scene().camera.exposure_ms * 1e6)))),
       maker_(mechanics_, std::move(pictures), Sensor::Real, seed),
       grid_(mechanics_->scene().camera.frame_rate_hz, exposure_->load()) {
-  // Prepared frames take no work.
-  if (aside && mechanics_->scene().frames.empty()) darkroom_.emplace(maker_);
+  if (capabilities().on_demand) darkroom_.emplace(maker_);
 }
 
 Result<void> SimCamera::CheckLink() const {

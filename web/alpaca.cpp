@@ -2,22 +2,18 @@
 // out of date. Names of parameters count as written in PUT, and in any case in GET, as the standard has it.
 #include "alpaca.h"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <sys/epoll.h>
-#include <sys/socket.h>
+#include <systemd/sd-id128.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <ctime>
 #include <functional>
 #include <utility>
+#include <vector>
 
 namespace lensd::web {
 namespace {
@@ -25,7 +21,7 @@ namespace {
 using varlink::Json;
 constexpr Duration kAsk = std::chrono::seconds(10);
 constexpr Duration kMoveAtMost = std::chrono::minutes(10);
-constexpr int kDiscoveryPort = 32227;
+constexpr std::size_t kMostClients = 64;  // of one focuser; programs that crash never disconnect
 
 enum AlpacaError {
   kNone = 0,
@@ -49,8 +45,13 @@ constexpr std::array kBeforeConnected{"connected",   "connecting",      "connect
                                       "description", "driverinfo",      "driverversion", "interfaceversion",
                                       "name",        "supportedactions"};
 
+/// Programs open it in a browser where somebody asks for a device's settings.
+constexpr const char* kSetup =
+    "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>lensd</title>"
+    "<p>Lenses are set up in <code>/etc/lensd/lensd.toml</code> of this machine; nothing can be set here.</p></html>\n";
+
 template <class Names>
-bool IsAmong(const Names& names, std::string_view name) {
+bool IsAmong(const Names& names, const auto& name) {
   return std::ranges::find(names, name) != names.end();
 }
 
@@ -107,6 +108,22 @@ Answer Malformed(const std::string& why) {
   return {.status = 400, .type = "text/plain; charset=utf-8", .body = why + "\n"};
 }
 
+/// Parameters that a method cannot do without, beside those that are read where they count.
+std::vector<const char*> NeededBy(std::string_view method) {
+  if (method == "action") return {"Action", "Parameters"};
+  if (method.starts_with("command")) return {"Command", "Raw"};
+  return {};
+}
+
+/// The same for ever, and no other machine's: the lens, and which machine this is.
+std::string UniqueId(const std::string& lens) {
+  constexpr sd_id128_t kApplication = SD_ID128_MAKE(5b, 0c, 3f, 1e, 7a, 92, 4d, 66, b8, 41, 90, d3, 2e, 57, c4, 18);
+  sd_id128_t machine{};
+  std::array<char, SD_ID128_STRING_MAX> text{};
+  if (sd_id128_get_machine_app_specific(kApplication, &machine) < 0) return "lensd-" + lens;
+  return std::string(sd_id128_to_string(machine, text.data())) + "-" + lens;
+}
+
 Json FocusOf(const Json& axes) {
   for (const Json& axis : axes) {
     if (axis.value("axis", "") == "focus") return axis;
@@ -144,6 +161,8 @@ class AlpacaRequest {
   void Move();
   void Stop();
   void Connect(const std::optional<bool>& wanted);
+  bool Connected() const;
+  std::uint32_t Client() const;
   void Get();
   void Tell(const Json& state);
   Json StateOf(const Json& state, std::string_view what) const;
@@ -166,7 +185,8 @@ void AlpacaRequest::Reply(const Json& value, AlpacaError error, const std::strin
             {"ServerTransactionID", ++alpaca_.transactions_},
             {"ErrorNumber", static_cast<int>(error)},
             {"ErrorMessage", why}};
-  if (exchange_.method() == "GET") body["Value"] = value;
+  // Clients that expect a number cannot read a null: an error has no value.
+  if (exchange_.method() == "GET" && error == kNone) body["Value"] = value;
   exchange_.Reply({.body = varlink::WriteJson(body)});
 }
 
@@ -181,6 +201,9 @@ void AlpacaRequest::Begin() {
   if (path == "/management/v1/description") {
     return Value(
         {{"ServerName", "lensd"}, {"Manufacturer", "lensd"}, {"ManufacturerVersion", LENSD_VERSION}, {"Location", ""}});
+  }
+  if (path == "/setup" || (path.starts_with("/setup/v1/focuser/") && path.ends_with("/setup"))) {
+    return exchange_.Reply({.type = "text/html; charset=utf-8", .body = kSetup});
   }
   if (path != "/management/v1/configureddevices" && !ReadPath()) return;
   Ask("List", Json::object(), [this](const Json& list) { Listed(list); });
@@ -224,7 +247,7 @@ void AlpacaRequest::Listed(const Json& list) {
     devices.push_back({{"DeviceName", name},
                        {"DeviceType", "Focuser"},
                        {"DeviceNumber", devices.size()},
-                       {"UniqueID", "lensd-" + name}});
+                       {"UniqueID", UniqueId(name)}});
   }
   if (method_.empty()) return Value(devices);
   if (lens_.is_null()) return exchange_.Reply(Malformed("there is no focuser of that number"));
@@ -232,8 +255,7 @@ void AlpacaRequest::Listed(const Json& list) {
 }
 
 void AlpacaRequest::Perform() {
-  const auto& focuser = alpaca_.focusers_[lens_["name"]];
-  if (!focuser.connected && !IsAmong(kBeforeConnected, method_)) return Failed(kNotConnected, "not connected");
+  if (!Connected() && !IsAmong(kBeforeConnected, method_)) return Failed(kNotConnected, "not connected");
   exchange_.method() == "PUT" ? Put() : Get();
 }
 
@@ -246,6 +268,9 @@ void AlpacaRequest::Put() {
     const auto given = ParameterOf(exchange_, "Connected");
     return Connect(given ? TruthIn(*given) : std::nullopt);
   }
+  for (const char* needed : NeededBy(method_)) {
+    if (!ParameterOf(exchange_, needed)) return exchange_.Reply(Malformed(std::string(needed) + " is missing"));
+  }
   if (method_ == "action") return Failed(kActionNotImplemented, "there are no actions");
   if (method_ == "tempcomp" && !TruthIn(ParameterOf(exchange_, "TempComp").value_or(""))) {
     return exchange_.Reply(Malformed("TempComp is True or False"));
@@ -255,26 +280,38 @@ void AlpacaRequest::Put() {
 
 void AlpacaRequest::Connect(const std::optional<bool>& wanted) {
   if (!wanted) return exchange_.Reply(Malformed("Connected is True or False"));
-  alpaca_.focusers_[lens_["name"]].connected = *wanted;
+  auto& clients = alpaca_.focusers_[lens_["name"]].clients;
+  std::erase(clients, Client());
+  if (*wanted) clients.push_back(Client());
+  if (clients.size() > kMostClients) clients.pop_front();
   Value(nullptr);
 }
 
-/// Answers at once: IsMoving is true until lensd has answered.
+/// Each program connects for itself: one that disconnects does not part the others from the lens.
+bool AlpacaRequest::Connected() const {
+  return IsAmong(alpaca_.focusers_[lens_["name"]].clients, Client());
+}
+
+/// Programs that do not say who they are count as one.
+std::uint32_t AlpacaRequest::Client() const {
+  return NumberIn<std::uint32_t>(ParameterOf(exchange_, "ClientID").value_or("")).value_or(0);
+}
+
+/// Answers at once: IsMoving is true until lensd has answered. What is beyond an end of the travel goes to that end, as
+/// the standard has it ("will automatically stop at the limit").
 void AlpacaRequest::Move() {
   const auto given = ParameterOf(exchange_, "Position");
   const auto position = given ? NumberIn<std::int32_t>(*given) : std::nullopt;
   if (!position) return exchange_.Reply(Malformed("Position is a whole number"));
   const double low = focus_["minimum"], high = focus_["maximum"];
-  if (*position < 0 || *position > StepsBetween(low, high)) {
-    return Failed(kInvalidValue, "Position is 0 to " + std::to_string(StepsBetween(low, high)));
-  }
   const std::string lens = lens_["name"];
   auto& move = alpaca_.focusers_[lens].move;
   const auto ended = [&move] { move.reset(); };
-  move = alpaca_.link_.Begin("Move", {{"lens", lens}, {"axis", "focus"}, {"target", {{"position", low + *position}}}},
-                             /*more=*/false, kMoveAtMost,
-                             {.reply = [ended](const varlink::Reply&, const File&) { ended(); },
-                              .failed = [ended](const Error&) { ended(); }});
+  move = alpaca_.link_.Begin(
+      "Move", {{"lens", lens}, {"axis", "focus"}, {"target", {{"position", std::clamp(low + *position, low, high)}}}},
+      /*more=*/false, kMoveAtMost,
+      {.reply = [ended](const varlink::Reply&, const File&) { ended(); },
+       .failed = [ended](const Error&) { ended(); }});
   Value(nullptr);
 }
 
@@ -286,7 +323,7 @@ void AlpacaRequest::Get() {
   const std::string name = lens_["name"];
   const std::int64_t range = StepsBetween(focus_["minimum"], focus_["maximum"]);
   if (method_ == "absolute") return Value(true);
-  if (method_ == "connected") return Value(alpaca_.focusers_[name].connected);
+  if (method_ == "connected") return Value(Connected());
   if (method_ == "connecting" || method_ == "tempcomp" || method_ == "tempcompavailable") return Value(false);
   if (method_ == "name" || method_ == "description") return Value(name);
   if (method_ == "driverinfo") return Value("lens-web of lensd " LENSD_VERSION);
@@ -343,34 +380,6 @@ void Alpaca::Handle(Exchange& exchange) {
   auto request = std::make_shared<AlpacaRequest>(*this, exchange);
   exchange.Hold(request);
   request->Begin();
-}
-
-Result<std::unique_ptr<AlpacaDiscovery>> AlpacaDiscovery::Create(EventLoop& loop, int alpaca_port) {
-  File socket(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  const int on = 1;  // several servers of one machine share the port
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(kDiscoveryPort);
-  if (socket.get() < 0 || setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0 ||
-      bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    return Fail(Code::Io, std::string("Alpaca's discovery cannot listen at UDP 32227: ") + std::strerror(errno));
-  }
-  std::unique_ptr<AlpacaDiscovery> made(new AlpacaDiscovery(std::move(socket), alpaca_port));
-  made->ready_ =
-      loop.OnDescriptor(made->socket_.get(), EPOLLIN, [self = made.get()](std::uint32_t) { self->Respond(); });
-  return made;
-}
-
-void AlpacaDiscovery::Respond() const {
-  std::array<char, 64> asked{};
-  sockaddr_in from{};
-  socklen_t size = sizeof from;
-  const ssize_t count =
-      recvfrom(socket_.get(), asked.data(), asked.size(), 0, reinterpret_cast<sockaddr*>(&from), &size);
-  if (count <= 0 || !std::string_view(asked.data(), static_cast<std::size_t>(count)).starts_with("alpacadiscovery1"))
-    return;
-  const std::string told = varlink::WriteJson({{"AlpacaPort", port_}});
-  (void)sendto(socket_.get(), told.data(), told.size(), 0, reinterpret_cast<const sockaddr*>(&from), size);
 }
 
 }  // namespace lensd::web

@@ -1,6 +1,8 @@
 // ASCOM Alpaca: every lens with a focus motor as a focuser, for programs of astronomers on other machines.
 #pragma once
 
+#include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -25,7 +27,7 @@ class Alpaca {
  private:
   friend class AlpacaRequest;
   struct Focuser {
-    bool connected = false;
+    std::deque<std::uint32_t> clients{};   ///< by ClientID, that are connected; the one longest so first
     std::unique_ptr<UpstreamCall> move{};  ///< until it is answered
   };
   const LensdLink& link_;

@@ -213,7 +213,16 @@ void EventFeed::Remember(const Json& event) {
   Json kept = event;
   if (kept.contains("autofocus")) kept["autofocus"].erase("samples");
   past_.push_back({std::chrono::system_clock::now(), std::move(kept)});
-  if (past_.size() > kPast) past_.pop_front();
+  if (past_.size() > kPast) ForgetOne();
+}
+
+/// The oldest of the lens that has most: one that moves all the time takes the place of no other's events.
+void EventFeed::ForgetOne() {
+  const auto lens = [](const Past& past) { return past.event.value("lens", ""); };
+  std::map<std::string, std::size_t> counts;
+  for (const Past& past : past_) ++counts[lens(past)];
+  const auto most = std::ranges::max_element(counts, {}, [](const auto& entry) { return entry.second; });
+  past_.erase(std::ranges::find(past_, most->first, lens));
 }
 
 Json EventFeed::History() {

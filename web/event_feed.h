@@ -34,7 +34,7 @@ class EventFeed {
   /// Answers with text/event-stream: how things stand, then what happens; `lens` empty: to all of them. With the header
   /// Last-Event-ID it goes on behind that event, and tells as `event: gap` what it can no longer tell.
   void Subscribe(Exchange& exchange, const std::string& lens);
-  /// {"events": [{"atMs", "event"}]}: what is lasting in Monitor, of the last hour, the newest 2000, without samples.
+  /// {"events": [{"atMs", "event"}]}: what is lasting in Monitor, of the last hour, 2000 at most, without samples.
   varlink::Json History();
   /// Empty while lensd answers, else why it does not.
   const std::string& down() const { return down_; }
@@ -52,6 +52,7 @@ class EventFeed {
   void Retry(const std::string& why);
   void Take(const varlink::Reply& reply);
   void Remember(const varlink::Json& event);
+  void ForgetOne();
   void Append(std::string lens, std::string text);
   void TellDaemon();
   /// The wish of those who look on: how often states may come.

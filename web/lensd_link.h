@@ -31,5 +31,8 @@ class LensdLink {
 Answer AnswerOf(const varlink::Reply& error);
 /// lensd did not answer: 503, or 504 where it did not in time.
 Answer AnswerOf(const Error& why);
+/// With `?errors=body` an error of lensd's is an answer as any other: a browser writes every status from 400 on into
+/// its console, where a displaced move, or a lens that is away, is no error of the page.
+Answer AsWished(const Exchange& exchange, Answer answer);
 
 }  // namespace lensd::web

@@ -150,7 +150,7 @@ void Viewer::HasNew() {
 }
 
 void Viewer::Ended(const Answer& why) {
-  exchange_.Reply(why);  // where no picture has come yet
+  exchange_.Reply(AsWished(exchange_, why));  // where no picture has come yet
   exchange_.Wake();
 }
 

@@ -34,24 +34,18 @@ Answer MethodRefused(const char* allowed) {
   return answer;
 }
 
-/// With `?errors=body` what lensd refuses is an answer as any other: a browser writes every status from 400 on into its
-/// console, where a displaced move is no error of the page.
-Answer AsWished(const Exchange& exchange, Answer answer) {
-  if (exchange.Query("errors") == "body") answer.status = 200;
-  return answer;
-}
-
 /// One call with a single answer.
 class PlainCall {
  public:
   void Begin(const LensdLink& link, Exchange& exchange, std::string_view method, Json parameters) {
-    call_ = link.Begin(method, std::move(parameters), /*more=*/false, kCallAtMost,
-                       {.reply =
-                            [&exchange](const varlink::Reply& reply, const File&) {
-                              if (!reply.error.empty()) return exchange.Reply(AsWished(exchange, AnswerOf(reply)));
-                              exchange.Reply({.body = varlink::WriteJson(reply.parameters) + "\n"});
-                            },
-                        .failed = [&exchange](const Error& why) { exchange.Reply(AnswerOf(why)); }});
+    call_ =
+        link.Begin(method, std::move(parameters), /*more=*/false, kCallAtMost,
+                   {.reply =
+                        [&exchange](const varlink::Reply& reply, const File&) {
+                          if (!reply.error.empty()) return exchange.Reply(AsWished(exchange, AnswerOf(reply)));
+                          exchange.Reply({.body = varlink::WriteJson(reply.parameters) + "\n"});
+                        },
+                    .failed = [&exchange](const Error& why) { exchange.Reply(AsWished(exchange, AnswerOf(why))); }});
   }
 
  private:
@@ -99,7 +93,7 @@ void CallStream::Take(const varlink::Reply& reply) {
 }
 
 void CallStream::Failed(const Error& why) {
-  if (!exchange_.replied()) return exchange_.Reply(AnswerOf(why));
+  if (!exchange_.replied()) return exchange_.Reply(AsWished(exchange_, AnswerOf(why)));
   ended_ = true;
   std::string line = AnswerOf(why).body;
   Add("event: error\ndata: " + line + "\n");

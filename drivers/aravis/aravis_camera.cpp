@@ -13,9 +13,10 @@ namespace lensd::drivers::aravis {
 namespace {
 
 constexpr Duration kLatchDeadline = std::chrono::milliseconds(200);
+constexpr std::string_view kTriggeredHere = "Software";
 constexpr Duration kTriggerAgain = std::chrono::seconds(1);
 
-CameraCapabilities CapabilitiesOf(const CameraFacts& facts) {
+CameraCapabilities CapabilitiesOf(const CameraFacts& facts, const std::string& trigger) {
   CameraCapabilities can;
   can.driver = "aravis";
   can.model = facts.model;
@@ -24,6 +25,7 @@ CameraCapabilities CapabilitiesOf(const CameraFacts& facts) {
   can.height = facts.height;
   can.bits = facts.format->bits;
   can.colour = facts.format->colour != Colour::Mono;
+  can.on_demand = trigger == kTriggeredHere;
   can.pixel_um = facts.pixel_um;
   can.frame_rate_hz = facts.frame_rate_hz;
   can.can_set_exposure = facts.can_set_exposure;
@@ -87,7 +89,7 @@ std::optional<ClockReading> ReadClock(ArvCamera* camera) {
 
 AravisCamera::AravisCamera(std::shared_ptr<AravisLink> link, const DriverConfig& config, const CameraFacts& facts,
                            const Clock& clock)
-    : Camera(CapabilitiesOf(facts)),
+    : Camera(CapabilitiesOf(facts, config.camera.trigger)),
       link_(std::move(link)),
       config_(config),
       format_(*facts.format),
@@ -231,7 +233,7 @@ Result<std::optional<Frame>> AravisCamera::DoPoll() {
 
 /// A camera on software trigger exposes only when asked.
 void AravisCamera::Trigger() {
-  if (config_.camera.trigger != "Software") return;
+  if (config_.camera.trigger != kTriggeredHere) return;
   const Instant now = clock_.Now();
   if (triggered_at_ && now < *triggered_at_ + kTriggerAgain) return;
   triggered_at_ = now;

@@ -105,6 +105,29 @@ TEST_F(ViewingTest, AutofocusTakesTheSameFramesWithAViewer) {
   EXPECT_GE(seen.frames.size(), static_cast<std::size_t>(alone.frames));
 }
 
+TEST_F(ViewingTest, ASearchIsSeenAsTheCameraSeesItUnlessFramesAreMadeOnDemand) {
+  for (const bool on_demand : {false, true}) {
+    controls_->on_demand = on_demand;
+    controls_->told_rate_hz = 100.0;  // then none is asked for too early
+    Open();
+    seen_ = {};
+    Answers<AutofocusOutcome> answers;
+    ASSERT_TRUE(rig_->View(seen_.Viewer(LensMotion::Any)));
+    const Instant begun = clock_.Now();
+    rig_->Autofocus({}, nullptr, answers.Take());
+    RunUntil(answers);
+    ASSERT_TRUE(answers.only()->focused);
+    const auto taken = static_cast<std::size_t>(answers.only()->frames);
+    const auto delivered = static_cast<std::size_t>((clock_.Now() - begun) / 10ms);
+    ASSERT_GT(delivered, 2 * taken);
+    if (on_demand) {
+      EXPECT_LE(seen_.frames.size(), taken + 2);
+    } else {
+      EXPECT_GE(seen_.frames.size(), delivered * 9 / 10);
+    }
+  }
+}
+
 TEST_F(ViewingTest, EndsWithTheReason) {
   Open();
   Seen &lost = seen_, &dark = other_, &closed = third_;

@@ -28,6 +28,7 @@ struct FakeControls {
   bool forgives = false;       ///< the next command of focus ends the fault
   bool dark = false;           ///< the camera gives no frames
   double sharp_at = 600.0;     ///< focus position of the subject
+  bool on_demand = false;      ///< what it says of how its frames come about
   double told_rate_hz = 0.0;   ///< what the camera says of its frame rate when it is made; 0: nothing
   double contrast = 0.5;       ///< of its texture; 0: blank
   double temperature_c = NAN;  ///< what its thermometer says; NAN: it has none
@@ -187,6 +188,7 @@ class FakeCamera final : public drivers::Camera {
                 .serial = "1",
                 .width = kSize,
                 .height = kSize,
+                .on_demand = controls->on_demand,
                 .pixel_um = 5.0,
                 .frame_rate_hz = controls->told_rate_hz,
                 .focus_region = {0.0, 0.0, 1.0, 1.0}}),

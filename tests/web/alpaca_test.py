@@ -49,6 +49,7 @@ class AlpacaTest(WebTest):
         devices = self.ask("GET", "/management/v1/configureddevices")[1]["Value"]
         self.assertEqual([(d["DeviceName"], d["DeviceType"], d["DeviceNumber"]) for d in devices], [("a", "Focuser", 0), ("b", "Focuser", 1)])
         self.assertEqual(len({d["UniqueID"] for d in devices}), 2)
+        self.assertEqual(devices, self.ask("GET", "/management/v1/configureddevices")[1]["Value"], "they never change")
 
     def test_every_member_that_is_read(self):
         values = {name: self.get(name) for name in ("absolute", "connected", "connecting", "interfaceversion", "maxstep", "maxincrement",
@@ -83,10 +84,15 @@ class AlpacaTest(WebTest):
         self.wait_for(lambda: not self.get("ismoving"))
         self.assertLess(self.get("position"), 4000)
 
+    def test_beyond_its_ends_it_stops_there(self):
+        for position, ends_at in ((4010, 4000), (-10, 0), (2**31 - 1, 4000), (-2**31, 0)):
+            self.assertEqual(self.put("move", Position=position), 0)
+            self.wait_for(lambda: not self.get("ismoving"))
+            self.assertEqual(self.get("position"), ends_at)
+
     def test_errors_of_the_device(self):
-        self.assertEqual([self.put("move", Position=p) for p in (-1, 4001, 2**31 - 1)], [0x401] * 3)
         self.assertEqual(self.put("tempcomp", TempComp="true"), 0x400)
-        self.assertEqual(self.put("action", Action="x", Parameters=""), 0x40C)
+        self.assertEqual(self.put("action", Action="x", Parameters="y"), 0x40C)
         self.assertEqual(self.put("commandblind", Command="x", Raw="true"), 0x400)
         self.assertEqual(self.put("disconnect"), 0)
         status, told = self.ask("GET", FOCUSER + "position")
@@ -102,9 +108,35 @@ class AlpacaTest(WebTest):
                                      ("PUT", FOCUSER + "move", {}), ("PUT", FOCUSER + "move", {"position": 5}),
                                      ("PUT", FOCUSER + "move", {"Position": "5.5"}), ("PUT", FOCUSER + "connected", {"Connected": "maybe"}),
                                      ("GET", FOCUSER + "position", {"ClientID": "x"}), ("GET", FOCUSER + "position", {"ClientTransactionID": "-1"}),
+                                     ("PUT", FOCUSER + "action", {}), ("PUT", FOCUSER + "commandbool", {"Command": "x"}),
+                                     ("PUT", FOCUSER + "tempcomp", {}), ("GET", FOCUSER + "move", {}), ("GET", "/api/v1/focuser/0", {}),
+                                     ("GET", "/api/v1/focuser/-1/name", {}), ("GET", "/API/v1/focuser/0/name", {}), ("GET", FOCUSER + "halt", {}),
                                      ("PUT", FOCUSER + "position", {}), ("POST", FOCUSER + "move", {})):
             with self.subTest(path=path, fields=fields):
                 self.assertEqual(self.ask(method, path, fields)[0], 400)
+
+    def test_each_program_connects_for_itself(self):
+        self.assertEqual(self.put("connected", Connected="true", ClientID=7), 0)
+        self.assertEqual(self.put("connect", ClientID=8), 0)
+        self.assertEqual(self.put("connected", Connected="False", ClientID=7), 0)
+        self.assertEqual([self.get("connected", ClientID=client) for client in (7, 8)], [False, True])
+        self.assertEqual(self.ask("GET", FOCUSER + "position", {"ClientID": 7})[1]["ErrorNumber"], 0x407)
+        self.assertEqual(self.ask("GET", FOCUSER + "position", {"clientid": 8})[1]["ErrorNumber"], 0)
+        for client in range(100, 300):  # that crash
+            self.put("connect", ClientID=client)
+        self.assertFalse(self.get("connected", ClientID=8))
+        self.assertTrue(self.get("connected", ClientID=299))
+
+    def test_an_error_has_no_value(self):
+        self.put("disconnect")
+        self.assertNotIn("Value", self.ask("GET", FOCUSER + "position")[1])
+        self.assertTrue(self.ask("GET", FOCUSER + "position")[1]["ErrorMessage"])
+
+    def test_setup_is_a_page(self):
+        for path in ("/setup", "/setup/v1/focuser/0/setup"):
+            status, page = self.ask("GET", path)
+            self.assertEqual(status, 200)
+            self.assertIn("<!doctype html>", page)
 
     def test_transactions_are_numbered(self):
         first = self.ask("GET", FOCUSER + "absolute", {"clienttransactionid": 77})[1]

@@ -1,5 +1,6 @@
 // Opens the page in a browser. Arguments: what to do there ("controls": use every control as a person would; "rate": count
-// pictures at rest and in motion; "tokens": get in with one; "disks": compare the blur drawn with that of a light), address, folder for screenshots, tokens.
+// pictures at rest and in motion; "tokens": get in with one; "disks": compare the blur drawn with that of a light; "blur": measure it and compare with that of a wall; "odd": press
+// everything in whatever order, argument: a seed; "restart": lensd goes and comes back under the open page), address, folder for screenshots, tokens.
 // Prints one line of JSON with what was measured; what is not as promised ends it with an error. LENSD_WRITE_GOLDENS=1 writes anew where
 // things stand on the page (golden-WIDTH.json), after somebody has looked at it.
 "use strict";
@@ -12,6 +13,7 @@ const [what, address, folder, viewToken, moveToken] = process.argv.slice(2);
 const patience = Number(process.env.LENSD_TEST_PATIENCE || 1);
 const limit = 20000 * patience;
 const measured = {};
+const digits = (value) => Number(value.toPrecision(4));
 const complaints = [];
 
 const text = (page, id) => page.$eval(`#${id}`, (element) => element.textContent);
@@ -26,13 +28,17 @@ async function press(page, selector) {
   await page.click(selector);
 }
 
-async function open(browser) {
-  const page = await browser.newPage();
+function listenTo(page) {
   page.on("console", (message) => { if (["error", "warn"].includes(message.type())) complaints.push(message.text()); });
   page.on("pageerror", (error) => complaints.push(String(error)));
   page.on("requestfailed", (request) => {
     if (!/ERR_ABORTED/.test(request.failure().errorText)) complaints.push(`${request.url()}: ${request.failure().errorText}`);
   });
+}
+
+async function open(browser) {
+  const page = await browser.newPage();
+  listenTo(page);
   await page.setViewport({ width: 1280, height: 900 });
   const began = Date.now();
   await page.goto(address);
@@ -67,6 +73,12 @@ async function moveLens(page) {
   for (let i = 0; i < 5; ++i) await page.keyboard.press("PageUp");
   await page.waitForFunction(async (from) => (await call("Status")).lenses[0].axes[1].position !== from, { timeout: limit, polling: 100 }, slider.position);
   assert.match(await page.$eval("#iris", (element) => element.getAttribute("aria-valuetext")), /^f\//);
+  const exposed = (await ask(page, "GetExposure", {})).exposure.exposureMs;
+  await page.focus("#exposure");
+  await page.keyboard.press("PageDown");
+  await page.waitForFunction(async (from) => (await call("GetExposure")).exposure.exposureMs < from, { timeout: limit, polling: 100 }, exposed);
+  assert.match(await page.$eval("#exposure", (element) => element.getAttribute("aria-valuetext")), /s$/);
+  await ask(page, "SetExposure", { exposureMs: exposed });
   await page.focus("#focus");
   await page.keyboard.press("Home");
   await page.waitForFunction(async () => !(await call("Status")).lenses[0].axes[0].moving, { timeout: limit, polling: 100 });
@@ -105,6 +117,22 @@ async function findFocus(page) {
   await page.evaluate(() => { call("Autofocus", { method: "sweep" }); });  // as another client would
   await until(page, "found", /^Somebody else/);
   await until(page, "found", /^(Focused at|Refused)/);
+  await findByKeys(page);
+}
+
+/** Without a mouse: a box is moved over the picture, and what it holds is brought into focus and kept there until Stop. */
+async function findByKeys(page) {
+  await press(page, 'input[value="track"]');
+  await page.focus("#overlay");
+  for (const key of ["ArrowLeft", "ArrowDown", "+", "-"]) await page.keyboard.press(key);
+  assert.match(await text(page, "boxtext"), /^box 20 % wide, its middle at 4\d % from the left and 5\d % from the top$/);
+  await page.keyboard.press("Enter");
+  await until(page, "found", /^Keeping it in focus/);
+  await until(page, "found", /^Keeping it in focus until Stop\. Focused at/);
+  await press(page, "#stop");
+  await until(page, "found", /^Ended/);
+  assert.equal(await text(page, "note"), "", "who stops is not told that it stopped");
+  await press(page, 'input[value="focus"]');
 }
 
 async function dragLimit(page) {
@@ -140,9 +168,31 @@ async function applyPlan(page) {
   assert.ok(await page.$eval("#apply", (button) => button.disabled));
   await press(page, '[aria-label="Remove blurred-2"]');
   await page.waitForFunction(() => !document.getElementById("apply").disabled, { timeout: limit });
+  await press(page, '[aria-label="Show where sharp-1 is in the picture"]');
+  const box = await (await page.$("#overlay")).boundingBox();
+  await page.mouse.click(box.x + box.width * 0.42, box.y + box.height * 0.52);  // the engine
+  await page.waitForFunction(() => plan.limits[0].place, { timeout: limit });
   await press(page, "#apply");
   await until(page, "verdict", /(Applied|Not reached)/);
   assert.match(await text(page, "verdict"), /Applied; where the motors stand the tightest limit is used to \d+ %/);
+  await until(page, "verdict", /Blur measured beside planned/);
+  assert.match(await text(page, "limits"), /measured (\S+ ± \S+ px|too little to be seen there), planned \S+( to \S+)? px/);
+  measured.blur = (await text(page, "limits")).match(/measured .* px/)[0];
+}
+
+/** A stack of what must be sharp, as a strip of pictures. */
+async function takeStack(page) {
+  await page.evaluate(() => { Object.assign(plan.limits[0], { farD: 0.2, nearD: 0.6, limitPx: 0.4 }); planChanged(); });
+  await page.waitForFunction(() => !document.getElementById("stack").disabled, { timeout: limit });
+  await press(page, "#stack");
+  await until(page, "stacked", /shots? (together )?keeps? all of it sharp/);
+  const shots = await page.$$eval("#shots img", async (all) => { await Promise.all(all.map((one) => one.decode())); return all.map((one) => [one.alt, one.naturalWidth]); });
+  const planned = (await ask(page, "Plan", { request: { limits: await page.evaluate(() => planRequest().limits), stack: true } })).plan.shots;
+  assert.equal(shots.length, planned.length);
+  assert.ok(shots.length > 1, "one setting does not do");
+  for (const [alt, width] of shots) assert.ok(/^Shot \d+ of \d+, sharp from .* to /.test(alt) && width > 100, alt);
+  measured.shots = shots.length;
+  await page.evaluate(() => { Object.assign(plan.limits[0], { farD: 0.4, nearD: 0.45, limitPx: 2 }); planChanged(); clearStrip(); byId("stacked").textContent = ""; });
 }
 
 async function enlarge(page) {
@@ -169,15 +219,16 @@ async function overview(page) {
   const told = await text(page, "events");
   assert.match(told, /focus reached/);
   assert.match(told, /autofocus: /);
+  assert.match(await text(page, "lenses"), /\d+ moves?.*, \d+ searches/);
   const named = await page.$$eval("button, input, select, [role=slider]", (all) => all.filter((one) => !one.closest("[hidden]")).map((one) =>
     one.textContent.trim() || one.getAttribute("aria-label") || one.ariaLabel || [...(one.labels ?? [])].map((label) => label.textContent).join()));
   assert.ok(named.every((name) => name.trim()), `every control has a name: ${named}`);
 }
 
 /** Whatever has a name in the page and is seen: in reading order, within what, from where to where across the page. Heights
- * go by what the lens has done. */
+ * go by what the lens has done; what not every lensd has does not count. */
 const structure = (page) => page.evaluate(() => [...document.querySelectorAll("body [id]")]
-  .filter((one) => !one.closest("svg, .u-wrap") && one.tagName !== "TEMPLATE" && one.getClientRects().length > 0)
+  .filter((one) => !one.closest("svg, .u-wrap, [data-feature]") && one.tagName !== "TEMPLATE" && one.getClientRects().length > 0)
   .map((one) => {
     const box = one.getBoundingClientRect();
     return { id: one.id, within: one.parentElement.closest("[id]")?.id ?? null, left: Math.round(box.left), right: Math.round(box.right) };
@@ -265,6 +316,15 @@ async function rates(browser) {
   })(); });
   measured.rateInMotion = await rate(page, 3);
   await press(page, "#stop");
+  // What these prepared frames show does not hang on focus: each search is refused, after some seconds.
+  await page.evaluate(() => { window.searching = (async () => {
+    for (let i = 0; i < 20 && !window.seenEnough; ++i) await callMore("Autofocus", { lens: house.name, method: "sweep" }, () => {}).catch(() => {});
+  })(); });
+  await page.waitForFunction(async () => (await call("Status")).lenses[0].activity === "autofocus", { timeout: limit, polling: 50 });
+  measured.rateInAutofocus = await rate(page, 3);
+  await page.evaluate(() => { window.seenEnough = true; });
+  await press(page, "#stop");
+  await page.evaluate(() => window.searching);
 }
 
 /** Without a token, with a wrong one, with one for looking on, and with one in the address, which must not stay there. */
@@ -278,7 +338,7 @@ async function tokens(browser) {
   await page.$eval("#token", (field) => { field.value = ""; });
   await page.type("#token", viewToken);
   await press(page, "#login button");
-  await until(page, "link", /^connected$/);
+  await until(page, "link", /^connected, to look on$/);
   await page.waitForFunction(() => document.getElementById("nopicture").hidden, { timeout: limit });
   assert.ok(await page.$eval("#focus", (slider) => slider.disabled) && await page.$eval("#find", (button) => button.disabled));
   assert.ok(!await page.$eval("#stop", (button) => button.disabled));
@@ -316,10 +376,95 @@ async function disks(browser) {
   }
 }
 
+/** The blur that the page measures in the picture of a wall 2 m away, beside what the geometry of lens and wall says. */
+async function blur(browser) {
+  const page = await open(browser);
+  measured.blur = [];
+  for (const [vergenceD, fNumber] of [[0.5, 2], [0.6, 2], [0.75, 2], [1.1, 2], [0.3, 2.8], [0.8, 4]]) {
+    await ask(page, "Move", { axis: "focus", target: { vergenceD } });
+    await ask(page, "Move", { axis: "iris", target: { fNumber } });
+    const exposure = (await ask(page, "GetExposure", {})).exposure.exposureMs, iris = (await axis(page, "iris")).position;
+    const truth = await ask(page, "io.lensd.Simulator.Truth", { lens: "a" });
+    const seen = await page.evaluate(async () => {
+      const state = (await call("Status")).lenses[0];
+      house.states.set(state.name, state);
+      plan.limits = [{ name: "wall", kind: "sharp", farD: 0.5, nearD: 0.5, limitPx: 9, place: { x: 0.2, y: 0.2, w: 0.6, h: 0.6 } }];
+      await measureBlur();
+      return { ...plan.limits[0].measured, done: plan.done };
+    });
+    const image = 1 / (1 / 25 - 1 / 2000), stands = 25 + truth.extensionMm;
+    const px = 25 / truth.fNumber * Math.abs(stands / image - 1) * 1000 / 5;
+    measured.blur.push([digits(px), seen.px, seen.sigmaPx]);
+    assert.match(seen.done, /measured beside planned/);
+    assert.ok(px < 1.5 ? seen.px < 2 : Math.abs(seen.px - px) <= 0.3 + 0.07 * px, `focused at ${vergenceD} D, f/${fNumber}: ${seen.px} px measured, ${px} px are there`);
+    assert.equal((await ask(page, "GetExposure", {})).exposure.exposureMs, exposure, "the exposure is back");
+    assert.ok(Math.abs((await axis(page, "iris")).position - iris) <= 1, "the aperture is back");
+  }
+}
+
+/** Presses whatever can be pressed in an order that nobody would choose. Nothing may break, and Stop still stops. */
+async function odd(browser) {
+  const page = await browser.newPage();
+  listenTo(page);
+  await page.setViewport({ width: 1280, height: 900 });
+  await page.goto(address);
+  await until(page, "link", /^connected$/);
+  let seed = Number(viewToken);
+  const chance = (most) => { seed = (seed * 1103515245 + 12345) % 2147483648; return Math.floor(seed / 2147483648 * most); };
+  for (let i = 0; i < 60; ++i) {
+    const told = await page.evaluate((which, what) => {
+      const all = [...document.querySelectorAll("button, input, select, canvas#overlay, [role=slider]")].filter((one) => !one.disabled && one.getClientRects().length > 0);
+      const one = all[Math.floor(which * all.length)];
+      if (one.type === "range") {
+        one.value = Number(one.min) + what * (Number(one.max) - Number(one.min));
+        one.dispatchEvent(new Event("input"));
+      } else if (one.type === "number") {
+        one.value = ["", "-3", "0", "1e9", "2.5"][Math.floor(what * 5)];
+        one.dispatchEvent(new Event("input"));
+        one.dispatchEvent(new Event("change"));
+      } else if (one.tagName === "SELECT") {
+        one.selectedIndex = Math.floor(what * one.options.length);
+        one.dispatchEvent(new Event("change"));
+      } else if (one.id === "overlay" || one.role === "slider") {
+        one.focus();
+        for (const key of ["ArrowLeft", "ArrowUp", "PageDown", "Enter"]) one.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
+      } else one.click();
+      return one.id || one.textContent || one.ariaLabel;
+    }, chance(1000) / 1000, chance(1000) / 1000);
+    (measured.pressed ??= []).push(told);
+    await new Promise((done) => setTimeout(done, chance(250)));
+  }
+  await press(page, "#stop");
+  await page.waitForFunction(async () => (await call("Status")).lenses.every((lens) => lens.activity === "idle" || !lens.connected), { timeout: limit, polling: 100 });
+  await page.waitForFunction(() => !plan.busy, { timeout: limit });
+  const said = await page.evaluate(() => document.body.innerText);
+  assert.ok(!/undefined|NaN|null|\[object|TypeError|Failed to fetch/.test(said), said);
+  measured.pressed = measured.pressed.length;
+}
+
+/** lensd goes, is missed, comes back. */
+async function restart(browser) {
+  const page = await open(browser);
+  console.error("open");  // now lensd may go
+  await until(page, "link", /^lensd is away: /);
+  await page.waitForFunction(() => !document.getElementById("nopicture").hidden, { timeout: limit });
+  await page.waitForFunction(() => /lensd is away/.test(document.getElementById("lenses").textContent), { timeout: limit });
+  await press(page, '[data-nearer="10"]');
+  await page.waitForFunction(() => !document.getElementById("note").hidden, { timeout: limit });
+  assert.match(await text(page, "note"), /lensd/);
+  console.error("missed");  // now it may come back
+  await until(page, "link", /^connected$/);
+  await page.waitForFunction(() => document.getElementById("nopicture").hidden, { timeout: limit });
+  const before = (await axis(page, "focus")).position;
+  await press(page, '[data-nearer="100"]');
+  await page.waitForFunction(async (from) => (await call("Status")).lenses[0].axes[0].position !== from, { timeout: limit, polling: 100 }, before);
+  assert.equal(await text(page, "note"), "");
+}
+
 async function controls(browser) {
   const page = await open(browser);
   measured.rateAtRest = await rate(page, 2);
-  for (const step of [moveLens, stopLens, findFocus, dragLimit, applyPlan, enlarge, overview, look]) {
+  for (const step of [moveLens, stopLens, findFocus, dragLimit, applyPlan, takeStack, enlarge, overview, look]) {
     const began = Date.now();
     try {
       await step(page);
@@ -336,7 +481,7 @@ async function main() {
   const browser = await puppeteer.launch({ executablePath: process.env.CHROMIUM || "/usr/bin/chromium", headless: true,
     args: ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"], protocolTimeout: 4 * limit });
   try {
-    await { controls, rate: rates, tokens, disks }[what](browser);
+    await { controls, rate: rates, tokens, disks, blur, odd, restart }[what](browser);
     assert.equal(complaints.join("\n"), "", "the console is quiet");
     console.log(JSON.stringify(measured));
   } finally {

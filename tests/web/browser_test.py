@@ -16,13 +16,17 @@ MODULES = os.path.join(ROOT, "build", "browser", "node_modules")
 
 
 class BrowserTest(WebTest):
-    def browse(self, what, *arguments):
+    def page(self, what, *arguments):
         folder = os.path.join(os.environ.get("LENSD_BUILD", os.path.join(ROOT, "build")), "page")
         os.makedirs(folder, exist_ok=True)
-        done = subprocess.run(["node", os.path.join(HERE, "browser.cjs"), what, f"http://127.0.0.1:{self.web.port}/", folder, *arguments],
-                              env={**os.environ, "NODE_PATH": MODULES}, capture_output=True, text=True, timeout=100 * PATIENCE, check=False)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        return json.loads(done.stdout)
+        return subprocess.Popen(["node", os.path.join(HERE, "browser.cjs"), what, f"http://127.0.0.1:{self.web.port}/", folder, *arguments],
+                                env={**os.environ, "NODE_PATH": MODULES}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def browse(self, what, *arguments):
+        page = self.page(what, *arguments)
+        told, why = page.communicate(timeout=100 * PATIENCE)
+        self.assertEqual(page.returncode, 0, why)
+        return json.loads(told)
 
 
 class PageTest(BrowserTest):
@@ -53,7 +57,7 @@ class RateTest:
     def test_pictures_a_second(self):
         measured = self.browse("rate")
         print(f"{self.width}x{self.height}: {measured}")
-        for kind in ("rateAtRest", "rateInMotion"):
+        for kind in ("rateAtRest", "rateInMotion", "rateInAutofocus"):
             self.assertGreaterEqual(measured[kind], self.least if JUDGED else 1)
 
 
@@ -109,6 +113,100 @@ class DiskTest(BrowserTest):
 
     def test_blur_is_drawn_to_scale(self):
         print(self.browse("disks"))
+
+
+WALL = """version = 1
+[camera]
+width = 480
+height = 360
+pixel_um = 5.0
+bits = 12
+full_well_e = 20000
+read_noise_e = 3.0
+exposure_ms = 2
+[lens]
+model = "thin"
+focal_length_mm = 25.0
+f_number = [1.4, 16.0]
+extension_mm = [0.0, 1.6]
+steps = 8192
+iris_steps = 400
+initial_f_number = 2.0
+[[surface]]
+kind = "wall"
+distance_m = 2.0
+texture = "{texture}"
+"""
+
+
+class BlurTest(BrowserTest):
+    """A wall with a photograph on it."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = temporary_folder()
+        scene = os.path.join(cls.folder.name, "wall.toml")
+        with open(scene, "w", encoding="utf-8") as file:
+            file.write(WALL.format(texture=os.path.join(ROOT, "scenes", "motorcycle", "left.png")))
+        cls.config = f'version = 1\n[[lens]]\nname = "a"\ndriver = "sim"\nscene = "{scene}"\n'
+        super().setUpClass()
+
+    @classmethod
+    def tearDownClass(cls):
+        super().tearDownClass()
+        cls.folder.cleanup()
+
+    def test_measured_blur_is_there(self):
+        print(self.browse("blur"))
+
+
+class OddTest(BrowserTest):
+    """Lenses that lack something, and hands that press anything: one without optics, one that is away, one that is whole, one
+    without a camera."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = temporary_folder()
+        small = os.path.join(HERE, "..", "daemon", "small.toml")
+        with open(small, encoding="utf-8") as file:
+            scene = file.read()
+        away = os.path.join(cls.folder.name, "away.toml")
+        with open(away, "w", encoding="utf-8") as file:
+            file.write(scene + '\n[[fault]]\nkind = "disconnect"\nat_ms = 0\n')
+        cls.config = "version = 1\n" + "".join(f'[[lens]]\nname = "{name}"\ndriver = "sim"\nscene = "{path}"\n'
+                                               for name, path in (("whole", small), ("away", away)))
+        super().setUpClass()
+
+    @classmethod
+    def tearDownClass(cls):
+        super().tearDownClass()
+        cls.folder.cleanup()
+
+    def test_nothing_breaks(self):
+        for seed in (1, 2):
+            print(self.browse("odd", str(seed)))
+
+
+class NoLensTest(BrowserTest):
+    config = "version = 1\n"
+
+    def test_nothing_breaks_where_there_is_nothing(self):
+        print(self.browse("odd", "3"))
+
+
+class RestartTest(BrowserTest):
+    lenses = ("a",)
+
+    def test_lensd_goes_and_comes_back(self):
+        page = self.page("restart")
+        self.assertEqual(page.stderr.readline(), "open\n")
+        self.daemon.process.terminate()
+        self.assertEqual(self.daemon.process.wait(timeout=20 * PATIENCE), 0)
+        self.assertEqual(page.stderr.readline(), "missed\n")
+        self.daemon.process = subprocess.Popen(self.daemon.process.args, stderr=subprocess.DEVNULL)
+        told, why = page.communicate(timeout=100 * PATIENCE)
+        self.assertEqual(page.returncode, 0, why)
+        print(told, end="")
 
 
 class TokenPageTest(BrowserTest):

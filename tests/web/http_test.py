@@ -108,7 +108,7 @@ class CallTest(WebTest):
         self.assertEqual(self.web.ask("DELETE", "/")[0], 405)
 
     def test_the_page_and_nothing_else_is_served(self):
-        for path in ("/", "/page.js", "/page.css", "/uplot.js", "/uplot.css", "/favicon.ico"):
+        for path in ("/", "/page.js", "/blur.js", "/shots.js", "/page.css", "/uplot.js", "/uplot.css", "/favicon.ico"):
             status, fields, body = self.web.ask("GET", path)
             self.assertEqual((status, fields["x-content-type-options"]), (200, "nosniff"))
             self.assertIn("default-src 'none'", fields["content-security-policy"])

@@ -150,5 +150,58 @@ class AutofocusTest(WebTest):
             self.assertLess(watched, 1.1 * alone)
 
 
+class SearchTest(WebTest):
+    """What a camera shows whose frames are there anyway goes on in a search, which takes no longer for it: its frames all look
+    the same, so that each search is refused, after frames whose number is chance."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = temporary_folder()
+        cls.config = replay(cls.folder.name, 640, 480, 60)
+        super().setUpClass()
+
+    @classmethod
+    def tearDownClass(cls):
+        super().tearDownClass()
+        cls.folder.cleanup()
+
+    def search(self):
+        """Seconds of some searches, and milliseconds a frame of theirs."""
+        began, frames, spent_ms = time.monotonic(), 0, 0
+        for _ in range(5 if JUDGED else 2):
+            self.web.call("Move", {"lens": "a", "axis": "focus", "target": {"position": 0}})
+            told = self.web.call("Autofocus", {"lens": "a", "method": "sweep"})[1]["autofocus"]
+            frames, spent_ms = frames + told["frames"], spent_ms + told["elapsedMs"]
+        return time.monotonic() - began, spent_ms / frames
+
+    def test_the_picture_goes_on(self):
+        alone_ms, counts, ended = self.search()[1], [0] * 8, threading.Event()
+
+        def look(number, stream):
+            with contextlib.suppress(EOFError, OSError, ValueError):
+                while not ended.is_set():
+                    stream.picture()
+                    counts[number] += 1
+        streams = [Stream(self.web, "/live.mjpg?lens=a&rate=60") for _ in counts]
+        threads = [threading.Thread(target=look, args=each) for each in enumerate(streams)]
+        for thread in threads:
+            thread.start()
+        self.wait_for(lambda: min(counts) > 0)
+        first = list(counts)
+        took, watched_ms = self.search()
+        rate = min(now - then for now, then in zip(counts, first)) / took
+        ended.set()
+        for thread in threads:
+            thread.join()
+        for stream in streams:
+            stream.connection.close()
+        print(f"in a search 8 viewers of 640x480 at 60 Hz get {rate:.1f} pictures/s each; it takes {alone_ms:.0f} ms a frame alone and "
+              f"{watched_ms:.0f} ms so", flush=True)
+        self.assertGreater(rate, 12, "the search's own frames are 8 a second")
+        if JUDGED:
+            self.assertGreaterEqual(rate, 30)
+            self.assertLess(watched_ms, 1.1 * alone_ms)
+
+
 if __name__ == "__main__":
     unittest.main()

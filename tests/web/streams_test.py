@@ -195,6 +195,17 @@ class EventTest(WebTest):
         self.assertGreater(moves[0]["atMs"], began)
         self.assertFalse(any(one["event"].get("status") for one in events))
 
+    def test_one_lens_does_not_push_the_others_out_of_history(self):
+        self.move("b", 200)
+        for _ in range(1100):  # the lease ends with its call: two events each
+            self.assertEqual(self.web.call("TakeLease", {"lens": "a"})[0], 200)
+
+        def told():
+            events = json.loads(self.web.ask("GET", "/history")[2])["events"]
+            return len(events), any(one["event"]["lens"] == "b" and one["event"].get("move") for one in events)
+        self.wait_for(lambda: told()[0] == 2000)
+        self.assertEqual(told(), (2000, True))
+
 
 class WideTest(WebTest):
     """A lens with deeper pixels."""

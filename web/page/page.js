@@ -2,7 +2,7 @@
 "use strict";
 
 const byId = (id) => document.getElementById(id);
-const house = { lenses: new Map(), states: new Map(), name: null, role: "none", connected: false };
+const house = { lenses: new Map(), states: new Map(), name: null, features: [], role: "none", connected: false, stoppedMs: -Infinity, past: [] };
 
 // ---- Talking to lensd -------------------------------------------------------------------------------------------------
 
@@ -11,9 +11,14 @@ async function call(method, parameters = {}, options = {}) {
     method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(parameters), ...options });
   const body = await answer.json();
   if (!body.error) return body;
+  throw failureOf(body);
+}
+
+function failureOf(body) {
   const failure = new Error(body.parameters?.message ?? body.error);
   failure.error = body.error.split(".").pop();
-  throw failure;
+  if (failure.error === "NoToken") askForToken();
+  return failure;
 }
 
 /** A call with several answers: `told` gets each. Resolves with the last one. */
@@ -22,8 +27,7 @@ async function callMore(method, parameters, told, signal) {
     method: "POST", headers: { "Content-Type": "application/json", Accept: "text/event-stream" },
     body: JSON.stringify(parameters), signal });
   if (answer.headers.get("Content-Type") !== "text/event-stream") {
-    const body = await answer.json();
-    throw new Error(body.parameters?.message ?? body.error);
+    throw failureOf(await answer.json());
   }
   const reader = answer.body.pipeThrough(new TextDecoderStream()).getReader();
   let text = "", last = null;
@@ -37,7 +41,7 @@ async function callMore(method, parameters, told, signal) {
       const data = event.split("\n").find((line) => line.startsWith("data: "));
       if (!data) continue;
       last = JSON.parse(data.slice(6));
-      if (event.startsWith("event: error")) throw new Error(last.parameters?.message ?? last.error);
+      if (event.startsWith("event: error")) throw failureOf(last);
       told(last);
     }
   }
@@ -48,13 +52,26 @@ function note(text) {
   byId("note").hidden = !text;
 }
 
-/** Runs what a control asks for; what goes wrong is told. Displaced moves are nobody's fault. */
+/** What a screen reader is to say when it has changed, and only then. */
+function tell(id, text) {
+  if (byId(id).textContent !== text) byId(id).textContent = text;
+}
+
+/** What went wrong, for people: fetch() itself says no more than that it failed. */
+const wordsOf = (failure) => failure instanceof TypeError && /fetch|network/i.test(failure.message)
+  ? "lens-web does not answer; is it running?" : failure.message;
+
+/** Whether it is nobody's fault: displaced moves, and what one has just stopped oneself. */
+const expected = (failure) => failure.error === "Superseded" || failure.name === "AbortError" ||
+  (failure.error === "Cancelled" && performance.now() - house.stoppedMs < 3000);
+
+/** Runs what a control asks for; what goes wrong is told. */
 async function attempt(work) {
   try {
     note(null);
     await work();
   } catch (failure) {
-    if (failure.error !== "Superseded" && failure.name !== "AbortError") note(failure.message);
+    if (!expected(failure)) note(wordsOf(failure));
   }
 }
 
@@ -62,12 +79,12 @@ async function attempt(work) {
 
 const digits = (value, count = 4) => Number(value.toPrecision(count)).toString();
 
-function distanceText(vergenceD) {
+function distanceText(vergenceD, count = 4) {
   if (vergenceD == null) return "unknown";
   if (vergenceD < -1e-4) return `${digits(vergenceD, 3)} D, past infinity`;
   if (vergenceD < 1e-4) return "infinity";
   const metres = 1 / vergenceD;
-  return metres < 1 ? `${digits(metres * 1000)} mm` : `${digits(metres)} m`;
+  return metres < 1 ? `${digits(metres * 1000, count)} mm` : `${digits(metres, count)} m`;
 }
 
 const lensInfo = () => house.lenses.get(house.name);
@@ -136,10 +153,16 @@ function drawTicks(svg, scale, low, high, y) {
   }
 }
 
+/** Drawn anew only where something of it has changed: a moving lens tells its state twenty times a second. */
 function drawScale() {
   const svg = byId("scale"), range = vergenceRange(), state = lensState();
+  const drawn = JSON.stringify([house.name, range, state?.extensionMm, state?.fNumber, state?.vergenceD, focalMm(), limitUm(), innerWidth, state && axisInfo("focus") && boundText()]);
+  if (svg.dataset.drawn === drawn) return;
+  svg.dataset.drawn = drawn;
   svg.replaceChildren();
   svg.toggleAttribute("hidden", !range);
+  document.querySelector(".sharp-means").hidden = !range;
+  if (!range && state && axisInfo("focus")) byId("bounds").textContent = boundText().replace("; ", "");
   if (!range || !state) return;
   const [low, high] = range, scale = scaleOf(svg, low, high), f = focalMm();
   if (state.extensionMm != null && state.fNumber != null && f) {
@@ -191,6 +214,7 @@ const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 const steer = newestOnly(async ([axis, target]) => { move(axis, target); await pause(60); });
 
 function stop() {
+  house.stoppedMs = performance.now();
   return attempt(() => call("Stop", house.name ? { lens: house.name } : {}, { keepalive: true, priority: "high" }));
 }
 
@@ -251,14 +275,46 @@ function showSliders(state) {
   }
 }
 
+/** A hand is on it, and for a moment longer. */
+function hold(slider) {
+  slider.dataset.held = "yes";
+  clearTimeout(slider.release);
+  slider.release = setTimeout(() => { slider.dataset.held = "no"; }, 1500);
+}
+
+const exposureText = (ms) => ms < 1 ? `${digits(1000 * ms, 3)} µs` : `${digits(ms, 3)} ms`;
+
+/** The slider of a camera that can be told how long to expose: from a thousandth of a frame's time to ten of them. */
+async function showExposure() {
+  const name = house.name, slider = byId("exposure"), camera = lensInfo()?.camera;
+  byId("exposure-control").hidden = true;
+  if (!camera) return;
+  const { exposure } = await call("GetExposure", { lens: name });
+  if (house.name !== name || !exposure.canSetExposure || !(exposure.exposureMs > 0)) return;
+  const frame = 1000 / (camera.frameRateHz ?? 30);
+  slider.min = Math.log2(Math.max(exposure.exposureMinMs ?? 0, frame / 1000));
+  slider.max = Math.log2(Math.max(exposure.exposureMs, Math.min(exposure.exposureMaxMs ?? Infinity, 10 * frame)));
+  slider.value = Math.log2(exposure.exposureMs);
+  tellExposure(exposure.exposureMs);
+  byId("exposure-control").hidden = false;
+}
+
+function tellExposure(ms) {
+  byId("exposure-value").textContent = exposureText(ms);
+  byId("exposure").setAttribute("aria-valuetext", exposureText(ms));
+}
+
+const setExposure = newestOnly((ms) => attempt(async () => {
+  const { exposure } = await call("SetExposure", { lens: house.name, exposureMs: ms });
+  tellExposure(exposure.exposureMs);
+}));
+
 function bindSliders() {
+  byId("exposure").addEventListener("input", (event) => { hold(event.target); setExposure(2 ** Number(event.target.value)); });
   for (const [axis, kind] of Object.entries(sliders)) {
     const slider = byId(axis);
-    let release = 0;
     slider.addEventListener("input", () => {
-      slider.dataset.held = "yes";
-      clearTimeout(release);
-      release = setTimeout(() => { slider.dataset.held = "no"; }, 1500);
+      hold(slider);
       byId(`${axis}-value`).textContent = kind.text(Number(slider.value));
       steer([axis, kind.target(Number(slider.value))]);
     });
@@ -321,34 +377,36 @@ async function* partsOf(body) {
 
 function viewAddress() {
   const width = Math.min(1920, Math.ceil(byId("frame").clientWidth * Math.min(2, devicePixelRatio) / 320) * 320);
-  const asked = new URLSearchParams({ lens: house.name, width, rate: 60 });
+  const asked = new URLSearchParams({ lens: house.name, width, rate: 60, errors: "body" });
   for (const [side, value] of Object.entries(view.zoom ?? {})) asked.set(side, value.toFixed(5));
   return `/live.mjpg?${asked}`;
 }
 
 async function look() {
   view.abort?.abort();
-  if (document.hidden || !lensInfo()) return;
+  if (document.hidden || house.role === "none") return;
+  if (!lensInfo()) return noPicture(house.connected ? "No lens is configured yet. lensctl setup helps with it." : "no picture yet");
   const abort = view.abort = new AbortController();
-  if (!lensInfo().camera) return noPicture("this lens has no camera");
+  if (!lensInfo().camera) return noPicture(lensState()?.connected === false ? "This lens is not there." : "This lens has no camera.");
   for (let wait = 250; !abort.signal.aborted; wait = Math.min(wait * 2, 8000)) {
     try {
       const answer = await fetch(viewAddress(), { signal: abort.signal });
-      if (!answer.ok) throw new Error((await answer.json()).parameters?.message);
+      if (!answer.headers.get("Content-Type").startsWith("multipart/")) throw failureOf(await answer.json());
       for await (const part of partsOf(answer.body)) {
         await show(part);
         wait = 250;
       }
-      noPicture("the picture ended; looking again");
+      noPicture("The picture ended; looking again …");
     } catch (failure) {
       if (abort.signal.aborted) return;
-      noPicture(failure.message);
+      noPicture(wordsOf(failure));
     }
     await pause(wait);
   }
 }
 
 function noPicture(why) {
+  byId("frametext").textContent = "";
   byId("nopicture").textContent = why;
   byId("nopicture").hidden = false;
 }
@@ -376,6 +434,10 @@ function showFrame({ frame, picture }) {
   byId("frametext").textContent = `${view.times.length} pictures a second · ${frame.widthPx} × ${frame.heightPx} · ` +
     `${digits(frame.exposureMs, 3)} ms${frame.fNumber ? ` · f/${digits(frame.fNumber, 3)}` : ""}${frame.moving ? " · moving" : ""}` +
     (picture.sharpness == null ? "" : ` · sharpness ${digits(picture.sharpness, 3)}`);
+  if (byId("exposure").dataset.held !== "yes") {
+    byId("exposure").value = Math.log2(frame.exposureMs);
+    tellExposure(frame.exposureMs);
+  }
   drawHistogram(picture.histogram ?? []);
 }
 
@@ -424,17 +486,19 @@ function drawPeaking(pen, width, height) {
   pen.drawImage(work, 0, 0, width, height);
 }
 
+const inks = { sharp: "#7ee0b2", blurred: "#ffb37a" };  // on pictures, whatever they show
+
 /** Disks of the blur that each depth of the plan has with the lens as it stands, in pixels of the picture shown. */
 function drawDisks(pen, width, height) {
   const state = lensState(), f = focalMm(), pitch = pixelUm(), picture = view.last?.picture, frame = view.last?.frame;
   if (!f || !pitch || state?.extensionMm == null || !state.fNumber || !picture || !frame) return;
   const shownPx = (view.zoom?.w ?? 1) * frame.widthPx, scale = width / shownPx;
   let x = 12;
-  pen.font = `${Math.round(width / 45)}px system-ui`;
+  pen.font = `${11 * width / (byId("overlay").clientWidth || width)}px system-ui`;
   for (const limit of plan.limits) {
     for (const u of [limit.nearD, limit.farD]) {
       const radius = Math.abs(optics.blurUm(f, state.fNumber, state.extensionMm, u)) / pitch * scale / 2;
-      pen.strokeStyle = colour(limit.kind === "sharp" ? "--sharp" : "--blurred");
+      pen.strokeStyle = inks[limit.kind];
       pen.lineWidth = Math.max(1, width / 400);
       pen.beginPath();
       pen.arc(x + radius, height - 16 - radius, Math.max(0.5, radius), 0, 2 * Math.PI);
@@ -446,18 +510,47 @@ function drawDisks(pen, width, height) {
   }
 }
 
-const pointer = { from: null, to: null, shownUntil: 0, region: null };
+const pointer = { from: null, to: null, shownUntil: 0, region: null, keys: null };
+
+/** A part of the frame, in the part that is shown. */
+function shownPart(region) {
+  const zoom = view.zoom ?? { x: 0, y: 0, w: 1, h: 1 };
+  return { x: (region.x - zoom.x) / zoom.w, y: (region.y - zoom.y) / zoom.h, w: region.w / zoom.w, h: region.h / zoom.h };
+}
+
+function drawBox(pen, box, width, height, ink) {
+  pen.strokeStyle = ink;
+  pen.lineWidth = Math.max(2, width / 300);
+  pen.strokeRect(box.x * width, box.y * height, box.w * width, box.h * height);
+}
+
+/** The places of limits, with the blur measured there beside the blur planned. */
+function drawPlaces(pen, width, height) {
+  const size = 12 * width / (byId("overlay").clientWidth || width);  // as large as other letters, however small the picture is shown
+  pen.font = `600 ${size}px system-ui`;
+  for (const limit of plan.limits.filter((one) => one.place)) {
+    const box = shownPart(limit.place), ink = inks[limit.kind];
+    drawBox(pen, box, width, height, ink);
+    const lines = [limit.name, ...(limit.measured ? measuredText(limit).split(/, |(?<=px): /) : [])];
+    const wide = Math.max(...lines.map((line) => pen.measureText(line).width)) + size;
+    const left = Math.min(Math.max(0, box.x * width), width - wide), tall = lines.length * size * 1.3 + size * 0.4;
+    const below = (box.y + box.h) * height, top = below + tall < height ? below : Math.max(0, box.y * height - tall);
+    pen.fillStyle = "#000c";
+    pen.fillRect(left, top, wide, tall);
+    pen.fillStyle = ink;
+    lines.forEach((line, at) => pen.fillText(line, left + size / 2, top + size * 1.3 * (at + 1)));
+  }
+}
 
 function drawOverlay() {
   const canvas = byId("overlay"), pen = canvas.getContext("2d"), { width, height } = canvas;
   pen.clearRect(0, 0, width, height);
   if (byId("peaking").checked) drawPeaking(pen, width, height);
   if (byId("disks").checked) drawDisks(pen, width, height);
-  const box = pointer.from ? boxOf(pointer.from, pointer.to) : performance.now() < pointer.shownUntil ? pointer.region : null;
-  if (!box) return;
-  pen.strokeStyle = "#ffcc33";
-  pen.lineWidth = Math.max(2, width / 300);
-  pen.strokeRect(box.x * width, box.y * height, box.w * width, box.h * height);
+  drawPlaces(pen, width, height);
+  const box = pointer.from ? boxOf(pointer.from, pointer.to) : pointer.keys ??
+    (performance.now() < pointer.shownUntil || search.holding ? pointer.region : null);
+  if (box) drawBox(pen, box, width, height, "#ffcc33");
 }
 
 /** A place in the part of the frame that is shown, 0 to 1. */
@@ -484,11 +577,34 @@ function inFrame(box) {
 }
 
 function pick(box) {
+  if (!lensInfo()?.camera) return;
+  if (plan.placing) return placeLimit(inFrame(box));
   pointer.region = box;
   pointer.shownUntil = performance.now() + 2500;
   const mode = document.querySelector("input[name=mode]:checked").value;
   if (mode === "zoom") return zoomTo(inFrame(box));
-  if (house.role === "move") autofocus({ region: inFrame(box), ...(mode === "track" ? { track: true } : {}) });
+  if (house.role !== "move") return note("Your token is for looking on: it may not move the lens.");
+  autofocus({ region: inFrame(box), ...(mode === "track" ? { track: true } : {}) });
+}
+
+/** The same without a mouse: arrow keys move a box, + and - change its size, Enter uses it. */
+function pickByKey(event) {
+  const box = pointer.keys ??= { x: 0.4, y: 0.4, w: 0.2, h: 0.2 }, by = event.shiftKey ? 0.1 : 0.02;
+  const moves = { ArrowLeft: [-by, 0], ArrowRight: [by, 0], ArrowUp: [0, -by], ArrowDown: [0, by] }[event.key];
+  const grow = { "+": 1.25, "-": 0.8 }[event.key];
+  if (event.key === "Enter") {
+    event.preventDefault();
+    pointer.keys = null;
+    return pick(box);
+  }
+  if (!moves && !grow) return;
+  event.preventDefault();
+  if (grow) box.w = box.h = Math.min(1, Math.max(0.05, box.w * grow));
+  box.x = Math.min(Math.max(0, box.x + (moves?.[0] ?? 0)), 1 - box.w);
+  box.y = Math.min(Math.max(0, box.y + (moves?.[1] ?? 0)), 1 - box.h);
+  const part = (value) => `${Math.round(100 * value)} %`;
+  byId("boxtext").textContent = `box ${part(box.w)} wide, its middle at ${part(box.x + box.w / 2)} from the left and ${part(box.y + box.h / 2)} from the top`;
+  drawOverlay();
 }
 
 function zoomTo(region) {
@@ -514,6 +630,8 @@ function bindPicture() {
     pick(box);
   });
   overlay.addEventListener("pointercancel", () => { pointer.from = null; });
+  overlay.addEventListener("keydown", pickByKey);
+  overlay.addEventListener("blur", () => { pointer.keys = null; drawOverlay(); });
   byId("whole").addEventListener("click", () => zoomTo(null));
 }
 
@@ -529,6 +647,11 @@ function chart(id, data, series, axes, marks) {
     scales: { x: { time: false } }, axes: axes.map((axis) => ({ ...look, size: 46, labelSize: 16, ...axis })),
     series: [{}, ...series], hooks: { draw: [marks] },
   }, data, place));
+}
+
+function clearChart(id) {
+  charts.get(id)?.destroy();
+  charts.delete(id);
 }
 
 /** A vertical line in a chart. */
@@ -548,7 +671,7 @@ function markAt(plot, x, name) {
 
 // ---- Autofocus --------------------------------------------------------------------------------------------------------
 
-const search = { abort: null, samples: [], result: null };
+const search = { abort: null, samples: [], result: null, region: null, holding: false };
 
 function drawCurve() {
   const known = search.samples.every((sample) => sample.vergenceD != null);
@@ -566,11 +689,22 @@ function drawCurve() {
     });
 }
 
+/** Drawing it takes a while: the picture comes first. */
+let curveDue = 0;
+function drawCurveSoon() {
+  curveDue ||= setTimeout(() => { curveDue = 0; drawCurve(); }, search.result ? 0 : 200);
+}
+
 function showFound(result) {
   const where = result.vergenceD == null ? `position ${digits(result.position)}` : distanceText(result.vergenceD);
-  byId("found").textContent = (result.focused ? `Focused at ${where}` : "Refused") +
+  byId("found").textContent = (search.holding ? "Keeping it in focus until Stop. " : "") + (result.focused ? `Focused at ${where}` : "Refused") +
     (result.sigmaD == null ? "" : ` ± ${digits(result.sigmaD, 2)} D`) +
     `: ${result.reason} (${result.method}, ${result.frames} frames, ${result.moves} moves, ${digits(result.elapsedMs / 1000, 3)} s)`;
+}
+
+/** A stream may just end, as when lens-web goes. */
+function answered(whole) {
+  if (!whole) throw new Error("the connection was lost before its answer came");
 }
 
 async function autofocus(more = {}) {
@@ -578,6 +712,8 @@ async function autofocus(more = {}) {
   const abort = search.abort = new AbortController();
   search.samples = [];
   search.result = null;
+  search.region = more.region ?? null;
+  search.holding = more.track === true;
   byId("found").textContent = more.track ? "Keeping it in focus …" : "Searching …";
   const method = byId("method").value;
   const asked = { lens: house.name, ...more, ...(method === "auto" ? {} : { method }) };
@@ -588,17 +724,17 @@ async function autofocus(more = {}) {
       search.result = result;
       showFound(result);
     }
-    drawCurve();
-  }, abort.signal).catch((failure) => {
-    if (failure.name !== "AbortError") byId("found").textContent = "Ended: " + failure.message;
+    drawCurveSoon();
+  }, abort.signal).then((last) => answered(last?.autofocus && !more.track)).catch((failure) => {
+    if (failure.name !== "AbortError") byId("found").textContent = "Ended: " + wordsOf(failure);
     throw failure;
   }));
-  if (search.abort === abort) search.abort = null;
+  if (search.abort === abort) search.abort = null, search.holding = false;
 }
 
 // ---- The planner ------------------------------------------------------------------------------------------------------
 
-const plan = { limits: [], answer: null, done: "", count: 0, held: null };
+const plan = { limits: [], answer: null, done: "", count: 0, held: null, placing: null };
 
 function planRange() {
   const range = vergenceRange();
@@ -610,8 +746,34 @@ function addLimit(kind) {
   const part = (high - low) / 20;
   const [farD, nearD] = kind === "sharp" ? [Math.max(0, now - part / 2), now + part / 2] : [Math.max(0, low), Math.max(part, now / 3)];
   plan.count += 1;
-  plan.limits.push({ name: `${kind}-${plan.count}`, kind, farD, nearD: Math.min(nearD, high), limitPx: kind === "sharp" ? 2 : 8 });
+  const limit = { name: `${kind}-${plan.count}`, kind, farD, nearD: Math.min(nearD, high), limitPx: kind === "sharp" ? 2 : 8 };
+  // What was focused on last is what must be sharp, if the lens is still there.
+  const found = search.result?.focused && search.region && Math.abs(search.result.vergenceD - now) < (high - low) / 500;
+  if (kind === "sharp" && found) limit.place = search.region;
+  plan.limits.push(limit);
   planChanged();
+}
+
+/** The next click in the picture says where that limit is. */
+function beginPlacing(limit) {
+  plan.placing = limit;
+  byId("placing").textContent = `Click or draw a box where ${limit.name} is in the picture (Esc: leave it).`;
+  byId("frame").scrollIntoView({ block: "center" });
+  byId("overlay").focus({ preventScroll: true });
+}
+
+function placeLimit(region) {
+  const limit = plan.placing;
+  endPlacing();
+  limit.place = region;
+  delete limit.measured;
+  listLimits();
+  drawOverlay();
+}
+
+function endPlacing() {
+  plan.placing = null;
+  byId("placing").textContent = "";
 }
 
 function limitText(limit) {
@@ -622,16 +784,24 @@ function limitText(limit) {
 function listLimits() {
   byId("limits").replaceChildren(...plan.limits.map((limit) => {
     const item = document.createElement("li"), text = document.createElement("span"), remove = document.createElement("button");
-    const size = document.createElement("input");
+    const size = document.createElement("input"), where = document.createElement("button");
     text.className = limit.kind;
-    text.textContent = limitText(limit) + verdictOf(limit);
+    text.textContent = limitText(limit) + verdictOf(limit) + (limit.measured ? `; ${measuredText(limit)}` : "");
     Object.assign(size, { type: "number", min: 0.1, max: 200, step: 0.1, value: limit.limitPx, ariaLabel: `${limit.name}: limit in px` });
     size.addEventListener("change", () => { limit.limitPx = Math.max(0.1, Number(size.value) || 1); planChanged(); });
     remove.type = "button";
     remove.textContent = "Remove";
     remove.setAttribute("aria-label", `Remove ${limit.name}`);
-    remove.addEventListener("click", () => { plan.limits = plan.limits.filter((one) => one !== limit); planChanged(); });
-    item.append(text, size, remove);
+    remove.addEventListener("click", () => {
+      plan.limits = plan.limits.filter((one) => one !== limit);
+      if (plan.placing === limit) endPlacing();
+      planChanged();
+    });
+    where.type = "button";
+    where.textContent = limit.place ? "In the picture: marked" : "Where in the picture?";
+    where.setAttribute("aria-label", `Show where ${limit.name} is in the picture`);
+    where.addEventListener("click", () => beginPlacing(limit));
+    item.append(text, size, ...(lensInfo()?.camera ? [where] : []), remove);
     return item;
   }));
 }
@@ -714,8 +884,9 @@ const askPlan = newestOnly(async () => {
       note(null);
     } catch (failure) {
       plan.answer = null;
-      byId("verdict").textContent = failure.message;
-      return drawAxis();
+      showPlan();
+      byId("verdict").textContent = wordsOf(failure);
+      return;
     }
   }
   showPlan();
@@ -723,30 +894,46 @@ const askPlan = newestOnly(async () => {
 
 function planChanged() {
   plan.done = "";
+  for (const limit of plan.limits) delete limit.measured;
   drawAxis();
   listLimits();
   drawRegion();
   askPlan();
 }
 
+/** What a conflict may name beside limits. */
+const givens = {
+  fNumber: "the f-numbers of this lens", extension: "the travel of its focus", focus: "the focus asked for", depth: "the depth of field",
+  positions: "where its motors can stand",
+};
+
 function planWords(answer) {
+  if (!lensInfo()) return "";
+  if (!lensInfo().optics) return "This lens is not calibrated: what blur it makes at which distance is not known, so there is nothing to plan with.";
   if (!answer) return "No limits yet: say what must be sharp and what must be blurred.";
   if (answer.feasible) {
     return `f/${digits(answer.fNumber, 3)} focused at ${distanceText(answer.focalPlaneD)}, extension ${digits(answer.extensionMm, 4)} mm` +
       (answer.worstRatio == null ? "" : `; the tightest limit is used to ${Math.round(100 * answer.worstRatio)} %`) + (answer.note ? `. ${answer.note}` : "");
   }
-  const words = `No setting meets all of this: ${(answer.conflict ?? []).join(", ")} contradict each other; without any one of them there is a plan.`;
+  const words = `No setting meets all of this: ${(answer.conflict ?? []).map((name) => givens[name] ?? name).join(", ")} contradict each other; without any one of them there is a plan.`;
   return words + (answer.relax ? ` With every limit eased by a factor of ${digits(answer.relax, 3)} there would be one` +
     (answer.relaxed?.fNumber ? `: f/${digits(answer.relaxed.fNumber, 3)} at ${distanceText(answer.relaxed.focalPlaneD)}.` : ".") : " No easing of the limits helps.");
 }
 
 function showPlan() {
   byId("verdict").textContent = planWords(plan.answer) + plan.done;
-  byId("apply").disabled = !plan.answer?.feasible || house.role !== "move";
+  showPlanButtons();
   drawAxis();
   listLimits();
   drawRegion();
   drawBlur();
+}
+
+function showPlanButtons() {
+  const calibrated = lensInfo()?.optics != null, moves = house.role === "move";
+  byId("apply").disabled = !plan.answer?.feasible || !moves || plan.busy;
+  byId("add-sharp").disabled = byId("add-blurred").disabled = !calibrated;
+  byId("stack").disabled = !calibrated || !moves || plan.busy || !lensInfo().camera || !plan.limits.some((limit) => limit.kind === "sharp");
 }
 
 /** Does this setting keep a limit, as far as the thin lens says? */
@@ -793,15 +980,24 @@ function drawRegion() {
 
 function drawBlur() {
   const answer = plan.answer, f = answer?.focalLengthMm ?? focalMm();
-  if (!answer?.feasible || !f || !pixelUm()) return;
+  if (!answer?.feasible || !f || !pixelUm()) return clearChart("blur");
   const [low, high] = planRange(), places = Array.from({ length: 201 }, (_, i) => low + (high - low) * i / 200);
   const blurs = places.map((u) => Math.abs(optics.blurUm(f, answer.fNumber, answer.extensionMm, u)) / pixelUm());
   chart("blur", [places, blurs], [{ stroke: colour("--main"), width: 2 }], [{ label: "vergence (D)" }, { label: "blur (px)" }],
     (plot) => plan.limits.forEach((limit) => [limit.farD, limit.nearD].forEach((u) => markAt(plot, u, limit.kind === "sharp" ? "--sharp" : "--blurred"))));
 }
 
+/** One thing at a time of those that move the lens for a while. */
+async function whileBusy(work) {
+  plan.busy = true;
+  showPlanButtons();
+  await attempt(work);
+  plan.busy = false;
+  showPlanButtons();
+}
+
 function applyPlan() {
-  return attempt(async () => {
+  return whileBusy(async () => {
     const answer = await call("Plan", { lens: house.name, request: planRequest(), apply: true });
     const missed = (answer.applied ?? []).filter((one) => !one.reached);
     plan.done = missed.length
@@ -809,6 +1005,7 @@ function applyPlan() {
       : `. Applied; where the motors stand the tightest limit is used to ${Math.round(100 * (answer.reached?.worstRatio ?? NaN))} %.`;
     plan.answer = { ...answer.plan, limits: answer.reached?.limits ?? answer.plan.limits };
     showPlan();
+    if (missed.length === 0) await measureBlur();
   });
 }
 
@@ -826,16 +1023,35 @@ const kinds = {
   list: (l) => `${l.change}${l.reason ? `: ${l.reason}` : ""}`,
 };
 
+const kindOf = (event) => Object.keys(kinds).find((name) => event[name]);
+const isBad = (event) => event.fault?.fault || (event.move && !event.move.reached);
+const kPast = { longMs: 3600e3, most: 2000, shown: 200 };
+
 function tellEvent(event, atMs) {
-  const kind = Object.keys(kinds).find((name) => event[name]);
+  const kind = kindOf(event);
   if (!kind) return;
+  house.past.push({ event, atMs });
+  while (house.past.length > kPast.most || house.past[0].atMs < Date.now() - kPast.longMs) house.past.shift();
   const item = document.createElement("li"), time = document.createElement("time");
   time.dateTime = new Date(atMs).toISOString();
   time.textContent = new Date(atMs).toLocaleTimeString();
   item.append(time, `${event.lens}: ${kinds[kind](event[kind])}`);
-  if (event.fault?.fault || (event.move && !event.move.reached)) item.className = "bad";
+  if (isBad(event)) item.className = "bad";
   byId("events").prepend(item);
-  while (byId("events").children.length > 200) byId("events").lastChild.remove();
+  while (byId("events").children.length > kPast.shown) byId("events").lastChild.remove();
+}
+
+/** "12 moves, 1 missed, 2 searches": what a lens did in the last hour. */
+function lastHour(name) {
+  const past = house.past.filter((one) => one.event.lens === name && one.atMs >= Date.now() - kPast.longMs).map((one) => one.event);
+  const count = (what, one, many) => {
+    const number = past.filter(what).length;
+    return number === 0 ? [] : [`${number} ${number === 1 ? one : many ?? one}`];
+  };
+  return [...count((e) => e.move, "move", "moves"), ...count((e) => e.move && !e.move.reached, "missed"),
+    ...count((e) => e.autofocus, "search", "searches"), ...count((e) => e.autofocus && !e.autofocus.focused, "refused"),
+    ...count((e) => e.fault?.fault, "fault", "faults"), ...count((e) => e.lease, "change of lease", "changes of lease"),
+    ...count((e) => !e.move && !e.autofocus && !e.fault && !e.lease, "other event", "other events")].join(", ") || "nothing";
 }
 
 function cell(row, text, bad) {
@@ -843,6 +1059,15 @@ function cell(row, text, bad) {
   made.textContent = text;
   if (bad) made.className = "bad";
   row.append(made);
+}
+
+const grades = {
+  uncalibrated: "distances go by the lens' nominal data", approximate: "distances are approximate", calibrated: "distances are calibrated",
+};
+
+function stateWords(state) {
+  const doing = state.connected ? state.activity : `${state.connection}: ${state.error ?? "no reason is known"}`;
+  return doing + (state.latched ? "; a stop holds it until its faults are reset" : "");
 }
 
 function showOverview() {
@@ -854,12 +1079,13 @@ function showOverview() {
     go.addEventListener("click", () => { choose(state.name); byId("live").scrollIntoView(); });
     name.append(go);
     row.append(name);
-    cell(row, state.connected ? state.activity + (state.latched ? ", latched" : "") : `${state.connection}: ${state.error ?? ""}`, !state.connected || state.latched);
+    cell(row, stateWords(state), !state.connected || state.latched);
     cell(row, state.vergenceD == null ? `${axisOf(state, "focus").position ?? "—"}` : distanceText(state.vergenceD));
     cell(row, state.fNumber == null ? "—" : `f/${digits(state.fNumber, 3)}`);
     const faults = state.axes.filter((axis) => axis.fault).map((axis) => `${axis.axis}: ${axis.fault}`);
     cell(row, faults.join("; ") || "none", faults.length > 0);
     cell(row, state.lease?.holder ?? "free");
+    cell(row, lastHour(state.name));
     return row;
   }));
 }
@@ -875,8 +1101,10 @@ function soon() {
     if (!state || !lensInfo()) return;
     showSliders(state);
     drawScale();
-    byId("state").textContent = (state.connected ? state.activity : `${state.connection}: ${state.error ?? ""}`) +
-      (state.latched ? "; latched" : "") + (state.grade ? `; ${state.grade}` : "") + (state.lease ? `; leased to ${state.lease.holder}` : "");
+    const lost = (axis) => axisInfo(axis.axis)?.canHome && !axis.homed;
+    byId("home").hidden = !state.connected || !state.axes.some(lost);
+    byId("reset").hidden = !state.latched && !state.axes.some((axis) => axis.fault);
+    tell("state", stateWords(state) + (state.grade ? `; ${grades[state.grade] ?? state.grade}` : "") + (state.lease ? `; leased to ${state.lease.holder}` : ""));
   });
 }
 
@@ -892,35 +1120,46 @@ function take(event) {
     search.result = event.autofocus ?? null;
     if (event.autofocus) showFound(event.autofocus);
     else byId("found").textContent = "Somebody else's search is under way …";
-    drawCurve();
+    drawCurveSoon();
   }
   tellEvent(event, Date.now());
 }
 
 let events = null;
 function listen() {
+  clearTimeout(events?.again);
   events?.close();
-  if (document.hidden) return;
+  if (document.hidden || house.role === "none") return;
   events = new EventSource("/events");
   events.onmessage = (message) => take(JSON.parse(message.data));
   events.addEventListener("daemon", (message) => {
     const told = JSON.parse(message.data);
     house.connected = told.connected;
-    byId("link").textContent = told.connected ? "connected" : `lensd is away: ${told.message}`;
-    if (told.connected) attempt(loadLenses);
+    byId("link").textContent = told.connected ? `connected${house.role === "view" ? ", to look on" : ""}` : `lensd is away: ${told.message}`;
+    if (told.connected) return void attempt(loadLenses);
+    for (const [name, state] of house.states) house.states.set(name, { ...state, connected: false, connection: "unknown", error: "lensd is away" });
+    soon();
   });
   events.addEventListener("gap", () => { attempt(loadHistory); });
-  events.onerror = () => { byId("link").textContent = "lens-web does not answer; trying again"; };
+  events.onerror = () => {
+    house.connected = false;
+    byId("link").textContent = "lens-web does not answer; trying again";
+    // A browser gives up where the answer is a refusal: too many streams, or a token that counts no more.
+    if (events.readyState === EventSource.CLOSED) events.again = setTimeout(() => attempt(() => begin()), 3000);
+  };
 }
 
 async function loadHistory() {
   const { events: past } = await (await fetch("/history")).json();
   byId("events").replaceChildren();
-  for (const { atMs, event } of past.slice(-200)) tellEvent(event, atMs);
+  house.past = [];
+  for (const { atMs, event } of past) tellEvent(event, atMs);
+  soon();
 }
 
 async function loadLenses() {
-  const { lenses } = await call("List");
+  const { lenses, features } = await call("List");
+  house.features = features ?? [];
   house.lenses = new Map(lenses.map((lens) => [lens.name, lens]));
   for (const name of [...house.states.keys()]) if (!house.lenses.has(name)) house.states.delete(name);
   byId("lens").replaceChildren(...lenses.map((lens) => new Option(lens.name)));
@@ -928,20 +1167,33 @@ async function loadLenses() {
   choose(house.lenses.has(house.name) ? house.name : lenses[0]?.name ?? null);
 }
 
+/** What belonged to the lens before. */
+function forget() {
+  search.abort?.abort();
+  Object.assign(search, { abort: null, samples: [], result: null, region: null, holding: false });
+  Object.assign(plan, { limits: [], answer: null, count: 0 });
+  Object.assign(pointer, { region: null, keys: null });
+  view.zoom = null;
+  for (const id of ["picture", "overlay", "histogram"]) byId(id).getContext("2d").clearRect(0, 0, 9999, 9999);
+  byId("whole").disabled = true;
+  endPlacing();
+  clearStrip();
+  byId("mapped").hidden = true;
+  for (const id of ["found", "stacked", "bounds", "state", "clipping"]) byId(id).textContent = "";
+  for (const id of ["curve", "blur"]) clearChart(id);
+  note(null);
+}
+
 function choose(name) {
   const other = name !== house.name;
   house.name = name;
   if (name) byId("lens").value = name;
-  if (other) {
-    search.abort?.abort();
-    search.abort = null;
-    view.zoom = null;
-    plan.limits = [];
-    plan.answer = null;
-  }
+  if (other) forget();
   setUpSliders();
+  allow(house.role);
   soon();
   planChanged();
+  showExposure().catch(() => {});
   if (other || byId("nopicture").hidden === false) look();
 }
 
@@ -949,8 +1201,19 @@ function choose(name) {
 
 function allow(role) {
   house.role = role;
-  const moving = ["#controls input", "#controls button", "#find", "#method"];
-  for (const control of document.querySelectorAll(moving.join())) control.disabled = role !== "move";
+  const moves = role === "move" && lensInfo() != null, looks = moves && lensInfo().camera != null;
+  for (const control of document.querySelectorAll("#controls input:not(#limit), #controls button")) control.disabled = !moves;
+  for (const control of document.querySelectorAll("#find, #map, #method, [name=mode]")) control.disabled = !looks;
+  byId("map").hidden = !house.features.includes("focusMap") || !lensInfo()?.optics;
+  document.querySelector("[name=mode][value=zoom]").disabled = !lensInfo()?.camera;
+  showPlanButtons();
+}
+
+function askForToken() {
+  if (house.role === "none" && !byId("login").hidden) return;
+  allow("none");
+  byId("login").hidden = false;
+  note("This page needs a token.");
 }
 
 async function logIn(token) {
@@ -985,11 +1248,16 @@ function bind() {
   byId("add-sharp").addEventListener("click", () => addLimit("sharp"));
   byId("add-blurred").addEventListener("click", () => addLimit("blurred"));
   byId("apply").addEventListener("click", applyPlan);
+  byId("map").addEventListener("click", () => takeFocusMap());
+  byId("stack").addEventListener("click", () => whileBusy(takeStack));
+  byId("home").addEventListener("click", () => attempt(() => call("Home", { lens: house.name })));
+  byId("reset").addEventListener("click", () => attempt(() => call("ResetFaults", { lens: house.name })));
   byId("limit").addEventListener("input", soon);
   byId("login").addEventListener("submit", (event) => { event.preventDefault(); begin(byId("token").value); });
   document.addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && plan.placing) return endPlacing();
     if (event.key === "Escape") return void stop();
-    if (event.target.closest("input, select, button, [role=slider]") || event.ctrlKey || event.altKey || event.metaKey) return;
+    if (event.target.closest("input, select, button, [role=slider], [role=application]") || event.ctrlKey || event.altKey || event.metaKey) return;
     if (event.key === "n" || event.key === "f") move("focus", { nearer: event.key === "n" ? 10 : -10 });
   });
   // A browser opens six connections to one place: a page that nobody sees takes none of them.

@@ -525,12 +525,13 @@ def view(*, lens: Optional[str] = None, max_rate_hz: Optional[float] = None, reg
     come too, unless inMotion is false. A view moves nothing and waits for nothing: a frame that comes while the one
     before is still being made, or while its client has not taken what was sent, is dropped; `dropped`, in the first
     reply of a picture, counts them since the view began. Frames that the camera itself lost are missing in
-    frame.sequence. While autofocus uses the camera the view shows the frames that autofocus takes. When the lens or its
-    camera goes, the view ends with the error that tells why. At most 16 views are open at a time, another is Busy. With
-    `fd` a picture is one reply and no base64: `fd` is the index (always 0) of the open file that came with the reply's
-    first byte (SCM_RIGHTS on the Unix socket). It is memory of `size` bytes, open for reading and sealed: no process
-    can write to it or resize it; mmap(2) or pread(2) it. The client gives the frame back by closing the file and
-    unmapping it (what is not taken from the socket with recvmsg(2) the kernel closes: that counts too). While it has
-    three that it has not given back, read or not, new frames are dropped; and all clients together may hold 256 MiB."""
+    frame.sequence. While autofocus uses a camera that makes frames on demand the view shows the frames that autofocus
+    takes. When the lens or its camera goes, the view ends with the error that tells why. At most 16 views are open at a
+    time, another is Busy. With `fd` a picture is one reply and no base64: `fd` is the index (always 0) of the open file
+    that came with the reply's first byte (SCM_RIGHTS on the Unix socket). It is memory of `size` bytes, open for
+    reading and sealed: no process can write to it or resize it; mmap(2) or pread(2) it. The client gives the frame back
+    by closing the file and unmapping it (what is not taken from the socket with recvmsg(2) the kernel closes: that
+    counts too). While it has three that it has not given back, read or not, new frames are dropped; and all clients
+    together may hold 256 MiB."""
     return Call("io.lensd.Lens.View", {"lens": lens, "maxRateHz": max_rate_hz, "region": region, "scaleTo": scale_to,
                 "encoding": encoding, "inMotion": in_motion, "fd": fd}, ViewReply)

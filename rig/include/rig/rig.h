@@ -295,8 +295,8 @@ class Rig {
   void Snapshot(SnapshotCallback done, LensMotion lens = LensMotion::Standing);
 
   /// Shows frames as they come, until `viewer` says that it has seen enough. It has no part in anything else: while
-  /// autofocus uses the camera it sees the frames that autofocus takes, and no others are taken. Unsupported: no
-  /// camera.
+  /// autofocus uses a camera that makes frames on demand it sees those that autofocus takes, and no others are taken.
+  /// Unsupported: no camera.
   Result<void> View(FrameViewer viewer);
 
   std::shared_ptr<const Calibration> calibration() const;  ///< null: none

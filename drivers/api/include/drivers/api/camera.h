@@ -65,8 +65,9 @@ struct CameraCapabilities {
   int width = 0;   ///< px
   int height = 0;  ///< px
   int bits = 8;
-  bool colour = false;    ///< its frames carry colour
-  double pixel_um = 0.0;  ///< pitch; 0: unknown
+  bool colour = false;     ///< its frames carry colour
+  bool on_demand = false;  ///< frames are made when they are asked for: each may keep the next one back
+  double pixel_um = 0.0;   ///< pitch; 0: unknown
   double frame_rate_hz = 0.0;
   bool can_set_exposure = false;
   Duration shortest_exposure{};     ///< that SetExposure() takes; 0: not known
