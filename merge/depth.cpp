@@ -15,7 +15,6 @@
 namespace lensd::merge {
 namespace {
 
-constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 /// Texture is what is sharper than this many times the noise: noise alone is once in 30,000 windows.
 constexpr float kTexture = 3.5f;
 /// ... and than this many times the least sharp frame: the rest is not of this place.

@@ -1,6 +1,7 @@
 // How much fine detail a frame has around each pixel.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "merge/picture.h"
@@ -9,6 +10,7 @@ namespace lensd::merge {
 
 /// One value a pixel.
 using Plane = std::vector<float>;
+inline constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 
 /// The luminance of a picture: its samples, or (R + 2 G + B)/4.
 Plane LuminanceOf(const Picture& picture);

@@ -4,16 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace lensd::merge {
 namespace {
 
-constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 /// Agreeing is within this many steps between frames, and within twice the sigma.
 constexpr float kAgreeSteps = 0.5f;
 /// A pixel alone among others: the share of its known neighbours that agree with it.
-constexpr float kFewestAgree = 0.15f;
+constexpr float kFewestAgree = 0.25f;
 
 }  // namespace
 

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::optional<double> NumberOf(const std::string& text) {
+std::optional<double> NumberInNotes(const std::string& text) {
   double value = 0.0;
   const auto [end, wrong] = std::from_chars(text.data(), text.data() + text.size(), value);
   return wrong == std::errc{} && end == text.data() + text.size() && std::isfinite(value) ? std::optional(value)
@@ -28,11 +28,11 @@ std::expected<Shot, Failure> ReadShot(const std::string& file) {
   shot.file = file;
   for (const auto& [name, value] : *notes) {
     if (name == "Lens") shot.lens = value;
-    if (name == "VergenceD") shot.vergence_d = NumberOf(value);
-    if (name == "ExtensionMm") shot.extension_mm = NumberOf(value);
-    if (name == "FocalLengthMm") shot.focal_length_mm = NumberOf(value);
-    if (name == "FNumber") shot.f_number = NumberOf(value);
-    if (name == "FocusPosition") shot.position = NumberOf(value);
+    if (name == "VergenceD") shot.vergence_d = NumberInNotes(value);
+    if (name == "ExtensionMm") shot.extension_mm = NumberInNotes(value);
+    if (name == "FocalLengthMm") shot.focal_length_mm = NumberInNotes(value);
+    if (name == "FNumber") shot.f_number = NumberInNotes(value);
+    if (name == "FocusPosition") shot.position = NumberInNotes(value);
     if (name == "MergedFrames") shot.merged = true;
   }
   return shot;

@@ -21,6 +21,7 @@ width = {WIDTH}
 height = {HEIGHT}
 pixel_um = {PIXEL_M * 1e6}
 bits = 10
+colour = COLOUR
 full_well_e = 10000
 read_noise_e = 3
 exposure_ms = 2
@@ -57,9 +58,9 @@ class Merge(DaemonTest):
     def setUpClass(cls):
         cls.work = tempfile.TemporaryDirectory(prefix="lensd-merge-")
         cls.config = "version = 1\n"
-        for lens, telecentric in (("grows", "false"), ("keeps", "true")):
+        for lens, telecentric, colour in (("grows", "false", "false"), ("keeps", "true", "true")):
             with open(cls.path(lens + ".toml"), "w", encoding="utf-8") as file:
-                file.write(SCENE.replace("TELECENTRIC", telecentric))
+                file.write(SCENE.replace("TELECENTRIC", telecentric).replace("COLOUR", colour))
             cls.config += f'[[lens]]\nname = "{lens}"\ndriver = "sim"\nscene = "{cls.path(lens)}.toml"\n'
         super().setUpClass()
         cls.answers = {}
@@ -126,6 +127,11 @@ class Merge(DaemonTest):
             self.assertEqual(len(merged["frames"]), len(self.answers[lens]["shots"]))
         growth = self.answers["grows"]["merged"]["frames"][-1]["magnification"]
         self.assertAlmostEqual(growth, 1.028, delta=0.01)
+
+    def test_colour_is_kept(self):
+        for lens, kind in (("grows", 0), ("keeps", 2)):
+            with open(self.path(lens + "-sharp.png"), "rb") as file:
+                self.assertEqual((file.read(26)[24:26]), bytes((16, kind)))
 
     def test_a_plan_is_made_from_the_depth_that_was_measured(self):
         done = self.daemon.lensctl("plan", "--focal-length", "25mm", "--f-number", "2..16", "--extension", "0mm..2mm", "--pixel", "3.45um",

@@ -89,7 +89,7 @@ TEST(Score, WallBeforeAWall) {
   const auto scores = ScoreAll("walls", WallsScene(), {.frames = 16, .far_d = 0.5, .near_d = 1.1});
   EXPECT_GT(scores.merged.inside.within, 0.99);
   EXPECT_GT(scores.merged.inside.known, 0.8);
-  EXPECT_GT(scores.merged.edges.within, 0.7);
+  EXPECT_GT(scores.merged.edges.within, 0.95);
   EXPECT_GT(scores.merged.psnr, scores.single + 6.0);
   EXPECT_GT(scores.merged.psnr, scores.unaligned.psnr + 6.0);
 }
@@ -98,7 +98,7 @@ TEST(Score, Motorcycle) {
   const auto scores =
       ScoreAll("motorcycle", MotorcycleScene(), {.frames = 9, .far_d = 0.19, .near_d = 0.49, .f_number = 1.4});
   EXPECT_GT(scores.merged.inside.within, 0.98);
-  EXPECT_GT(scores.merged.edges.within, 0.8);
+  EXPECT_GT(scores.merged.edges.within, 0.87);
   EXPECT_GT(scores.merged.inside.within, scores.unaligned.inside.within + 0.05);
   EXPECT_GT(scores.merged.psnr, scores.single + 6.0);
   EXPECT_GT(scores.merged.psnr, scores.unaligned.psnr + 6.0);
