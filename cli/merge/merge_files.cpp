@@ -211,10 +211,14 @@ void AddMergeOptions(CLI::App& command, MergeText& text) {
   command.add_option("--depth", text.depth, "the depth of each pixel: 16-bit PNG in mm, 0 where it is not known")
       ->type_name("FILE");
   command.add_option("--prefer", text.prefer, "near: what is sharp in two frames is taken from the nearer one")
+      ->type_name("WHICH")
       ->check(CLI::IsMember({"near", "sharper"}));
 }
 
 std::expected<void, Failure> CheckMerge(const MergeText& text) {
+  if (!text.prefer.empty() && text.picture.empty() && text.depth.empty()) {
+    return Refuse(Exit::Usage, "--prefer is about what is merged; say what to make: --merge or --depth");
+  }
   for (const std::string* path : {&text.picture, &text.depth}) {
     if (path->empty() || std::filesystem::path(*path).extension() == ".png") continue;
     return Refuse(Exit::Usage, "'" + *path + "': what is merged is written as PNG; let its name end in .png");

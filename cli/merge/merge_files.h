@@ -21,7 +21,7 @@ struct MergeText {
 /// --depth and --prefer; what the picture's own option is called differs from command to command.
 void AddMergeOptions(CLI::App& command, MergeText& text);
 
-/// Before anything moves: Usage where a name does not end in .png.
+/// Before anything moves: Usage where a name does not end in .png, or nothing is to be made as --prefer says.
 std::expected<void, Failure> CheckMerge(const MergeText& text);
 
 /// Reads the frames of `paths` (as ReadShots() says), lays them over each other and writes what is wanted. Returns what

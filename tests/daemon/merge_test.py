@@ -193,6 +193,9 @@ class Merge(DaemonTest):
         self.refused(65, "different lenses", "grows/shot-1.png", "keeps/shot-2.png", "-o", "x.png")
         self.refused(64, "let its name end in .png", "grows", "-o", "x.jpg")
         self.refused(64, "say what to make", "grows")
+        for wrong in (("--merge", "x.jpg"), ("--prefer", "near")):  # before anything moves
+            done = self.daemon.lensctl("stack", "grows", *STACK[:-1], "-o", self.path("never"), *wrong)
+            self.assertEqual((done.returncode, os.path.exists(self.path("never"))), (64, False), done.stderr)
         self.refused(73, "/proc/nothing", "grows", "-o", "/proc/nothing/x.png")
         for words in (("focus", "grows", "5m"), ("snapshot", "grows", "--scale-to", "160x120", "-o", os.path.join(folder, "shot-3.png"))):
             done = self.daemon.lensctl(*words)
