@@ -6,7 +6,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
+#include <fstream>
 #include <limits>
 #include <span>
 #include <string_view>
@@ -186,7 +189,70 @@ bool BeginsWith(const Bytes& file, const std::array<std::uint8_t, size>& magic, 
   return file.size() >= at_least && std::equal(magic.begin(), magic.end(), file.begin());
 }
 
+std::string Unescaped(std::string_view text) {
+  std::string plain;
+  for (std::size_t at = 0; at < text.size();) {
+    bool found = false;
+    for (const auto& [escape, letter] :
+         {std::pair<std::string_view, char>{"&amp;", '&'}, {"&lt;", '<'}, {"&quot;", '"'}}) {
+      if (!text.substr(at).starts_with(escape)) continue;
+      plain += letter;
+      at += escape.size();
+      found = true;
+    }
+    if (!found) plain += text[at++];
+  }
+  return plain;
+}
+
+/// The properties that Xmp() writes: lensd:NAME="VALUE".
+std::vector<std::pair<std::string, std::string>> OwnOf(std::string_view xmp) {
+  constexpr std::string_view kPrefix = " lensd:";
+  std::vector<std::pair<std::string, std::string>> own;
+  if (xmp.find(kNotesNamespace) == xmp.npos) return own;
+  for (std::size_t at = xmp.find(kPrefix); at != xmp.npos; at = xmp.find(kPrefix, at)) {
+    at += kPrefix.size();
+    const std::size_t equals = xmp.find("=\"", at);
+    const std::size_t end = equals == xmp.npos ? xmp.npos : xmp.find('"', equals + 2);
+    if (end == xmp.npos) break;
+    own.emplace_back(xmp.substr(at, equals - at), Unescaped(xmp.substr(equals + 2, end - equals - 2)));
+    at = end;
+  }
+  return own;
+}
+
+std::uint32_t BigAt(const char* bytes) {
+  std::uint32_t value = 0;
+  for (int i = 0; i < 4; ++i) value = value << 8U | static_cast<std::uint8_t>(bytes[i]);
+  return value;
+}
+
 }  // namespace
+
+Result<std::vector<std::pair<std::string, std::string>>> ReadOwnNotes(const std::string& path) {
+  constexpr std::string_view kSignature = "\x89PNG\r\n\x1A\n", kXmp("XML:com.adobe.xmp\0\0\0\0\0", 22);
+  constexpr std::uint32_t kLongest = 1U << 20U;
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return Fail(Code::Io, path + ": " + std::strerror(errno));
+  std::array<char, 8> head{};
+  if (!file.read(head.data(), head.size()) || std::string_view(head.data(), head.size()) != kSignature) {
+    return Fail(Code::BadData, path + ": not a PNG file");
+  }
+  while (file.read(head.data(), head.size())) {
+    const std::uint32_t length = BigAt(head.data());
+    const std::string_view kind(head.data() + 4, 4);
+    if (kind == "IDAT" || kind == "IEND") return std::vector<std::pair<std::string, std::string>>{};
+    if (kind != "iTXt" || length > kLongest) {
+      file.seekg(std::streamoff{length} + 4, std::ios::cur);
+      continue;
+    }
+    std::string text(std::size_t{length} + 4, 0);
+    if (!file.read(text.data(), static_cast<std::streamsize>(text.size()))) break;
+    text.resize(length);
+    if (text.starts_with(kXmp)) return OwnOf(std::string_view(text).substr(kXmp.size()));
+  }
+  return Fail(Code::BadData, path + ": the file ends before its picture begins");
+}
 
 Result<void> AddNotes(std::vector<std::uint8_t>& file, const PictureNotes& notes) {
   constexpr std::array<std::uint8_t, 8> kPng = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};

@@ -1,4 +1,4 @@
-// stack: plan the shots, move to each, save what the camera sees.
+// stack: plan the shots, move to each, save what the camera sees, and merge it where that is asked for.
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
@@ -42,11 +42,39 @@ std::expected<Json, Failure> Shoot(Session& session, DaemonClient& link, const J
   return SaveSnapshot(link, {{"lens", lens}}, path);
 }
 
+/// Takes the shots of `plan` and notes in it what came of each. What was taken before it failed stays in the folder.
+std::expected<std::vector<std::string>, Failure> TakeShots(Session& session, DaemonClient& link, const Json& lens,
+                                                           Json& plan, const std::string& folder) {
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed) return Refuse(Exit::CannotWrite, folder + ": " + failed.message());
+  std::vector<std::string> files;
+  for (Json& shot : plan["shots"]) {
+    const std::string path = folder + "/shot-" + std::to_string(files.size() + 1) + ".png";
+    const auto frame = Shoot(session, link, lens, shot, path);
+    if (!frame) {
+      session.Remark(std::to_string(files.size()) + " of " + std::to_string(plan["shots"].size()) + " shots are in " +
+                     folder + (files.size() > 1 ? "; lensctl merge takes them as they are" : ""));
+      return PassOn(frame);
+    }
+    shot["frame"] = *frame;
+    files.push_back(path);
+    session.Remark(path);
+  }
+  return files;
+}
+
+bool Wanted(const MergeText& merge) {
+  return !merge.picture.empty() || !merge.depth.empty();
+}
+
 }  // namespace
 
-Outcome RunStackOnline(PlanText text, const std::string& lens, const std::string& folder, Session& session) {
+Outcome RunStackOnline(PlanText text, const MergeText& merge, const std::string& lens, const std::string& folder,
+                       Session& session) {
   text.stack = true;
   if (auto good = CheckPlot(text.plot); !good) return PassOn(good);
+  if (auto good = CheckMerge(merge); !good) return PassOn(good);
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
   const auto info = FindInfo(*link, lens);
@@ -65,23 +93,22 @@ Outcome RunStackOnline(PlanText text, const std::string& lens, const std::string
   if (auto drawn = WritePlot(text.plot, io::ChartSvg(StackChart(plan, name.get<std::string>()))); !drawn) {
     return PassOn(drawn);
   }
-  std::error_code failed;
-  std::filesystem::create_directories(folder, failed);
-  if (failed) return Refuse(Exit::CannotWrite, folder + ": " + failed.message());
-  for (std::size_t i = 0; i < plan["shots"].size(); ++i) {
-    const std::string path = folder + "/shot-" + std::to_string(i + 1) + ".png";
-    const auto frame = Shoot(session, *link, name, plan["shots"][i], path);
-    if (!frame) return PassOn(frame);
-    plan["shots"][i]["frame"] = *frame;
-    session.Remark(path);
+  const auto files = TakeShots(session, *link, name, plan, folder);
+  if (!files) return PassOn(files);
+  if (Wanted(merge)) {
+    auto merged = MergeFiles(session, *files, merge);
+    if (!merged) return PassOn(merged);
+    plan["merged"] = *std::move(merged);
   }
   session.json() ? session.PrintJson(plan) : session.PrintText(StackText(plan));
+  if (Wanted(merge) && !session.json()) session.PrintText(MergedText(plan["merged"]));
   return Exit::Done;
 }
 
 void AddStack(CLI::App& root, Run& run) {
   struct Options {
     PlanText text;
+    MergeText merge;
     std::string lens;
     std::string folder;
   };
@@ -90,10 +117,13 @@ void AddStack(CLI::App& root, Run& run) {
   command->group(kOnline);
   command->add_option("NAME", options->lens, "lens");
   command->add_option("-o", options->folder, "where to save the pictures")->required()->type_name("DIR");
+  command->add_option("--merge", options->merge.picture, "make one picture of them that is sharp all over")
+      ->type_name("FILE");
+  AddMergeOptions(*command, options->merge);
   AddPlanOptions(*command, options->text);
   command->callback([&run, options] {
     run = [options](Session& session) {
-      return RunStackOnline(options->text, options->lens, options->folder, session);
+      return RunStackOnline(options->text, options->merge, options->lens, options->folder, session);
     };
   });
 }

@@ -103,6 +103,8 @@ class OnALens(DaemonTest):
             file.write(scene)
         cls.config = f'version = 1\n[[lens]]\nname = "cam"\ndriver = "sim"\nscene = "{cls.work.name}/scene.toml"\n'
         super().setUpClass()
+        taken = cls.daemon.lensctl("stack", "--sharp", "0.8m..1.2m:1.5px", "-o", os.path.join(cls.work.name, "shots"))
+        assert taken.returncode == 0, taken.stderr  # what the examples of merge are about
 
     @classmethod
     def tearDownClass(cls):

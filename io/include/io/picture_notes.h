@@ -30,4 +30,8 @@ inline constexpr const char* kNotesNamespace = "urn:io.lensd.Lens:1.0/";
 /// neither.
 Result<void> AddNotes(std::vector<std::uint8_t>& file, const PictureNotes& notes);
 
+/// PictureNotes::own of a PNG file that has any: what AddNotes() wrote, in the same order. Nothing else of the file is
+/// read. Code::Io; Code::BadData: not a PNG, or damaged before the picture begins.
+Result<std::vector<std::pair<std::string, std::string>>> ReadOwnNotes(const std::string& path);
+
 }  // namespace lensd::io
