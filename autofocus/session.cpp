@@ -42,6 +42,12 @@ constexpr MethodRow kMethods[] = {
     {"stars", true, false, false, true, Make<StarFocus>},
 };
 
+/// More than hot pixels.
+bool ShowsStars(const Look& look) {
+  return look.frame != nullptr &&
+         !std::ranges::all_of(FindStars(*look.frame, look.window), [](const Star& star) { return star.lone_pixel; });
+}
+
 /// `name` is one of MethodNames() other than "auto".
 std::unique_ptr<Method> MakeMethod(std::string_view name, const Setup& setup) {
   const auto row = std::ranges::find(kMethods, name, &MethodRow::name);
@@ -224,6 +230,9 @@ Advice Session::Follow(const Look& look) {
     if (!verdict->focused && verdict->candidates.empty()) verdict->candidates = earlier_->candidates;
   }
   if (auto* verdict = std::get_if<Verdict>(&advice)) {
+    if (names_.size() > 1 && !verdict->focused && ShowsStars(look)) {
+      verdict->reason += "; points of light show in the region: the method 'stars' focuses by them";
+    }
     verdict->reason += forecast_;
     if (!verdict->focused && repeated_) {
       verdict->cause = Cause::SameFrame;

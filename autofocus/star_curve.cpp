@@ -16,6 +16,7 @@ constexpr std::size_t kLeastPoints = 5;  ///< of a curve
 constexpr double kPixelPhase = 0.06;     ///< px of HFR that hang on where in a pixel the star stands
 constexpr double kShape = 0.03;          ///< of the HFR: what no hyperbola explains
 constexpr double kClearCurve = 6.0;      ///< standard deviations of the curvature
+constexpr double kPixelRadius = 0.5;     ///< px: what is smaller hangs on where in its pixel it stands
 constexpr double kMostScatter = 0.25;    ///< of the HFR, root mean square
 constexpr double kElsewherePx = 4.5;     ///< of blur from the answer
 constexpr double kMostElsewhere = 0.3;   ///< of the stars
@@ -101,7 +102,8 @@ std::optional<HfrFit> FitHfr(std::span<const HfrPoint> points, double px) {
     const Vector3 at = terms(point);
     const double miss = point.hfr_px * point.hfr_px - level - tilt * at[1] - curve * at[2];
     residual2 += std::pow(miss / sigma_of(point), 2);
-    scatter2 += std::pow(fit.At(point.position) / point.hfr_px - 1.0, 2) / static_cast<double>(points.size());
+    scatter2 += std::pow((fit.At(point.position) - point.hfr_px) / (point.hfr_px + kPixelRadius), 2) /
+                static_cast<double>(points.size());
   }
   if (scatter2 > kMostScatter * kMostScatter) return std::nullopt;
   const double by_tilt = -0.5 / curve, by_curve = -place / curve;

@@ -7,8 +7,6 @@
 #include <sstream>
 #include <string>
 
-#include "sharpness_curve.h"
-
 namespace lensd::autofocus {
 namespace {
 
@@ -116,6 +114,8 @@ Advice StarFocus::Approach() {
 
 Advice StarFocus::StartCoarse() {
   stage_ = Stage::Coarse;
+  searched_ = true;
+  extended_ = 0;
   looks_.clear();
   const double range = setup_.highest - setup_.lowest;
   const double step = std::max(px_ > 0.0 ? kCoarseBlurPx * px_ : range / kBlindIntervals, setup_.resolution);
@@ -195,6 +195,12 @@ std::vector<double> StarFocus::Unseen(const StarFocusPlace& agreed, double sign)
   return places;
 }
 
+/// Refuses, once the whole range has been looked at: what was taken for stars may have been parts of large ones.
+Advice StarFocus::GiveUp(Why why) {
+  if (!searched_) return StartCoarse();
+  return Refuse(why);
+}
+
 Advice StarFocus::AfterCurve() {
   std::vector<StarLook> looks = InOrder();
   const double middle = std::ranges::max_element(looks, {}, Concentration)->position;
@@ -206,12 +212,13 @@ Advice StarFocus::AfterCurve() {
   if (!agreed) {
     // The frame in which most light comes together is the next curve's middle, unless it is this one's already.
     const auto beside = [&](double end) { return std::abs(smallest->position - end) < 1.5 * kStepPx * px_; };
-    if (!(Concentration(*smallest) > 0.0)) return Refuse(kNoStars);
-    if (beside(setup_.lowest) || beside(setup_.highest)) return Refuse(AtTheEndOf(setup_));
-    if (!more || !(beside(looks.front().position) || beside(looks.back().position))) return Refuse(kNoCurve);
+    if (!(Concentration(*smallest) > 0.0)) return GiveUp(kNoStars);
+    if (beside(setup_.lowest) || beside(setup_.highest)) return GiveUp(AtTheEndOf(setup_));
+    if (!more || !(beside(looks.front().position) || beside(looks.back().position))) return GiveUp(kNoCurve);
     return StartCurve(smallest->position);
   }
   if (!agreed->several.empty()) {
+    if (!searched_) return StartCoarse();
     Verdict verdict = Refuse(kSeveralDepths);
     for (const double place : agreed->several) {
       if (place >= setup_.lowest && place <= setup_.highest) verdict.candidates.push_back({place, 0.0, 0});
@@ -226,7 +233,7 @@ Advice StarFocus::AfterCurve() {
     places.insert(places.end(), unseen.begin(), unseen.end());
   }
   if (!places.empty() && more) return Extend(std::move(places));
-  if (!places.empty()) return Refuse(kNoCurve);
+  if (!places.empty()) return GiveUp(kNoCurve);
   if (3.0 * agreed->sigma > kHalfDepthOfFieldPx * px_) return Refuse(kNoisy);
   agreed_ = *std::move(agreed);
   stage_ = Stage::Check;

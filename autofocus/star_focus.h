@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "autofocus/method.h"
+#include "sharpness_curve.h"
 #include "star_curve.h"
 
 namespace lensd::autofocus {
@@ -33,6 +34,7 @@ class StarFocus final : public Method {
   Advice AfterCoarse();
   Advice StartCurve(double centre);
   Advice AfterCurve();
+  Advice GiveUp(Why why);
   Advice Extend(std::vector<double> places);
   std::vector<double> Unseen(const StarFocusPlace& agreed, double sign) const;
   std::vector<StarLook> InOrder() const;
@@ -46,6 +48,7 @@ class StarFocus final : public Method {
   StarFocusPlace agreed_;  ///< once it is to be checked
   int frames_ = 0;
   int extended_ = 0;
+  bool searched_ = false;  ///< the whole range
 };
 
 }  // namespace lensd::autofocus

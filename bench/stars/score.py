@@ -7,7 +7,7 @@ Every run has other stars, another distance (one of three at infinity), sky, sen
 the run's number.
   perfect    an ideal lens; 1 to 20 stars of 0.5 to 60 full scales each when sharp, which spread over a pixel at least
   clipped    the same, 100 to 2000 full scales: all of them too bright for the sensor in focus
-  aberrated  as perfect, with spherical aberration, coma, an obstruction of up to 0.45, blades, breathing of up to 5 %, hot
+  aberrated  1 to 5 stars, with spherical aberration, coma, an obstruction of up to 0.45, blades, breathing of up to 5 %, hot
              pixels and pixels of unequal gain; 2 to 300 full scales
   blank      no star: sky and hot pixels
   gradient   no star: a ramp of light
@@ -74,7 +74,7 @@ def scene_of(kind, draw):
         paint = "constant = 0.05" if kind == "blank" else f"gradient = [0.02, {draw.uniform(0.1, 0.9):.2f}]"
         return text + f'[[surface]]\nkind = "wall"\ndistance_m = 2.0\n{paint}\n'
     low, high = {"perfect": (0.5, 60), "clipped": (100, 2000), "aberrated": (2, 300)}[kind]
-    for _ in range(draw.randint(1, 20)):
+    for _ in range(draw.randint(1, 5 if kind == "aberrated" else 20)):  # rays of an aberrated lens take their time
         text += (f"[[light]]\nx = {draw.uniform(0.22, 0.78):.5f}\ny = {draw.uniform(0.22, 0.78):.5f}\n"
                  f"distance_m = {distance}\nintensity = {between(draw, low, high):.3f}\n")
     return text
