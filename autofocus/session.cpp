@@ -11,6 +11,7 @@
 #include "moving.h"
 #include "searches.h"
 #include "sharpness_curve.h"
+#include "star_focus.h"
 #include "sweep.h"
 
 namespace lensd::autofocus {
@@ -22,8 +23,9 @@ constexpr int kMostMovesOn = 3;      ///< of an answer to a sharper frame beside
 struct MethodRow {
   std::string_view name;
   bool needs_optics;      ///< pictures, and what a step does to their blur
-  bool looks_on_the_way;  ///< only when asked for by name
+  bool looks_on_the_way;  ///< of the lens
   bool takes_step;        ///< Setup::step
+  bool when_asked;        ///< no method of "auto"
   std::unique_ptr<Method> (*make)(const Setup& setup);
 };
 
@@ -34,10 +36,17 @@ std::unique_ptr<Method> Make(const Setup& setup) {
 
 /// What "auto" tries, in this order, as far as the lens allows.
 constexpr MethodRow kMethods[] = {
-    {"defocus", true, false, false, Make<Defocus>},
-    {"sweep", false, false, true, Make<Sweep>},
-    {"moving", false, true, true, Make<Moving>},
+    {"defocus", true, false, false, false, Make<Defocus>},
+    {"sweep", false, false, true, false, Make<Sweep>},
+    {"moving", false, true, true, true, Make<Moving>},
+    {"stars", true, false, false, true, Make<StarFocus>},
 };
+
+/// More than hot pixels.
+bool ShowsStars(const Look& look) {
+  return look.frame != nullptr &&
+         !std::ranges::all_of(FindStars(*look.frame, look.window), [](const Star& star) { return star.lone_pixel; });
+}
 
 /// `name` is one of MethodNames() other than "auto".
 std::unique_ptr<Method> MakeMethod(std::string_view name, const Setup& setup) {
@@ -119,7 +128,7 @@ Result<Session> Session::Create(std::string_view method, const Setup& setup) {
   if (method == "auto") {
     for (const MethodRow& row : kMethods) {
       const bool possible = (setup.blur_px && setup.pictures) || !row.needs_optics;
-      if (possible && !row.looks_on_the_way && (!setup.step || row.takes_step)) names.push_back(row.name);
+      if (possible && !row.when_asked && (!setup.step || row.takes_step)) names.push_back(row.name);
     }
   } else {
     if (auto can = CheckMethod(method, setup); !can) return PassOn(can);
@@ -221,6 +230,9 @@ Advice Session::Follow(const Look& look) {
     if (!verdict->focused && verdict->candidates.empty()) verdict->candidates = earlier_->candidates;
   }
   if (auto* verdict = std::get_if<Verdict>(&advice)) {
+    if (names_.size() > 1 && !verdict->focused && ShowsStars(look)) {
+      verdict->reason += "; points of light show in the region: the method 'stars' focuses by them";
+    }
     verdict->reason += forecast_;
     if (!verdict->focused && repeated_) {
       verdict->cause = Cause::SameFrame;
@@ -242,7 +254,7 @@ bool Session::Refused(const Advice& advice) {
 Advice Session::Ask(const Look& look) {
   Advice advice = method_->Next(look);
   const auto* verdict = std::get_if<Verdict>(&advice);
-  if (verdict == nullptr || !verdict->focused) return advice;
+  if (verdict == nullptr || !verdict->focused || verdict->proven) return advice;
   proof_ = {.verdict = *verdict};
   return Prove(look.position);
 }

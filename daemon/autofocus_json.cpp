@@ -38,12 +38,21 @@ Json SamplesJson(const std::vector<rig::AutofocusSample>& samples) {
 
 Json SubjectJson(const std::optional<rig::AutofocusSubject>& subject) {
   if (!subject) return nullptr;
+  static constexpr std::array<std::string_view, 3> kFoundBy = {"sharpness", "blur", "stars"};
   return {{"region", subject->region},
-          {"foundBy", subject->by == autofocus::FoundBy::Blur ? "blur" : "sharpness"},
+          {"foundBy", NameIn(kFoundBy, subject->by)},
           {"position", NativeJson(subject->position.value)},
           {"vergenceD", Optional(subject->vergence)},
           {"focalPlaneM", DistanceJson(subject->vergence)},
           {"sigmaD", Optional(subject->sigma)}};
+}
+
+Json StarsJson(const std::optional<autofocus::StarFigures>& stars) {
+  if (!stars) return nullptr;
+  return {{"count", stars->count},
+          {"clipped", stars->clipped},
+          {"hfrPx", stars->hfr_px ? Json(*stars->hfr_px) : Json()},
+          {"fwhmPx", stars->fwhm_px ? Json(*stars->fwhm_px) : Json()}};
 }
 
 Json RegionsJson(const std::vector<drivers::Region>& regions) {
@@ -77,7 +86,8 @@ Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome
             {"reason", outcome.reason},
             {"subject", SubjectJson(outcome.subject)},
             {"samples", SamplesJson(outcome.samples)},
-            {"regions", RegionsJson(outcome.regions)}};
+            {"regions", RegionsJson(outcome.regions)},
+            {"stars", StarsJson(outcome.stars)}};
   if (!candidates.empty()) json["candidates"] = std::move(candidates);
   return json;
 }

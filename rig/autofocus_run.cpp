@@ -286,6 +286,7 @@ AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const 
   }
   outcome.samples = Samples();
   outcome.regions = regions();
+  outcome.stars = verdict.stars;
   if (verdict.focused) outcome.subject = SubjectOf(verdict);
   for (const autofocus::Candidate& found : verdict.candidates) {
     AutofocusCandidate candidate;

@@ -236,6 +236,14 @@ std::string AutofocusText(const Json& result) {
   if (!TextOf(result, "reason").empty()) {
     line += (True(result, "focused") ? "\n  why: " : "\n  why not: ") + TextOf(result, "reason");
   }
+  if (Has(result, "stars")) {
+    const Json& stars = result["stars"];
+    const int clipped = stars.value("clipped", 0);
+    line += "\n  stars: " + NumberText(stars, "count", 4, "");
+    if (clipped > 0) line += ", " + std::to_string(clipped) + " too bright for the sensor";
+    if (Has(stars, "hfrPx")) line += ", half-flux radius " + NumberText(stars, "hfrPx", 3, " px");
+    if (Has(stars, "fwhmPx")) line += ", FWHM " + NumberText(stars, "fwhmPx", 3, " px");
+  }
   if (Has(result, "candidates")) {
     for (const Json& candidate : result["candidates"]) {
       line += "\n  in region " + std::to_string(candidate.value("region", 0) + 1) + " at position " +

@@ -69,6 +69,21 @@ TEST_P(Regimes, SucceedsOrRefuses) {
   }
 }
 
+// Stars that no other method focuses on: by them it does, and the refusal of the others says so.
+TEST(ClosedLoopTest, StarsAreFocusedByTheirMethod) {
+  const int runs = static_cast<int>(testing::ByLevel(3, 20, 200));
+  const auto pictures = PicturesOf("stars.toml");
+  const auto results = RunAutofocus(pictures, {.method = "stars", .runs = runs, .seed = 4717});
+  ASSERT_TRUE(results) << results.error().message;
+  for (const AutofocusRunResult& run : *results) {
+    EXPECT_TRUE(run.within()) << "from " << run.start_steps << ": " << run.error_dof() << ", " << run.reason;
+  }
+  for (const AutofocusRunResult& run : Runs("stars.toml", runs, 4717)) {
+    EXPECT_FALSE(run.false_focus());
+    EXPECT_TRUE(run.focused || run.reason.find("the method 'stars'") != std::string::npos) << run.reason;
+  }
+}
+
 // Where several depths share the region the lens ends on one of them, or the refusal names them.
 TEST(ClosedLoopTest, OfTwoDepthsOneIsInFocusOrBothAreNamed) {
   const int runs = static_cast<int>(testing::ByLevel(4, 20, 200));

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "autofocus/measures.h"
+#include "autofocus/stars.h"
 #include "drivers/api/camera.h"
 
 namespace lensd::autofocus {
@@ -68,6 +69,7 @@ struct Candidate {
 enum class FoundBy {
   Sharpness,  ///< the top of the sharpness curve
   Blur,       ///< that, and how blurred the frames around it are: the two agree
+  Stars,      ///< where points of light are smallest
 };
 
 /// Why a method refuses; Verdict::reason has it in words.
@@ -98,6 +100,8 @@ struct Verdict {
   std::string reason;                 ///< why it believes, or why it refuses: one line for people
   std::vector<Candidate> candidates;  ///< what there was to choose from, where it was more than one
   bool final = false;                 ///< a refusal that no other method could turn into an answer
+  bool proven = false;                ///< the method has seen worse frames on both sides, and the last one there
+  std::optional<StarFigures> stars;   ///< of the last frame, where it was found by them
 };
 
 using Advice = std::variant<GoAndLook, Verdict>;

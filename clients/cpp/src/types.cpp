@@ -558,6 +558,18 @@ std::int64_t AutofocusSample::exposureStartNs() const {
 std::int64_t AutofocusSample::exposureEndNs() const {
   return Access::Get<std::int64_t>(*this, "exposureEndNs");
 }
+std::int64_t AutofocusStars::count() const {
+  return Access::Get<std::int64_t>(*this, "count");
+}
+std::int64_t AutofocusStars::clipped() const {
+  return Access::Get<std::int64_t>(*this, "clipped");
+}
+std::optional<double> AutofocusStars::hfrPx() const {
+  return Access::Get<std::optional<double>>(*this, "hfrPx");
+}
+std::optional<double> AutofocusStars::fwhmPx() const {
+  return Access::Get<std::optional<double>>(*this, "fwhmPx");
+}
 std::int64_t AutofocusSubject::region() const {
   return Access::Get<std::int64_t>(*this, "region");
 }
@@ -650,6 +662,9 @@ std::vector<AutofocusSample> AutofocusResult::samples() const {
 }
 std::vector<Region> AutofocusResult::regions() const {
   return Access::Get<std::vector<Region>>(*this, "regions");
+}
+std::optional<AutofocusStars> AutofocusResult::stars() const {
+  return Access::Get<std::optional<AutofocusStars>>(*this, "stars");
 }
 std::int64_t AutofocusStep::frame() const {
   return Access::Get<std::int64_t>(*this, "frame");

@@ -353,16 +353,16 @@ def autofocus(*, lens: Optional[str] = None, region: Optional[Region] = None, me
               Optional[FocusRange] = None, step: Optional[FocusStep] = None, distance_from: Optional[DistanceFrom] =
               None, deadline_ms: Optional[float] = None, lease: Optional[str] = None) -> Call[AutofocusReply]:
     """Brings a region of the picture into focus, or refuses and puts the lens back. Without a region the camera's own
-    is used; without a method auto is. Methods: auto, defocus, sweep, moving, exhaustive, coarse-fine, golden-section,
-    fibonacci, hill-climb, sweep-parabola, sweep-gaussian, sweep-hyperbola, contrast-scan; docs/interface.md says what
-    each does and needs. Of several `regions` the policy takes the answer: nearest (also when left out), farthest, or
-    widest, by half a depth of field. With `track` (needs `more`) it goes on: it holds focus on the one region, moves
-    the lens only where the scene has changed, answers each search with `autofocus`, and never ends by itself. It keeps
-    to `range`, whose distances start where distanceFrom says, and goes by `step`, which not every method does
-    (InvalidRequest); both are OutOfRange where this lens cannot. A search may take deadlineMs (an hour at most); when
-    left out, as long as one of the whole range takes, and at least 20000. OutOfRange: so short that the search cannot
-    end; the message says what it needs. Busy: another autofocus is under way on this lens, or its backlash is
-    measured."""
+    is used; without a method auto is. Methods: auto, defocus, sweep, moving, stars, exhaustive, coarse-fine, golden-
+    section, fibonacci, hill-climb, sweep-parabola, sweep-gaussian, sweep-hyperbola, contrast-scan; docs/interface.md
+    says what each does and needs. Of several `regions` the policy takes the answer: nearest (also when left out),
+    farthest, or widest, by half a depth of field. With `track` (needs `more`) it goes on: it holds focus on the one
+    region, moves the lens only where the scene has changed, answers each search with `autofocus`, and never ends by
+    itself. It keeps to `range`, whose distances start where distanceFrom says, and goes by `step`, which not every
+    method does (InvalidRequest); both are OutOfRange where this lens cannot. A search may take deadlineMs (an hour at
+    most); when left out, as long as one of the whole range takes, and at least 20000. OutOfRange: so short that the
+    search cannot end; the message says what it needs. Busy: another autofocus is under way on this lens, or its
+    backlash is measured."""
     return Call("io.lensd.Lens.Autofocus", {"lens": lens, "region": region, "method": method, "regions": regions,
                 "policy": policy, "track": track, "range": range, "step": step, "distanceFrom": distance_from,
                 "deadlineMs": deadline_ms, "lease": lease}, AutofocusReply)

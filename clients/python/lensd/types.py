@@ -536,8 +536,24 @@ class AutofocusSample:
     exposure_end_ns: int
 
 # What an answer rests on. sharpness: the top of the sharpness curve. blur: that, and how blurred the frames around it
-# are: the two agree.
-FoundBy = Literal["sharpness", "blur"]
+# are: the two agree. stars: where points of light are smallest.
+FoundBy = Literal["sharpness", "blur", "stars"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AutofocusStars:
+    """Points of light in the frame at the answer."""
+
+    # How many were measured: those that touch another one or the frame's edge are not.
+    count: int
+    # How many of them are too bright for the sensor.
+    clipped: int
+    # Median of their half-flux radii: the circle about a star's centroid that holds half of its light. Of those that
+    # are not clipped; null where all are.
+    hfr_px: Optional[float] = None
+    # Median of their full widths at half maximum, of Gaussians fitted to them. Null where all are clipped, or none has
+    # that shape.
+    fwhm_px: Optional[float] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -626,6 +642,8 @@ class AutofocusResult:
     samples: list[AutofocusSample]
     # The regions looked at: those asked for, else the camera's own.
     regions: list[Region]
+    # Feature "stars". What was focused on by the method stars, null where it was another.
+    stars: Optional[AutofocusStars] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

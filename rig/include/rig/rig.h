@@ -184,6 +184,7 @@ struct AutofocusOutcome {
   std::vector<AutofocusCandidate> candidates;          ///< what there was to choose from, where it was more than one
   std::vector<AutofocusSample> samples{};              ///< the newest kMostSamples, those of the last search
   std::vector<drivers::Region> regions{};              ///< that were looked at
+  std::optional<autofocus::StarFigures> stars{};       ///< in the last frame, where it was focused by them
 };
 
 using StopCallback = std::move_only_function<void(Result<void>)>;

@@ -32,6 +32,7 @@ class Region;
 class FocusRange;
 class FocusStep;
 class AutofocusSample;
+class AutofocusStars;
 class AutofocusSubject;
 class AutofocusProgress;
 class AutofocusCandidate;
@@ -583,6 +584,21 @@ class LENSD_API AutofocusSample : public Value {
   std::int64_t exposureEndNs() const;
 };
 
+/// Points of light in the frame at the answer.
+class LENSD_API AutofocusStars : public Value {
+ public:
+  /// How many were measured: those that touch another one or the frame's edge are not.
+  std::int64_t count() const;
+  /// How many of them are too bright for the sensor.
+  std::int64_t clipped() const;
+  /// Median of their half-flux radii: the circle about a star's centroid that holds half of its light. Of those that
+  /// are not clipped; null where all are.
+  std::optional<double> hfrPx() const;
+  /// Median of their full widths at half maximum, of Gaussians fitted to them. Null where all are clipped, or none has
+  /// that shape.
+  std::optional<double> fwhmPx() const;
+};
+
 /// What an autofocus came to focus on.
 class LENSD_API AutofocusSubject : public Value {
  public:
@@ -665,6 +681,8 @@ class LENSD_API AutofocusResult : public Value {
   std::vector<AutofocusSample> samples() const;
   /// The regions looked at: those asked for, else the camera's own.
   std::vector<Region> regions() const;
+  /// Feature "stars". What was focused on by the method stars, null where it was another.
+  std::optional<AutofocusStars> stars() const;
 };
 
 /// Where an autofocus session wants its next frame. The lens stands there.
@@ -1782,15 +1800,16 @@ class LENSD_API AutofocusReply : public Value {
 };
 
 /// Brings a region of the picture into focus, or refuses and puts the lens back. Without a region the camera's own is
-/// used; without a method auto is. Methods: auto, defocus, sweep, moving, exhaustive, coarse-fine, golden-section,
-/// fibonacci, hill-climb, sweep-parabola, sweep-gaussian, sweep-hyperbola, contrast-scan; docs/interface.md says what
-/// each does and needs. Of several `regions` the policy takes the answer: nearest (also when left out), farthest, or
-/// widest, by half a depth of field. With `track` (needs `more`) it goes on: it holds focus on the one region, moves
-/// the lens only where the scene has changed, answers each search with `autofocus`, and never ends by itself. It keeps
-/// to `range`, whose distances start where distanceFrom says, and goes by `step`, which not every method does
-/// (InvalidRequest); both are OutOfRange where this lens cannot. A search may take deadlineMs (an hour at most); when
-/// left out, as long as one of the whole range takes, and at least 20000. OutOfRange: so short that the search cannot
-/// end; the message says what it needs. Busy: another autofocus is under way on this lens, or its backlash is measured.
+/// used; without a method auto is. Methods: auto, defocus, sweep, moving, stars, exhaustive, coarse-fine, golden-
+/// section, fibonacci, hill-climb, sweep-parabola, sweep-gaussian, sweep-hyperbola, contrast-scan; docs/interface.md
+/// says what each does and needs. Of several `regions` the policy takes the answer: nearest (also when left out),
+/// farthest, or widest, by half a depth of field. With `track` (needs `more`) it goes on: it holds focus on the one
+/// region, moves the lens only where the scene has changed, answers each search with `autofocus`, and never ends by
+/// itself. It keeps to `range`, whose distances start where distanceFrom says, and goes by `step`, which not every
+/// method does (InvalidRequest); both are OutOfRange where this lens cannot. A search may take deadlineMs (an hour at
+/// most); when left out, as long as one of the whole range takes, and at least 20000. OutOfRange: so short that the
+/// search cannot end; the message says what it needs. Busy: another autofocus is under way on this lens, or its
+/// backlash is measured.
 class LENSD_API AutofocusParameters : public Value {
  public:
   using Reply = AutofocusReply;
