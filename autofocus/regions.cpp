@@ -83,8 +83,8 @@ Result<Advice> Regions::Show(std::size_t region, const Taken& taken) {
   return advice;
 }
 
-std::vector<Regions::Seen> Regions::Curves() const {
-  std::vector<Seen> seen;
+std::vector<RegionSample> Regions::Curves() const {
+  std::vector<RegionSample> seen;
   for (std::size_t region = 0; region < sessions_.size(); ++region) {
     const std::vector<CurvePoint> curve = sessions_[region].Curve();
     for (std::size_t i = 0; i < std::min(curve.size(), shown_[region].size()); ++i) {

@@ -187,6 +187,23 @@ std::vector<PartPeak> SharpnessCurve::PartPeaks() const {
   return peaks;
 }
 
+std::vector<TexturePart> SharpnessCurve::Texture() const {
+  if (samples_.empty() || !samples_.front().tiles) return {};
+  const auto left_out = LeftOut();
+  const int columns = samples_.front().tiles->columns, rows = samples_.front().tiles->rows;
+  std::vector<TexturePart> parts;
+  for (std::size_t t = 0; t < left_out.size(); ++t) {
+    if (left_out[t] != 0) continue;
+    const auto energy = [&](const CurveSample& sample) {
+      return sample.tiles->tiles[t].gradient / sample.tiles->tiles[t].pixels;
+    };
+    const auto [dullest, sharpest] = std::ranges::minmax_element(samples_, {}, energy);
+    const int column = static_cast<int>(t) % columns, row = static_cast<int>(t) / columns;
+    parts.push_back({(column + 0.5) / columns, (row + 0.5) / rows, energy(*sharpest) - energy(*dullest)});
+  }
+  return parts;
+}
+
 SideSeen SeenOnSide(std::span<const CurvePoint> points, const CurvePoint& centre, double least, double most) {
   const auto [from, to] = std::minmax(least, most);
   SideSeen seen = SideSeen::Nothing;

@@ -28,12 +28,21 @@ struct PartPeak {
   double weight = 0.0;  ///< 0..1: how much texture it shows beside the others
 };
 
+/// How much texture a small part of the window shows.
+struct TexturePart {
+  double x = 0.0;  ///< its middle, as fractions of the window
+  double y = 0.0;
+  double weight = 0.0;  ///< what focus changes of its gradient energy, any unit
+};
+
 /// Sharpness against position. What is too bright for the sensor in any frame is left out of all of them, so that the
 /// values can be compared.
 class SharpnessCurve {
  public:
   void Add(const Look& look);
   std::size_t size() const { return samples_.size(); }
+  /// Of the first frame; nullptr: none, or only scores are known.
+  const TileScores* FirstTiles() const { return samples_.empty() ? nullptr : samples_.front().tiles.get(); }
   /// All frames in the order they were taken.
   std::vector<CurvePoint> Taken() const;
   /// All frames in order of position.
@@ -43,6 +52,8 @@ class SharpnessCurve {
   /// Where parts of the window, at least 32 px a side, are sharpest: one place for each part that shows texture, in
   /// order of position.
   std::vector<PartPeak> PartPeaks() const;
+  /// By tile; nothing of those left out.
+  std::vector<TexturePart> Texture() const;
 
  private:
   std::vector<char> LeftOut() const;

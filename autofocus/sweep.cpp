@@ -14,18 +14,38 @@ constexpr int kBlindIntervals = 48;     ///< of the first pass where the optics 
 constexpr int kDivision = 3;            ///< of the step, from pass to pass
 constexpr int kLeastIntervals = 4;
 constexpr double kRounding = 1e-6;  ///< of an interval
-constexpr double kFitSteps = 2.6;   ///< the fit takes the frames this near to the sharpest
 constexpr double kPlateau = 0.7;    ///< neighbours at this share of the peak: the step is below its width
 
 }  // namespace
 
-Sweep::Sweep(const Setup& setup) : setup_(setup) {
+int FirstIntervals(const Setup& setup) {
   const double range = setup.highest - setup.lowest;
   const double usual = setup.blur_px ? kCoarseBlurPx * *setup.blur_px : range / kBlindIntervals;
   const double step = std::max(setup.step.value_or(usual), setup.resolution);
-  const int intervals = std::max(kLeastIntervals, static_cast<int>(std::ceil(range / step - kRounding)));
-  step_ = range / intervals;
-  fine_step_ = setup.blur_px ? std::max(kFineBlurPx * *setup.blur_px, setup.resolution) : 0.0;
+  return std::max(kLeastIntervals, static_cast<int>(std::ceil(range / step - kRounding)));
+}
+
+/// A motor of few steps is looked at step by step.
+int DivisionOf(const Setup& setup, double step) {
+  return std::min(kDivision, static_cast<int>(std::lround(step / setup.resolution)));
+}
+
+double LastStep(const Setup& setup) {
+  return setup.blur_px ? std::max(kFineBlurPx * *setup.blur_px, setup.resolution) : 0.0;
+}
+
+bool FineEnough(const Setup& setup, double step, const std::vector<CurvePoint>& curve, std::size_t best) {
+  if (step < 1.5 * setup.resolution) return true;
+  if (const double last = LastStep(setup); last > 0) return step <= last * kDivision / 2;
+  const double level = kPlateau * curve[best].value;
+  const bool low_side = best == 0 || curve[best - 1].value >= level;
+  const bool high_side = best + 1 == curve.size() || curve[best + 1].value >= level;
+  return low_side && high_side;
+}
+
+Sweep::Sweep(const Setup& setup) : setup_(setup) {
+  const int intervals = FirstIntervals(setup);
+  step_ = (setup.highest - setup.lowest) / intervals;
   PlanPass(setup.lowest, setup.highest, intervals, Ends::Included);
 }
 
@@ -43,7 +63,8 @@ void Sweep::PlanPass(double from, double to, int intervals, Ends ends) {
 
 int Sweep::FramesExpected() const {
   int later = 0;
-  const double end = fine_step_ > 0 ? fine_step_ : step_ / (kDivision * kDivision);
+  const double last = LastStep(setup_);
+  const double end = last > 0 ? last : step_ / (kDivision * kDivision);
   for (double step = step_; step > end * kDivision / 2; step /= kDivision) later += 2 * (kDivision - 1);
   return 1 + static_cast<int>(curve_.size() + to_visit_.size()) + later;
 }
@@ -71,10 +92,10 @@ Advice Sweep::Conclude() {
   const std::vector<CurvePoint> points = curve_.Points();
   const auto top = TopOf(points);
   if (!top) return Refuse(curve_.Overexposed() ? kTooBright : kNoPeak);
-  if (FineEnough(points, top->index)) return JudgePeak(setup_, curve_, points, *top, kFitSteps * step_, step_);
+  if (FineEnough(setup_, step_, points, top->index))
+    return JudgePeak(setup_, curve_, points, *top, kFitSteps * step_, step_);
   const double place = points[top->index].position;
-  // A motor of few steps is looked at step by step.
-  const int division = std::min(kDivision, static_cast<int>(std::lround(step_ / setup_.resolution)));
+  const int division = DivisionOf(setup_, step_);
   PlanPass(place - step_, place, division, Ends::LeftOut);
   std::deque<double> below = std::move(to_visit_);
   PlanPass(place, place + step_, division, Ends::LeftOut);
@@ -85,15 +106,6 @@ Advice Sweep::Conclude() {
   to_visit_ = std::move(below);
   step_ /= division;
   return to_visit_.empty() ? Conclude() : Ask();
-}
-
-bool Sweep::FineEnough(const std::vector<CurvePoint>& curve, std::size_t best) const {
-  if (step_ < 1.5 * setup_.resolution) return true;
-  if (fine_step_ > 0) return step_ <= fine_step_ * kDivision / 2;
-  const double level = kPlateau * curve[best].value;
-  const bool low_side = best == 0 || curve[best - 1].value >= level;
-  const bool high_side = best + 1 == curve.size() || curve[best + 1].value >= level;
-  return low_side && high_side;
 }
 
 }  // namespace lensd::autofocus

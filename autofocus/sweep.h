@@ -15,6 +15,17 @@
 
 namespace lensd::autofocus {
 
+/// Into how many steps the first pass divides the range.
+int FirstIntervals(const Setup& setup);
+/// How many parts a pass with such steps has each of them divided in for the next; 1: the motor has no finer ones.
+int DivisionOf(const Setup& setup, double step);
+/// About where the passes end; 0: unknown, judged from the curve.
+double LastStep(const Setup& setup);
+/// A pass with such steps shows the top of the curve at `best`: no finer one is needed.
+bool FineEnough(const Setup& setup, double step, const std::vector<CurvePoint>& curve, std::size_t best);
+/// The frames within so many steps of the top show its shape.
+inline constexpr double kFitSteps = 2.6;
+
 class Sweep final : public Method {
  public:
   explicit Sweep(const Setup& setup);
@@ -24,13 +35,11 @@ class Sweep final : public Method {
  private:
   Advice Ask();
   Advice Conclude();
-  bool FineEnough(const std::vector<CurvePoint>& curve, std::size_t best) const;
   enum class Ends { Included, LeftOut };
   void PlanPass(double from, double to, int intervals, Ends ends);
 
   Setup setup_;
-  double step_ = 0.0;       ///< of the pass being made
-  double fine_step_ = 0.0;  ///< at which the search ends; 0: unknown, judged from the curve
+  double step_ = 0.0;  ///< of the pass being made
   bool started_ = false;
   SharpnessCurve curve_;
   std::deque<double> to_visit_;

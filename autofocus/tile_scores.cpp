@@ -13,6 +13,14 @@ constexpr int kMostAlong = 40;  // tiles
 constexpr int kAround = 4;      // px: what is clipped spoils its surroundings
 constexpr int kAlone = 1;       // px at full scale are noise
 
+bool AnyClipped(const drivers::Frame& frame, const Window& window, std::uint16_t full) {
+  for (int y = window.y; y < window.y + window.height; ++y) {
+    const auto row = frame.samples->begin() + static_cast<std::ptrdiff_t>(y) * frame.width + window.x;
+    if (*std::max_element(row, row + window.width) >= full) return true;
+  }
+  return false;
+}
+
 bool Clipped(const drivers::Frame& frame, const Window& window, const Window& tile) {
   const auto full = static_cast<std::uint16_t>((1u << frame.bits) - 1u);
   const int top = std::max(tile.y - kAround, window.y), left = std::max(tile.x - kAround, window.x);
@@ -38,7 +46,7 @@ std::shared_ptr<const TileScores> ScoreTiles(const drivers::Frame& frame, const 
   scores->bits = frame.bits;
   scores->full_scale = static_cast<double>((1u << frame.bits) - 1u);
   const auto full = static_cast<std::uint16_t>(scores->full_scale);
-  const bool some_clipped = std::ranges::max(*frame.samples) >= full;
+  const bool some_clipped = AnyClipped(frame, window, full);
   for (int j = 0; j < scores->rows; ++j) {
     for (int i = 0; i < scores->columns; ++i) {
       Window tile{window.x + window.width * i / scores->columns, window.y + window.height * j / scores->rows, 0, 0};

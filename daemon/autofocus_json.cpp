@@ -9,14 +9,14 @@ namespace lensd::daemon {
 
 using varlink::Json;
 
-namespace {
-
-std::string_view AutofocusCauseName(const rig::AutofocusOutcome& outcome) {
+std::string_view AutofocusCauseName(autofocus::Cause cause) {
   static constexpr std::array<std::string_view, 12> kNames = {
       "noTexture", "tooBright",    "severalDepths", "endOfTravel", "subjectMoved", "ambiguous",
       "unclear",   "uncalibrated", "placeUnknown",  "deadline",    "missed",       "sameFrame"};
-  return outcome.focused ? "found" : NameIn(kNames, outcome.cause);
+  return NameIn(kNames, cause);
 }
+
+namespace {
 
 Json SamplesJson(const std::vector<rig::AutofocusSample>& samples) {
   static constexpr std::array<std::string_view, 3> kStates = {"standing", "moving", "backlashOpen"};
@@ -82,7 +82,7 @@ Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome
             {"sigmaD", Optional(outcome.sigma)},
             {"position", NativeJson(outcome.position.value)},
             {"confidence", outcome.confidence},
-            {"cause", AutofocusCauseName(outcome)},
+            {"cause", outcome.focused ? "found" : AutofocusCauseName(outcome.cause)},
             {"reason", outcome.reason},
             {"subject", SubjectJson(outcome.subject)},
             {"samples", SamplesJson(outcome.samples)},

@@ -1,10 +1,12 @@
 // What the interface's autofocus methods ask for, as the rig's request.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
 #include "base/result.h"
+#include "exchange.h"
 #include "rig/rig.h"
 #include "varlink/json.h"
 
@@ -17,6 +19,11 @@ Result<rig::AutofocusRequest> AutofocusRequestOf(const varlink::Json& parameters
 Error AsAskedOfAutofocus(const Error& error, const varlink::Json& parameters);
 
 class ServedLens;
+using AutofocusAnswer = std::function<void(const rig::AutofocusOutcome&)>;
+/// Has the lens search, and tells the call of its progress, if it wants to know, or why it could not be. `answer` is
+/// called on the event loop's thread with how it ended, before watchers are told.
+void RunAutofocus(ServedLens& lens, const ExchangePointer& exchange, rig::AutofocusRequest request,
+                  AutofocusAnswer answer);
 /// No client is left to be told of the autofocus whose end sets `ended` on the worker's thread: stops it, never the
 /// motion of another client.
 void StopUnlessEnded(ServedLens& lens, std::shared_ptr<const bool> ended, std::vector<drivers::Axis> axes);

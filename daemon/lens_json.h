@@ -48,6 +48,8 @@ varlink::Json PresetJson(const rig::Preset& preset);
 varlink::Json MoveProgressJson(drivers::Axis axis, const rig::AxisStatus& status);
 /// AutofocusResult.
 varlink::Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome);
+/// A cause of AutofocusCause.
+std::string_view AutofocusCauseName(autofocus::Cause cause);
 /// AutofocusProgress.
 varlink::Json AutofocusProgressJson(const rig::AutofocusProgress& progress);
 /// AutofocusStep.

@@ -14,6 +14,7 @@ MethodTable MotionMethods(LensService& service);       ///< serve_motion.cpp
 MethodTable LeaseMethods(LensService& service);        ///< serve_lease.cpp
 MethodTable PlanMethods(LensService& service);         ///< serve_plan.cpp
 MethodTable AutofocusMethods(LensService& service);    ///< serve_autofocus.cpp
+MethodTable FocusMapMethods(LensService& service);     ///< serve_focus_map.cpp
 MethodTable SessionMethods(LensService& service);      ///< serve_autofocus_session.cpp
 MethodTable PictureMethods(LensService& service);      ///< serve_pictures.cpp
 MethodTable ExposureMethods(LensService& service);     ///< serve_exposure.cpp

@@ -157,9 +157,18 @@ void Autofocus(ServedLens& lens, const ExchangePointer& exchange) {
     if (!exchange->call().more) return exchange->Refuse(varlink::kExpectedMore, Json::object());
     request->track = TrackTo(lens, exchange);
   }
+  RunAutofocus(lens, exchange, *std::move(request), [&lens, exchange](const rig::AutofocusOutcome& outcome) {
+    exchange->Finish(Wrap("autofocus", varlink::WriteJson(AutofocusJson(lens.name(), outcome))));
+  });
+}
+
+}  // namespace
+
+void RunAutofocus(ServedLens& lens, const ExchangePointer& exchange, rig::AutofocusRequest request,
+                  AutofocusAnswer answer) {
   auto ended = std::make_shared<bool>(false);  // the worker's thread
-  auto run = [request = *std::move(request), progress = ProgressTo(lens, exchange), ended](rig::Rig& rig,
-                                                                                           auto done) mutable {
+  auto run = [request = std::move(request), progress = ProgressTo(lens, exchange), ended](rig::Rig& rig,
+                                                                                          auto done) mutable {
     if (auto busy = rig.WhyNotFocused()) {
       *ended = true;
       return done(PassOn(*std::move(busy)));
@@ -170,16 +179,14 @@ void Autofocus(ServedLens& lens, const ExchangePointer& exchange) {
                     done(std::move(outcome));
                   });
   };
-  lens.Ask<rig::AutofocusOutcome>(std::move(run), [&lens, exchange](const Result<rig::AutofocusOutcome>& outcome) {
-    if (!outcome) return Refuse(exchange, lens, AsAskedOfAutofocus(outcome.error(), exchange->parameters()));
-    const varlink::Json result = AutofocusJson(lens.name(), *outcome);
-    exchange->Finish(Wrap("autofocus", varlink::WriteJson(result)));
-    lens.watchers().Announce(lens, "autofocus", result);
-  });
+  lens.Ask<rig::AutofocusOutcome>(
+      std::move(run), [&lens, exchange, answer = std::move(answer)](const Result<rig::AutofocusOutcome>& outcome) {
+        if (!outcome) return Refuse(exchange, lens, AsAskedOfAutofocus(outcome.error(), exchange->parameters()));
+        answer(*outcome);
+        lens.watchers().Announce(lens, "autofocus", AutofocusJson(lens.name(), *outcome));
+      });
   exchange->OnGone([&lens, ended] { StopUnlessEnded(lens, ended, {}); });
 }
-
-}  // namespace
 
 // The step in between lets commands taken before this one displace the autofocus first.
 void StopUnlessEnded(ServedLens& lens, std::shared_ptr<const bool> ended, std::vector<drivers::Axis> axes) {

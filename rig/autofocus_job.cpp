@@ -59,6 +59,7 @@ autofocus::Setup AutofocusJob::SetupFor(const AutofocusRequest& request) const {
   setup.pictures = !request.outside || !request.outside->scores_only;
   setup.no_stride = request.outside ? "frames from outside cannot be told the lens' place in motion" : WhyNotInMotion();
   if (setup.no_stride.empty()) setup.stride = scale.stride;
+  setup.pixel_m = pixel_m;
   const auto f_number = means_.optics.f_number();
   if (calibrated && f_number && pixel_m > 0) {
     setup.blur_px = f_number->value * pixel_m;
@@ -86,6 +87,7 @@ Result<std::vector<drivers::Region>> AutofocusJob::RegionsFor(const AutofocusReq
     return regions;
   }
   const auto& camera = means_.camera->capabilities();
+  if (request.map) regions = autofocus::RegionsOf(*request.map);
   if (regions.empty()) regions.push_back(camera.focus_region);
   for (std::size_t i = 0; i < regions.size(); ++i) {
     auto window = autofocus::WindowOf(regions[i], camera.width, camera.height);
@@ -162,13 +164,13 @@ Result<void> AutofocusJob::AllowTime(const AutofocusRequest& request, AutofocusR
   plan.usual = std::max(request.outside ? kUsualOutside : kUsual,
                         Needs(plan.setup, std::chrono::duration_cast<Duration>(2.0 * period)));
   plan.limit = request.deadline.value_or(plan.usual);
-  const auto least = std::chrono::duration_cast<Duration>(plan.regions.frames_expected() * period);
+  const auto least = std::chrono::duration_cast<Duration>(plan.regions->frames_expected() * period);
   if (plan.limit >= least && plan.limit > Duration::zero()) return {};
   std::ostringstream text;
   text.precision(3);
   text << "a deadline of " << Milliseconds(plan.limit) << " ms is too short: ";
   if (plan.limit > Duration::zero()) {
-    text << "the search takes " << plan.regions.frames_expected() << " frames of " << kMs * period.count()
+    text << "the search takes " << plan.regions->frames_expected() << " frames of " << kMs * period.count()
          << " ms when all goes well, ";
   }
   text << "and up to " << Milliseconds(plan.usual) / kMs << " s where it has to search the whole range";
@@ -199,7 +201,7 @@ Result<AutofocusRun::Plan> AutofocusJob::SearchFor(const AutofocusRequest& reque
     if (!step) return PassOn(step);
     setup.step = *step;
   }
-  auto search = autofocus::Regions::Create(request.method, setup, *std::move(regions), request.policy);
+  auto search = AutofocusRun::SearchOf(request, setup, Scale(), *std::move(regions));
   if (!search) return PassOn(search);
   AutofocusRun::Plan plan{.regions = *std::move(search), .setup = setup};
   if (request.range) {

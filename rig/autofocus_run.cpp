@@ -9,6 +9,8 @@
 #include <sstream>
 #include <utility>
 
+#include "autofocus/regions.h"
+
 namespace lensd::rig {
 namespace {
 
@@ -19,6 +21,23 @@ Duration ThreadCpu() {
 }
 
 }  // namespace
+
+Result<std::unique_ptr<autofocus::RegionSearch>> AutofocusRun::SearchOf(const AutofocusRequest& request,
+                                                                        const autofocus::Setup& setup,
+                                                                        const Scale& scale,
+                                                                        std::vector<drivers::Region> regions) {
+  if (!request.map) {
+    auto search = autofocus::Regions::Create(request.method, setup, std::move(regions), request.policy);
+    if (!search) return PassOn(search);
+    return std::make_unique<autofocus::Regions>(*std::move(search));
+  }
+  if (scale.optics == nullptr) {
+    return Fail(Code::Unsupported,
+                "a focus map is in micrometres of extension, which this lens does not tell: it takes optics that are "
+                "stated in the configuration or calibrated, and no liquid lens");
+  }
+  return autofocus::MakeMapSearch(setup, *request.map);
+}
 
 AutofocusRun::AutofocusRun(Plan plan, FocusActuator& lens, Scale scale)
     : lens_(lens), scale_(scale), search_(SearchFor(std::move(plan))) {}
@@ -89,15 +108,15 @@ void AutofocusRun::OnFrame(Result<Observation> seen) {
   if (!start_) start_ = stands_;
   search_.frames.push_back(SampleOf(*seen));
   const Duration before = ThreadCpu();
-  auto advice = seen->score ? search_.plan.regions.NextScore(place.position, *seen->score)
-                            : search_.plan.regions.Next(place, seen->lensed.frame);
+  auto advice = seen->score ? search_.plan.regions->NextScore(place.position, *seen->score)
+                            : search_.plan.regions->Next(place, seen->lensed.frame);
   search_.cpu += ThreadCpu() - before;
   if (!advice) return GoBack(PassOn(advice));
   lens_.Report({.frames = frames(),
                 .moves = lens_.motions() - search_.motions_before,
                 .frames_expected = frames_expected(),
                 .position = stands_,
-                .sharpness = search_.plan.regions.relative_sharpness(),
+                .sharpness = search_.plan.regions->relative_sharpness(),
                 .samples = Samples()},
                [this, next = *std::move(advice)] { Follow(next); });
 }
@@ -127,7 +146,7 @@ AutofocusSample AutofocusRun::SampleOf(const Observation& seen) const {
 }
 
 std::vector<AutofocusSample> AutofocusRun::Samples() const {
-  const auto curves = search_.plan.regions.Curves();
+  const auto curves = search_.plan.regions->Curves();
   std::vector<AutofocusSample> samples;
   for (std::size_t i = curves.size() - std::min(curves.size(), kMostSamples); i < curves.size(); ++i) {
     const auto& seen = curves[i];
@@ -253,7 +272,7 @@ AutofocusOutcome AutofocusRun::Refusal(autofocus::Cause cause, std::string reaso
 AutofocusSubject AutofocusRun::SubjectOf(const autofocus::Verdict& verdict) const {
   const double position = verdict.subject ? verdict.subject->position : verdict.position;
   AutofocusSubject subject;
-  subject.region = search_.plan.regions.answered();
+  subject.region = search_.plan.regions->answered();
   subject.by = verdict.found_by;
   subject.position = scale_.NativeAt(position);
   if (scale_.optics == nullptr) return subject;
@@ -268,7 +287,7 @@ AutofocusSubject AutofocusRun::SubjectOf(const autofocus::Verdict& verdict) cons
 AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const {
   AutofocusOutcome outcome;
   outcome.focused = verdict.focused;
-  outcome.method = search_.plan.regions.method();
+  outcome.method = search_.plan.regions->method();
   outcome.frames = frames();
   outcome.moves = lens_.motions() - search_.motions_before;
   outcome.elapsed = lens_.Now() - search_.began_at;
@@ -288,6 +307,9 @@ AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const 
   outcome.regions = regions();
   outcome.stars = verdict.stars;
   if (verdict.focused) outcome.subject = SubjectOf(verdict);
+  if (const autofocus::FocusMap* map = search_.plan.regions->map()) {
+    outcome.map = FocusMapOutcomeOf(*map, *scale_.optics, search_.plan.setup);
+  }
   for (const autofocus::Candidate& found : verdict.candidates) {
     AutofocusCandidate candidate;
     candidate.position = scale_.NativeAt(found.position);

@@ -3,12 +3,13 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "autofocus/regions.h"
+#include "autofocus/region_search.h"
 #include "autofocus/tracker.h"
 #include "focus_actuator.h"
 #include "rig/rig.h"
@@ -33,7 +34,7 @@ class AutofocusRun {
 
   /// One search, before it begins.
   struct Plan {
-    autofocus::Regions regions;
+    std::unique_ptr<autofocus::RegionSearch> regions;
     autofocus::Setup setup{};
     Duration limit{};                                  ///< until its answer
     Duration usual{};                                  ///< what a search of the whole range may take
@@ -47,6 +48,10 @@ class AutofocusRun {
     bool holding = false;  ///< between two searches
   };
 
+  /// What a request has the run look for. InvalidArgument; Unsupported: not with this lens.
+  static Result<std::unique_ptr<autofocus::RegionSearch>> SearchOf(const AutofocusRequest& request,
+                                                                   const autofocus::Setup& setup, const Scale& scale,
+                                                                   std::vector<drivers::Region> regions);
   /// `lens` must outlive it.
   AutofocusRun(Plan plan, FocusActuator& lens, Scale scale);
   /// Asks for the first frame, where the lens stands or, from outside of the range, at its nearer end.
@@ -59,9 +64,9 @@ class AutofocusRun {
   void Allow(Duration limit);
   Duration elapsed() const { return lens_.Now() - search_.began_at; }
   Activity activity() const;
-  const std::vector<drivers::Region>& regions() const { return search_.plan.regions.regions(); }
-  int frames() const { return search_.plan.regions.frames(); }
-  int frames_expected() const { return search_.plan.regions.frames_expected(); }
+  const std::vector<drivers::Region>& regions() const { return search_.plan.regions->regions(); }
+  int frames() const { return search_.plan.regions->frames(); }
+  int frames_expected() const { return search_.plan.regions->frames_expected(); }
   std::vector<AutofocusSample> Samples() const;
 
  private:

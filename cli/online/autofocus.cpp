@@ -54,19 +54,7 @@ Result<Json> ParseSearchStep(const std::string& text) {
 
 /// How long, where and how finely to search.
 Result<void> AddSearch(const Session& session, const AutofocusOptions& options, Json& parameters) {
-  if (!options.deadline.empty()) {
-    auto deadline = ParseTime(options.deadline, "--deadline");
-    if (!deadline) return PassOn(deadline);
-    parameters["deadlineMs"] = std::chrono::duration<double, std::milli>(*deadline).count();
-  }
-  if (!options.range.empty()) {
-    auto range = ParseSearchRange(options.range);
-    if (!range) return PassOn(range);
-    parameters["range"] = *std::move(range);
-    if (const auto& from = session.globals().from) {
-      parameters["distanceFrom"] = kFromNames.at(static_cast<std::size_t>(*from));
-    }
-  }
+  if (auto limits = AddLimits(session, options.deadline, options.range, parameters); !limits) return limits;
   if (options.step.empty()) return {};
   auto step = ParseSearchStep(options.step);
   if (!step) return PassOn(step);
@@ -165,17 +153,39 @@ Outcome Autofocus(Session& session, const AutofocusOptions& options) {
 
 }  // namespace
 
-std::expected<Json, Failure> FocusByOwnCamera(Session& session, DaemonClient& link, Json parameters) {
+Result<void> AddLimits(const Session& session, const std::string& deadline, const std::string& range,
+                       Json& parameters) {
+  if (!deadline.empty()) {
+    auto parsed = ParseTime(deadline, "--deadline");
+    if (!parsed) return PassOn(parsed);
+    parameters["deadlineMs"] = std::chrono::duration<double, std::milli>(*parsed).count();
+  }
+  if (range.empty()) return {};
+  auto parsed = ParseSearchRange(range);
+  if (!parsed) return PassOn(parsed);
+  parameters["range"] = *std::move(parsed);
+  if (const auto& from = session.globals().from) {
+    parameters["distanceFrom"] = kFromNames.at(static_cast<std::size_t>(*from));
+  }
+  return {};
+}
+
+std::expected<Json, Failure> FollowSearch(Session& session, DaemonClient& link, std::string_view method,
+                                          Json parameters) {
   ProgressLine line(session);
   const Json lens = parameters["lens"];
   const auto show = [&](const Json& step) {
     if (step.contains("progress") && step["progress"].is_object()) line.Show(AutofocusProgressText(step["progress"]));
     return true;
   };
-  auto reply = link.Follow(MethodOfLens("Autofocus"), std::move(parameters), show, [&] {
+  return link.Follow(MethodOfLens(method), std::move(parameters), show, [&] {
     line.Clear();
     StopAndTell(session, lens, nullptr);
   });
+}
+
+std::expected<Json, Failure> FocusByOwnCamera(Session& session, DaemonClient& link, Json parameters) {
+  auto reply = FollowSearch(session, link, "Autofocus", std::move(parameters));
   if (!reply) return PassOn(reply);
   return (*reply)["autofocus"];
 }

@@ -26,11 +26,18 @@ struct AutofocusOptions {
   std::string record;  ///< a folder to write; empty: none
 };
 
+/// How long and where to search, as written (empty: the daemon's), as parameters that all searches share.
+Result<void> AddLimits(const Session& session, const std::string& deadline, const std::string& range,
+                       varlink::Json& parameters);
 /// Prints every answer as it comes, until Control-C.
 Outcome TrackSubject(Session& session, DaemonClient& link, varlink::Json parameters);
 /// Both return AutofocusResult; `parameters` are those that Autofocus and AutofocusBegin share. `recording`, where not
 /// nullptr, is given every frame.
 std::expected<varlink::Json, Failure> FocusByOwnCamera(Session& session, DaemonClient& link, varlink::Json parameters);
+/// One call of a method that searches with the lens' own camera: its last reply. Progress is shown; Control-C and
+/// --timeout stop the lens and say where it stands.
+std::expected<varlink::Json, Failure> FollowSearch(Session& session, DaemonClient& link, std::string_view method,
+                                                   varlink::Json parameters);
 std::expected<varlink::Json, Failure> FocusByCommand(Session& session, DaemonClient& link, varlink::Json parameters,
                                                      const AutofocusOptions& options, Recording* recording);
 

@@ -27,6 +27,7 @@ void AddPreset(CLI::App& root, Run& run);
 void AddUndo(CLI::App& root, Run& run);
 void AddStop(CLI::App& root, Run& run);
 void AddAutofocus(CLI::App& root, Run& run);
+void AddFocusMap(CLI::App& root, Run& run);
 void AddStack(CLI::App& root, Run& run);
 void AddSnapshot(CLI::App& root, Run& run);
 void AddExposure(CLI::App& root, Run& run);

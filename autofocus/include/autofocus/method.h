@@ -36,6 +36,7 @@ struct Setup {
   std::optional<double> step = {};
   /// Of lowest..highest: those of the travel, or of a part of it that the caller chose.
   enum class Ends { Travel, Chosen } ends = Ends::Travel;
+  double pixel_m = 0.0;  ///< pitch of the camera's pixels; 0: not known
 };
 
 /// One frame.

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "autofocus/session.h"
+#include "autofocus/region_search.h"
 
 namespace lensd::autofocus {
 
@@ -23,36 +23,23 @@ enum class Policy {
 /// "nearest", "farthest" or "widest". InvalidArgument.
 Result<Policy> PolicyFromName(std::string_view name);
 
-class Regions {
+class Regions final : public RegionSearch {
  public:
   /// `regions` must not be empty. InvalidArgument as Session::Create(), or too many regions.
   static Result<Regions> Create(std::string_view method, const Setup& setup, std::vector<drivers::Region> regions,
                                 Policy policy);
 
-  /// As Session::Next(), for all regions together. A refusal says what became of each of them.
-  Result<Advice> Next(const Place& place, const drivers::Frame& frame);
-  /// As Session::NextScore(); only where there is one region. InvalidArgument otherwise.
-  Result<Advice> NextScore(double position, const Sharpness& sharpness);
+  Result<Advice> Next(const Place& place, const drivers::Frame& frame) override;
+  Result<Advice> NextScore(double position, const Sharpness& sharpness) override;
 
-  const std::vector<drivers::Region>& regions() const { return regions_; }
+  const std::vector<drivers::Region>& regions() const override { return regions_; }
   /// Of the region under work.
-  std::string_view method() const { return sessions_.back().method(); }
-  double relative_sharpness() const { return sessions_.back().relative_sharpness(); }
-  /// Frames taken so far, and how many it will be in all as far as can be told.
-  int frames() const { return frames_; }
-  int frames_expected() const;
-
-  /// A frame as one region saw it.
-  struct Seen {
-    int frame = 0;  ///< of the run, from 0
-    int region = 0;
-    double score = 0.0;  ///< sharpness: gradient energy free of noise over squared brightness, or what a client said
-    double sigma = 0.0;  ///< standard deviation of that
-  };
-  /// Every region's curve so far, region by region, frames in the order they were taken.
-  std::vector<Seen> Curves() const;
-  /// The region that gave the answer.
-  int answered() const { return static_cast<int>(chosen_region_); }
+  std::string_view method() const override { return sessions_.back().method(); }
+  double relative_sharpness() const override { return sessions_.back().relative_sharpness(); }
+  int frames() const override { return frames_; }
+  int frames_expected() const override;
+  std::vector<RegionSample> Curves() const override;
+  int answered() const override { return static_cast<int>(chosen_region_); }
 
   static constexpr std::size_t kMost = 16;
 

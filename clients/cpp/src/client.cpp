@@ -30,7 +30,7 @@ Milliseconds Or(Milliseconds timeout, Milliseconds usual) {
 
 /// How long a method may take when nobody says.
 Milliseconds UsualOf(std::string_view method) {
-  if (method == "Autofocus" || method == "MeasureBacklash") return kSearch;
+  if (method == "Autofocus" || method == "MeasureBacklash" || method == "FocusMap") return kSearch;
   const auto* end = std::end(kDrivingMethods);
   return std::find(std::begin(kDrivingMethods), end, method) != end ? kMotion : kQuestion;
 }

@@ -41,7 +41,7 @@ inline constexpr ErrorRow kErrorsOfLensd[] = {
 
 inline constexpr std::string_view kDrivingMethods[] = {"Move", "Calibrate", "MeasureBacklash", "PresetSave",
     "PresetRecall", "PresetRemove", "Undo", "Home", "ResetFaults", "TakeLease", "DropLease", "Plan", "Autofocus",
-    "AutofocusBegin", "SetExposure"};
+    "FocusMap", "AutofocusBegin", "SetExposure"};
 
 }  // namespace v1
 }  // namespace lensd

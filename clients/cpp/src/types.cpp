@@ -666,6 +666,126 @@ std::vector<Region> AutofocusResult::regions() const {
 std::optional<AutofocusStars> AutofocusResult::stars() const {
   return Access::Get<std::optional<AutofocusStars>>(*this, "stars");
 }
+std::int64_t FocusMapCell::column() const {
+  return Access::Get<std::int64_t>(*this, "column");
+}
+std::int64_t FocusMapCell::row() const {
+  return Access::Get<std::int64_t>(*this, "row");
+}
+Region FocusMapCell::region() const {
+  return Access::Get<Region>(*this, "region");
+}
+double FocusMapCell::x() const {
+  return Access::Get<double>(*this, "x");
+}
+double FocusMapCell::y() const {
+  return Access::Get<double>(*this, "y");
+}
+std::string FocusMapCell::cause() const {
+  return Access::Get<std::string>(*this, "cause");
+}
+std::string FocusMapCell::reason() const {
+  return Access::Get<std::string>(*this, "reason");
+}
+std::optional<double> FocusMapCell::position() const {
+  return Access::Get<std::optional<double>>(*this, "position");
+}
+std::optional<double> FocusMapCell::vergenceD() const {
+  return Access::Get<std::optional<double>>(*this, "vergenceD");
+}
+std::optional<double> FocusMapCell::extensionUm() const {
+  return Access::Get<std::optional<double>>(*this, "extensionUm");
+}
+std::optional<double> FocusMapCell::sigmaUm() const {
+  return Access::Get<std::optional<double>>(*this, "sigmaUm");
+}
+std::optional<double> FocusMapCell::offUm() const {
+  return Access::Get<std::optional<double>>(*this, "offUm");
+}
+bool FocusMapCell::outlier() const {
+  return Access::Get<bool>(*this, "outlier");
+}
+double FocusTilt::riseUm() const {
+  return Access::Get<double>(*this, "riseUm");
+}
+double FocusTilt::sigmaUm() const {
+  return Access::Get<double>(*this, "sigmaUm");
+}
+std::optional<double> FocusTilt::sensorDeg() const {
+  return Access::Get<std::optional<double>>(*this, "sensorDeg");
+}
+std::optional<double> FocusTilt::sensorSigmaDeg() const {
+  return Access::Get<std::optional<double>>(*this, "sensorSigmaDeg");
+}
+std::optional<double> FocusTilt::targetDeg() const {
+  return Access::Get<std::optional<double>>(*this, "targetDeg");
+}
+FocusTilt FocusSurface::across() const {
+  return Access::Get<FocusTilt>(*this, "across");
+}
+FocusTilt FocusSurface::down() const {
+  return Access::Get<FocusTilt>(*this, "down");
+}
+std::optional<double> FocusSurface::curvatureUm() const {
+  return Access::Get<std::optional<double>>(*this, "curvatureUm");
+}
+std::optional<double> FocusSurface::curvatureSigmaUm() const {
+  return Access::Get<std::optional<double>>(*this, "curvatureSigmaUm");
+}
+double FocusSurface::scatterUm() const {
+  return Access::Get<double>(*this, "scatterUm");
+}
+double FocusSurface::leftUm() const {
+  return Access::Get<double>(*this, "leftUm");
+}
+std::optional<double> FocusSurface::leftPx() const {
+  return Access::Get<std::optional<double>>(*this, "leftPx");
+}
+std::int64_t FocusSurface::used() const {
+  return Access::Get<std::int64_t>(*this, "used");
+}
+std::string FocusMapResult::lens() const {
+  return Access::Get<std::string>(*this, "lens");
+}
+bool FocusMapResult::mapped() const {
+  return Access::Get<bool>(*this, "mapped");
+}
+std::string FocusMapResult::cause() const {
+  return Access::Get<std::string>(*this, "cause");
+}
+std::string FocusMapResult::reason() const {
+  return Access::Get<std::string>(*this, "reason");
+}
+std::int64_t FocusMapResult::columns() const {
+  return Access::Get<std::int64_t>(*this, "columns");
+}
+std::int64_t FocusMapResult::rows() const {
+  return Access::Get<std::int64_t>(*this, "rows");
+}
+std::vector<FocusMapCell> FocusMapResult::cells() const {
+  return Access::Get<std::vector<FocusMapCell>>(*this, "cells");
+}
+std::optional<FocusSurface> FocusMapResult::surface() const {
+  return Access::Get<std::optional<FocusSurface>>(*this, "surface");
+}
+std::optional<double> FocusMapResult::magnification() const {
+  return Access::Get<std::optional<double>>(*this, "magnification");
+}
+std::int64_t FocusMapResult::frames() const {
+  return Access::Get<std::int64_t>(*this, "frames");
+}
+std::int64_t FocusMapResult::moves() const {
+  return Access::Get<std::int64_t>(*this, "moves");
+}
+double FocusMapResult::elapsedMs() const {
+  return Access::Get<double>(*this, "elapsedMs");
+}
+double FocusMapResult::position() const {
+  return Access::Get<double>(*this, "position");
+}
+std::optional<double> FocusMapResult::vergenceD() const {
+  return Access::Get<std::optional<double>>(*this, "vergenceD");
+}
 std::int64_t AutofocusStep::frame() const {
   return Access::Get<std::int64_t>(*this, "frame");
 }
@@ -1929,6 +2049,40 @@ AutofocusParameters& AutofocusParameters::deadlineMs(double value) {
   return *this;
 }
 AutofocusParameters& AutofocusParameters::lease(const std::string& value) {
+  Access::Set(*this, "lease", value);
+  return *this;
+}
+std::optional<AutofocusProgress> FocusMapReply::progress() const {
+  return Access::Get<std::optional<AutofocusProgress>>(*this, "progress");
+}
+std::optional<FocusMapResult> FocusMapReply::map() const {
+  return Access::Get<std::optional<FocusMapResult>>(*this, "map");
+}
+FocusMapParameters& FocusMapParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
+FocusMapParameters& FocusMapParameters::columns(std::int64_t value) {
+  Access::Set(*this, "columns", value);
+  return *this;
+}
+FocusMapParameters& FocusMapParameters::rows(std::int64_t value) {
+  Access::Set(*this, "rows", value);
+  return *this;
+}
+FocusMapParameters& FocusMapParameters::range(const FocusRange& value) {
+  Access::Set(*this, "range", value);
+  return *this;
+}
+FocusMapParameters& FocusMapParameters::distanceFrom(const std::string& value) {
+  Access::Set(*this, "distanceFrom", value);
+  return *this;
+}
+FocusMapParameters& FocusMapParameters::deadlineMs(double value) {
+  Access::Set(*this, "deadlineMs", value);
+  return *this;
+}
+FocusMapParameters& FocusMapParameters::lease(const std::string& value) {
   Access::Set(*this, "lease", value);
   return *this;
 }

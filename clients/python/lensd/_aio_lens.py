@@ -12,8 +12,9 @@ from ._aio_streams import Stream, View
 from ._protocol import MOTION_S, QUESTION_S, SEARCH_S, Call, Deadline, socket_path
 from .client_errors import BrokenReply
 from .pictures import Assembly, Frame, Picture, Score, calls_of
-from .types import (AutofocusProgress, AutofocusResult, AutofocusStep, Axis, BlurLimit, DistanceFrom, Encoding, Event, FocusRange,
-                    FocusStep, LensInfo, LensStatus, MoveProgress, MoveResult, PlanRequest, Policy, Region, Size, Target)
+from .types import (AutofocusProgress, AutofocusResult, AutofocusStep, Axis, BlurLimit, DistanceFrom, Encoding, Event,
+                    FocusMapResult, FocusRange, FocusStep, LensInfo, LensStatus, MoveProgress, MoveResult, PlanRequest, Policy,
+                    Region, Size, Target)
 
 R = TypeVar("R")
 Grab = Callable[[AutofocusStep], Union[Frame, Score, Awaitable[Union[Frame, Score]]]]
@@ -222,6 +223,15 @@ class Lens:
         return await self._session(calls.autofocus_begin(
             region=region, method=method, regions=regions, policy=policy, range=range, step=step, distance_from=distance_from,
             deadline_ms=deadline_ms, pixel_um=pixel_um, scores=scores), grab, Deadline(timeout_s))
+
+    async def focus_map(self, *, columns: Optional[int] = None, rows: Optional[int] = None, range: Optional[FocusRange] = None,
+                        distance_from: Optional[DistanceFrom] = None, deadline_ms: Optional[float] = None,
+                        progress: Optional[Callable[[AutofocusProgress], Any]] = None, timeout_s: float = SEARCH_S) -> FocusMapResult:
+        """Where each region of a grid is in focus, and the tilt and curvature fitted to them; whether it is sure is in `mapped`."""
+        result: FocusMapResult = await self._followed(
+            calls.focus_map(columns=columns, rows=rows, range=range, distance_from=distance_from, deadline_ms=deadline_ms), "map",
+            progress, timeout_s)
+        return result
 
     async def _session(self, begin: Call[calls.AutofocusBeginReply], grab: Grab, deadline: Deadline) -> AutofocusResult:
         """A session belongs to its connection: to close that ends the search."""

@@ -10,9 +10,9 @@ from typing import Optional
 from ._protocol import Call
 from .types import (
     AutofocusProgress, AutofocusResult, AutofocusStep, Axis, BacklashProgress, BacklashResult, CalibrationInfo,
-    CalibrationPoint, DaemonMetrics, DistanceFrom, Encoding, Event, ExposureInfo, FailedSearch, FocusRange, FocusStep,
-    FoundDevice, FrameInfo, LensInfo, LensMetrics, LensStatus, MoveProgress, MoveResult, PictureInfo, PixelFormat,
-    PlanAnswer, PlanRequest, Policy, Preset, RecallResult, Region, Size, Target, UndoResult)
+    CalibrationPoint, DaemonMetrics, DistanceFrom, Encoding, Event, ExposureInfo, FailedSearch, FocusMapResult,
+    FocusRange, FocusStep, FoundDevice, FrameInfo, LensInfo, LensMetrics, LensStatus, MoveProgress, MoveResult,
+    PictureInfo, PixelFormat, PlanAnswer, PlanRequest, Policy, Preset, RecallResult, Region, Size, Target, UndoResult)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -266,9 +266,9 @@ def stop(*, lens: Optional[str] = None, axis: Optional[Axis] = None, latch: Opti
     """Stops one axis and any autofocus, or everything the lens does; without `lens` every lens. It acts as soon as it
     is read, whatever else its connection waits for. Every call that was read before it, on any connection, and moves
     what is stopped answers Cancelled. With `latch` no axis of these lenses moves until ResetFaults: until then Status
-    has `latched`, and Move, Home, Autofocus, AutofocusBegin, MeasureBacklash, PresetRecall, Undo, SetExposure and a
-    Plan with `apply` answer Cancelled at once, however often they are repeated. Where it stops every lens, an error is
-    that of one of them; the others are stopped all the same."""
+    has `latched`, and Move, Home, Autofocus, FocusMap, AutofocusBegin, MeasureBacklash, PresetRecall, Undo, SetExposure
+    and a Plan with `apply` answer Cancelled at once, however often they are repeated. Where it stops every lens, an
+    error is that of one of them; the others are stopped all the same."""
     return Call("io.lensd.Lens.Stop", {"lens": lens, "axis": axis, "latch": latch}, StopReply)
 
 
@@ -366,6 +366,27 @@ def autofocus(*, lens: Optional[str] = None, region: Optional[Region] = None, me
     return Call("io.lensd.Lens.Autofocus", {"lens": lens, "region": region, "method": method, "regions": regions,
                 "policy": policy, "track": track, "range": range, "step": step, "distanceFrom": distance_from,
                 "deadlineMs": deadline_ms, "lease": lease}, AutofocusReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FocusMapReply:
+    """The answer to FocusMap."""
+
+    progress: Optional[AutofocusProgress] = None
+    map: Optional[FocusMapResult] = None
+
+
+def focus_map(*, lens: Optional[str] = None, columns: Optional[int] = None, rows: Optional[int] = None, range:
+              Optional[FocusRange] = None, distance_from: Optional[DistanceFrom] = None, deadline_ms: Optional[float] =
+              None, lease: Optional[str] = None) -> Call[FocusMapReply]:
+    """Feature "focusMap". Finds out where each region of a grid is in focus (columns 5 and rows 4 when left out; from 2
+    to 12), by one search of the range with frames of the lens' own camera, fits a plane and a bowl to them and goes to
+    where the frame as a whole is least out of focus; or refuses and puts the lens back. Regions without texture and
+    those off the surface are named and left out. range, distanceFrom and deadlineMs are as of Autofocus, and so is
+    Busy. Progress is that of an autofocus without samples; watchers are told of an autofocus by the method "map".
+    Unsupported: no camera, or a lens whose extension is not known (uncalibrated, liquid)."""
+    return Call("io.lensd.Lens.FocusMap", {"lens": lens, "columns": columns, "rows": rows, "range": range,
+                "distanceFrom": distance_from, "deadlineMs": deadline_ms, "lease": lease}, FocusMapReply)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -647,6 +647,114 @@ class AutofocusResult:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FocusMapCell:
+    """Feature "focusMap". One region of a focus map."""
+
+    # Its column from the left, from 0.
+    column: int
+    # Its row from the top, from 0.
+    row: int
+    # The region.
+    region: Region
+    # Its middle, as a fraction of the frame's width from the left.
+    x: float
+    # Its middle, as a fraction of the frame's height from the top.
+    y: float
+    # found, or why it is not known where it is in focus.
+    cause: AutofocusCause
+    # The same in words.
+    reason: str
+    # Native focus position at which it is in focus, null where cause is not found.
+    position: Optional[float] = None
+    # Vergence in focus there, null where position is.
+    vergence_d: Optional[float] = None
+    # Extension there beyond that at which the frame as a whole is least out of focus; null where position is, or where
+    # there is no surface.
+    extension_um: Optional[float] = None
+    # Standard deviation of that by this region's own frames, null where position is.
+    sigma_um: Optional[float] = None
+    # Extension there beyond the fitted surface, null where extensionUm is.
+    off_um: Optional[float] = None
+    # It is too far off to lie on the surface, and was left out of the fit.
+    outlier: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FocusTilt:
+    """Feature "focusMap". How best focus changes along one side of the frame. The angles are two readings of the same:
+    each would explain all of it."""
+
+    # Extension of best focus at the right edge beyond that at the left; down: at the lower edge beyond the upper.
+    rise_um: float
+    # Standard deviation of that.
+    sigma_um: float
+    # Angle of the sensor that explains it, positive where the side that shows the right (lower) edge of the picture is
+    # too near to the lens; null where the pixels' size is not known.
+    sensor_deg: Optional[float] = None
+    # Standard deviation of that.
+    sensor_sigma_deg: Optional[float] = None
+    # Angle of the target that explains it, positive where its right (lower) edge is nearer; null where sensorDeg is,
+    # and where the target is so far away that no angle would.
+    target_deg: Optional[float] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FocusSurface:
+    """Feature "focusMap". The smooth surface that best focus lies on over the frame: a plane and a bowl."""
+
+    # The plane's slope along the frame's width: a turn about the vertical (y) axis.
+    across: FocusTilt
+    # Along its height: a turn about the horizontal (x) axis.
+    down: FocusTilt
+    # Extension of best focus in the corners beyond the middle, null where too few regions tell.
+    curvature_um: Optional[float] = None
+    # Standard deviation of that.
+    curvature_sigma_um: Optional[float] = None
+    # Standard deviation by which regions are off the surface beyond their own sigmaUm. It counts in the errors above.
+    scatter_um: float
+    # The region that is farthest out of focus where the lens now stands is so by this, by the surface.
+    left_um: float
+    # Diameter of the blur there, null where the f-number or the pixels' size are not known.
+    left_px: Optional[float] = None
+    # How many regions it was fitted to.
+    used: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FocusMapResult:
+    """Feature "focusMap". A finished focus map."""
+
+    # Name of the lens.
+    lens: str
+    # It is sure. Otherwise it refused, and the lens is back where it was.
+    mapped: bool
+    # Why it believes the map, or why it refused.
+    cause: AutofocusCause
+    # The same in words.
+    reason: str
+    # Columns of the grid.
+    columns: int
+    # Rows of the grid.
+    rows: int
+    # The regions, row by row. Empty where the search did not come to its end.
+    cells: list[FocusMapCell]
+    # What was fitted to them, null where it refused.
+    surface: Optional[FocusSurface] = None
+    # Size of the target on the sensor over its own, from vergenceD; null where it refused.
+    magnification: Optional[float] = None
+    # Frames used.
+    frames: int
+    # Moves made.
+    moves: int
+    # From the start of the command to its end.
+    elapsed_ms: float
+    # Native focus position at the end: where the frame as a whole is least out of focus.
+    position: float
+    # Vergence in focus there.
+    vergence_d: Optional[float] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class AutofocusStep:
     """Where an autofocus session wants its next frame. The lens stands there."""
 

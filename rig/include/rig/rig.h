@@ -20,6 +20,7 @@
 #include "drivers/api/lens.h"
 #include "rig/calibration.h"
 #include "rig/config.h"
+#include "rig/focus_map.h"
 #include "rig/motion.h"
 #include "rig/optics_table.h"
 #include "rig/position_memory.h"
@@ -60,7 +61,7 @@ struct AutofocusSample {
   Native position;                   ///< of the mechanism at mid-exposure
   Native bound;                      ///< it was within this of that
   std::optional<Dioptres> vergence;  ///< there, where optics are known
-  double score = 0.0;                ///< sharpness, as of autofocus::Regions::Seen
+  double score = 0.0;                ///< sharpness, as of autofocus::RegionSample
   double score_sigma = 0.0;
   Instant exposure_start{};
   Instant exposure_end{};
@@ -132,8 +133,9 @@ struct AutofocusRequest {
   /// the camera's frame rate and the lens' speed, and at least 20 s; with an OutsideCamera by how often its frames
   /// come, at least a minute and at most an hour.
   std::optional<Duration> deadline{};
-  std::optional<SearchRange> range{};  ///< default: all of the travel
-  std::optional<SearchStep> step{};    ///< default: what the optics call for
+  std::optional<SearchRange> range{};       ///< default: all of the travel
+  std::optional<SearchStep> step{};         ///< default: what the optics call for
+  std::optional<autofocus::MapGrid> map{};  ///< best focus all over the frame, instead of one answer by a method
   /// Goes on after each answer or refusal, which it is told of, and holds focus on the one region until it is stopped,
   /// superseded or fails: only then the run ends. The deadline is one for each search.
   std::function<void(const AutofocusOutcome&)> track{};
@@ -185,6 +187,7 @@ struct AutofocusOutcome {
   std::vector<AutofocusSample> samples{};              ///< the newest kMostSamples, those of the last search
   std::vector<drivers::Region> regions{};              ///< that were looked at
   std::optional<autofocus::StarFigures> stars{};       ///< in the last frame, where it was focused by them
+  std::optional<FocusMapOutcome> map{};                ///< where one was asked for and the search came to its end
 };
 
 using StopCallback = std::move_only_function<void(Result<void>)>;

@@ -37,6 +37,10 @@ class AutofocusSubject;
 class AutofocusProgress;
 class AutofocusCandidate;
 class AutofocusResult;
+class FocusMapCell;
+class FocusTilt;
+class FocusSurface;
+class FocusMapResult;
 class AutofocusStep;
 class ExposureInfo;
 class Size;
@@ -115,6 +119,8 @@ class PlanReply;
 class PlanParameters;
 class AutofocusReply;
 class AutofocusParameters;
+class FocusMapReply;
+class FocusMapParameters;
 class AutofocusBeginReply;
 class AutofocusBeginParameters;
 class AutofocusPixelsReply;
@@ -683,6 +689,110 @@ class LENSD_API AutofocusResult : public Value {
   std::vector<Region> regions() const;
   /// Feature "stars". What was focused on by the method stars, null where it was another.
   std::optional<AutofocusStars> stars() const;
+};
+
+/// Feature "focusMap". One region of a focus map.
+class LENSD_API FocusMapCell : public Value {
+ public:
+  /// Its column from the left, from 0.
+  std::int64_t column() const;
+  /// Its row from the top, from 0.
+  std::int64_t row() const;
+  /// The region.
+  Region region() const;
+  /// Its middle, as a fraction of the frame's width from the left.
+  double x() const;
+  /// Its middle, as a fraction of the frame's height from the top.
+  double y() const;
+  /// found, or why it is not known where it is in focus.
+  std::string cause() const;
+  /// The same in words.
+  std::string reason() const;
+  /// Native focus position at which it is in focus, null where cause is not found.
+  std::optional<double> position() const;
+  /// Vergence in focus there, null where position is.
+  std::optional<double> vergenceD() const;
+  /// Extension there beyond that at which the frame as a whole is least out of focus; null where position is, or where
+  /// there is no surface.
+  std::optional<double> extensionUm() const;
+  /// Standard deviation of that by this region's own frames, null where position is.
+  std::optional<double> sigmaUm() const;
+  /// Extension there beyond the fitted surface, null where extensionUm is.
+  std::optional<double> offUm() const;
+  /// It is too far off to lie on the surface, and was left out of the fit.
+  bool outlier() const;
+};
+
+/// Feature "focusMap". How best focus changes along one side of the frame. The angles are two readings of the same:
+/// each would explain all of it.
+class LENSD_API FocusTilt : public Value {
+ public:
+  /// Extension of best focus at the right edge beyond that at the left; down: at the lower edge beyond the upper.
+  double riseUm() const;
+  /// Standard deviation of that.
+  double sigmaUm() const;
+  /// Angle of the sensor that explains it, positive where the side that shows the right (lower) edge of the picture is
+  /// too near to the lens; null where the pixels' size is not known.
+  std::optional<double> sensorDeg() const;
+  /// Standard deviation of that.
+  std::optional<double> sensorSigmaDeg() const;
+  /// Angle of the target that explains it, positive where its right (lower) edge is nearer; null where sensorDeg is,
+  /// and where the target is so far away that no angle would.
+  std::optional<double> targetDeg() const;
+};
+
+/// Feature "focusMap". The smooth surface that best focus lies on over the frame: a plane and a bowl.
+class LENSD_API FocusSurface : public Value {
+ public:
+  /// The plane's slope along the frame's width: a turn about the vertical (y) axis.
+  FocusTilt across() const;
+  /// Along its height: a turn about the horizontal (x) axis.
+  FocusTilt down() const;
+  /// Extension of best focus in the corners beyond the middle, null where too few regions tell.
+  std::optional<double> curvatureUm() const;
+  /// Standard deviation of that.
+  std::optional<double> curvatureSigmaUm() const;
+  /// Standard deviation by which regions are off the surface beyond their own sigmaUm. It counts in the errors above.
+  double scatterUm() const;
+  /// The region that is farthest out of focus where the lens now stands is so by this, by the surface.
+  double leftUm() const;
+  /// Diameter of the blur there, null where the f-number or the pixels' size are not known.
+  std::optional<double> leftPx() const;
+  /// How many regions it was fitted to.
+  std::int64_t used() const;
+};
+
+/// Feature "focusMap". A finished focus map.
+class LENSD_API FocusMapResult : public Value {
+ public:
+  /// Name of the lens.
+  std::string lens() const;
+  /// It is sure. Otherwise it refused, and the lens is back where it was.
+  bool mapped() const;
+  /// Why it believes the map, or why it refused.
+  std::string cause() const;
+  /// The same in words.
+  std::string reason() const;
+  /// Columns of the grid.
+  std::int64_t columns() const;
+  /// Rows of the grid.
+  std::int64_t rows() const;
+  /// The regions, row by row. Empty where the search did not come to its end.
+  std::vector<FocusMapCell> cells() const;
+  /// What was fitted to them, null where it refused.
+  std::optional<FocusSurface> surface() const;
+  /// Size of the target on the sensor over its own, from vergenceD; null where it refused.
+  std::optional<double> magnification() const;
+  /// Frames used.
+  std::int64_t frames() const;
+  /// Moves made.
+  std::int64_t moves() const;
+  /// From the start of the command to its end.
+  double elapsedMs() const;
+  /// Native focus position at the end: where the frame as a whole is least out of focus.
+  double position() const;
+  /// Vergence in focus there.
+  std::optional<double> vergenceD() const;
 };
 
 /// Where an autofocus session wants its next frame. The lens stands there.
@@ -1695,9 +1805,9 @@ class LENSD_API StopReply : public Value {
 /// Stops one axis and any autofocus, or everything the lens does; without `lens` every lens. It acts as soon as it is
 /// read, whatever else its connection waits for. Every call that was read before it, on any connection, and moves what
 /// is stopped answers Cancelled. With `latch` no axis of these lenses moves until ResetFaults: until then Status has
-/// `latched`, and Move, Home, Autofocus, AutofocusBegin, MeasureBacklash, PresetRecall, Undo, SetExposure and a Plan
-/// with `apply` answer Cancelled at once, however often they are repeated. Where it stops every lens, an error is that
-/// of one of them; the others are stopped all the same.
+/// `latched`, and Move, Home, Autofocus, FocusMap, AutofocusBegin, MeasureBacklash, PresetRecall, Undo, SetExposure and
+/// a Plan with `apply` answer Cancelled at once, however often they are repeated. Where it stops every lens, an error
+/// is that of one of them; the others are stopped all the same.
 class LENSD_API StopParameters : public Value {
  public:
   using Reply = StopReply;
@@ -1825,6 +1935,32 @@ class LENSD_API AutofocusParameters : public Value {
   AutofocusParameters& distanceFrom(const std::string& value);
   AutofocusParameters& deadlineMs(double value);
   AutofocusParameters& lease(const std::string& value);
+};
+
+/// The answer to FocusMap.
+class LENSD_API FocusMapReply : public Value {
+ public:
+  std::optional<AutofocusProgress> progress() const;
+  std::optional<FocusMapResult> map() const;
+};
+
+/// Feature "focusMap". Finds out where each region of a grid is in focus (columns 5 and rows 4 when left out; from 2 to
+/// 12), by one search of the range with frames of the lens' own camera, fits a plane and a bowl to them and goes to
+/// where the frame as a whole is least out of focus; or refuses and puts the lens back. Regions without texture and
+/// those off the surface are named and left out. range, distanceFrom and deadlineMs are as of Autofocus, and so is
+/// Busy. Progress is that of an autofocus without samples; watchers are told of an autofocus by the method "map".
+/// Unsupported: no camera, or a lens whose extension is not known (uncalibrated, liquid).
+class LENSD_API FocusMapParameters : public Value {
+ public:
+  using Reply = FocusMapReply;
+  static const char* Method() { return "FocusMap"; }
+  FocusMapParameters& lens(const std::string& value);
+  FocusMapParameters& columns(std::int64_t value);
+  FocusMapParameters& rows(std::int64_t value);
+  FocusMapParameters& range(const FocusRange& value);
+  FocusMapParameters& distanceFrom(const std::string& value);
+  FocusMapParameters& deadlineMs(double value);
+  FocusMapParameters& lease(const std::string& value);
 };
 
 /// The answer to AutofocusBegin.
