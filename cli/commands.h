@@ -18,11 +18,11 @@ void AddProject(CLI::App& root, Run& run);
 void AddLight(CLI::App& root, Run& run);
 
 inline constexpr std::initializer_list<AddCommand> kCommands = {
-    AddPlan,   AddBlur,      AddDof,       AddConjugate,  AddProject, AddLight,      AddDevices,  AddList,
-    AddStatus, AddFocus,     AddAperture,  AddZoom,       AddFilter,  AddHome,       AddStop,     AddReset,
-    AddWait,   AddAutofocus, AddCalibrate, AddBacklash,   AddPreset,  AddUndo,       AddSnapshot, AddExposure,
-    AddStack,  AddMonitor,   AddMetrics,   AddLog,        AddLease,   AddReload,     AddBackup,   AddRestore,
-    AddSetup,  AddDoctor,    AddCall,      AddIntrospect, AddHelp,    AddCompletion,
+    AddPlan,     AddBlur,      AddDof,       AddConjugate, AddProject,    AddLight,  AddDevices,    AddList,
+    AddStatus,   AddFocus,     AddAperture,  AddZoom,      AddFilter,     AddHome,   AddStop,       AddReset,
+    AddWait,     AddAutofocus, AddCalibrate, AddBacklash,  AddFocusShift, AddPreset, AddUndo,       AddSnapshot,
+    AddExposure, AddStack,     AddMonitor,   AddMetrics,   AddLog,        AddLease,  AddReload,     AddBackup,
+    AddRestore,  AddSetup,     AddDoctor,    AddCall,      AddIntrospect, AddHelp,   AddCompletion,
 };
 
 }  // namespace lensd::cli

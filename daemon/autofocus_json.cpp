@@ -4,19 +4,13 @@
 
 #include "json_values.h"
 #include "lens_json.h"
+#include "search_conditions_json.h"
 
 namespace lensd::daemon {
 
 using varlink::Json;
 
 namespace {
-
-std::string_view AutofocusCauseName(const rig::AutofocusOutcome& outcome) {
-  static constexpr std::array<std::string_view, 12> kNames = {
-      "noTexture", "tooBright",    "severalDepths", "endOfTravel", "subjectMoved", "ambiguous",
-      "unclear",   "uncalibrated", "placeUnknown",  "deadline",    "missed",       "sameFrame"};
-  return outcome.focused ? "found" : NameIn(kNames, outcome.cause);
-}
 
 Json SamplesJson(const std::vector<rig::AutofocusSample>& samples) {
   static constexpr std::array<std::string_view, 3> kStates = {"standing", "moving", "backlashOpen"};
@@ -56,6 +50,13 @@ Json RegionsJson(const std::vector<drivers::Region>& regions) {
 
 }  // namespace
 
+std::string_view AutofocusCauseName(autofocus::Cause cause) {
+  static constexpr std::array<std::string_view, 13> kNames = {
+      "noTexture",    "tooBright",    "severalDepths", "endOfTravel", "subjectMoved", "ambiguous",  "unclear",
+      "uncalibrated", "placeUnknown", "deadline",      "missed",      "sameFrame",    "notRestored"};
+  return NameIn(kNames, cause);
+}
+
 Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome) {
   Json candidates = Json::array();
   for (const rig::AutofocusCandidate& candidate : outcome.candidates) {
@@ -73,11 +74,12 @@ Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome
             {"sigmaD", Optional(outcome.sigma)},
             {"position", NativeJson(outcome.position.value)},
             {"confidence", outcome.confidence},
-            {"cause", AutofocusCauseName(outcome)},
+            {"cause", outcome.focused ? "found" : AutofocusCauseName(outcome.cause)},
             {"reason", outcome.reason},
             {"subject", SubjectJson(outcome.subject)},
             {"samples", SamplesJson(outcome.samples)},
-            {"regions", RegionsJson(outcome.regions)}};
+            {"regions", RegionsJson(outcome.regions)},
+            {"conditions", outcome.under ? SearchedUnderJson(*outcome.under) : Json(nullptr)}};
   if (!candidates.empty()) json["candidates"] = std::move(candidates);
   return json;
 }

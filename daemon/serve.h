@@ -18,6 +18,7 @@ MethodTable SessionMethods(LensService& service);      ///< serve_autofocus_sess
 MethodTable PictureMethods(LensService& service);      ///< serve_pictures.cpp
 MethodTable ExposureMethods(LensService& service);     ///< serve_exposure.cpp
 MethodTable CalibrationMethods(LensService& service);  ///< serve_calibration.cpp
+MethodTable FocusShiftMethods(LensService& service);   ///< serve_focus_shift.cpp
 MethodTable PresetMethods(LensService& service);       ///< serve_presets.cpp
 MethodTable ReloadMethods(LensService& service);       ///< serve_reload.cpp
 

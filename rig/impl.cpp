@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/quantity_text.h"
+#include "search_conditions.h"
 
 namespace lensd::rig {
 namespace {
@@ -67,16 +68,16 @@ Rig::Impl::Impl(const RigConfig& config, drivers::Device opened, std::optional<O
 /// No caller is left waiting for an answer that will never come.
 Rig::Impl::~Impl() {
   do {
-    commanded = false;
+    commands.since_step = false;
     FailAll(Error{Code::Cancelled, "the lens was closed"});
     RunReplies();
-  } while (commanded);
+  } while (commands.since_step);
 }
 
 // ---- a step -------------------------------------------------------------------------------------------------------
 
 Instant Rig::Impl::Step(Instant now) {
-  commanded = false;
+  commands.since_step = false;
   if (replies.TakeHurry()) {
     RunReplies();
     return now;
@@ -129,7 +130,7 @@ void Rig::Impl::RunReplies() {
 }
 
 Instant Rig::Impl::NextStep(Instant now) const {
-  if (commanded) return now;
+  if (commands.since_step) return now;
   if (reader.problem() && !frames.anyone() && !autofocus.judges()) return reader.next_read();
   const auto steady = reader.SteadySince();
   if (!steady || frames.has_frame() || autofocus.watches_external()) {
@@ -244,6 +245,12 @@ void Rig::Impl::Autofocus(AutofocusRequest request, ProgressCallback progress, A
   }
   auto search = autofocus.SearchFor(request);
   if (!search) return replies.Add(std::move(done), Result<AutofocusOutcome>(PassOn(search)));
+  if (request.conditions) {
+    if (auto possible = ConditionedSearch::Check(*this, request); !possible) {
+      return replies.Add(std::move(done), Result<AutofocusOutcome>(PassOn(possible)));
+    }
+    return ConditionedSearch::Begin(*this, std::move(request), std::move(progress), std::move(done));
+  }
   const bool focus_under_way = axes[Axis::Focus]->motion() != nullptr;
   Disturb(Axis::Focus);
   if (focus_under_way) axes[Axis::Focus]->Halt();
@@ -352,8 +359,11 @@ std::optional<Error> Rig::Impl::WhyNotFocused() const {
                 {.axis = "focus", .activity = activity})
         .error();
   };
-  if (!procedure.expired()) return busy("the backlash of this lens is being measured", "backlash");
-  if (autofocus.running()) return busy("an autofocus is under way", "autofocus");
+  const auto occupied = procedure.lock();
+  if (occupied && occupied->kind == Activity::Kind::Backlash) {
+    return busy("the backlash of this lens is being measured", "backlash");
+  }
+  if (occupied || autofocus.running()) return busy("an autofocus is under way", "autofocus");
   return std::nullopt;
 }
 

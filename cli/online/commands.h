@@ -23,6 +23,7 @@ void AddRestore(CLI::App& root, Run& run);
 void AddLease(CLI::App& root, Run& run);
 void AddCalibrate(CLI::App& root, Run& run);
 void AddBacklash(CLI::App& root, Run& run);
+void AddFocusShift(CLI::App& root, Run& run);
 void AddPreset(CLI::App& root, Run& run);
 void AddUndo(CLI::App& root, Run& run);
 void AddStop(CLI::App& root, Run& run);

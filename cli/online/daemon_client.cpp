@@ -106,9 +106,22 @@ class SignalWatch {
 }  // namespace
 
 Json WithLease(std::string_view method, Json parameters) {
-  constexpr std::array<std::string_view, 14> kDriving = {
-      "SetExposure", "Move",       "Home",         "Plan",         "Autofocus",   "AutofocusBegin", "MeasureBacklash",
-      "Calibrate",   "PresetSave", "PresetRemove", "PresetRecall", "ResetFaults", "TakeLease",      "DropLease"};
+  constexpr std::array<std::string_view, 16> kDriving = {"SetExposure",
+                                                         "Move",
+                                                         "Home",
+                                                         "Plan",
+                                                         "Autofocus",
+                                                         "AutofocusBegin",
+                                                         "MeasureBacklash",
+                                                         "Calibrate",
+                                                         "PresetSave",
+                                                         "PresetRemove",
+                                                         "PresetRecall",
+                                                         "ResetFaults",
+                                                         "TakeLease",
+                                                         "DropLease",
+                                                         "MeasureFocusShift",
+                                                         "RemoveFocusShift"};
   const char* const key = std::getenv("LENSD_LEASE");
   const auto name = method.substr(method.rfind('.') + 1);
   const bool takes_it =

@@ -220,10 +220,19 @@ std::string AutofocusStepText(const Json& step) {
          ", position " + NumberText(step, "position", 8, "") + FocusText(step);
 }
 
+std::string ShiftSizeText(const Json& size) {
+  if (Has(size, "extensionUm")) {
+    return NumberText(size, "extensionUm", 4, " um of extension, sigma ") + NumberText(size, "sigmaUm", 2, " um");
+  }
+  return NumberText(size, "size", 4, " steps, sigma ") + NumberText(size, "sizeSigma", 2, "");
+}
+
 std::string AutofocusText(const Json& result) {
   std::string line = TextOf(result, "lens") + ": ";
   const std::string focus = FocusText(result);
-  if (!True(result, "focused")) {
+  if (TextOf(result, "cause") == "notRestored") {
+    line += "NOT done" + focus;
+  } else if (!True(result, "focused")) {
     line += "refused, and back where it was" + focus;
   } else {
     line += focus.empty() ? "focused" : focus.substr(2);  // ", focused at ..." says it already
@@ -235,6 +244,9 @@ std::string AutofocusText(const Json& result) {
           TimeText(result, "elapsedMs") + " by " + TextOf(result, "method");
   if (!TextOf(result, "reason").empty()) {
     line += (True(result, "focused") ? "\n  why: " : "\n  why not: ") + TextOf(result, "reason");
+  }
+  if (Has(result, "conditions") && Has(result["conditions"], "shift")) {
+    line += "\n  shift: " + ShiftSizeText(result["conditions"]["shift"]);
   }
   if (Has(result, "candidates")) {
     for (const Json& candidate : result["candidates"]) {

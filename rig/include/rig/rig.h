@@ -23,6 +23,7 @@
 #include "rig/motion.h"
 #include "rig/optics_table.h"
 #include "rig/position_memory.h"
+#include "rig/search_conditions.h"
 
 namespace lensd::rig {
 
@@ -137,6 +138,7 @@ struct AutofocusRequest {
   /// Goes on after each answer or refusal, which it is told of, and holds focus on the one region until it is stopped,
   /// superseded or fails: only then the run ends. The deadline is one for each search.
   std::function<void(const AutofocusOutcome&)> track{};
+  std::optional<SearchConditions> conditions{};  ///< of the search alone; not with `track` or `outside`
   std::optional<OutsideCamera> outside{};  ///< instead of the lens's own camera; `regions` are of its frames then,
                                            ///< all of them by default
 };
@@ -184,6 +186,7 @@ struct AutofocusOutcome {
   std::vector<AutofocusCandidate> candidates;          ///< what there was to choose from, where it was more than one
   std::vector<AutofocusSample> samples{};              ///< the newest kMostSamples, those of the last search
   std::vector<drivers::Region> regions{};              ///< that were looked at
+  std::optional<SearchedUnder> under{};                ///< of a search under conditions of its own
 };
 
 using StopCallback = std::move_only_function<void(Result<void>)>;
@@ -282,8 +285,9 @@ class Rig {
   /// Clears the faults of these axes, all of them if empty, where devices want to be told; moves nothing. Unsupported:
   /// an axis that was named takes no such command.
   void ResetFaults(const std::vector<drivers::Axis>& axes, StopCallback done);
-  /// Focuses on a region. Refusing is an outcome, not an error. Unsupported: no camera, no focus axis. InvalidArgument:
-  /// no such method, a region outside the frame.
+  /// Focuses on a region. Refusing is an outcome, not an error. Unsupported: no camera, no focus axis, conditions that
+  /// cannot be set or could not be brought back. InvalidArgument: no such method, a region outside the frame. With
+  /// conditions its answer comes once all is as before, or what is not is known.
   void Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done);
   /// The frame, or its sharpness, that an autofocus with an OutsideCamera wants. `taken` says whether it was used; what
   /// follows comes through that run's own callbacks. InvalidArgument: no frame is wanted, the exposure began too early
@@ -336,9 +340,10 @@ class Rig {
 
  private:
   class Impl;
+  friend class ConditionedSearch;
   explicit Rig(std::unique_ptr<Impl> impl);
   Impl& Commanded();
-  Impl& Displacing();
+  Impl& Displacing(const std::vector<drivers::Axis>& axes);
   std::unique_ptr<Impl> impl_;
 };
 
