@@ -21,7 +21,7 @@ inline constexpr std::initializer_list<AddCommand> kCommands = {
     AddPlan,     AddBlur,      AddDof,       AddConjugate, AddProject,    AddLight,  AddDevices,    AddList,
     AddStatus,   AddFocus,     AddAperture,  AddZoom,      AddFilter,     AddHome,   AddStop,       AddReset,
     AddWait,     AddAutofocus, AddCalibrate, AddBacklash,  AddFocusShift, AddPreset, AddUndo,       AddSnapshot,
-    AddExposure, AddStack,     AddMonitor,   AddMetrics,   AddLog,        AddLease,  AddReload,     AddBackup,
+    AddExposure, AddStack,     AddMonitor,   AddMetrics,   AddLog,        AddLease, AddHold,  AddReload,     AddBackup,
     AddRestore,  AddSetup,     AddDoctor,    AddCall,      AddIntrospect, AddHelp,   AddCompletion,
 };
 

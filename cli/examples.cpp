@@ -87,6 +87,7 @@ constexpr auto kExamples = std::to_array<OfCommand>({
     {"lensctl log", {"lensctl log cam -n 20", "what the journal has of this lens"}},
     {"lensctl lease", {"lensctl lease take cam --for 10min", "prints the key: export LENSD_LEASE=KEY"}},
     {"lensctl lease", {"lensctl lease drop cam", "let others move it again"}},
+    {"lensctl hold", {"lensctl hold cam --for 1s", "corrections wait for an exposure of another program"}},
     {"lensctl reload", {"lensctl reload", "after a change of lensd.toml"}},
     {"lensctl backup", {"lensctl backup rig.lensd", "to take it to another host"}},
     {"lensctl restore", {"lensctl restore rig.lensd", "there, while lensd does not run"}},

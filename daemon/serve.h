@@ -12,6 +12,7 @@ MethodTable StatusMethods(LensService& service);       ///< serve_status.cpp
 MethodTable DeviceMethods(LensService& service);       ///< serve_devices.cpp
 MethodTable MotionMethods(LensService& service);       ///< serve_motion.cpp
 MethodTable LeaseMethods(LensService& service);        ///< serve_lease.cpp
+MethodTable HoldMethods(LensService& service);         ///< serve_hold.cpp
 MethodTable PlanMethods(LensService& service);         ///< serve_plan.cpp
 MethodTable AutofocusMethods(LensService& service);    ///< serve_autofocus.cpp
 MethodTable SessionMethods(LensService& service);      ///< serve_autofocus_session.cpp

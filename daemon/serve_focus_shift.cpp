@@ -16,10 +16,10 @@ namespace {
 
 using varlink::Json;
 
-constexpr int kFewestPairs = 3, kMostPairs = 20;
+constexpr int kFewestShiftPairs = 3, kMostShiftPairs = 20;
 constexpr std::size_t kMostShifts = 1000;
 
-std::string Today() {
+std::string ShiftDate() {
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
   gmtime_r(&now, &utc);
@@ -27,16 +27,16 @@ std::string Today() {
   return {text, std::strftime(text, sizeof text, "%Y-%m-%d", &utc)};
 }
 
-Result<rig::ShiftRequest> RequestOf(const Json& parameters) {
+Result<rig::ShiftRequest> ShiftRequestOf(const Json& parameters) {
   rig::ShiftRequest request;
   auto conditions = SearchConditionsOf(parameters["conditions"], "conditions");
   if (!conditions) return PassOn(conditions);
   request.conditions = *conditions;
   if (const Json* pairs = Given(parameters, "pairs")) {
     const auto count = pairs->get<std::int64_t>();
-    if (count < kFewestPairs || count > kMostPairs) {
-      return PassOn(
-          Wrong("pairs is from 3 to 20", {.parameter = "pairs", .minimum = kFewestPairs, .maximum = kMostPairs}));
+    if (count < kFewestShiftPairs || count > kMostShiftPairs) {
+      return PassOn(Wrong("pairs is from 3 to 20",
+                          {.parameter = "pairs", .minimum = kFewestShiftPairs, .maximum = kMostShiftPairs}));
     }
     request.pairs = static_cast<int>(count);
   }
@@ -48,7 +48,7 @@ Result<rig::ShiftRequest> RequestOf(const Json& parameters) {
   return request;
 }
 
-Json ResultJson(const std::string& lens, const rig::ShiftOutcome& outcome) {
+Json ShiftResultJson(const std::string& lens, const rig::ShiftOutcome& outcome) {
   Json json{{"lens", lens},
             {"measured", outcome.measured},
             {"shift", outcome.measured ? FocusShiftJson(outcome.shift) : Json(nullptr)},
@@ -61,12 +61,12 @@ Json ResultJson(const std::string& lens, const rig::ShiftOutcome& outcome) {
 }
 
 /// Keeps what was measured, and answers with it.
-void Keep(ServedLens& lens, const ExchangePointer& exchange, rig::ShiftOutcome outcome) {
+void KeepShift(ServedLens& lens, const ExchangePointer& exchange, rig::ShiftOutcome outcome) {
   const auto tell = [&lens, exchange](const rig::ShiftOutcome& ended) {
-    exchange->Finish(varlink::WriteJson({{"shift", ResultJson(lens.name(), ended)}}));
+    exchange->Finish(varlink::WriteJson({{"shift", ShiftResultJson(lens.name(), ended)}}));
   };
   if (!outcome.measured) return tell(outcome);
-  outcome.shift.made = Today();
+  outcome.shift.made = ShiftDate();
   const auto put = [shift = outcome.shift](rig::Calibration now,
                                            const rig::Rig&) -> Result<std::optional<rig::Calibration>> {
     now.Put(shift);
@@ -81,7 +81,7 @@ void Keep(ServedLens& lens, const ExchangePointer& exchange, rig::ShiftOutcome o
   });
 }
 
-std::function<void(const rig::ShiftProgress&)> ProgressTo(std::weak_ptr<Exchange> call) {
+std::function<void(const rig::ShiftProgress&)> ShiftProgressTo(std::weak_ptr<Exchange> call) {
   return [call](const rig::ShiftProgress& now) {
     Json json{{"search", now.search}, {"searchesExpected", now.of}, {"frames", now.frames}};
     Worker::Later([call, progress = std::move(json)] {
@@ -91,11 +91,12 @@ std::function<void(const rig::ShiftProgress&)> ProgressTo(std::weak_ptr<Exchange
   };
 }
 
-void Measure(ServedLens& lens, const ExchangePointer& exchange) {
-  auto request = RequestOf(exchange->parameters());
+void MeasureShift(ServedLens& lens, const ExchangePointer& exchange) {
+  auto request = ShiftRequestOf(exchange->parameters());
   if (!request) return Refuse(exchange, lens, request.error());
   auto ended = std::make_shared<bool>(false);  // the worker's thread
-  auto measure = [request = *std::move(request), progress = ProgressTo(exchange), ended](rig::Rig& rig, auto done) {
+  auto measure = [request = *std::move(request), progress = ShiftProgressTo(exchange), ended](rig::Rig& rig,
+                                                                                              auto done) {
     if (auto busy = rig.WhyNotAtRest()) {
       *ended = true;
       return done(PassOn(*std::move(busy)));
@@ -108,12 +109,12 @@ void Measure(ServedLens& lens, const ExchangePointer& exchange) {
   };
   lens.Ask<rig::ShiftOutcome>(std::move(measure), [&lens, exchange](const Result<rig::ShiftOutcome>& outcome) {
     if (!outcome) return Refuse(exchange, lens, AsAskedOfAutofocus(outcome.error(), exchange->parameters()));
-    Keep(lens, exchange, *outcome);
+    KeepShift(lens, exchange, *outcome);
   });
   exchange->OnGone([&lens, ended] { StopUnlessEnded(lens, ended, {drivers::Axis::Focus}); });
 }
 
-void List(ServedLens& lens, const ExchangePointer& exchange) {
+void ListShifts(ServedLens& lens, const ExchangePointer& exchange) {
   using Shifts = std::vector<rig::FocusShift>;
   const auto ask = [](rig::Rig& rig, auto done) {
     done(rig.calibration() ? rig.calibration()->focus_shifts : Shifts{});
@@ -126,7 +127,7 @@ void List(ServedLens& lens, const ExchangePointer& exchange) {
   });
 }
 
-void Remove(ServedLens& lens, const ExchangePointer& exchange) {
+void RemoveShift(ServedLens& lens, const ExchangePointer& exchange) {
   const Json& parameters = exchange->parameters();
   const auto number = [&](const char* key) {
     const Json* const given = Given(parameters, key);
@@ -163,11 +164,11 @@ void Remove(ServedLens& lens, const ExchangePointer& exchange) {
 }  // namespace
 
 MethodTable FocusShiftMethods(LensService& service) {
-  return {
-      {"MeasureFocusShift", service.ForLens(Measure), NeedsLease::Yes, MayChangeState::Yes, Acts::InTurn, Streams::Yes},
-      {"ListFocusShifts", service.ForLens(List)},
-      {"RemoveFocusShift", service.ForLens(Remove), NeedsLease::ToChange, MayChangeState::Yes, Acts::InTurn,
-       Streams::No, Role::Administer}};
+  return {{"MeasureFocusShift", service.ForLens(MeasureShift), NeedsLease::Yes, MayChangeState::Yes, Acts::InTurn,
+           Streams::Yes},
+          {"ListFocusShifts", service.ForLens(ListShifts)},
+          {"RemoveFocusShift", service.ForLens(RemoveShift), NeedsLease::ToChange, MayChangeState::Yes, Acts::InTurn,
+           Streams::No, Role::Administer}};
 }
 
 }  // namespace lensd::daemon

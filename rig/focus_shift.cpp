@@ -13,7 +13,7 @@ namespace lensd::rig {
 namespace {
 
 constexpr double kSame = 0.01;  ///< relative: what a step of an iris makes is more
-constexpr double kMm = 1e-3, kUm = 1e-6;
+constexpr double kMetresPerMm = 1e-3, kMetresPerUm = 1e-6;
 
 bool Same(double a, double b) {
   return std::abs(a - b) <= kSame * std::abs(a);
@@ -100,12 +100,13 @@ Result<FocusShift> ReadFocusShift(const Settings& table) {
   if (shift.f_numbers.has_value() == shift.filters.has_value()) {
     read.Reject("", "needs exactly one of f_numbers and filters");
   }
-  if (const auto mm = read.OptionalNumber("focal_length_mm", kPositive)) shift.focal_length = Metres{*mm * kMm};
+  if (const auto mm = read.OptionalNumber("focal_length_mm", kPositive))
+    shift.focal_length = Metres{*mm * kMetresPerMm};
   const auto um = read.OptionalNumber("extension_um");
   const auto steps = read.OptionalNumber("steps");
   if (um.has_value() == steps.has_value()) read.Reject("", "needs exactly one of extension_um and steps");
   shift.size.native = steps.has_value();
-  const double unit = steps ? 1.0 : kUm;
+  const double unit = steps ? 1.0 : kMetresPerUm;
   shift.size.value = um.value_or(steps.value_or(0.0)) * unit;
   shift.size.sigma = read.Number(steps ? "sigma_steps" : "sigma_um", 0.0, kNonNegative) * unit;
   shift.runs = static_cast<int>(read.Integer("runs", 0, {0, 1e6}));
@@ -122,8 +123,8 @@ std::string FocusShiftText(const FocusShift& shift) {
   const auto line = [&](const char* key, double value) { text += std::string(key) + " = " + NumberText(value) + "\n"; };
   if (shift.f_numbers) pair("f_numbers", shift.f_numbers->first.value, shift.f_numbers->second.value);
   if (shift.filters) pair("filters", shift.filters->first.value, shift.filters->second.value);
-  if (shift.focal_length) line("focal_length_mm", shift.focal_length->value / kMm);
-  const double unit = shift.size.native ? 1.0 : kUm;
+  if (shift.focal_length) line("focal_length_mm", shift.focal_length->value / kMetresPerMm);
+  const double unit = shift.size.native ? 1.0 : kMetresPerUm;
   line(shift.size.native ? "steps" : "extension_um", shift.size.value / unit);
   line(shift.size.native ? "sigma_steps" : "sigma_um", shift.size.sigma / unit);
   text += "runs = " + std::to_string(shift.runs) + "\n";

@@ -61,7 +61,7 @@ Rig::Impl::Impl(const RigConfig& config, drivers::Device opened, std::optional<O
       reader(*device.lens, axes, config, clock),
       optics(config, device, axes, std::move(table), std::move(calibration)),
       frames(device.camera.get(), axes, reader, optics, replies),
-      autofocus({device.camera.get(), axes, reader, optics, frames, replies, clock}) {
+      autofocus({device.camera.get(), axes, reader, optics, frames, replies, clock, held_until}) {
   ReadLens();
 }
 
@@ -115,6 +115,7 @@ void Rig::Impl::AdvanceMotions() {
 /// While nothing else goes on, focus goes after the temperature, once that is worth a move.
 void Rig::Impl::FollowTemperature() {
   if (reader.problem() || autofocus.running() || frames.anyone() || reader.Moving()) return;
+  if (clock.Now() < held_until) return;
   const auto wanted = optics.Drifted();
   if (!wanted) return;
   const Target target{.kind = Target::Kind::Native, .value = wanted->value, .from = {}, .take_up = {}};
@@ -141,7 +142,8 @@ Instant Rig::Impl::NextStep(Instant now) const {
     }
     return next;
   }
-  const Instant viewed = std::min(reader.next_read(), frames.NextView(now).value_or(reader.next_read()));
+  const Instant held = held_until > now ? held_until : reader.next_read();  // its end is told
+  const Instant viewed = std::min({reader.next_read(), held, frames.NextView(now).value_or(reader.next_read())});
   return frames.anyone() ? std::min(viewed, frames.NextPoll(now, *steady)) : viewed;
 }
 
@@ -321,6 +323,7 @@ Status Rig::Impl::GetStatus() const {
   status.counters.bus_errors += device.lens->bus_errors();
   status.streaming = frames.streaming();
   status.activity = CurrentActivity();
+  if (clock.Now() < held_until) status.held_until = held_until;
   if (!reader.sampled_at()) return status;
   status.sampled_at = *reader.sampled_at();
   status.temperature = reader.temperature();

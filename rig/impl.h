@@ -45,6 +45,7 @@ class Rig::Impl {
 
   std::weak_ptr<const Activity> procedure;  ///< of many commands; gone when it is over
   CallersCommands commands;
+  Instant held_until{};  ///< nothing by itself before
   drivers::Device device;
   const Clock& clock;
   RememberedPositions remembered;

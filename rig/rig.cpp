@@ -1,6 +1,7 @@
 // The public face of a rig. What displaces another is counted, for those who give many commands in a row.
 #include "rig/rig.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "impl.h"
@@ -140,6 +141,13 @@ std::shared_ptr<Activity> Rig::Occupy(Activity activity) {
 
 std::uint64_t Rig::commands_given() const {
   return impl_->commands.given;
+}
+
+bool Rig::Hold(Instant until) {
+  Commanded().held_until = until;
+  const bool searches = impl_->autofocus.searches() || !impl_->procedure.expired();
+  return !searches && std::ranges::none_of(drivers::kAxes,
+                                           [&](Axis axis) { return impl_->axes[axis] && impl_->axes[axis]->moving(); });
 }
 
 Result<drivers::ExposureState> Rig::SetExposure(const drivers::ExposureState& wanted) {

@@ -20,6 +20,7 @@ void AddHome(CLI::App& root, Run& run);
 void AddReload(CLI::App& root, Run& run);
 void AddBackup(CLI::App& root, Run& run);
 void AddRestore(CLI::App& root, Run& run);
+void AddHold(CLI::App& root, Run& run);
 void AddLease(CLI::App& root, Run& run);
 void AddCalibrate(CLI::App& root, Run& run);
 void AddBacklash(CLI::App& root, Run& run);

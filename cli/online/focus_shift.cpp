@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <memory>
+#include <tuple>
 
 #include "cli/online/arguments.h"
 #include "cli/online/autofocus.h"
@@ -19,7 +20,7 @@ namespace {
 using varlink::Json;
 
 /// "f/2.8 to f/8", "filter 3 to filter 1".
-std::string PairText(const Json& shift) {
+std::string ShiftPairText(const Json& shift) {
   if (shift["fromFNumber"].is_number()) {
     return "f/" + NumberText(shift, "fromFNumber", 4, " to f/") + NumberText(shift, "toFNumber", 4, "");
   }
@@ -27,7 +28,7 @@ std::string PairText(const Json& shift) {
 }
 
 std::string ShiftText(const Json& shift) {
-  std::string text = PairText(shift);
+  std::string text = ShiftPairText(shift);
   if (shift["focalLengthMm"].is_number()) text += " at " + NumberText(shift, "focalLengthMm", 5, " mm");
   text += ": " + ShiftSizeText(shift["shift"]);
   if (shift.value("pairs", 0) > 0) text += ", by " + NumberText(shift, "pairs", 4, " pairs of searches");
@@ -35,14 +36,14 @@ std::string ShiftText(const Json& shift) {
   return text + (made.empty() ? "" : ", " + made);
 }
 
-struct MeasureOptions {
+struct ShiftOptions {
   std::string name;
   ConditionTexts conditions;
   std::string region;
   int pairs = 0;
 };
 
-std::expected<Json, Failure> ParametersOf(const MeasureOptions& options) {
+std::expected<Json, Failure> ParametersOf(const ShiftOptions& options) {
   Json parameters{{"lens", LensOf(options.name)}};
   if (options.conditions.f_number.empty() == options.conditions.filter.empty()) {
     return std::unexpected(Failure(Exit::Usage,
@@ -61,7 +62,7 @@ std::expected<Json, Failure> ParametersOf(const MeasureOptions& options) {
   return parameters;
 }
 
-Outcome Measure(Session& session, const MeasureOptions& options) {
+Outcome MeasureShift(Session& session, const ShiftOptions& options) {
   auto parameters = ParametersOf(options);
   if (!parameters) return PassOn(parameters);
   auto link = DaemonClient::Open(session);
@@ -92,7 +93,7 @@ Outcome Measure(Session& session, const MeasureOptions& options) {
   return measured ? Exit::Done : Exit::No;
 }
 
-Outcome List(Session& session, const std::string& name) {
+Outcome ListShifts(Session& session, const std::string& name) {
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
   auto reply = link->Ask(MethodOfLens("ListFocusShifts"), {{"lens", LensOf(name)}});
@@ -107,14 +108,14 @@ Outcome List(Session& session, const std::string& name) {
   return Exit::Done;
 }
 
-struct RemoveOptions {
+struct ShiftPairOptions {
   std::string name;
   std::string from;
   std::string to;
 };
 
 /// f/2.8 is an f-number, a bare number a filter.
-Outcome Remove(Session& session, const RemoveOptions& options) {
+Outcome RemoveShift(Session& session, const ShiftPairOptions& options) {
   Json parameters{{"lens", LensOf(options.name)}};
   const bool openings = options.from.starts_with("f/");
   if (openings != options.to.starts_with("f/")) {
@@ -178,7 +179,7 @@ void AddFocusShift(CLI::App& root, Run& run) {
                                       "how focus moves with the f-number and the filter: measured, used by autofocus")
                       ->group(kOnline);
   command->require_subcommand(1)->fallthrough();
-  auto options = std::make_shared<MeasureOptions>();
+  auto options = std::make_shared<ShiftOptions>();
   auto* measure = command->add_subcommand(
       "measure", "search under a condition and as the lens stands, in turn: what differs is the shift between them");
   measure->fallthrough();
@@ -188,14 +189,14 @@ void AddFocusShift(CLI::App& root, Run& run) {
       ->type_name("X,Y,W,H");
   measure->add_option("--pairs", options->pairs, "pairs of searches (default 5); more make it surer")
       ->check(CLI::Range(3, 20));
-  measure->callback([&run, options] { run = [options](Session& session) { return Measure(session, *options); }; });
+  measure->callback([&run, options] { run = [options](Session& session) { return MeasureShift(session, *options); }; });
 
   auto name = std::make_shared<std::string>();
   auto* list = command->add_subcommand("list", "the shifts that were measured of a lens")->fallthrough();
   list->add_option("NAME", *name, "lens");
-  list->callback([&run, name] { run = [name](Session& session) { return List(session, *name); }; });
+  list->callback([&run, name] { run = [name](Session& session) { return ListShifts(session, *name); }; });
 
-  auto pair = std::make_shared<RemoveOptions>();
+  auto pair = std::make_shared<ShiftPairOptions>();
   auto* remove = command->add_subcommand("remove", "forget the shift between two of them, whichever way round");
   remove->fallthrough();
   remove->add_option("NAME", pair->name, "lens");
@@ -203,7 +204,7 @@ void AddFocusShift(CLI::App& root, Run& run) {
       ->required()
       ->type_name("WHICH");
   remove->add_option("--to", pair->to, "the other one")->required()->type_name("WHICH");
-  remove->callback([&run, pair] { run = [pair](Session& session) { return Remove(session, *pair); }; });
+  remove->callback([&run, pair] { run = [pair](Session& session) { return RemoveShift(session, *pair); }; });
 }
 
 }  // namespace lensd::cli

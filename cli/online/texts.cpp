@@ -1,6 +1,7 @@
 // The daemon's answers in words and figures for people. Scripts use --json.
 #include "cli/online/texts.h"
 
+#include <chrono>
 #include <cmath>
 
 #include "cli/text.h"
@@ -73,6 +74,12 @@ std::string InfoText(const Json& info) {
   return line;
 }
 
+std::string UntilText(const Json& until_ns) {
+  const std::chrono::nanoseconds until(until_ns.get<std::int64_t>());
+  const auto left = until - std::chrono::steady_clock::now().time_since_epoch();
+  return " for another " + std::to_string(std::chrono::ceil<std::chrono::seconds>(left).count()) + " s";
+}
+
 std::string StatusText(const Json& status) {
   std::string line = TextOf(status, "name") + ": ";
   line += True(status, "connected") ? TextOf(status, "activity") : "disconnected";
@@ -99,6 +106,7 @@ std::string StatusText(const Json& status) {
     if (!TextOf(axis, "fault").empty()) line += " (" + TextOf(axis, "fault") + ")";
   }
   if (Has(status, "temperatureC")) line += ", " + NumberText(status, "temperatureC", 4, " C");
+  if (Has(status, "holdUntilNs")) line += ", corrections wait" + UntilText(status["holdUntilNs"]);
   if (Has(status, "error")) line += "; " + TextOf(status, "error");
   if (Has(status, "warnings")) {
     for (const Json& warning : status["warnings"]) line += "\n  " + warning.get<std::string>();

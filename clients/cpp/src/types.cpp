@@ -265,6 +265,9 @@ std::string LensStatus::connection() const {
 std::optional<bool> LensStatus::latched() const {
   return Access::Get<std::optional<bool>>(*this, "latched");
 }
+std::optional<std::int64_t> LensStatus::holdUntilNs() const {
+  return Access::Get<std::optional<std::int64_t>>(*this, "holdUntilNs");
+}
 std::vector<std::string> LensStatus::warnings() const {
   return Access::Get<std::optional<std::vector<std::string>>>(*this, "warnings").value_or(std::vector<std::string>());
 }
@@ -2000,6 +2003,24 @@ TakeLeaseParameters& TakeLeaseParameters::takeOver(bool value) {
 }
 TakeLeaseParameters& TakeLeaseParameters::stop(bool value) {
   Access::Set(*this, "stop", value);
+  return *this;
+}
+std::int64_t HoldReply::untilNs() const {
+  return Access::Get<std::int64_t>(*this, "untilNs");
+}
+bool HoldReply::atRest() const {
+  return Access::Get<bool>(*this, "atRest");
+}
+HoldParameters& HoldParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
+HoldParameters& HoldParameters::untilNs(std::int64_t value) {
+  Access::Set(*this, "untilNs", value);
+  return *this;
+}
+ReleaseParameters& ReleaseParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
   return *this;
 }
 DropLeaseParameters& DropLeaseParameters::lens(const std::string& value) {

@@ -354,6 +354,36 @@ def take_lease(*, lens: Optional[str] = None, for_ms: Optional[float] = None, le
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class HoldReply:
+    """The answer to Hold."""
+
+    until_ns: int
+    at_rest: bool
+
+
+def hold(*, until_ns: int, lens: Optional[str] = None) -> Call[HoldReply]:
+    """Feature "hold". Whoever exposes with another program's camera keeps the lens from being corrected meanwhile:
+    until untilNs (CLOCK_MONOTONIC, an hour from now at most) what lensd does by itself waits, which is following the
+    temperature, and the next search of an autofocus with `track`. It is no lease: commands of clients are carried out
+    as always, and Stop stops. A correction that has begun goes on to its end: atRest says whether nothing moves and
+    nothing is searched for, so that the exposure may begin. With `more` it answers at once, and again when its time is
+    over. Each connection has one hold a lens, and another call moves its end. It ends then, by Release, with its
+    connection, and when the lens is opened anew."""
+    return Call("io.lensd.Lens.Hold", {"lens": lens, "untilNs": until_ns}, HoldReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReleaseReply:
+    """The answer to Release."""
+
+
+def release(*, lens: Optional[str] = None) -> Call[ReleaseReply]:
+    """Feature "hold". Ends the hold of this connection; harmless where there is none. What has waited is done now,
+    unless another one holds."""
+    return Call("io.lensd.Lens.Release", {"lens": lens}, ReleaseReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DropLeaseReply:
     """The answer to DropLease."""
 

@@ -324,6 +324,8 @@ class LensStatus:
     connection: Connection
     # A stop holds: nothing moves until ResetFaults.
     latched: Optional[bool] = None
+    # Feature "hold". Until when what lensd does by itself waits, by the longest of the holds; null where there is none.
+    hold_until_ns: Optional[int] = None
     # What is to be known of the files this lens was opened with: damaged (then it goes without, and a copy is kept), or
     # edited by hand. A calibration that is written since takes its warning away.
     warnings: Optional[list[str]] = None

@@ -238,6 +238,7 @@ struct Status {
   std::optional<Celsius> temperature;
   bool compensates = false;  ///< positions are worked out for it: that is wanted, and a coefficient is known
   Activity activity;
+  std::optional<Instant> held_until{};  ///< lensd's own corrections wait until then
   bool has_camera = false;
   bool streaming = false;
   drivers::Counters counters;    ///< of camera and lens
@@ -323,6 +324,10 @@ class Rig {
   std::shared_ptr<Activity> Occupy(Activity activity);
   /// How many motions, homings, stops and autofocus runs have been asked for, by whomever.
   std::uint64_t commands_given() const;
+  /// Until then (an instant that is over: no more) what the rig does by itself waits: following the temperature, and the
+  /// next search of an autofocus that tracks. Commands and stops do not. Whether the lens is at rest: what it does by
+  /// itself and has begun is finished all the same.
+  bool Hold(Instant until);
   /// Exposure time and gain of the frames that start from now on, where they are given, and then as the camera says
   /// they are set. With nothing given it only asks. Unsupported: no camera, or fixed there. OutOfRange: from the
   /// camera; what could be set before that stays set. Busy: autofocus uses the camera, and frames must be alike.

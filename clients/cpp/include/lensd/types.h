@@ -120,6 +120,10 @@ class ResetFaultsReply;
 class ResetFaultsParameters;
 class TakeLeaseReply;
 class TakeLeaseParameters;
+class HoldReply;
+class HoldParameters;
+class ReleaseReply;
+class ReleaseParameters;
 class DropLeaseReply;
 class DropLeaseParameters;
 class PlanReply;
@@ -376,6 +380,8 @@ class LENSD_API LensStatus : public Value {
   std::string connection() const;
   /// A stop holds: nothing moves until ResetFaults.
   std::optional<bool> latched() const;
+  /// Feature "hold". Until when what lensd does by itself waits, by the longest of the holds; null where there is none.
+  std::optional<std::int64_t> holdUntilNs() const;
   /// What is to be known of the files this lens was opened with: damaged (then it goes without, and a copy is kept), or
   /// edited by hand. A calibration that is written since takes its warning away.
   std::vector<std::string> warnings() const;
@@ -1907,6 +1913,42 @@ class LENSD_API TakeLeaseParameters : public Value {
   TakeLeaseParameters& lease(const std::string& value);
   TakeLeaseParameters& takeOver(bool value);
   TakeLeaseParameters& stop(bool value);
+};
+
+/// The answer to Hold.
+class LENSD_API HoldReply : public Value {
+ public:
+  std::int64_t untilNs() const;
+  bool atRest() const;
+};
+
+/// Feature "hold". Whoever exposes with another program's camera keeps the lens from being corrected meanwhile: until
+/// untilNs (CLOCK_MONOTONIC, an hour from now at most) what lensd does by itself waits, which is following the
+/// temperature, and the next search of an autofocus with `track`. It is no lease: commands of clients are carried out
+/// as always, and Stop stops. A correction that has begun goes on to its end: atRest says whether nothing moves and
+/// nothing is searched for, so that the exposure may begin. With `more` it answers at once, and again when its time is
+/// over. Each connection has one hold a lens, and another call moves its end. It ends then, by Release, with its
+/// connection, and when the lens is opened anew.
+class LENSD_API HoldParameters : public Value {
+ public:
+  using Reply = HoldReply;
+  static const char* Method() { return "Hold"; }
+  HoldParameters& lens(const std::string& value);
+  HoldParameters& untilNs(std::int64_t value);
+};
+
+/// The answer to Release.
+class LENSD_API ReleaseReply : public Value {
+ public:
+};
+
+/// Feature "hold". Ends the hold of this connection; harmless where there is none. What has waited is done now, unless
+/// another one holds.
+class LENSD_API ReleaseParameters : public Value {
+ public:
+  using Reply = ReleaseReply;
+  static const char* Method() { return "Release"; }
+  ReleaseParameters& lens(const std::string& value);
 };
 
 /// The answer to DropLease.
