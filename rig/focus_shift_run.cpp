@@ -71,11 +71,11 @@ class ShiftRun : public std::enable_shared_from_this<ShiftRun> {
     double mean = 0.0, square = 0.0;
     for (const double shift : shifts) mean += shift / n;
     for (const double shift : shifts) square += (shift - mean) * (shift - mean);
-    // Searches that agree to less than a position have had no finer one to stand at.
+    // Sweeps that agree to less than a position have all stood at the same ones.
     const Native step{rig_.lens().axes[Axis::Focus]->resolution};
-    const double least = std::abs(place(found_.back() + step) - place(found_.back())) / std::sqrt(12.0);
+    const double least = std::abs(place(found_.back() + step) - place(found_.back()));
     outcome_.measured = true;
-    outcome_.shift.size = {native, mean, std::max(std::sqrt(square / (n - 1.0)), least) / std::sqrt(n)};
+    outcome_.shift.size = {native, mean, std::max(std::sqrt(square / (n - 1.0) / n), least)};
     outcome_.shift.runs = request_.pairs;
     outcome_.shift.focal_length = under_.work.focal_length;
     if (request_.conditions.f_number && under_.search.f_number && under_.work.f_number) {

@@ -85,7 +85,7 @@ class Hold(DaemonTest):
         process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=20 * PATIENCE)
         self.assertEqual(process.returncode, 130)
-        self.assertTrue(json.loads(out)["atRest"])
+        self.assertTrue(json.loads(out.splitlines()[0])["atRest"])
         self.wait_for(lambda: self.held() is None)
         self.assertEqual(self.daemon.lensctl("hold", "a", "--for", "300ms").returncode, 0)
         self.assertEqual(self.daemon.lensctl("hold", "a", "--for", "2h").returncode, 64)
