@@ -4,17 +4,11 @@
 
 #include "json_values.h"
 #include "lens_json.h"
+#include "search_conditions_json.h"
 
 namespace lensd::daemon {
 
 using varlink::Json;
-
-std::string_view AutofocusCauseName(autofocus::Cause cause) {
-  static constexpr std::array<std::string_view, 12> kNames = {
-      "noTexture", "tooBright",    "severalDepths", "endOfTravel", "subjectMoved", "ambiguous",
-      "unclear",   "uncalibrated", "placeUnknown",  "deadline",    "missed",       "sameFrame"};
-  return NameIn(kNames, cause);
-}
 
 namespace {
 
@@ -65,6 +59,13 @@ Json RegionsJson(const std::vector<drivers::Region>& regions) {
 
 }  // namespace
 
+std::string_view AutofocusCauseName(autofocus::Cause cause) {
+  static constexpr std::array<std::string_view, 13> kNames = {
+      "noTexture",    "tooBright",    "severalDepths", "endOfTravel", "subjectMoved", "ambiguous",  "unclear",
+      "uncalibrated", "placeUnknown", "deadline",      "missed",      "sameFrame",    "notRestored"};
+  return NameIn(kNames, cause);
+}
+
 Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome) {
   Json candidates = Json::array();
   for (const rig::AutofocusCandidate& candidate : outcome.candidates) {
@@ -87,7 +88,8 @@ Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome
             {"subject", SubjectJson(outcome.subject)},
             {"samples", SamplesJson(outcome.samples)},
             {"regions", RegionsJson(outcome.regions)},
-            {"stars", StarsJson(outcome.stars)}};
+            {"stars", StarsJson(outcome.stars)},
+            {"conditions", outcome.under ? SearchedUnderJson(*outcome.under) : Json(nullptr)}};
   if (!candidates.empty()) json["candidates"] = std::move(candidates);
   return json;
 }

@@ -178,6 +178,7 @@ Json StatusJson(const std::string& name, const rig::Status& status) {
   return {{"name", name},
           {"connected", status.connected},
           {"error", status.problem.empty() ? Json(nullptr) : Json(status.problem)},
+          {"holdUntilNs", status.held_until ? Json(status.held_until->time_since_epoch().count()) : Json(nullptr)},
           {"activity", ActivityName(status.activity.kind)},
           {"step", status.activity.step},
           {"stepsExpected", status.activity.of},

@@ -46,6 +46,8 @@ varlink::Json MoveJson(const std::string& name, const rig::MoveOutcome& outcome)
 varlink::Json PresetJson(const rig::Preset& preset);
 /// MoveProgress.
 varlink::Json MoveProgressJson(drivers::Axis axis, const rig::AxisStatus& status);
+/// AutofocusCause of a refusal.
+std::string_view AutofocusCauseName(autofocus::Cause cause);
 /// AutofocusResult.
 varlink::Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome);
 /// A cause of AutofocusCause.

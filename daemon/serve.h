@@ -12,6 +12,7 @@ MethodTable StatusMethods(LensService& service);       ///< serve_status.cpp
 MethodTable DeviceMethods(LensService& service);       ///< serve_devices.cpp
 MethodTable MotionMethods(LensService& service);       ///< serve_motion.cpp
 MethodTable LeaseMethods(LensService& service);        ///< serve_lease.cpp
+MethodTable HoldMethods(LensService& service);         ///< serve_hold.cpp
 MethodTable PlanMethods(LensService& service);         ///< serve_plan.cpp
 MethodTable AutofocusMethods(LensService& service);    ///< serve_autofocus.cpp
 MethodTable FocusMapMethods(LensService& service);     ///< serve_focus_map.cpp
@@ -19,6 +20,7 @@ MethodTable SessionMethods(LensService& service);      ///< serve_autofocus_sess
 MethodTable PictureMethods(LensService& service);      ///< serve_pictures.cpp
 MethodTable ExposureMethods(LensService& service);     ///< serve_exposure.cpp
 MethodTable CalibrationMethods(LensService& service);  ///< serve_calibration.cpp
+MethodTable FocusShiftMethods(LensService& service);   ///< serve_focus_shift.cpp
 MethodTable PresetMethods(LensService& service);       ///< serve_presets.cpp
 MethodTable ReloadMethods(LensService& service);       ///< serve_reload.cpp
 

@@ -6,6 +6,7 @@
 #include "lens_service.h"
 #include "picture.h"
 #include "proto/interfaces.h"
+#include "search_conditions_json.h"
 #include "serve.h"
 #include "target_json.h"
 
@@ -112,6 +113,11 @@ Result<rig::AutofocusRequest> AutofocusRequestOf(const Json& parameters) {
   auto step = StepOf(parameters);
   if (!step) return PassOn(step);
   request.step = *step;
+  if (const Json* conditions = Given(parameters, "conditions")) {
+    auto set = SearchConditionsOf(*conditions, "conditions");
+    if (!set) return PassOn(set);
+    request.conditions = *set;
+  }
   return request;
 }
 
@@ -185,7 +191,10 @@ void RunAutofocus(ServedLens& lens, const ExchangePointer& exchange, rig::Autofo
         answer(*outcome);
         lens.watchers().Announce(lens, "autofocus", AutofocusJson(lens.name(), *outcome));
       });
-  exchange->OnGone([&lens, ended] { StopUnlessEnded(lens, ended, {}); });
+  // Nobody is left to bring back what was set for the search: its end does, once the focus has stopped.
+  std::vector<drivers::Axis> stopped;
+  if (Given(exchange->parameters(), "conditions") != nullptr) stopped.push_back(drivers::Axis::Focus);
+  exchange->OnGone([&lens, ended, stopped] { StopUnlessEnded(lens, ended, stopped); });
 }
 
 // The step in between lets commands taken before this one displace the autofocus first.

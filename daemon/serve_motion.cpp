@@ -185,11 +185,12 @@ void Stop(LensService& service, const ExchangePointer& exchange) {
       continue;
     }
     ++answers->outstanding;
-    const auto stop = [axes, all](rig::Rig& rig, auto done) {
+    const auto stop = [axes, all, latch = exchange->Asks("latch")](rig::Rig& rig, auto done) {
       // Of every lens only those that have such an axis are meant.
       const bool has = axes.empty() || rig.lens().axes[axes.front()];
       if (all && !has) return done(Result<void>());
-      rig.Stop(axes, std::move(done));
+      // No axis moves from then on, not even back from a search's conditions.
+      rig.Stop(latch ? std::vector<Axis>{} : axes, std::move(done));
     };
     lens->AskToStop<void>(stop, [answers, lens](const Result<void>& stopped) { answers->Take(*lens, stopped); });
   }

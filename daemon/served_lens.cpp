@@ -178,6 +178,7 @@ void ServedLens::StartRig(Made made, Result<std::vector<rig::Preset>> presets) {
   };
   worker_ = std::make_unique<Worker>(std::move(rig), surroundings_.clock, stop_signal_, std::move(listener));
   ++users_->work.openings;
+  users_->holds = {};
   KeepUnwritten(std::move(made.unwritten));
   if (config_.home_at_start) HomeAtStart();
 }

@@ -14,6 +14,7 @@
 #include "config.h"
 #include "driving_calls.h"
 #include "event_loop.h"
+#include "lens_holds.h"
 #include "lens_lease.h"
 #include "lens_work.h"
 #include "planning.h"
@@ -51,6 +52,7 @@ struct LensUsers {
   LensUsers(std::string lens, EventLoop& loop, const Clock& clock, LensLease::Told told)
       : lease(loop, clock, std::move(told)), stops(std::move(lens)) {}
   LensLease lease;
+  LensHolds holds{};
   DrivingCalls driving;
   StopLatch stops;
   Waiters waiters;  ///< for its worker

@@ -35,6 +35,7 @@ Json TruthJson(const drivers::SimulatedTruth& truth) {
           {"focusPosition", PositionJson(truth, drivers::Axis::Focus)},
           {"irisPosition", PositionJson(truth, drivers::Axis::Iris)},
           {"zoomPosition", PositionJson(truth, drivers::Axis::Zoom)},
+          {"filterPosition", PositionJson(truth, drivers::Axis::Filter)},
           {"extensionMm", 1e3 * truth.extension_m},
           {"fNumber", truth.f_number},
           {"focalLengthMm", 1e3 * truth.focal_length_m},

@@ -25,6 +25,7 @@ struct AutofocusMeans {
   FrameRequests& frames;
   Replies& replies;
   const Clock& clock;
+  const Instant& held_until;  ///< tracking begins no search before
 };
 
 class AutofocusJob final : private FocusActuator {
@@ -41,6 +42,8 @@ class AutofocusJob final : private FocusActuator {
   void Submit(SubmittedFrame frame);
 
   bool running() const { return run_ && !ended_; }
+  /// It may move the lens any time: it does not track a subject that is in focus.
+  bool searches() const { return running() && !run_->holding(); }
   Activity activity() const { return run_->activity(); }
   /// Frames of the lens' own camera will be wanted again.
   bool uses_camera() const { return run_ && !external_; }
@@ -58,6 +61,7 @@ class AutofocusJob final : private FocusActuator {
   void SweepTo(Native target, double part_of_speed, MoveCallback done) override;
   void RequestFrame(LensMotion lens, ObservationCallback done) override;
   Instant Now() const override { return means_.clock.Now(); }
+  bool Held() const override { return Now() < means_.held_until; }
   int motions() const override { return focus().commands(); }
   void Report(const AutofocusProgress& progress, std::move_only_function<void()> then) override;
   void Tell(const AutofocusOutcome& answer) override;

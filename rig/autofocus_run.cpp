@@ -99,6 +99,7 @@ void AutofocusRun::OnFrame(Result<Observation> seen) {
   if (sweep_ == Sweep::Arrived && !focus->moving) sweep_ = Sweep::None;
   stands_ = WithSlack(sweep_ != Sweep::None ? focus->mid : 0.5 * (focus->lowest + focus->highest));
   const autofocus::Place place = PlaceOf(*focus);
+  if (holding() && lens_.Held()) return RequestFrame();
   if (holding()) {
     auto changed = Watch(*seen);
     if (!changed) return End(PassOn(changed));

@@ -64,6 +64,8 @@ class AutofocusRun {
   void Allow(Duration limit);
   Duration elapsed() const { return lens_.Now() - search_.began_at; }
   Activity activity() const;
+  /// It tracks, and waits for the scene to change.
+  bool holding() const { return tracking_ && tracking_->holding; }
   const std::vector<drivers::Region>& regions() const { return search_.plan.regions->regions(); }
   int frames() const { return search_.plan.regions->frames(); }
   int frames_expected() const { return search_.plan.regions->frames_expected(); }
@@ -83,7 +85,6 @@ class AutofocusRun {
   Search SearchFor(Plan plan) const;
   bool EntersRange();
   AutofocusSample SampleOf(const Observation& seen) const;
-  bool holding() const { return tracking_ && tracking_->holding; }
   void RequestFrame(LensMotion lens = LensMotion::Standing);
   autofocus::Place PlaceOf(const LensedFrame::AxisDuring& focus) const;
   void OnFrame(Result<Observation> seen);

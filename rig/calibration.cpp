@@ -246,6 +246,11 @@ void Calibration::Put(FocusCurve curve) {
   }
 }
 
+void Calibration::Put(FocusShift shift) {
+  std::erase_if(focus_shifts, [&](const FocusShift& old) { return old.SamePair(shift); });
+  focus_shifts.push_back(std::move(shift));
+}
+
 Result<Calibration> ReadCalibration(const Settings& file) {
   SettingsReader read(file, "the calibration");
   Calibration calibration;
@@ -256,6 +261,7 @@ Result<Calibration> ReadCalibration(const Settings& file) {
   calibration.grade = static_cast<Grade>(read.Choice("grade", {kGrades.begin(), kGrades.end()}, 2));
   if (calibration.grade == Grade::Uncalibrated) read.Reject("grade", "must be approximate or calibrated");
   const auto focus = read.Tables("focus");
+  const auto shifts = read.Tables("focus_shift");
   const Settings* const iris = read.Table("iris");
   const Settings* const zoom = read.Table("zoom");
   const Settings* const breathing = read.Table("breathing");
@@ -270,6 +276,11 @@ Result<Calibration> ReadCalibration(const Settings& file) {
       return Fail(Code::BadData, table->where().Text() + ": there is another [[focus]] of the same conditions");
     }
     calibration.focus.push_back(*std::move(curve));
+  }
+  for (const Settings* table : shifts) {
+    auto shift = ReadFocusShift(*table);
+    if (!shift) return PassOn(shift);
+    calibration.Put(*std::move(shift));
   }
   const auto f_numbers = [](const Settings& at) { return ReadAxisCurve(at, "[iris]", "f_number", 1.0); };
   const auto focal_lengths = [](const Settings& at) { return ReadAxisCurve(at, "[zoom]", kFocalLength, kMm); };
@@ -305,6 +316,7 @@ std::string CalibrationText(const Calibration& calibration) {
     }
     text += "]\n";
   }
+  for (const FocusShift& shift : calibration.focus_shifts) text += FocusShiftText(shift);
   for (const FocusCurve& curve : calibration.focus) WriteFocus(text, curve);
   return text;
 }

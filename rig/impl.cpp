@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/quantity_text.h"
+#include "search_conditions.h"
 
 namespace lensd::rig {
 namespace {
@@ -60,23 +61,23 @@ Rig::Impl::Impl(const RigConfig& config, drivers::Device opened, std::optional<O
       reader(*device.lens, axes, config, clock),
       optics(config, device, axes, std::move(table), std::move(calibration)),
       frames(device.camera.get(), axes, reader, optics, replies),
-      autofocus({device.camera.get(), axes, reader, optics, frames, replies, clock}) {
+      autofocus({device.camera.get(), axes, reader, optics, frames, replies, clock, held_until}) {
   ReadLens();
 }
 
 /// No caller is left waiting for an answer that will never come.
 Rig::Impl::~Impl() {
   do {
-    commanded = false;
+    commands.since_step = false;
     FailAll(Error{Code::Cancelled, "the lens was closed"});
     RunReplies();
-  } while (commanded);
+  } while (commands.since_step);
 }
 
 // ---- a step -------------------------------------------------------------------------------------------------------
 
 Instant Rig::Impl::Step(Instant now) {
-  commanded = false;
+  commands.since_step = false;
   if (replies.TakeHurry()) {
     RunReplies();
     return now;
@@ -114,6 +115,7 @@ void Rig::Impl::AdvanceMotions() {
 /// While nothing else goes on, focus goes after the temperature, once that is worth a move.
 void Rig::Impl::FollowTemperature() {
   if (reader.problem() || autofocus.running() || frames.anyone() || reader.Moving()) return;
+  if (clock.Now() < held_until) return;
   const auto wanted = optics.Drifted();
   if (!wanted) return;
   const Target target{.kind = Target::Kind::Native, .value = wanted->value, .from = {}, .take_up = {}};
@@ -129,7 +131,7 @@ void Rig::Impl::RunReplies() {
 }
 
 Instant Rig::Impl::NextStep(Instant now) const {
-  if (commanded) return now;
+  if (commands.since_step) return now;
   if (reader.problem() && !frames.anyone() && !autofocus.judges()) return reader.next_read();
   const auto steady = reader.SteadySince();
   if (!steady || frames.has_frame() || autofocus.watches_external()) {
@@ -140,7 +142,8 @@ Instant Rig::Impl::NextStep(Instant now) const {
     }
     return next;
   }
-  const Instant viewed = std::min(reader.next_read(), frames.NextView(now).value_or(reader.next_read()));
+  const Instant held = held_until > now ? held_until : reader.next_read();  // its end is told
+  const Instant viewed = std::min({reader.next_read(), held, frames.NextView(now).value_or(reader.next_read())});
   return frames.anyone() ? std::min(viewed, frames.NextPoll(now, *steady)) : viewed;
 }
 
@@ -244,6 +247,12 @@ void Rig::Impl::Autofocus(AutofocusRequest request, ProgressCallback progress, A
   }
   auto search = autofocus.SearchFor(request);
   if (!search) return replies.Add(std::move(done), Result<AutofocusOutcome>(PassOn(search)));
+  if (request.conditions) {
+    if (auto possible = ConditionedSearch::Check(*this, request); !possible) {
+      return replies.Add(std::move(done), Result<AutofocusOutcome>(PassOn(possible)));
+    }
+    return ConditionedSearch::Begin(*this, std::move(request), std::move(progress), std::move(done));
+  }
   const bool focus_under_way = axes[Axis::Focus]->motion() != nullptr;
   Disturb(Axis::Focus);
   if (focus_under_way) axes[Axis::Focus]->Halt();
@@ -314,6 +323,7 @@ Status Rig::Impl::GetStatus() const {
   status.counters.bus_errors += device.lens->bus_errors();
   status.streaming = frames.streaming();
   status.activity = CurrentActivity();
+  if (clock.Now() < held_until) status.held_until = held_until;
   if (!reader.sampled_at()) return status;
   status.sampled_at = *reader.sampled_at();
   status.temperature = reader.temperature();
@@ -352,8 +362,11 @@ std::optional<Error> Rig::Impl::WhyNotFocused() const {
                 {.axis = "focus", .activity = activity})
         .error();
   };
-  if (!procedure.expired()) return busy("the backlash of this lens is being measured", "backlash");
-  if (autofocus.running()) return busy("an autofocus is under way", "autofocus");
+  const auto occupied = procedure.lock();
+  if (occupied && occupied->kind == Activity::Kind::Backlash) {
+    return busy("the backlash of this lens is being measured", "backlash");
+  }
+  if (occupied || autofocus.running()) return busy("an autofocus is under way", "autofocus");
   return std::nullopt;
 }
 

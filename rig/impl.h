@@ -16,6 +16,13 @@
 
 namespace lensd::rig {
 
+/// What callers have commanded.
+struct CallersCommands {
+  std::uint64_t given = 0;               ///< that displace others
+  drivers::PerAxis<std::uint64_t> of{};  ///< those for an axis: moves, homings, and stops that name it
+  bool since_step = false;
+};
+
 class Rig::Impl {
  public:
   Impl(const RigConfig& config, drivers::Device device, std::optional<OpticsTable> table, const Clock& clock,
@@ -37,8 +44,8 @@ class Rig::Impl {
   std::optional<Error> WhyNotAtRest() const;
 
   std::weak_ptr<const Activity> procedure;  ///< of many commands; gone when it is over
-  std::uint64_t commands_given = 0;         ///< that displace others
-  bool commanded = false;                   ///< since the last step
+  CallersCommands commands;
+  Instant held_until{};  ///< nothing by itself before
   drivers::Device device;
   const Clock& clock;
   RememberedPositions remembered;

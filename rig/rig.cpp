@@ -1,6 +1,7 @@
 // The public face of a rig. What displaces another is counted, for those who give many commands in a row.
 #include "rig/rig.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "impl.h"
@@ -52,20 +53,21 @@ Result<Native> Rig::Resolve(Axis axis, const Target& target) const {
 }
 
 void Rig::Move(Axis axis, const Target& target, MoveCallback done) {
-  Displacing().Move(axis, target, std::move(done));
+  Displacing({axis}).Move(axis, target, std::move(done));
 }
 
 void Rig::Home(Axis axis, MoveCallback done) {
-  Displacing().Home(axis, std::move(done));
+  Displacing({axis}).Home(axis, std::move(done));
 }
 
 void Rig::Stop(const std::vector<Axis>& axes, StopCallback done) {
   impl_->procedure.reset();  // at once, and not when it comes to its next command
-  Displacing().Stop(axes, std::move(done));
+  Displacing(axes.empty() ? std::vector(drivers::kAxes.begin(), drivers::kAxes.end()) : axes)
+      .Stop(axes, std::move(done));
 }
 
 void Rig::Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done) {
-  Displacing().Autofocus(std::move(request), std::move(progress), std::move(done));
+  Displacing({}).Autofocus(std::move(request), std::move(progress), std::move(done));
 }
 
 void Rig::ResetFaults(const std::vector<Axis>& axes, StopCallback done) {
@@ -97,12 +99,13 @@ void Rig::SetCalibration(std::shared_ptr<const Calibration> calibration, StopCal
 }
 
 Rig::Impl& Rig::Commanded() {
-  impl_->commanded = true;
+  impl_->commands.since_step = true;
   return *impl_;
 }
 
-Rig::Impl& Rig::Displacing() {
-  ++impl_->commands_given;
+Rig::Impl& Rig::Displacing(const std::vector<Axis>& axes) {
+  ++impl_->commands.given;
+  for (const Axis axis : axes) ++impl_->commands.of[axis];
   return Commanded();
 }
 
@@ -137,13 +140,22 @@ std::shared_ptr<Activity> Rig::Occupy(Activity activity) {
 }
 
 std::uint64_t Rig::commands_given() const {
-  return impl_->commands_given;
+  return impl_->commands.given;
+}
+
+bool Rig::Hold(Instant until) {
+  Commanded().held_until = until;
+  const bool searches = impl_->autofocus.searches() || !impl_->procedure.expired();
+  return !searches && std::ranges::none_of(drivers::kAxes,
+                                           [&](Axis axis) { return impl_->axes[axis] && impl_->axes[axis]->moving(); });
 }
 
 Result<drivers::ExposureState> Rig::SetExposure(const drivers::ExposureState& wanted) {
   drivers::Camera* const camera = impl_->device.camera.get();
   if (camera == nullptr) return Fail(Code::Unsupported, "this lens has no camera");
-  if ((wanted.exposure || wanted.gain) && impl_->autofocus.uses_camera()) {
+  const auto occupied = impl_->procedure.lock();
+  const bool searches = occupied && occupied->kind == Activity::Kind::Autofocus;
+  if ((wanted.exposure || wanted.gain) && (searches || impl_->autofocus.uses_camera())) {
     return Fail(Code::Busy, "autofocus compares pictures of this camera: wait for its end, or stop it",
                 *impl_->WhyNotFocused()->facts);
   }

@@ -47,7 +47,9 @@ Result<Fault> FaultOf(const drivers::SimulatedFault& wanted) {
 }
 
 /// As the interface tells instants.
-double Nanoseconds(Instant instant) { return static_cast<double>(instant.time_since_epoch().count()); }
+double Nanoseconds(Instant instant) {
+  return static_cast<double>(instant.time_since_epoch().count());
+}
 
 }  // namespace
 
@@ -72,6 +74,7 @@ Result<drivers::SimulatedTruth> Bench::TruthAt(std::optional<Instant> at, std::o
   truth.positions[Axis::Focus] = Native{state.focus_steps};
   if (state.iris_steps) truth.positions[Axis::Iris] = Native{*state.iris_steps};
   if (state.zoom_mm) truth.positions[Axis::Zoom] = Native{*state.zoom_mm};
+  if (state.filter) truth.positions[Axis::Filter] = Native{*state.filter};
   truth.extension_m = state.extension_m;
   truth.f_number = state.f_number;
   truth.focal_length_m = state.optics.focal_length_m;

@@ -17,6 +17,7 @@ using drivers::Axis;
 // Iris and zoom have no speeds of their own in a scene: a full sweep takes about this long.
 constexpr double kIrisSweep_s = 0.25;
 constexpr double kZoomSweep_s = 1.0;
+constexpr double kFilter_s = 0.2;       // from one place of the wheel to the next
 constexpr double kSpeedUp_s = 0.02;     // to full speed
 constexpr double kZoomPlaces = 1000.0;  // between the ends of the zoom range
 constexpr double kSettlingTimes = 5.0;  // time constants of creep in settle_ms: 0.7 % is left after it
@@ -112,6 +113,10 @@ drivers::Capabilities CapabilitiesOf(const LensSettings& lens) {
     capabilities.axes[Axis::Zoom] =
         AxisOver(lens, NativeUnit::Millimetres, lens.min_focal_length_mm, lens.max_focal_length_mm, span / kZoomPlaces);
   }
+  if (!lens.filter_focus_um.empty()) {
+    capabilities.axes[Axis::Filter] =
+        AxisOver(lens, NativeUnit::Position, 1.0, static_cast<double>(lens.filter_focus_um.size()), 1.0);
+  }
   return capabilities;
 }
 
@@ -130,6 +135,9 @@ Mechanics::Mechanics(std::shared_ptr<const Scene> scene, const Clock& clock, dou
   if (capabilities_.axes[Axis::Zoom]) {
     motors_[Axis::Zoom].emplace(SweepMotor(lens.min_focal_length_mm, lens.max_focal_length_mm, kZoomSweep_s),
                                 lens.min_focal_length_mm);
+  }
+  if (const auto places = static_cast<double>(lens.filter_focus_um.size()); places > 0.0) {
+    motors_[Axis::Filter].emplace(SweepMotor(1.0, places, kFilter_s * (places - 1.0)), 1.0);
   }
 }
 
@@ -262,12 +270,19 @@ TrueState Mechanics::StateOf(Duration at) const {
   state.focus_steps = motors_[Axis::Focus]->PlaceAt(at);
   const double along = state.focus_steps / (lens.steps - 1.0);
   state.extension_m = ExtensionAlong(lens, along) + 1e-6 * lens.drift_um_per_c * (lens.temperature_c - kCalibration_c);
+  if (motors_[Axis::Filter]) {
+    state.filter = motors_[Axis::Filter]->PlaceAt(at);
+    const double place = std::clamp(std::round(*state.filter), 1.0, static_cast<double>(lens.filter_focus_um.size()));
+    state.extension_m -= 1e-6 * lens.filter_focus_um[static_cast<std::size_t>(place) - 1];
+  }
   state.f_number = lens.min_f_number;
   if (motors_[Axis::Iris]) {
     state.iris_steps = motors_[Axis::Iris]->PlaceAt(at);
     const double open = *state.iris_steps / (lens.iris_steps - 1.0);
     state.f_number = lens.min_f_number * std::pow(lens.max_f_number / lens.min_f_number, open);
   }
+  // Where spherical aberration leaves the spot's mean square smallest goes with the square of the opening.
+  state.extension_m -= 1e-6 * lens.focus_shift_um * std::pow(lens.min_f_number / state.f_number, 2);
   if (motors_[Axis::Zoom]) state.zoom_mm = motors_[Axis::Zoom]->PlaceAt(at);
   const double nominal_m = 1e-3 * state.zoom_mm.value_or(lens.min_focal_length_mm);
   if (lens.zooms()) {

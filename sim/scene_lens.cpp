@@ -39,6 +39,16 @@ void ReadNoise(SettingsReader& read, CameraSettings& camera) {
   }
 }
 
+/// A wheel has two places or more.
+void ReadWheel(SettingsReader& read, LensSettings& lens) {
+  constexpr std::string_view kKey = "filter_focus_um";
+  const auto* const places = read.Any(kKey)->AsArray();
+  if (places == nullptr || places->size() < 2 || places->size() > 16) {
+    return read.Reject(kKey, "is a list of 2 to 16 numbers, one for each place of the wheel");
+  }
+  if (auto shifts = read.OptionalNumbers(kKey, places->size(), {-1e4, 1e4})) lens.filter_focus_um = *std::move(shifts);
+}
+
 /// What render/pupil.h describes.
 void ReadPupil(SettingsReader& read, LensSettings& lens) {
   constexpr Range kPath{-1e3, 1e3}, kShift{-1e4, 1e4};
@@ -46,12 +56,14 @@ void ReadPupil(SettingsReader& read, LensSettings& lens) {
   lens.cats_eye = read.Number("cats_eye", lens.cats_eye, {0.0, 0.9});
   lens.spherical_um = read.Number("spherical_um", lens.spherical_um, kPath);
   lens.coma_um = read.Number("coma_um", lens.coma_um, kPath);
+  lens.focus_shift_um = read.Number("focus_shift_um", lens.focus_shift_um, kShift);
   lens.field_curvature_um = read.Number("field_curvature_um", lens.field_curvature_um, kShift);
   const auto pair = [&](std::string_view key, std::array<double, 2>& values) {
     if (const auto numbers = read.OptionalNumbers(key, 2, kShift)) values = {numbers->front(), numbers->back()};
   };
   pair("sensor_tilt_um", lens.sensor_tilt_um);
   pair("colour_focus_um", lens.colour_focus_um);
+  if (read.Has("filter_focus_um")) ReadWheel(read, lens);
   lens.telecentric = read.Boolean("telecentric", lens.telecentric);
   for (const std::string_view key : {"obstruction", "cats_eye", "spherical_um", "coma_um", "field_curvature_um",
                                      "sensor_tilt_um", "colour_focus_um", "telecentric"}) {

@@ -75,6 +75,10 @@ std::expected<Json, Failure> ParametersOf(const Session& session, const Autofocu
   }
   if (!regions.empty()) parameters["regions"] = std::move(regions);
   if (auto search = AddSearch(session, options, parameters); !search) return PassOn(search);
+  if (!options.conditions.given()) return parameters;
+  auto conditions = ConditionsOf(options.conditions);
+  if (!conditions) return PassOn(conditions);
+  parameters["conditions"] = *std::move(conditions);
   return parameters;
 }
 
@@ -90,6 +94,11 @@ std::optional<Failure> Contradiction(const AutofocusOptions& options) {
   }
   if (options.track && !options.frames_from.empty()) {
     return Failure(Exit::Usage, "--track works with the lens' own camera, not with --frames-from");
+  }
+  if (options.conditions.given() && (options.track || !options.frames_from.empty())) {
+    return Failure(Exit::Usage,
+                   "--exposure, --gain, --f-number and --filter are of one search with the lens' own camera: not with "
+                   "--track or --frames-from");
   }
   if (options.track && (options.plot.wanted() || !options.record.empty())) {
     return Failure(Exit::Usage, "--track goes on after its answer: --plot and --record are of one search");
@@ -174,13 +183,15 @@ std::expected<Json, Failure> FollowSearch(Session& session, DaemonClient& link, 
                                           Json parameters) {
   ProgressLine line(session);
   const Json lens = parameters["lens"];
+  // A stop of the focus alone lets iris and filter go back to where they were.
+  const Json axis = parameters.contains("conditions") ? Json("focus") : Json(nullptr);
   const auto show = [&](const Json& step) {
     if (step.contains("progress") && step["progress"].is_object()) line.Show(AutofocusProgressText(step["progress"]));
     return true;
   };
   return link.Follow(MethodOfLens(method), std::move(parameters), show, [&] {
     line.Clear();
-    StopAndTell(session, lens, nullptr);
+    StopAndTell(session, lens, axis);
   });
 }
 
@@ -251,6 +262,7 @@ void AddAutofocus(CLI::App& root, Run& run) {
           "how far apart the frames of the first pass are at most, such as 20steps, 8um of extension or 5px of "
           "blur; only methods that go by steps are taken then")
       ->type_name("STEP");
+  AddConditionOptions(*command, options->conditions);
   command
       ->add_option("--frames-from", options->frames_from,
                    "use no camera of the daemon's: for each frame run this shell command, which has to save a new "

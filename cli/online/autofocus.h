@@ -1,6 +1,8 @@
 // The parts of the autofocus command.
 #pragma once
 
+#include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +11,18 @@
 #include "cli/online/daemon_client.h"
 
 namespace lensd::cli {
+
+/// Conditions of a search as written; empty: as the lens stands.
+struct ConditionTexts {
+  std::string exposure;
+  std::string gain;
+  std::string f_number;
+  std::string filter;
+  bool given() const { return !exposure.empty() || !gain.empty() || !f_number.empty() || !filter.empty(); }
+};
+void AddConditionOptions(CLI::App& command, ConditionTexts& texts);
+/// SearchConditions.
+Result<varlink::Json> ConditionsOf(const ConditionTexts& texts);
 
 struct AutofocusOptions {
   std::string name;
@@ -22,6 +36,7 @@ struct AutofocusOptions {
   std::string frames_from;      ///< a shell command; empty: the lens' own camera
   std::string pixel;            ///< of its pictures
   std::optional<double> gamma;  ///< of its pictures: sample = light^(1/gamma)
+  ConditionTexts conditions;
   PlotText plot;
   std::string record;  ///< a folder to write; empty: none
 };

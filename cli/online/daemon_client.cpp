@@ -106,10 +106,23 @@ class SignalWatch {
 }  // namespace
 
 Json WithLease(std::string_view method, Json parameters) {
-  constexpr std::array<std::string_view, 15> kDriving = {
-      "SetExposure",     "Move",      "Home",       "Plan",         "Autofocus",    "AutofocusBegin",
-      "MeasureBacklash", "Calibrate", "PresetSave", "PresetRemove", "PresetRecall", "ResetFaults",
-      "TakeLease",       "DropLease", "FocusMap"};
+  constexpr std::array<std::string_view, 17> kDriving = {"SetExposure",
+                                                         "Move",
+                                                         "Home",
+                                                         "Plan",
+                                                         "Autofocus",
+                                                         "AutofocusBegin",
+                                                         "MeasureBacklash",
+                                                         "Calibrate",
+                                                         "PresetSave",
+                                                         "PresetRemove",
+                                                         "PresetRecall",
+                                                         "ResetFaults",
+                                                         "TakeLease",
+                                                         "DropLease",
+                                                         "MeasureFocusShift",
+                                                         "RemoveFocusShift",
+                                                         "FocusMap"};
   const char* const key = std::getenv("LENSD_LEASE");
   const auto name = method.substr(method.rfind('.') + 1);
   const bool takes_it =

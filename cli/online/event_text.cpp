@@ -32,19 +32,17 @@ std::string ProgressText(const Json& progress) {
          NumberText(backlash, "sweepsExpected", 4, ", ") + NumberText(backlash, "frames", 6, " frames");
 }
 
-/// How long it lasts from now on; `untilNs` is on this machine's CLOCK_MONOTONIC.
-std::string UntilText(const Json& lease) {
+/// How long it lasts from now on.
+std::string LastsText(const Json& lease) {
   if (lease.value("untilNs", Json()).is_null()) return " until it lets go";
-  const std::chrono::nanoseconds until(lease["untilNs"].get<std::int64_t>());
-  const auto left = until - std::chrono::steady_clock::now().time_since_epoch();
-  return " for another " + std::to_string(std::chrono::ceil<std::chrono::seconds>(left).count()) + " s";
+  return UntilText(lease["untilNs"]);
 }
 
 std::string LeaseText(const Json& lease) {
   const std::string change = TextOf(lease, "change");
   if (change == "ended") return "lease of " + TextOf(lease, "holder") + " ended (" + TextOf(lease, "cause") + ")";
   const std::string how = change == "takenOver" ? "taken over" : change;
-  return "lease " + how + " by " + TextOf(lease, "holder") + UntilText(lease);
+  return "lease " + how + " by " + TextOf(lease, "holder") + LastsText(lease);
 }
 
 std::string CalibrationChangeText(const Json& calibration) {

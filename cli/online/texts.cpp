@@ -1,6 +1,7 @@
 // The daemon's answers in words and figures for people. Scripts use --json.
 #include "cli/online/texts.h"
 
+#include <chrono>
 #include <cmath>
 
 #include "cli/text.h"
@@ -73,6 +74,12 @@ std::string InfoText(const Json& info) {
   return line;
 }
 
+std::string UntilText(const Json& until_ns) {
+  const std::chrono::nanoseconds until(until_ns.get<std::int64_t>());
+  const auto left = until - std::chrono::steady_clock::now().time_since_epoch();
+  return " for another " + std::to_string(std::chrono::ceil<std::chrono::seconds>(left).count()) + " s";
+}
+
 std::string StatusText(const Json& status) {
   std::string line = TextOf(status, "name") + ": ";
   line += True(status, "connected") ? TextOf(status, "activity") : "disconnected";
@@ -99,6 +106,7 @@ std::string StatusText(const Json& status) {
     if (!TextOf(axis, "fault").empty()) line += " (" + TextOf(axis, "fault") + ")";
   }
   if (Has(status, "temperatureC")) line += ", " + NumberText(status, "temperatureC", 4, " C");
+  if (Has(status, "holdUntilNs")) line += ", corrections wait" + UntilText(status["holdUntilNs"]);
   if (Has(status, "error")) line += "; " + TextOf(status, "error");
   if (Has(status, "warnings")) {
     for (const Json& warning : status["warnings"]) line += "\n  " + warning.get<std::string>();
@@ -220,10 +228,19 @@ std::string AutofocusStepText(const Json& step) {
          ", position " + NumberText(step, "position", 8, "") + FocusText(step);
 }
 
+std::string ShiftSizeText(const Json& size) {
+  if (Has(size, "extensionUm")) {
+    return NumberText(size, "extensionUm", 4, " um of extension, sigma ") + NumberText(size, "sigmaUm", 2, " um");
+  }
+  return NumberText(size, "size", 4, " steps, sigma ") + NumberText(size, "sizeSigma", 2, "");
+}
+
 std::string AutofocusText(const Json& result) {
   std::string line = TextOf(result, "lens") + ": ";
   const std::string focus = FocusText(result);
-  if (!True(result, "focused")) {
+  if (TextOf(result, "cause") == "notRestored") {
+    line += "NOT done" + focus;
+  } else if (!True(result, "focused")) {
     line += "refused, and back where it was" + focus;
   } else {
     line += focus.empty() ? "focused" : focus.substr(2);  // ", focused at ..." says it already
@@ -243,6 +260,9 @@ std::string AutofocusText(const Json& result) {
     if (clipped > 0) line += ", " + std::to_string(clipped) + " too bright for the sensor";
     if (Has(stars, "hfrPx")) line += ", half-flux radius " + NumberText(stars, "hfrPx", 3, " px");
     if (Has(stars, "fwhmPx")) line += ", FWHM " + NumberText(stars, "fwhmPx", 3, " px");
+  }
+  if (Has(result, "conditions") && Has(result["conditions"], "shift")) {
+    line += "\n  shift: " + ShiftSizeText(result["conditions"]["shift"]);
   }
   if (Has(result, "candidates")) {
     for (const Json& candidate : result["candidates"]) {

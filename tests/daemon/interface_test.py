@@ -2,6 +2,7 @@
 the definition that shares no code with the daemon's."""
 import json
 import re
+import time
 import unittest
 
 from harness import LENS, DaemonTest
@@ -101,7 +102,8 @@ class RepliesTest(DaemonTest):
                                    "errorUm": 5, "approximate": True}),
                     ("Calibrate", {"remove": True}), ("MeasureBacklash", {"axis": "focus", "size": 3}),
                     ("PresetSave", {"label": "one"}), ("PresetList", {}), ("PresetRecall", {"label": "one"}), ("Undo", {}),
-                    ("PresetRemove", {"label": "one"}), ("Autofocus", {}), ("TakeLease", {}),
+                    ("PresetRemove", {"label": "one"}), ("Autofocus", {}), ("Autofocus", {"conditions": {"exposureMs": 5}}),
+                    ("ListFocusShifts", {}), ("Hold", {"untilNs": time.monotonic_ns() + 600 * 10**9}), ("Release", {}), ("TakeLease", {}),
                     ("DropLease", {}), ("Stop", {}), ("ResetFaults", {}),
                     ("Plan", {"request": {"limits": [{"kind": "sharp", "limitUm": 20, "depths": [
                         {"oneEnd": {"distanceM": 1}, "otherEnd": {"distanceM": 1.2}}]}]}, "apply": True,

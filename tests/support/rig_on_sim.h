@@ -40,6 +40,7 @@ struct RigOnSim {
     auto world = sim::OpenWorld(SceneFromText(scene), clock, options);
     if (!world) throw std::runtime_error(world.error().message);
     truth = world->truth;
+    simulation = world->device.simulation;
     rig::RigConfig config;
     if (configure) configure(config);
     auto made = rig::Rig::Create(config, std::move(world->device), clock, std::move(calibration));
@@ -61,6 +62,7 @@ struct RigOnSim {
 
   SteppedClock clock;
   std::shared_ptr<const sim::Truth> truth;
+  std::shared_ptr<drivers::Simulation> simulation;
   std::unique_ptr<rig::Rig> rig;
 };
 

@@ -85,8 +85,9 @@ enum class Cause {
   Uncalibrated,
   PlaceUnknown,  ///< of the lens at its frames
   Deadline,
-  Missed,     ///< the lens did not get where it was sent
-  SameFrame,  ///< a frame was the one before, though the lens had moved between
+  Missed,       ///< the lens did not get where it was sent
+  SameFrame,    ///< a frame was the one before, though the lens had moved between
+  NotRestored,  ///< focus was found, but the conditions of the search stay, or it could not go on from there
 };
 
 /// The end.

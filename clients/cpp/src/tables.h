@@ -39,9 +39,9 @@ inline constexpr ErrorRow kErrorsOfLensd[] = {
     {"org.varlink.service.MethodNotImplemented", "MethodNotImplemented", "unsupported", 8},
 };
 
-inline constexpr std::string_view kDrivingMethods[] = {"Move", "Calibrate", "MeasureBacklash", "PresetSave",
-    "PresetRecall", "PresetRemove", "Undo", "Home", "ResetFaults", "TakeLease", "DropLease", "Plan", "Autofocus",
-    "FocusMap", "AutofocusBegin", "SetExposure"};
+inline constexpr std::string_view kDrivingMethods[] = {"Move", "Calibrate", "MeasureBacklash", "MeasureFocusShift",
+    "RemoveFocusShift", "PresetSave", "PresetRecall", "PresetRemove", "Undo", "Home", "ResetFaults", "TakeLease",
+    "DropLease", "Plan", "Autofocus", "FocusMap", "AutofocusBegin", "SetExposure"};
 
 }  // namespace v1
 }  // namespace lensd

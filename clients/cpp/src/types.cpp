@@ -265,6 +265,9 @@ std::string LensStatus::connection() const {
 std::optional<bool> LensStatus::latched() const {
   return Access::Get<std::optional<bool>>(*this, "latched");
 }
+std::optional<std::int64_t> LensStatus::holdUntilNs() const {
+  return Access::Get<std::optional<std::int64_t>>(*this, "holdUntilNs");
+}
 std::vector<std::string> LensStatus::warnings() const {
   return Access::Get<std::optional<std::vector<std::string>>>(*this, "warnings").value_or(std::vector<std::string>());
 }
@@ -615,6 +618,124 @@ double AutofocusCandidate::position() const {
 std::optional<double> AutofocusCandidate::vergenceD() const {
   return Access::Get<std::optional<double>>(*this, "vergenceD");
 }
+std::optional<double> SearchConditions::exposureMs() const {
+  return Access::Get<std::optional<double>>(*this, "exposureMs");
+}
+SearchConditions& SearchConditions::exposureMs(double value) {
+  Access::Set(*this, "exposureMs", value);
+  return *this;
+}
+std::optional<double> SearchConditions::gain() const {
+  return Access::Get<std::optional<double>>(*this, "gain");
+}
+SearchConditions& SearchConditions::gain(double value) {
+  Access::Set(*this, "gain", value);
+  return *this;
+}
+std::optional<double> SearchConditions::fNumber() const {
+  return Access::Get<std::optional<double>>(*this, "fNumber");
+}
+SearchConditions& SearchConditions::fNumber(double value) {
+  Access::Set(*this, "fNumber", value);
+  return *this;
+}
+std::optional<double> SearchConditions::filterPosition() const {
+  return Access::Get<std::optional<double>>(*this, "filterPosition");
+}
+SearchConditions& SearchConditions::filterPosition(double value) {
+  Access::Set(*this, "filterPosition", value);
+  return *this;
+}
+std::optional<double> ShiftSize::extensionUm() const {
+  return Access::Get<std::optional<double>>(*this, "extensionUm");
+}
+std::optional<double> ShiftSize::sigmaUm() const {
+  return Access::Get<std::optional<double>>(*this, "sigmaUm");
+}
+std::optional<double> ShiftSize::size() const {
+  return Access::Get<std::optional<double>>(*this, "size");
+}
+std::optional<double> ShiftSize::sizeSigma() const {
+  return Access::Get<std::optional<double>>(*this, "sizeSigma");
+}
+std::optional<double> FocusShift::fromFNumber() const {
+  return Access::Get<std::optional<double>>(*this, "fromFNumber");
+}
+std::optional<double> FocusShift::toFNumber() const {
+  return Access::Get<std::optional<double>>(*this, "toFNumber");
+}
+std::optional<double> FocusShift::fromFilter() const {
+  return Access::Get<std::optional<double>>(*this, "fromFilter");
+}
+std::optional<double> FocusShift::toFilter() const {
+  return Access::Get<std::optional<double>>(*this, "toFilter");
+}
+std::optional<double> FocusShift::focalLengthMm() const {
+  return Access::Get<std::optional<double>>(*this, "focalLengthMm");
+}
+ShiftSize FocusShift::shift() const {
+  return Access::Get<ShiftSize>(*this, "shift");
+}
+std::int64_t FocusShift::pairs() const {
+  return Access::Get<std::int64_t>(*this, "pairs");
+}
+std::optional<std::string> FocusShift::made() const {
+  return Access::Get<std::optional<std::string>>(*this, "made");
+}
+std::optional<double> SearchedUnder::exposureMs() const {
+  return Access::Get<std::optional<double>>(*this, "exposureMs");
+}
+std::optional<double> SearchedUnder::gain() const {
+  return Access::Get<std::optional<double>>(*this, "gain");
+}
+std::optional<double> SearchedUnder::fNumber() const {
+  return Access::Get<std::optional<double>>(*this, "fNumber");
+}
+std::optional<double> SearchedUnder::filterPosition() const {
+  return Access::Get<std::optional<double>>(*this, "filterPosition");
+}
+bool SearchedUnder::restored() const {
+  return Access::Get<bool>(*this, "restored");
+}
+std::optional<std::string> SearchedUnder::stays() const {
+  return Access::Get<std::optional<std::string>>(*this, "stays");
+}
+std::optional<ShiftSize> SearchedUnder::shift() const {
+  return Access::Get<std::optional<ShiftSize>>(*this, "shift");
+}
+std::optional<std::string> SearchedUnder::shiftReason() const {
+  return Access::Get<std::optional<std::string>>(*this, "shiftReason");
+}
+std::int64_t FocusShiftProgress::search() const {
+  return Access::Get<std::int64_t>(*this, "search");
+}
+std::int64_t FocusShiftProgress::searchesExpected() const {
+  return Access::Get<std::int64_t>(*this, "searchesExpected");
+}
+std::int64_t FocusShiftProgress::frames() const {
+  return Access::Get<std::int64_t>(*this, "frames");
+}
+std::string FocusShiftResult::lens() const {
+  return Access::Get<std::string>(*this, "lens");
+}
+bool FocusShiftResult::measured() const {
+  return Access::Get<bool>(*this, "measured");
+}
+std::optional<FocusShift> FocusShiftResult::shift() const {
+  return Access::Get<std::optional<FocusShift>>(*this, "shift");
+}
+std::int64_t FocusShiftResult::frames() const {
+  return Access::Get<std::int64_t>(*this, "frames");
+}
+double FocusShiftResult::elapsedMs() const {
+  return Access::Get<double>(*this, "elapsedMs");
+}
+std::optional<std::string> FocusShiftResult::cause() const {
+  return Access::Get<std::optional<std::string>>(*this, "cause");
+}
+std::optional<std::string> FocusShiftResult::reason() const {
+  return Access::Get<std::optional<std::string>>(*this, "reason");
+}
 std::string AutofocusResult::lens() const {
   return Access::Get<std::string>(*this, "lens");
 }
@@ -665,6 +786,9 @@ std::vector<Region> AutofocusResult::regions() const {
 }
 std::optional<AutofocusStars> AutofocusResult::stars() const {
   return Access::Get<std::optional<AutofocusStars>>(*this, "stars");
+}
+std::optional<SearchedUnder> AutofocusResult::conditions() const {
+  return Access::Get<std::optional<SearchedUnder>>(*this, "conditions");
 }
 std::int64_t FocusMapCell::column() const {
   return Access::Get<std::int64_t>(*this, "column");
@@ -1834,6 +1958,63 @@ MeasureBacklashParameters& MeasureBacklashParameters::lease(const std::string& v
   Access::Set(*this, "lease", value);
   return *this;
 }
+std::optional<FocusShiftProgress> MeasureFocusShiftReply::progress() const {
+  return Access::Get<std::optional<FocusShiftProgress>>(*this, "progress");
+}
+std::optional<FocusShiftResult> MeasureFocusShiftReply::shift() const {
+  return Access::Get<std::optional<FocusShiftResult>>(*this, "shift");
+}
+MeasureFocusShiftParameters& MeasureFocusShiftParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
+MeasureFocusShiftParameters& MeasureFocusShiftParameters::conditions(const SearchConditions& value) {
+  Access::Set(*this, "conditions", value);
+  return *this;
+}
+MeasureFocusShiftParameters& MeasureFocusShiftParameters::pairs(std::int64_t value) {
+  Access::Set(*this, "pairs", value);
+  return *this;
+}
+MeasureFocusShiftParameters& MeasureFocusShiftParameters::region(const Region& value) {
+  Access::Set(*this, "region", value);
+  return *this;
+}
+MeasureFocusShiftParameters& MeasureFocusShiftParameters::lease(const std::string& value) {
+  Access::Set(*this, "lease", value);
+  return *this;
+}
+std::vector<FocusShift> ListFocusShiftsReply::shifts() const {
+  return Access::Get<std::vector<FocusShift>>(*this, "shifts");
+}
+ListFocusShiftsParameters& ListFocusShiftsParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
+RemoveFocusShiftParameters& RemoveFocusShiftParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
+RemoveFocusShiftParameters& RemoveFocusShiftParameters::fromFNumber(double value) {
+  Access::Set(*this, "fromFNumber", value);
+  return *this;
+}
+RemoveFocusShiftParameters& RemoveFocusShiftParameters::toFNumber(double value) {
+  Access::Set(*this, "toFNumber", value);
+  return *this;
+}
+RemoveFocusShiftParameters& RemoveFocusShiftParameters::fromFilter(double value) {
+  Access::Set(*this, "fromFilter", value);
+  return *this;
+}
+RemoveFocusShiftParameters& RemoveFocusShiftParameters::toFilter(double value) {
+  Access::Set(*this, "toFilter", value);
+  return *this;
+}
+RemoveFocusShiftParameters& RemoveFocusShiftParameters::lease(const std::string& value) {
+  Access::Set(*this, "lease", value);
+  return *this;
+}
 Preset PresetSaveReply::preset() const {
   return Access::Get<Preset>(*this, "preset");
 }
@@ -1959,6 +2140,24 @@ TakeLeaseParameters& TakeLeaseParameters::stop(bool value) {
   Access::Set(*this, "stop", value);
   return *this;
 }
+std::int64_t HoldReply::untilNs() const {
+  return Access::Get<std::int64_t>(*this, "untilNs");
+}
+bool HoldReply::atRest() const {
+  return Access::Get<bool>(*this, "atRest");
+}
+HoldParameters& HoldParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
+HoldParameters& HoldParameters::untilNs(std::int64_t value) {
+  Access::Set(*this, "untilNs", value);
+  return *this;
+}
+ReleaseParameters& ReleaseParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
 DropLeaseParameters& DropLeaseParameters::lens(const std::string& value) {
   Access::Set(*this, "lens", value);
   return *this;
@@ -2050,6 +2249,10 @@ AutofocusParameters& AutofocusParameters::deadlineMs(double value) {
 }
 AutofocusParameters& AutofocusParameters::lease(const std::string& value) {
   Access::Set(*this, "lease", value);
+  return *this;
+}
+AutofocusParameters& AutofocusParameters::conditions(const SearchConditions& value) {
+  Access::Set(*this, "conditions", value);
   return *this;
 }
 std::optional<AutofocusProgress> FocusMapReply::progress() const {

@@ -11,8 +11,9 @@ from ._protocol import Call
 from .types import (
     AutofocusProgress, AutofocusResult, AutofocusStep, Axis, BacklashProgress, BacklashResult, CalibrationInfo,
     CalibrationPoint, DaemonMetrics, DistanceFrom, Encoding, Event, ExposureInfo, FailedSearch, FocusMapResult,
-    FocusRange, FocusStep, FoundDevice, FrameInfo, LensInfo, LensMetrics, LensStatus, MoveProgress, MoveResult,
-    PictureInfo, PixelFormat, PlanAnswer, PlanRequest, Policy, Preset, RecallResult, Region, Size, Target, UndoResult)
+    FocusRange, FocusShift, FocusShiftProgress, FocusShiftResult, FocusStep, FoundDevice, FrameInfo, LensInfo,
+    LensMetrics, LensStatus, MoveProgress, MoveResult, PictureInfo, PixelFormat, PlanAnswer, PlanRequest, Policy,
+    Preset, RecallResult, Region, SearchConditions, Size, Target, UndoResult)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -180,6 +181,52 @@ def measure_backlash(*, lens: Optional[str] = None, axis: Optional[Axis] = None,
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class MeasureFocusShiftReply:
+    """The answer to MeasureFocusShift."""
+
+    progress: Optional[FocusShiftProgress] = None
+    shift: Optional[FocusShiftResult] = None
+
+
+def measure_focus_shift(*, conditions: SearchConditions, lens: Optional[str] = None, pairs: Optional[int] = None,
+                        region: Optional[Region] = None, lease: Optional[str] = None) -> Call[MeasureFocusShiftReply]:
+    """Feature "searchConditions". Measures how focus shifts from `conditions`, which have exactly one of fNumber and
+    filterPosition (and the exposure that goes with it), to the conditions that the lens is in: 3 to 20 pairs of
+    searches (5 when left out) by sweep on a region of the picture, which must stay as it is. It is kept with the
+    calibration, in place of what was measured for the same pair; an Autofocus with such conditions goes on by it. With
+    `more`, `progress` comes until `shift` ends the call. Busy: an axis moves, or an autofocus is under way. Otherwise
+    as Autofocus."""
+    return Call("io.lensd.Lens.MeasureFocusShift", {"lens": lens, "conditions": conditions, "pairs": pairs, "region":
+                region, "lease": lease}, MeasureFocusShiftReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ListFocusShiftsReply:
+    """The answer to ListFocusShifts."""
+
+    shifts: list[FocusShift]
+
+
+def list_focus_shifts(*, lens: Optional[str] = None) -> Call[ListFocusShiftsReply]:
+    """Feature "searchConditions". The shifts of focus that were measured of a lens."""
+    return Call("io.lensd.Lens.ListFocusShifts", {"lens": lens}, ListFocusShiftsReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RemoveFocusShiftReply:
+    """The answer to RemoveFocusShift."""
+
+
+def remove_focus_shift(*, lens: Optional[str] = None, from_f_number: Optional[float] = None, to_f_number:
+                       Optional[float] = None, from_filter: Optional[float] = None, to_filter: Optional[float] = None,
+                       lease: Optional[str] = None) -> Call[RemoveFocusShiftReply]:
+    """Feature "searchConditions". Forgets the shift between two f-numbers or between two filters, whichever way round.
+    InvalidRequest: none is known of them."""
+    return Call("io.lensd.Lens.RemoveFocusShift", {"lens": lens, "fromFNumber": from_f_number, "toFNumber": to_f_number,
+                "fromFilter": from_filter, "toFilter": to_filter, "lease": lease}, RemoveFocusShiftReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PresetSaveReply:
     """The answer to PresetSave."""
 
@@ -307,6 +354,36 @@ def take_lease(*, lens: Optional[str] = None, for_ms: Optional[float] = None, le
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class HoldReply:
+    """The answer to Hold."""
+
+    until_ns: int
+    at_rest: bool
+
+
+def hold(*, until_ns: int, lens: Optional[str] = None) -> Call[HoldReply]:
+    """Feature "hold". Whoever exposes with another program's camera keeps the lens from being corrected meanwhile:
+    until untilNs (CLOCK_MONOTONIC, an hour from now at most) what lensd does by itself waits, which is following the
+    temperature, and the next search of an autofocus with `track`. It is no lease: commands of clients are carried out
+    as always, and Stop stops. A correction that has begun goes on to its end: atRest says whether nothing moves and
+    nothing is searched for, so that the exposure may begin. With `more` it answers at once, and again when its time is
+    over. Each connection has one hold a lens, and another call moves its end. It ends then, by Release, with its
+    connection, and when the lens is opened anew."""
+    return Call("io.lensd.Lens.Hold", {"lens": lens, "untilNs": until_ns}, HoldReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReleaseReply:
+    """The answer to Release."""
+
+
+def release(*, lens: Optional[str] = None) -> Call[ReleaseReply]:
+    """Feature "hold". Ends the hold of this connection; harmless where there is none. What has waited is done now,
+    unless another one holds."""
+    return Call("io.lensd.Lens.Release", {"lens": lens}, ReleaseReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DropLeaseReply:
     """The answer to DropLease."""
 
@@ -351,7 +428,8 @@ class AutofocusReply:
 def autofocus(*, lens: Optional[str] = None, region: Optional[Region] = None, method: Optional[str] = None, regions:
               Optional[list[Region]] = None, policy: Optional[Policy] = None, track: Optional[bool] = None, range:
               Optional[FocusRange] = None, step: Optional[FocusStep] = None, distance_from: Optional[DistanceFrom] =
-              None, deadline_ms: Optional[float] = None, lease: Optional[str] = None) -> Call[AutofocusReply]:
+              None, deadline_ms: Optional[float] = None, lease: Optional[str] = None, conditions:
+              Optional[SearchConditions] = None) -> Call[AutofocusReply]:
     """Brings a region of the picture into focus, or refuses and puts the lens back. Without a region the camera's own
     is used; without a method auto is. Methods: auto, defocus, sweep, moving, stars, exhaustive, coarse-fine, golden-
     section, fibonacci, hill-climb, sweep-parabola, sweep-gaussian, sweep-hyperbola, contrast-scan; docs/interface.md
@@ -362,10 +440,15 @@ def autofocus(*, lens: Optional[str] = None, region: Optional[Region] = None, me
     method does (InvalidRequest); both are OutOfRange where this lens cannot. A search may take deadlineMs (an hour at
     most); when left out, as long as one of the whole range takes, and at least 20000. OutOfRange: so short that the
     search cannot end; the message says what it needs. Busy: another autofocus is under way on this lens, or its
-    backlash is measured."""
+    backlash is measured. Feature "searchConditions": it searches under `conditions` (not with `track`), which are set
+    before its first frame and taken back whatever its end is, before it answers; then focus goes on by the shift that
+    was measured between them and how the lens stands otherwise, whose standard deviation counts in that of the answer.
+    A stop moves nothing: an axis that it stops, or that another command came for, stays, and the error says so. What
+    could not be taken back makes the answer notRestored. Both ways take time beside deadlineMs. Unsupported: a
+    condition that this lens cannot be brought to, or that its camera could not be brought back from."""
     return Call("io.lensd.Lens.Autofocus", {"lens": lens, "region": region, "method": method, "regions": regions,
                 "policy": policy, "track": track, "range": range, "step": step, "distanceFrom": distance_from,
-                "deadlineMs": deadline_ms, "lease": lease}, AutofocusReply)
+                "deadlineMs": deadline_ms, "lease": lease, "conditions": conditions}, AutofocusReply)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

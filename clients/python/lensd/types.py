@@ -79,10 +79,11 @@ MoveCause = Literal[
 # camera moved. ambiguous: several distances look alike. unclear: noise or light leave no clear answer. uncalibrated:
 # the method needs optics, f-number and pixels that are known. placeUnknown: where the frames were taken is not known
 # well enough. deadline: none came in time. missed: the lens did not get where it was sent. sameFrame: a frame was the
-# one before, though the lens had moved between.
+# one before, though the lens had moved between. Feature "searchConditions": notRestored: it found focus under the
+# conditions of the search and the lens stays there, but they could not be taken back, or focus not go on by the shift.
 AutofocusCause = Literal[
     "found", "noTexture", "tooBright", "severalDepths", "endOfTravel", "subjectMoved", "ambiguous", "unclear",
-    "uncalibrated", "placeUnknown", "deadline", "missed", "sameFrame"]
+    "uncalibrated", "placeUnknown", "deadline", "missed", "sameFrame", "notRestored"]
 
 # Why backlash was not measured, or is not in force. notFocused: autofocus refused. noPeak: no clear peak of sharpness.
 # noRoom: the soft limits leave none. tooLarge: focus was not found again coming from above. unsteady: the sweeps
@@ -323,6 +324,8 @@ class LensStatus:
     connection: Connection
     # A stop holds: nothing moves until ResetFaults.
     latched: Optional[bool] = None
+    # Feature "hold". Until when what lensd does by itself waits, by the longest of the holds; null where there is none.
+    hold_until_ns: Optional[int] = None
     # What is to be known of the files this lens was opened with: damaged (then it goes without, and a copy is kept), or
     # edited by hand. A calibration that is written since takes its warning away.
     warnings: Optional[list[str]] = None
@@ -606,12 +609,120 @@ class AutofocusCandidate:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SearchConditions:
+    """Feature "searchConditions". Under what to search, where that is not how the lens stands; what is left out stays
+    as it is."""
+
+    # Exposure time.
+    exposure_ms: Optional[float] = None
+    # Gain, in the unit of the camera's gain as GetExposure tells it.
+    gain: Optional[float] = None
+    # F-number.
+    f_number: Optional[float] = None
+    # Native position of the filter.
+    filter_position: Optional[float] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShiftSize:
+    """Feature "searchConditions". How far focus is from where it is under another condition: in extension where the
+    optics are known, else in native units of focus."""
+
+    # Extension that focus needs more; null where it is told in native units.
+    extension_um: Optional[float] = None
+    # Standard deviation of that.
+    sigma_um: Optional[float] = None
+    # Native units that focus is higher; null where it is told in extension.
+    size: Optional[float] = None
+    # Standard deviation of that.
+    size_sigma: Optional[float] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FocusShift:
+    """Feature "searchConditions". The shift of focus from one f-number to another, or from one filter to another, as it
+    was measured."""
+
+    # F-number that it is from, null where it is of filters.
+    from_f_number: Optional[float] = None
+    # F-number that it is to.
+    to_f_number: Optional[float] = None
+    # Filter that it is from, null where it is of f-numbers.
+    from_filter: Optional[float] = None
+    # Filter that it is to.
+    to_filter: Optional[float] = None
+    # Focal length that a zoom had, null where it does not zoom.
+    focal_length_mm: Optional[float] = None
+    # How far.
+    shift: ShiftSize
+    # Pairs of searches that it was measured by; 0 where a person said it.
+    pairs: int
+    # When, null where it does not say.
+    made: Optional[str] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchedUnder:
+    """Feature "searchConditions". What became of the conditions of a search."""
+
+    # Exposure time of its frames, as the camera said; null where none was asked for.
+    exposure_ms: Optional[float] = None
+    # Gain, likewise.
+    gain: Optional[float] = None
+    # F-number of the search, null where it is not known.
+    f_number: Optional[float] = None
+    # Where the filter stood, null where there is none.
+    filter_position: Optional[float] = None
+    # All is again as it was before the search.
+    restored: bool
+    # What is not, and why; null where all is.
+    stays: Optional[str] = None
+    # What focus went on by, from where the search found it to where it is without the conditions; 0 where they do not
+    # change focus. Null: by nothing.
+    shift: Optional[ShiftSize] = None
+    # Why by nothing: not measured, as it says then. Null where there is nothing to say.
+    shift_reason: Optional[str] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FocusShiftProgress:
+    """How far a measurement of a shift has come."""
+
+    # The search under way, from 1.
+    search: int
+    # Searches in all.
+    searches_expected: int
+    # Frames used so far.
+    frames: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FocusShiftResult:
+    """A finished measurement of a shift."""
+
+    # Name of the lens.
+    lens: str
+    # It was measured, and is kept.
+    measured: bool
+    # What it is, null where it was not measured: then what was known before stays.
+    shift: Optional[FocusShift] = None
+    # Frames it took.
+    frames: int
+    # Time it took.
+    elapsed_ms: float
+    # Why the search refused that ended it, null where it was measured.
+    cause: Optional[AutofocusCause] = None
+    # The same in words, null where it was measured.
+    reason: Optional[str] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class AutofocusResult:
     """A finished autofocus."""
 
     # Name of the lens.
     lens: str
-    # It is sure. Otherwise it refused, and the lens is back where it was.
+    # It is sure. Otherwise it refused, and the lens is back where it was, unless it is notRestored.
     focused: bool
     # Method used.
     method: str
@@ -644,6 +755,8 @@ class AutofocusResult:
     regions: list[Region]
     # Feature "stars". What was focused on by the method stars, null where it was another.
     stars: Optional[AutofocusStars] = None
+    # Feature "searchConditions". What became of the conditions of the search; null where it had none of its own.
+    conditions: Optional[SearchedUnder] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

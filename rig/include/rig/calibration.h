@@ -10,6 +10,7 @@
 #include "base/settings.h"
 #include "base/units.h"
 #include "drivers/api/lens.h"
+#include "rig/focus_shift.h"
 
 namespace lensd::rig {
 
@@ -85,9 +86,11 @@ struct Calibration {
   std::vector<BreathingPoint> breathing;  ///< empty, or at least two, extensions rising
   std::optional<TemperatureModel> temperature;
   drivers::PerAxis<std::optional<Backlash>> backlash;
+  std::vector<FocusShift> focus_shifts;  ///< each of another pair
 
-  /// Replaces the curve of the same conditions, or adds one.
+  /// Replaces the curve of the same conditions, or the shift of the same pair, or adds one.
   void Put(FocusCurve curve);
+  void Put(FocusShift shift);
 };
 
 /// A focus curve through measured points, in any order, several of which may be of the same depth: those become their

@@ -24,6 +24,7 @@
 #include "rig/motion.h"
 #include "rig/optics_table.h"
 #include "rig/position_memory.h"
+#include "rig/search_conditions.h"
 
 namespace lensd::rig {
 
@@ -139,6 +140,7 @@ struct AutofocusRequest {
   /// Goes on after each answer or refusal, which it is told of, and holds focus on the one region until it is stopped,
   /// superseded or fails: only then the run ends. The deadline is one for each search.
   std::function<void(const AutofocusOutcome&)> track{};
+  std::optional<SearchConditions> conditions{};  ///< of the search alone; not with `track` or `outside`
   std::optional<OutsideCamera> outside{};  ///< instead of the lens's own camera; `regions` are of its frames then,
                                            ///< all of them by default
 };
@@ -188,6 +190,7 @@ struct AutofocusOutcome {
   std::vector<drivers::Region> regions{};              ///< that were looked at
   std::optional<autofocus::StarFigures> stars{};       ///< in the last frame, where it was focused by them
   std::optional<FocusMapOutcome> map{};                ///< where one was asked for and the search came to its end
+  std::optional<SearchedUnder> under{};                ///< of a search under conditions of its own
 };
 
 using StopCallback = std::move_only_function<void(Result<void>)>;
@@ -239,6 +242,7 @@ struct Status {
   std::optional<Celsius> temperature;
   bool compensates = false;  ///< positions are worked out for it: that is wanted, and a coefficient is known
   Activity activity;
+  std::optional<Instant> held_until{};  ///< lensd's own corrections wait until then
   bool has_camera = false;
   bool streaming = false;
   drivers::Counters counters;    ///< of camera and lens
@@ -286,8 +290,9 @@ class Rig {
   /// Clears the faults of these axes, all of them if empty, where devices want to be told; moves nothing. Unsupported:
   /// an axis that was named takes no such command.
   void ResetFaults(const std::vector<drivers::Axis>& axes, StopCallback done);
-  /// Focuses on a region. Refusing is an outcome, not an error. Unsupported: no camera, no focus axis. InvalidArgument:
-  /// no such method, a region outside the frame.
+  /// Focuses on a region. Refusing is an outcome, not an error. Unsupported: no camera, no focus axis, conditions that
+  /// cannot be set or could not be brought back. InvalidArgument: no such method, a region outside the frame. With
+  /// conditions its answer comes once all is as before, or what is not is known.
   void Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done);
   /// The frame, or its sharpness, that an autofocus with an OutsideCamera wants. `taken` says whether it was used; what
   /// follows comes through that run's own callbacks. InvalidArgument: no frame is wanted, the exposure began too early
@@ -323,6 +328,10 @@ class Rig {
   std::shared_ptr<Activity> Occupy(Activity activity);
   /// How many motions, homings, stops and autofocus runs have been asked for, by whomever.
   std::uint64_t commands_given() const;
+  /// Until then (an instant that is over: no more) what the rig does by itself waits: following the temperature, and
+  /// the next search of an autofocus that tracks. Commands and stops do not. Whether the lens is at rest: what it does
+  /// by itself and has begun is finished all the same.
+  bool Hold(Instant until);
   /// Exposure time and gain of the frames that start from now on, where they are given, and then as the camera says
   /// they are set. With nothing given it only asks. Unsupported: no camera, or fixed there. OutOfRange: from the
   /// camera; what could be set before that stays set. Busy: autofocus uses the camera, and frames must be alike.
@@ -340,9 +349,10 @@ class Rig {
 
  private:
   class Impl;
+  friend class ConditionedSearch;
   explicit Rig(std::unique_ptr<Impl> impl);
   Impl& Commanded();
-  Impl& Displacing();
+  Impl& Displacing(const std::vector<drivers::Axis>& axes);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -176,7 +176,9 @@ struct LensSettings {
   double field_curvature_um = 0.0;          ///< extension that the frame's corners need more than its middle
   std::array<double, 2> sensor_tilt_um{};   ///< the same for half a diagonal to the right, and downward
   std::array<double, 2> colour_focus_um{};  ///< extension that red and blue need more than green
-  bool telecentric = true;  ///< the picture keeps its size; else it grows with 1 + extension/focal length
+  double focus_shift_um = 0.0;              ///< extension that the widest opening needs more than a very small one
+  std::vector<double> filter_focus_um{};  ///< extension that each place of its filter wheel needs more; empty: no wheel
+  bool telecentric = true;                ///< the picture keeps its size; else it grows with 1 + extension/focal length
 
   bool zooms() const { return max_focal_length_mm > min_focal_length_mm; }
 };

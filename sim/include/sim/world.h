@@ -32,6 +32,7 @@ struct TrueState {
   double focus_steps = 0.0;  ///< where the mechanism is, as the count that means this place when moving outward
   std::optional<double> iris_steps{};  ///< the same; none: no iris that moves
   std::optional<double> zoom_mm{};     ///< the same; none: it does not zoom
+  std::optional<double> filter{};      ///< the same; none: no filter wheel
   OpticalState optics;
   double extension_m = 0.0;
   double f_number = 0.0;

@@ -36,6 +36,12 @@ class AutofocusStars;
 class AutofocusSubject;
 class AutofocusProgress;
 class AutofocusCandidate;
+class SearchConditions;
+class ShiftSize;
+class FocusShift;
+class SearchedUnder;
+class FocusShiftProgress;
+class FocusShiftResult;
 class AutofocusResult;
 class FocusMapCell;
 class FocusTilt;
@@ -95,6 +101,12 @@ class CalibrateReply;
 class CalibrateParameters;
 class MeasureBacklashReply;
 class MeasureBacklashParameters;
+class MeasureFocusShiftReply;
+class MeasureFocusShiftParameters;
+class ListFocusShiftsReply;
+class ListFocusShiftsParameters;
+class RemoveFocusShiftReply;
+class RemoveFocusShiftParameters;
 class PresetSaveReply;
 class PresetSaveParameters;
 class PresetListReply;
@@ -113,6 +125,10 @@ class ResetFaultsReply;
 class ResetFaultsParameters;
 class TakeLeaseReply;
 class TakeLeaseParameters;
+class HoldReply;
+class HoldParameters;
+class ReleaseReply;
+class ReleaseParameters;
 class DropLeaseReply;
 class DropLeaseParameters;
 class PlanReply;
@@ -371,6 +387,8 @@ class LENSD_API LensStatus : public Value {
   std::string connection() const;
   /// A stop holds: nothing moves until ResetFaults.
   std::optional<bool> latched() const;
+  /// Feature "hold". Until when what lensd does by itself waits, by the longest of the holds; null where there is none.
+  std::optional<std::int64_t> holdUntilNs() const;
   /// What is to be known of the files this lens was opened with: damaged (then it goes without, and a copy is kept), or
   /// edited by hand. A calibration that is written since takes its warning away.
   std::vector<std::string> warnings() const;
@@ -651,12 +669,118 @@ class LENSD_API AutofocusCandidate : public Value {
   std::optional<double> vergenceD() const;
 };
 
+/// Feature "searchConditions". Under what to search, where that is not how the lens stands; what is left out stays as
+/// it is.
+class LENSD_API SearchConditions : public Value {
+ public:
+  /// Exposure time.
+  std::optional<double> exposureMs() const;
+  SearchConditions& exposureMs(double value);
+  /// Gain, in the unit of the camera's gain as GetExposure tells it.
+  std::optional<double> gain() const;
+  SearchConditions& gain(double value);
+  /// F-number.
+  std::optional<double> fNumber() const;
+  SearchConditions& fNumber(double value);
+  /// Native position of the filter.
+  std::optional<double> filterPosition() const;
+  SearchConditions& filterPosition(double value);
+};
+
+/// Feature "searchConditions". How far focus is from where it is under another condition: in extension where the optics
+/// are known, else in native units of focus.
+class LENSD_API ShiftSize : public Value {
+ public:
+  /// Extension that focus needs more; null where it is told in native units.
+  std::optional<double> extensionUm() const;
+  /// Standard deviation of that.
+  std::optional<double> sigmaUm() const;
+  /// Native units that focus is higher; null where it is told in extension.
+  std::optional<double> size() const;
+  /// Standard deviation of that.
+  std::optional<double> sizeSigma() const;
+};
+
+/// Feature "searchConditions". The shift of focus from one f-number to another, or from one filter to another, as it
+/// was measured.
+class LENSD_API FocusShift : public Value {
+ public:
+  /// F-number that it is from, null where it is of filters.
+  std::optional<double> fromFNumber() const;
+  /// F-number that it is to.
+  std::optional<double> toFNumber() const;
+  /// Filter that it is from, null where it is of f-numbers.
+  std::optional<double> fromFilter() const;
+  /// Filter that it is to.
+  std::optional<double> toFilter() const;
+  /// Focal length that a zoom had, null where it does not zoom.
+  std::optional<double> focalLengthMm() const;
+  /// How far.
+  ShiftSize shift() const;
+  /// Pairs of searches that it was measured by; 0 where a person said it.
+  std::int64_t pairs() const;
+  /// When, null where it does not say.
+  std::optional<std::string> made() const;
+};
+
+/// Feature "searchConditions". What became of the conditions of a search.
+class LENSD_API SearchedUnder : public Value {
+ public:
+  /// Exposure time of its frames, as the camera said; null where none was asked for.
+  std::optional<double> exposureMs() const;
+  /// Gain, likewise.
+  std::optional<double> gain() const;
+  /// F-number of the search, null where it is not known.
+  std::optional<double> fNumber() const;
+  /// Where the filter stood, null where there is none.
+  std::optional<double> filterPosition() const;
+  /// All is again as it was before the search.
+  bool restored() const;
+  /// What is not, and why; null where all is.
+  std::optional<std::string> stays() const;
+  /// What focus went on by, from where the search found it to where it is without the conditions; 0 where they do not
+  /// change focus. Null: by nothing.
+  std::optional<ShiftSize> shift() const;
+  /// Why by nothing: not measured, as it says then. Null where there is nothing to say.
+  std::optional<std::string> shiftReason() const;
+};
+
+/// How far a measurement of a shift has come.
+class LENSD_API FocusShiftProgress : public Value {
+ public:
+  /// The search under way, from 1.
+  std::int64_t search() const;
+  /// Searches in all.
+  std::int64_t searchesExpected() const;
+  /// Frames used so far.
+  std::int64_t frames() const;
+};
+
+/// A finished measurement of a shift.
+class LENSD_API FocusShiftResult : public Value {
+ public:
+  /// Name of the lens.
+  std::string lens() const;
+  /// It was measured, and is kept.
+  bool measured() const;
+  /// What it is, null where it was not measured: then what was known before stays.
+  std::optional<FocusShift> shift() const;
+  /// Frames it took.
+  std::int64_t frames() const;
+  /// Time it took.
+  double elapsedMs() const;
+  /// Why the search refused that ended it, null where it was measured.
+  std::optional<std::string> cause() const;
+  /// The same in words, null where it was measured.
+  std::optional<std::string> reason() const;
+};
+
 /// A finished autofocus.
 class LENSD_API AutofocusResult : public Value {
  public:
   /// Name of the lens.
   std::string lens() const;
-  /// It is sure. Otherwise it refused, and the lens is back where it was.
+  /// It is sure. Otherwise it refused, and the lens is back where it was, unless it is notRestored.
   bool focused() const;
   /// Method used.
   std::string method() const;
@@ -689,6 +813,8 @@ class LENSD_API AutofocusResult : public Value {
   std::vector<Region> regions() const;
   /// Feature "stars". What was focused on by the method stars, null where it was another.
   std::optional<AutofocusStars> stars() const;
+  /// Feature "searchConditions". What became of the conditions of the search; null where it had none of its own.
+  std::optional<SearchedUnder> conditions() const;
 };
 
 /// Feature "focusMap". One region of a focus map.
@@ -1698,6 +1824,63 @@ class LENSD_API MeasureBacklashParameters : public Value {
   MeasureBacklashParameters& lease(const std::string& value);
 };
 
+/// The answer to MeasureFocusShift.
+class LENSD_API MeasureFocusShiftReply : public Value {
+ public:
+  std::optional<FocusShiftProgress> progress() const;
+  std::optional<FocusShiftResult> shift() const;
+};
+
+/// Feature "searchConditions". Measures how focus shifts from `conditions`, which have exactly one of fNumber and
+/// filterPosition (and the exposure that goes with it), to the conditions that the lens is in: 3 to 20 pairs of
+/// searches (5 when left out) by sweep on a region of the picture, which must stay as it is. It is kept with the
+/// calibration, in place of what was measured for the same pair; an Autofocus with such conditions goes on by it. With
+/// `more`, `progress` comes until `shift` ends the call. Busy: an axis moves, or an autofocus is under way. Otherwise
+/// as Autofocus.
+class LENSD_API MeasureFocusShiftParameters : public Value {
+ public:
+  using Reply = MeasureFocusShiftReply;
+  static const char* Method() { return "MeasureFocusShift"; }
+  MeasureFocusShiftParameters& lens(const std::string& value);
+  MeasureFocusShiftParameters& conditions(const SearchConditions& value);
+  MeasureFocusShiftParameters& pairs(std::int64_t value);
+  MeasureFocusShiftParameters& region(const Region& value);
+  MeasureFocusShiftParameters& lease(const std::string& value);
+};
+
+/// The answer to ListFocusShifts.
+class LENSD_API ListFocusShiftsReply : public Value {
+ public:
+  std::vector<FocusShift> shifts() const;
+};
+
+/// Feature "searchConditions". The shifts of focus that were measured of a lens.
+class LENSD_API ListFocusShiftsParameters : public Value {
+ public:
+  using Reply = ListFocusShiftsReply;
+  static const char* Method() { return "ListFocusShifts"; }
+  ListFocusShiftsParameters& lens(const std::string& value);
+};
+
+/// The answer to RemoveFocusShift.
+class LENSD_API RemoveFocusShiftReply : public Value {
+ public:
+};
+
+/// Feature "searchConditions". Forgets the shift between two f-numbers or between two filters, whichever way round.
+/// InvalidRequest: none is known of them.
+class LENSD_API RemoveFocusShiftParameters : public Value {
+ public:
+  using Reply = RemoveFocusShiftReply;
+  static const char* Method() { return "RemoveFocusShift"; }
+  RemoveFocusShiftParameters& lens(const std::string& value);
+  RemoveFocusShiftParameters& fromFNumber(double value);
+  RemoveFocusShiftParameters& toFNumber(double value);
+  RemoveFocusShiftParameters& fromFilter(double value);
+  RemoveFocusShiftParameters& toFilter(double value);
+  RemoveFocusShiftParameters& lease(const std::string& value);
+};
+
 /// The answer to PresetSave.
 class LENSD_API PresetSaveReply : public Value {
  public:
@@ -1860,6 +2043,42 @@ class LENSD_API TakeLeaseParameters : public Value {
   TakeLeaseParameters& stop(bool value);
 };
 
+/// The answer to Hold.
+class LENSD_API HoldReply : public Value {
+ public:
+  std::int64_t untilNs() const;
+  bool atRest() const;
+};
+
+/// Feature "hold". Whoever exposes with another program's camera keeps the lens from being corrected meanwhile: until
+/// untilNs (CLOCK_MONOTONIC, an hour from now at most) what lensd does by itself waits, which is following the
+/// temperature, and the next search of an autofocus with `track`. It is no lease: commands of clients are carried out
+/// as always, and Stop stops. A correction that has begun goes on to its end: atRest says whether nothing moves and
+/// nothing is searched for, so that the exposure may begin. With `more` it answers at once, and again when its time is
+/// over. Each connection has one hold a lens, and another call moves its end. It ends then, by Release, with its
+/// connection, and when the lens is opened anew.
+class LENSD_API HoldParameters : public Value {
+ public:
+  using Reply = HoldReply;
+  static const char* Method() { return "Hold"; }
+  HoldParameters& lens(const std::string& value);
+  HoldParameters& untilNs(std::int64_t value);
+};
+
+/// The answer to Release.
+class LENSD_API ReleaseReply : public Value {
+ public:
+};
+
+/// Feature "hold". Ends the hold of this connection; harmless where there is none. What has waited is done now, unless
+/// another one holds.
+class LENSD_API ReleaseParameters : public Value {
+ public:
+  using Reply = ReleaseReply;
+  static const char* Method() { return "Release"; }
+  ReleaseParameters& lens(const std::string& value);
+};
+
 /// The answer to DropLease.
 class LENSD_API DropLeaseReply : public Value {
  public:
@@ -1919,7 +2138,12 @@ class LENSD_API AutofocusReply : public Value {
 /// method does (InvalidRequest); both are OutOfRange where this lens cannot. A search may take deadlineMs (an hour at
 /// most); when left out, as long as one of the whole range takes, and at least 20000. OutOfRange: so short that the
 /// search cannot end; the message says what it needs. Busy: another autofocus is under way on this lens, or its
-/// backlash is measured.
+/// backlash is measured. Feature "searchConditions": it searches under `conditions` (not with `track`), which are set
+/// before its first frame and taken back whatever its end is, before it answers; then focus goes on by the shift that
+/// was measured between them and how the lens stands otherwise, whose standard deviation counts in that of the answer.
+/// A stop moves nothing: an axis that it stops, or that another command came for, stays, and the error says so. What
+/// could not be taken back makes the answer notRestored. Both ways take time beside deadlineMs. Unsupported: a
+/// condition that this lens cannot be brought to, or that its camera could not be brought back from.
 class LENSD_API AutofocusParameters : public Value {
  public:
   using Reply = AutofocusReply;
@@ -1935,6 +2159,7 @@ class LENSD_API AutofocusParameters : public Value {
   AutofocusParameters& distanceFrom(const std::string& value);
   AutofocusParameters& deadlineMs(double value);
   AutofocusParameters& lease(const std::string& value);
+  AutofocusParameters& conditions(const SearchConditions& value);
 };
 
 /// The answer to FocusMap.
