@@ -14,6 +14,21 @@
 
 namespace lensd::year {
 
+namespace {
+
+/// When a preset was saved is the one thing told that the time of day decides.
+std::string WithoutDates(std::string_view message) {
+  constexpr std::string_view kKey = "\"saved\":\"";
+  constexpr std::size_t kDate = 20;
+  std::string text(message);
+  for (std::size_t at = text.find(kKey); at != std::string::npos; at = text.find(kKey, at + 1)) {
+    text.erase(at + kKey.size(), kDate);
+  }
+  return text;
+}
+
+}  // namespace
+
 void Client::Connect(const std::string& address, int epoll) {
   static constexpr std::array<machine::Peer, 3> kPeers = {{{1003, 65534}, {1002, 100}, {1001, 4}}};
   static std::uint64_t connections = 0;
@@ -32,9 +47,9 @@ void Client::Connect(const std::string& address, int epoll) {
   epoll_ctl(epoll, EPOLL_CTL_ADD, socket_, &event);
 }
 
-void Client::Send(const Call& call) {
+void Client::Send(const Call& call, const Json& parameters) {
   const std::string message =
-      varlink::EncodeCall({"io.lensd.Lens." + call.method, call.parameters, call.oneway, call.more, false});
+      varlink::EncodeCall({"io.lensd.Lens." + call.method, parameters, call.oneway, call.more, false});
   machine::Trace(std::to_string(number_) + " > " + message);
   const ssize_t sent = send(socket_, message.data(), message.size(), MSG_NOSIGNAL);
   if (sent < 0 && errno == EPIPE) return;  // that is told when it is read
@@ -61,7 +76,7 @@ bool Client::Read() {
 }
 
 void Client::Take(std::string_view message) {
-  machine::Trace(std::to_string(number_) + " < " + std::string(message));
+  machine::Trace(std::to_string(number_) + " < " + WithoutDates(message));
   if (waiting_.empty()) machine::Found("an answer that nobody asked for: " + std::string(message));
   const Json reply = Json::parse(message, nullptr, false);
   if (!reply.is_object()) machine::Found("an answer is no object: " + std::string(message));

@@ -42,7 +42,9 @@ class Client {
   int socket() const { return socket_; }
   /// To lensd at this abstract address, and adds its socket to the epoll set.
   void Connect(const std::string& address, int epoll);
-  void Send(const Call& call);
+  void Send(const Call& call) { Send(call, call.parameters); }
+  /// The same with other parameters than it knows of.
+  void Send(const Call& call, const Json& parameters);
   /// What has come. False: lensd has closed the connection.
   bool Read();
   /// Calls without their last answer: nobody will tell any more.

@@ -162,6 +162,13 @@ int clock_gettime(clockid_t clock, timespec* now) {
   return 0;
 }
 
+time_t time(time_t* into) {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME, &now);
+  if (into != nullptr) *into = now.tv_sec;
+  return now.tv_sec;
+}
+
 int clock_nanosleep(clockid_t clock, int flags, const timespec* time, timespec* left) {
   Scheduler* const here = Scheduler::Get();
   if (here == nullptr) return static_cast<int>(Real().call(SYS_clock_nanosleep, clock, flags, time, left));

@@ -212,7 +212,8 @@ int RunAll(const Options& options) {
     running.push_back(Start(wish));
   }
   while (!running.empty()) end_one();
-  if (well) Report(options, sums, std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count());
+  if (well && !options.twice)
+    Report(options, sums, std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count());
   return well ? 0 : 1;
 }
 

@@ -119,7 +119,7 @@ void Year::Run() {
   Often(kFault, chance_.troubles, [this] { TroubleLens(); });
   Often(kDisk, chance_.troubles, [this] { TroubleDisk(); });
   Often(kEnd, chance_.troubles, [this] { EndLife(); });
-  if (wish_.wall_jumps) Often(kJump, chance_.walls, [this] { JumpClock(); });
+  Often(kJump, chance_.walls, [this] { JumpClock(); });
   NextLife();
   const std::int64_t end = machine::Now() + Nanoseconds(3600.0 * wish_.hours);
   while (machine::Now() < end) {
@@ -159,9 +159,9 @@ void Year::ReadAll() {
 void Year::Ask(Client& client, Call call) {
   judge_.Asked(client, call);
   if (wish_.planted.lease_late && call.parameters.contains("forMs")) {
-    Call longer = call;
-    longer.parameters["forMs"] = 1.02 * call.parameters["forMs"].get<double>() + 2000.0;
-    return client.Send(longer);
+    Json longer = call.parameters;
+    longer["forMs"] = 1.02 * longer["forMs"].get<double>() + 2000.0;
+    return client.Send(call, longer);
   }
   client.Send(call);
 }
@@ -178,7 +178,13 @@ void Year::Hear(Client& client, const Call& call, const Json& reply, bool last) 
   if (failed && reply["error"] == "io.lensd.Lens.Cancelled" && call.method == "Move") mind.latched = call.lens();
   if (call.method == "Stop") At(0.65, [this] { judge_.LookAtRest(); });
   if (failed || !last) return;
-  if (call.method == "TakeLease") mind.lease = reply["parameters"]["lease"];
+  if (call.method == "TakeLease") {
+    mind.lease = reply["parameters"]["lease"];
+    const double ends = 1e-3 * call.parameters.value("forMs", 0.0);
+    for (const double at : {ends - 0.02, ends + 0.02}) {
+      if (ends > 0.0) At(at, [this, lens = call.lens(), holder = client.number()] { Contest(lens, holder); });
+    }
+  }
   if (client.number() != kAuditor) return;
   if (call.method == "Status") judge_.Status(reply["parameters"]["lenses"]);
   if (call.method == "Metrics") judge_.Metrics(reply["parameters"]);
@@ -217,6 +223,16 @@ void Year::GoOn(Visitor& visitor) {
   });
 }
 
+/// Someone else tries a leased lens shortly before the lease is to end, and shortly after.
+void Year::Contest(const std::string& lens, std::uint64_t holder) {
+  for (std::size_t i = 0; i + 1 < kPeople; ++i) {
+    Client& client = *visitors_[i].client;
+    if (!client.connected() || client.number() == holder || !client.waiting().empty()) continue;
+    return Ask(client,
+               {.method = "Move", .parameters = {{"lens", lens}, {"axis", "focus"}, {"target", {{"relative", 5.0}}}}});
+  }
+}
+
 void Year::Audit() {
   if (!life_) return;
   for (const Visitor& visitor : visitors_) judge_.LookForLate(*visitor.client);
@@ -251,7 +267,8 @@ void Year::TroubleDisk() {
 
 void Year::JumpClock() {
   ++happened_.jumps;
-  machine::JumpWallClock(Nanoseconds(chance_.walls.Between(-50'000.0, 50'000.0)));
+  const double by = chance_.walls.Between(-50'000.0, 50'000.0);
+  machine::JumpWallClock(wish_.wall_jumps ? Nanoseconds(by) : 0);
 }
 
 void Year::EndLife() {

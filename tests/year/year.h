@@ -74,6 +74,7 @@ class Year {
   void Leave(Client& client);
   void Visit(Visitor& visitor);
   void GoOn(Visitor& visitor);
+  void Contest(const std::string& lens, std::uint64_t holder);
   void Audit();
   void TroubleLens();
   void TroubleDisk();
