@@ -128,6 +128,9 @@ void AxisController::Start(MotionRequest request) {
 
 std::optional<Result<MoveOutcome>> AxisController::Advance(Instant sampled_at) {
   if (!motion_ || !state_) return std::nullopt;
+  // Asked for while the lens did not answer: it may have lost its reference meanwhile.
+  const bool begins = motion_->commands() == 0 && !motion_->homing();
+  if (const auto unknown = begins ? WhyUnknown() : std::nullopt) return PassOn(*unknown);
   return motion_->Step(*this, *state_, sampled_at, clock_.Now());
 }
 

@@ -161,6 +161,20 @@ TEST_F(FeedbackTest, GoneMeansUnknownAndAZeroOnReturnIsNotBelieved) {
   EXPECT_EQ(refused.only().error().code, Code::NotHomed);
 }
 
+TEST_F(FeedbackTest, AMoveAskedForBeforeALensThatLostItsPowerWasReadIsRefused) {
+  Open();
+  Run(1s);
+  controls_->disconnected = true;
+  Run(1s);
+  controls_->disconnected = false;
+  controls_->counts_anew = 0;
+  const int moves = controls_->moves;
+  const auto refused = Move(500);
+  ASSERT_FALSE(refused.only());
+  EXPECT_EQ(refused.only().error().code, Code::NotHomed);
+  EXPECT_EQ(controls_->moves, moves);
+}
+
 // ---- positions that do not show the way -----------------------------------------------------------------------------
 
 /// A lens of 1000 steps whose positions are counts by name, and which needs 6 s for 600 of them.

@@ -241,6 +241,7 @@ void Judge::Left(const std::string& folder, Ended how) {
   for (const auto& [name, lens] : lenses_.all()) {
     const auto axes = ReadPositionFile(folder + "/" + name + ".position.json");
     if (axes) File(name, *axes, how);
+    if (how == Ended::Regularly) known_[name].kept.clear();  // it may be parked by now
     Known& known = known_[name];
     for (const auto axis : drivers::kAxes) {
       const std::string axis_name(drivers::AxisName(axis));
@@ -261,7 +262,7 @@ void Judge::File(const std::string& lens, const Json& axes, Ended how) {
     const bool in_motion = axis["inMotion"];
     if (in_motion) ++looked_.unknown;
     known.at_start[name] = axis["known"] == true && !in_motion;
-    if (how == Ended::Regularly) continue;  // it may have been parked
+    if (how == Ended::Regularly) continue;
     const auto kept = known.kept.find(name);
     if (kept == known.kept.end() || kept->second.drives != known.drives || known.driving > 0) continue;
     if (lenses_[lens].troubled_until > kept->second.at) continue;
@@ -304,7 +305,9 @@ void Judge::AtStart(Known& known, const Json& lens) {
     const bool restored = axis["homed"] == true;
     // "conditional" and "near-zero" may take the device's own word.
     if (restored && !file->second) Found(name + ": its position was not known, and is now: " + axis.dump());
-    if (!restored && file->second && lenses_[name].troubled_until == 0) {
+    // A file that could not be read is told of.
+    const bool said_why = lens.contains("warnings") && !lens["warnings"].empty();
+    if (!restored && file->second && !said_why && lenses_[name].troubled_until == 0) {
       Found(name + ": its position was known, and is not now: " + axis.dump());
     }
   }

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "disk.h"
+#include "test_level.h"
 #include "year.h"
 
 namespace lensd::year {
@@ -29,6 +30,7 @@ scheduler drawn from a seed, and holds what it says against the truth. Exit stat
   --hours H       simulated, of each run (24)
   --pace P        everything happens P times as often (1)
   --jobs N        runs at the same time (1)
+  --level         N, H, P and J by LENSD_TEST_LEVEL: fast, ci, or long: a year, for a night
   --twice         each run twice and a third time without jumps of the time of day: the traces must be the same
   --trace FILE    writes what one run does, to compare
   --no-jumps      the time of day does not jump
@@ -44,6 +46,14 @@ struct Options {
   std::size_t jobs = 1;
   bool twice = false;
 };
+
+/// How much: for an edit, for CI (half a minute of processor time), or for a night.
+void ByLevel(Options& options) {
+  options.days = static_cast<std::uint64_t>(testing::ByLevel(1, 4, 365));
+  options.jobs = static_cast<std::size_t>(testing::ByLevel(1, 1, 2));
+  options.wish.hours = 0.5 * static_cast<double>(testing::ByLevel(1, 1, 48));
+  options.wish.pace = static_cast<double>(testing::ByLevel(20, 20, 1));
+}
 
 bool Plant(Options& options, const std::string& name) {
   Planted& planted = options.wish.planted;
@@ -100,6 +110,8 @@ std::string Again(const Wish& wish) {
 [[noreturn]] void RunHere(const Wish& wish, int report) {
   char folder[] = "/dev/shm/lensd-year-XXXXXX";
   if (mkdtemp(folder) == nullptr || chdir(folder) != 0) _exit(2);
+  const rlimit at_most{1800, 1800};  // s: who hangs without end is a find too
+  setrlimit(RLIMIT_CPU, &at_most);
   const std::string commit = Commit();
   machine::OnFound([&] {
     std::filesystem::remove_all(folder);
@@ -222,7 +234,9 @@ int Main(int count, char** arguments) {
   for (int i = 1; i < count; ++i) {
     const std::string name = arguments[i];
     if (name == "--help") return std::fputs(kHelp, stdout), 0;
-    if (name == "--twice") {
+    if (name == "--level") {
+      ByLevel(options);
+    } else if (name == "--twice") {
       options.twice = true;
     } else if (name == "--no-jumps") {
       options.wish.wall_jumps = false;
