@@ -23,6 +23,8 @@ struct Call {
   bool oneway = false;
   std::int64_t at = 0;
   std::uint64_t drives = 0;    ///< calls that drive its lens, up to this one
+  bool behind = false;         ///< an earlier call of its connection, whose answer goes first
+  bool alone = false;          ///< no other call drove its lens
   bool lease_settled = false;  ///< nobody was about to change the lens' lease
 
   std::string lens() const { return parameters.value("lens", ""); }

@@ -53,8 +53,9 @@ bool Judge::Drives(const Call& call) const {
   return Driving().contains(call.method);
 }
 
-void Judge::Asked(const Client&, Call& call) {
+void Judge::Asked(const Client& client, Call& call) {
   call.at = machine::Now();
+  call.behind = !client.waiting().empty();
   ++looked_.calls;
   if (call.lens().empty()) return;
   Known& known = known_[call.lens()];
@@ -65,6 +66,7 @@ void Judge::Asked(const Client&, Call& call) {
   if (OfLeases(call)) ++known.lease.under_way;
   if (OfPresets(call)) known.presets[call.parameters["label"]] = Saved::Unknown;
   call.drives = known.drives;
+  call.alone = known.driving == 1;
 }
 
 void Judge::Answered(const Client& client, const Call& call, const Json& reply, bool last) {
@@ -73,10 +75,10 @@ void Judge::Answered(const Client& client, const Call& call, const Json& reply, 
   if (IsError(reply, "Internal")) Found(Told(call) + " ends with Internal: " + reply.dump());
   if (!last) return;
   const std::int64_t took = machine::Now() - call.at;
-  if (call.method == "Stop") {
+  if (call.method == "Stop") OfStop(call, reply);
+  if (call.method == "Stop" && !call.behind) {
     looked_.longest_stop = std::max(looked_.longest_stop, took);
     if (took > kStopAtMost) Found("a stop took " + std::to_string(took / kMs) + " ms");
-    OfStop(call, reply);
   }
   if (call.lens().empty()) return;
   if (Drives(call)) --known_[call.lens()].driving;
@@ -142,7 +144,7 @@ void Judge::Move(const Call& call, const Json& move) {
   const bool verified = move["verified"] == true;
   if (verified) ++looked_.verified;
   // Of several moves of a call we do not know when each ended: another caller's may have followed.
-  if (call.method != "Move" && known_[call.lens()].drives != call.drives) return;
+  if (call.method != "Move" && (!call.alone || known_[call.lens()].drives != call.drives)) return;
   // The next command may have begun between its end and our reading of it.
   static constexpr std::array<std::int64_t, 6> kAgo = {0, 1, 2, 5, 10, 20};
   const double bound = move["positionBound"], position = move["position"];

@@ -183,7 +183,10 @@ std::string Lenses::Trouble(Chance& chance) {
   const std::int64_t until = machine::Now() + (at_once ? 0 : ns) + 1'000'000;
   lens.troubled_until = std::max(lens.troubled_until, until);
   const auto& can = lens.world.device.lens->capabilities().axes[*fault.axis];
-  const bool unseen = can->feedback != drivers::Feedback::Encoder && (at_once || fault.kind == "missed-steps");
+  const bool loses = at_once || fault.kind == "missed-steps";
+  // A device that only repeats its target shows no stall that is over before its complaint counts.
+  const bool unseen =
+      can->follows() ? loses && can->feedback != drivers::Feedback::Encoder : loses || fault.kind == "stall";
   if (unseen) lens.doubtful_until[*fault.axis] = machine::kNever;
   if (auto injected = lens.world.device.simulation->Inject(fault); !injected) machine::Found(injected.error().message);
   return lens.name + " " + fault.kind + " " + std::to_string(ns);
