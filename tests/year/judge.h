@@ -15,7 +15,7 @@ namespace lensd::year {
 /// What was looked at, for the report.
 struct Looked {
   std::uint64_t calls = 0, errors = 0, lost = 0;
-  std::uint64_t moves = 0, reached = 0, verified = 0, doubtful = 0;
+  std::uint64_t moves = 0, reached = 0, verified = 0, doubtful = 0, frozen = 0;
   std::uint64_t stops = 0, rests = 0, leased = 0, kept = 0, positions = 0, presets = 0, files = 0, unknown = 0;
   std::int64_t longest_stop = 0;
 };

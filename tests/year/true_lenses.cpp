@@ -74,6 +74,7 @@ class Handle final : public drivers::Lens {
   Result<void> DoStartHome(Axis axis) override {
     const auto begun = real().StartHome(axis);
     if (begun && machine::Now() > lens_.troubled_until) lens_.doubtful_until[axis] = 0;
+    if (lens_.frozen_until[axis] > machine::Now()) lens_.doubtful_until[axis] = machine::kNever;
     return begun;
   }
   Result<void> DoStartMove(Axis axis, Native target) override { return real().StartMove(axis, target); }
@@ -187,6 +188,7 @@ std::string Lenses::Trouble(Chance& chance) {
   // A device that only repeats its target shows no stall that is over before its complaint counts.
   const bool unseen =
       can->follows() ? loses && can->feedback != drivers::Feedback::Encoder : loses || fault.kind == "stall";
+  if (fault.kind == "stale-readback") lens.frozen_until[*fault.axis] = until;
   if (unseen) lens.doubtful_until[*fault.axis] = machine::kNever;
   if (auto injected = lens.world.device.simulation->Inject(fault); !injected) machine::Found(injected.error().message);
   return lens.name + " " + fault.kind + " " + std::to_string(ns);

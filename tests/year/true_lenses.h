@@ -28,6 +28,7 @@ struct TrueLens {
   std::string name;
   sim::World world;
   drivers::PerAxis<std::int64_t> doubtful_until{};  ///< ns; what no readback shows has happened to the axis
+  drivers::PerAxis<std::int64_t> frozen_until{};    ///< its readings repeat what was
   std::int64_t troubled_until = 0;                  ///< a fault is or was in force until then
   std::int64_t hang = 0;                            ///< the next question takes so long
   std::uint64_t opened = 0;

@@ -77,6 +77,7 @@ Figures Year::figures() const {
           {"reached", looked.reached},
           {"verified", looked.verified},
           {"reached beside the truth after a knock that no readback shows", looked.doubtful},
+          {"homings believed of a readback that is frozen (known)", looked.frozen},
           {"stops", looked.stops},
           {"rests after a stop looked at", looked.rests},
           {"longest stop ms", static_cast<std::uint64_t>(looked.longest_stop / 1'000'000)},
