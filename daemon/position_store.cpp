@@ -116,6 +116,11 @@ Result<void> PositionStore::WriteOne(const std::string& text) {
 }
 
 Result<rig::PositionMemory::Axes> PositionStore::Load() {
+  if (!loaded_) loaded_ = Read();
+  return *loaded_;
+}
+
+Result<rig::PositionMemory::Axes> PositionStore::Read() const {
   const std::lock_guard lock(*place_);
   Axes axes;
   const auto kept = io::ReadKeptFile(path_);
@@ -143,6 +148,7 @@ Result<rig::PositionMemory::Axes> PositionStore::Load() {
 }
 
 Result<void> PositionStore::Save(const Axes& axes) {
+  loaded_.reset();
   Json all = Json::object();
   for (const Axis axis : drivers::kAxes) {
     if (axes[axis]) all[std::string(AxisName(axis))] = JsonOf(*axes[axis]);

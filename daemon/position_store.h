@@ -26,6 +26,7 @@ class PositionStore final : public rig::PositionMemory {
   /// Waits until what was to be written is.
   ~PositionStore() override;
 
+  /// Reads once, until something is saved: who asks twice hears the same.
   Result<Axes> Load() override;
   /// Cancelled: a stop came first; what was saved before stays, or comes back.
   Result<void> Save(const Axes& axes) override;
@@ -42,12 +43,14 @@ class PositionStore final : public rig::PositionMemory {
     std::uint64_t written = 0;  ///< of the newest one written, or tried to be
     Result<void> result;        ///< of that one
   };
+  Result<Axes> Read() const;
   void Write();
   Result<void> WriteOne(const std::string& text);
 
   std::string lens_;
   std::string serial_;
   std::string path_;
+  std::optional<Result<Axes>> loaded_;
   std::string saved_;  // as the caller has been told; empty: nothing yet
   std::shared_ptr<StopSignal> stops_;
   std::shared_ptr<std::mutex> place_;  // held while the file is read or takes the place of another; of all its stores

@@ -128,6 +128,9 @@ void AxisController::Start(MotionRequest request) {
 
 std::optional<Result<MoveOutcome>> AxisController::Advance(Instant sampled_at) {
   if (!motion_ || !state_) return std::nullopt;
+  // Asked for while the lens did not answer: it may have lost its reference meanwhile.
+  const bool begins = motion_->commands() == 0 && !motion_->homing();
+  if (const auto unknown = begins ? WhyUnknown() : std::nullopt) return PassOn(*unknown);
   return motion_->Step(*this, *state_, sampled_at, clock_.Now());
 }
 
@@ -177,23 +180,25 @@ Result<void> AxisController::Stop() {
   return stopped;
 }
 
-Result<void> AxisController::Go(Native target, bool begins) {
+Result<Instant> AxisController::Go(Native target, bool begins) {
   const Native room{track_.slack().whole()};
   auto remembered =
       RememberMotion(std::min(state_->position, target) - room, std::max(state_->position, target) + room);
-  if (!remembered) return remembered;
+  if (!remembered) return PassOn(remembered);
   if (begins) {
     const double ahead = (target - state_->position).value * (setup_.approach_up ? 1.0 : -1.0);
     const bool turns = state_->moving || ahead < 0.0;
     track_.Commanded(turns ? AxisTrack::Way::MayTurn : AxisTrack::Way::Onward, clock_.Now());
   }
-  return lens_.StartMove(setup_.axis, target - track_.offset());
+  if (auto started = lens_.StartMove(setup_.axis, target - track_.offset()); !started) return PassOn(started);
+  return clock_.Now();
 }
 
-Result<void> AxisController::Home() {
-  if (auto remembered = RememberMotion(setup_.minimum, setup_.maximum); !remembered) return remembered;
+Result<Instant> AxisController::Home() {
+  if (auto remembered = RememberMotion(setup_.minimum, setup_.maximum); !remembered) return PassOn(remembered);
   track_.Commanded(AxisTrack::Way::MayTurn, clock_.Now());
-  return lens_.StartHome(setup_.axis);
+  if (auto started = lens_.StartHome(setup_.axis); !started) return PassOn(started);
+  return clock_.Now();
 }
 
 void AxisController::Halt() {

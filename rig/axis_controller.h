@@ -77,8 +77,8 @@ class AxisController final : private Motor {
   void Halt() override;
 
  private:
-  Result<void> Go(Native target, bool begins) override;
-  Result<void> Home() override;
+  Result<Instant> Go(Native target, bool begins) override;
+  Result<Instant> Home() override;
   Native AtReference(Native position) override;
 
   /// As it was when the lens ceased to answer.

@@ -42,7 +42,7 @@ Error AxisMotion::RanOut(const drivers::AxisState& state, const MoveOutcome& end
 AxisMotion::End AxisMotion::Advance(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now) {
   switch (phase_) {
     case Phase::Requested:
-      return homing() ? LaunchHoming(motor, state.position, now) : Launch(motor, state, now);
+      return homing() ? LaunchHoming(motor, state.position) : Launch(motor, state, now);
     case Phase::Homing:
       return FollowHoming(motor, state, sampled_at, now);
     case Phase::TakingUp:
@@ -102,16 +102,18 @@ AxisMotion::End AxisMotion::Launch(Motor& motor, const drivers::AxisState& state
   const Native to = FirstLeg(state);
   const Phase phase = to == *request_.target ? Phase::Going : Phase::TakingUp;
   const auto start = state.moving ? Leg::Start::MayTurn : Leg::Start::Onward;
-  return Begin(motor, Leg(setup_, state.position, to, *request_.parts, start), phase, now);
+  Leg leg(setup_, state.position, to, *request_.parts, start);
+  leg.MayBeFarther(track_.adrift());
+  return Begin(motor, std::move(leg), phase, now);
 }
 
-AxisMotion::End AxisMotion::LaunchHoming(Motor& motor, Native position, Instant now) {
+AxisMotion::End AxisMotion::LaunchHoming(Motor& motor, Native position) {
   auto started = motor.Home();
   if (!started) return Refused(started.error());
   attempts_.refusals = 0;
   ++attempts_.commands;
   phase_ = Phase::Homing;
-  leg_ = Leg::Homing(setup_, position, now);
+  leg_ = Leg::Homing(setup_, position, *started);
   return std::nullopt;
 }
 
@@ -140,7 +142,7 @@ AxisMotion::End AxisMotion::SendParts(Motor& motor, Instant now) {
   auto started = motor.Go(due->place, begins);
   if (!started) return Refused(started.error());
   attempts_.refusals = 0;
-  leg_.Sent(*due, now);
+  leg_.Sent(*due, *started);
   if (begins) {
     ++attempts_.commands;
     rest_.since.reset();

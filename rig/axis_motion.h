@@ -27,9 +27,10 @@ namespace lensd::rig {
 class Motor {
  public:
   virtual ~Motor() = default;
-  /// `begins`: a leg of its own, not a later part of a shaped step.
-  virtual Result<void> Go(Native target, bool begins) = 0;
-  virtual Result<void> Home() = 0;
+  /// `begins`: a leg of its own, not a later part of a shaped step. The answer is when it was told: the disk comes
+  /// first.
+  virtual Result<Instant> Go(Native target, bool begins) = 0;
+  virtual Result<Instant> Home() = 0;
   virtual void Halt() = 0;
   /// The reference has been found. What a reading taken before this call means now.
   virtual Native AtReference(Native position) = 0;
@@ -99,7 +100,7 @@ class AxisMotion {
   bool StandsThere(const drivers::AxisState& state) const;
   Native FirstLeg(const drivers::AxisState& state) const;
   End Launch(Motor& motor, const drivers::AxisState& state, Instant now);
-  End LaunchHoming(Motor& motor, Native position, Instant now);
+  End LaunchHoming(Motor& motor, Native position);
   End Begin(Motor& motor, Leg leg, Phase phase, Instant now);
   End GoOnToTarget(Motor& motor, Native from, Instant now);
   End SendParts(Motor& motor, Instant now);

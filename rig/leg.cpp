@@ -76,7 +76,7 @@ void Leg::Sent(const Command& command, Instant now) {
   sent_ = command.parts;
   if (!first) return;
   const double distance = std::abs((to_ - from_).value);
-  const Duration travel = TravelTime(*setup_, distance), shaped = parts_.back().at;
+  const Duration travel = TravelTime(*setup_, distance + farther_), shaped = parts_.back().at;
   commanded_at_ = progress_.at = now;
   approach_ = {.closest = distance, .farthest = distance, .nearest = distance, .live = approach_.live};
   deadline_ = now + 2 * travel + kMargin + setup_->settle + shaped;

@@ -37,6 +37,8 @@ class Leg {
     std::size_t parts = 0;
   };
   std::optional<Command> Due(Instant now) const;
+  /// Where it begins is not known better than to so many native units: the way may be as much longer.
+  void MayBeFarther(double by) { farther_ = by; }
   /// Earlier legs of the same motion have shown its positions to be live.
   void TakeAsLive() { approach_.live = true; }
   /// The motor has taken it.
@@ -91,6 +93,7 @@ class Leg {
   Native to_;
   std::vector<Impulse> parts_;
   bool turns_;
+  double farther_ = 0.0;
   std::size_t sent_ = 0;
   Instant commanded_at_{};
   Instant expected_at_{};  ///< when a device without feedback will have got there

@@ -108,5 +108,20 @@ TEST(PositionStore, WhoWasGivenUpPutsNothingOldInTheNewestsPlace) {
   EXPECT_EQ(folder.files(), 1) << "a temporary file was left";
 }
 
+/// Who warns of a file that cannot be read and who goes by it hear the same of a disk that fails now and then.
+TEST(PositionStore, WhatWasReadOnceIsNotReadAgain) {
+  const Folder folder;
+  const std::string path = [&] {
+    PositionStore before(folder.path(), "a", "", std::make_shared<StopSignal>());
+    EXPECT_TRUE(before.Save(FocusAt(1.0)));
+    return before.path();
+  }();
+  PositionStore store(folder.path(), "a", "", std::make_shared<StopSignal>());
+  EXPECT_EQ(FocusOf(store.Load()), 1.0);
+  std::filesystem::remove(path);
+  std::filesystem::create_directory(path);
+  EXPECT_EQ(FocusOf(store.Load()), 1.0);
+}
+
 }  // namespace
 }  // namespace lensd::daemon

@@ -161,6 +161,20 @@ TEST_F(FeedbackTest, GoneMeansUnknownAndAZeroOnReturnIsNotBelieved) {
   EXPECT_EQ(refused.only().error().code, Code::NotHomed);
 }
 
+TEST_F(FeedbackTest, AMoveAskedForBeforeALensThatLostItsPowerWasReadIsRefused) {
+  Open();
+  Run(1s);
+  controls_->disconnected = true;
+  Run(1s);
+  controls_->disconnected = false;
+  controls_->counts_anew = 0;
+  const int moves = controls_->moves;
+  const auto refused = Move(500);
+  ASSERT_FALSE(refused.only());
+  EXPECT_EQ(refused.only().error().code, Code::NotHomed);
+  EXPECT_EQ(controls_->moves, moves);
+}
+
 // ---- positions that do not show the way -----------------------------------------------------------------------------
 
 /// A lens of 1000 steps whose positions are counts by name, and which needs 6 s for 600 of them.
@@ -285,6 +299,50 @@ TEST_F(UnseenWayTest, ALensThatCeasesToAnswerIsNoStall) {
   }
   ASSERT_FALSE(answers.only()) << answers.only()->reason;
   EXPECT_EQ(answers.only().error().code, Code::Timeout);
+}
+
+/// A disk that takes a second for each write.
+class SlowMemory final : public PositionMemory {
+ public:
+  explicit SlowMemory(SteppedClock& clock) : clock_(clock) {}
+  Result<Axes> Load() override { return Axes{}; }
+  Result<void> Save(const Axes&) override {
+    clock_.Advance(1s);
+    return {};
+  }
+
+ private:
+  SteppedClock& clock_;
+};
+
+class NoFeedbackTest : public MotionTest {
+ protected:
+  void OpenWithout(std::unique_ptr<PositionMemory> memory = nullptr) {
+    controls_->focus = drivers::AxisCapabilities{
+        .maximum = Native{1000.0}, .feedback = drivers::Feedback::None, .speed = 100.0, .backlash = 0.0};
+    controls_->speed = 100.0;
+    controls_->shows = testing::FakeControls::Shows::Target;
+    controls_->says_nothing = true;
+    Open({}, 0, std::move(memory));
+  }
+};
+
+TEST_F(NoFeedbackTest, ASecondTargetIsAwaitedFromWhereTheAxisMayBe) {
+  OpenWithout();
+  Answers<MoveOutcome> first;
+  rig_->Move(Axis::Focus, At(600), first.Take());
+  Run(1s);
+  // It is at 100 by now, though the device tells 600: 4 s to go.
+  const auto second = Move(500);
+  ASSERT_TRUE(second.only() && second.only()->reached);
+  EXPECT_GE(second.only()->elapsed, 4s);
+}
+
+TEST_F(NoFeedbackTest, TheTravelCountsFromWhenTheMotorWasTold) {
+  OpenWithout(std::make_unique<SlowMemory>(clock_));
+  const auto moved = Move(300);
+  ASSERT_TRUE(moved.only() && moved.only()->reached);
+  EXPECT_GE(moved.only()->elapsed, 4s);
 }
 
 }  // namespace
