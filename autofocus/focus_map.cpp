@@ -14,7 +14,6 @@
 namespace lensd::autofocus {
 namespace {
 
-constexpr double kHalfDepthOfFieldPx = 2.0;
 constexpr double kTopErrorPx = 0.05;  ///< of blur: no shape of a curve tells its top better
 constexpr double kAsPromised = 0.8;   ///< of the sharpness that the search saw beside it: the check frame
 

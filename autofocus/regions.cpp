@@ -10,7 +10,6 @@ namespace lensd::autofocus {
 namespace {
 
 constexpr std::size_t kKeptFrames = 3;
-constexpr double kHalfDepthOfFieldPx = 2.0;
 constexpr double kSigmas = 3.0;
 
 std::string Ordinal(std::size_t index) {

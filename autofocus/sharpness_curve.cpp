@@ -14,9 +14,8 @@ namespace {
 
 constexpr double kClearProminence = 6.0;  ///< standard deviations of the noise
 constexpr double kClearContrast = 0.1;    ///< of the peak over the rest of the range
-constexpr double kHalfDepthOfFieldPx = 2.0;
-constexpr double kMostLeftOut = 0.8;  ///< of the region, as too bright
-constexpr double kFlicker = 0.02;     ///< of sharpness: what changes from frame to frame besides noise
+constexpr double kMostLeftOut = 0.8;      ///< of the region, as too bright
+constexpr double kFlicker = 0.02;         ///< of sharpness: what changes from frame to frame besides noise
 constexpr double kSigmas = 3.0;
 
 /// The finer passes crowd around the top, so not the median.

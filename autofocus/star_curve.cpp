@@ -21,7 +21,6 @@ constexpr double kMostScatter = 0.25;    ///< of the HFR, root mean square
 constexpr double kElsewherePx = 4.5;     ///< of blur from the answer
 constexpr double kMostElsewhere = 0.3;   ///< of the stars
 constexpr double kLeastSigmaPx = 0.1;    ///< of blur
-constexpr double kHalfDepthOfFieldPx = 2.0;
 
 }  // namespace
 

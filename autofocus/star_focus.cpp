@@ -10,8 +10,8 @@
 namespace lensd::autofocus {
 namespace {
 
-constexpr double kCoarseBlurPx = 10.0;
-constexpr int kBlindIntervals = 48;  ///< of the pass over the range where the optics are not known
+constexpr double kPassBlurPx = 10.0;
+constexpr int kPassIntervals = 48;   ///< of the pass over the range where the optics are not known
 constexpr double kNearHfrPx = 4.0;   ///< from here the curve reaches over the focus
 constexpr double kAwayPerHfr = 2.8;  ///< px of blur per px of half-flux radius: 2 sqrt(2) of an even disk
 constexpr int kMostApproaches = 7;   ///< frames
@@ -22,7 +22,6 @@ constexpr double kLeastSidePx = 2.2;  ///< frames nearer than this to the focus 
 constexpr double kRise = 1.2;         ///< times the least: clearly larger
 constexpr double kRisePx = 0.2;
 constexpr int kMostExtended = 6;
-constexpr double kHalfDepthOfFieldPx = 2.0;
 constexpr double kHfrPerPx = 0.354;  ///< of an even disk
 constexpr std::size_t kBrightest = 12;
 
@@ -118,7 +117,7 @@ Advice StarFocus::StartCoarse() {
   extended_ = 0;
   looks_.clear();
   const double range = setup_.highest - setup_.lowest;
-  const double step = std::max(px_ > 0.0 ? kCoarseBlurPx * px_ : range / kBlindIntervals, setup_.resolution);
+  const double step = std::max(px_ > 0.0 ? kPassBlurPx * px_ : range / kPassIntervals, setup_.resolution);
   const int intervals = std::max(4, static_cast<int>(std::ceil(range / step - 1e-6)));
   for (int i = 0; i <= intervals; ++i) {
     to_visit_.push_back(std::lerp(setup_.lowest, setup_.highest, static_cast<double>(i) / intervals));

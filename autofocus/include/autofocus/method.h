@@ -14,6 +14,9 @@
 
 namespace lensd::autofocus {
 
+/// An answer this far off, in pixels of blur, is half a depth of field off.
+inline constexpr double kHalfDepthOfFieldPx = 2.0;
+
 struct TileScores;
 
 /// The lens and camera as far as a method needs them. Positions are extensions in metres where the lens is calibrated,
