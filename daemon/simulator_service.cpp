@@ -41,7 +41,8 @@ Json TruthJson(const drivers::SimulatedTruth& truth) {
           {"focalLengthMm", 1e3 * truth.focal_length_m},
           {"focalPlaneD", truth.focal_plane_d},
           {"blurUm", blur_um.is_null() ? blur_um : Json(std::abs(blur_um.get<double>()))},
-          {"signedBlurUm", blur_um}};
+          {"signedBlurUm", blur_um},
+          {"picturesKib", truth.pictures_bytes / 1024}};
 }
 
 /// The picture, or why there is none, as the answer.

@@ -57,7 +57,8 @@ Bench::Bench(std::shared_ptr<Mechanics> mechanics, std::shared_ptr<Pictures> pic
              std::shared_ptr<const std::atomic<Duration>> exposure)
     : mechanics_(std::move(mechanics)),
       exposure_(std::move(exposure)),
-      maker_(mechanics_, std::move(pictures), Sensor::Ideal, 0) {}
+      pictures_(std::move(pictures)),
+      maker_(mechanics_, pictures_, Sensor::Ideal, 0) {}
 
 Result<drivers::SimulatedTruth> Bench::TruthAt(std::optional<Instant> at, std::optional<double> vergence_d) {
   const Instant first = mechanics_->InstantOf(mechanics_->Earliest()), last = mechanics_->InstantOf(mechanics_->Now());
@@ -80,6 +81,7 @@ Result<drivers::SimulatedTruth> Bench::TruthAt(std::optional<Instant> at, std::o
   truth.focal_length_m = state.optics.focal_length_m;
   truth.focal_plane_d = state.focal_plane_d;
   const CameraSettings& camera = mechanics_->scene().camera;
+  truth.pictures_bytes = pictures_->bytes();
   if (vergence_d) truth.blur_m = 1e-6 * camera.pixel_um * SignedBlurPx(camera, state.optics, *vergence_d);
   return truth;
 }

@@ -24,6 +24,7 @@ class Bench final : public drivers::Simulation {
  private:
   const std::shared_ptr<Mechanics> mechanics_;
   const std::shared_ptr<const std::atomic<Duration>> exposure_;
+  const std::shared_ptr<Pictures> pictures_;
   FrameMaker maker_;
 };
 

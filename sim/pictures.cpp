@@ -144,6 +144,15 @@ const Scene& Pictures::scene() const {
   return *shelf_->scene;
 }
 
+std::size_t Pictures::bytes() const {
+  const std::lock_guard lock(shelf_->mutex);
+  std::size_t sum = 0;
+  for (const auto& [key, picture] : shelf_->by_use) {
+    sum += picture->light.size() * sizeof(std::uint16_t) + picture->bright.size() * sizeof(Picture::Bright);
+  }
+  return sum;
+}
+
 bool Pictures::colourful() const {
   return shelf_->first->renderers.size() > 1;
 }

@@ -42,6 +42,9 @@ std::optional<drivers::NominalOptics> NominalOf(const LensSettings& lens) {
   return optics;
 }
 
+/// Of 640x480 that is 52: enough to see a place again. A simulated lens that is watched for days holds no more.
+constexpr std::size_t kOwnPicturesBytes = std::size_t{32} << 20;
+
 }  // namespace
 
 Result<World> OpenWorld(std::shared_ptr<const Scene> scene, const Clock& clock, const WorldOptions& options) {
@@ -52,7 +55,7 @@ Result<World> OpenWorld(std::shared_ptr<const Scene> scene, const Clock& clock, 
   }
   auto pictures = options.pictures;
   if (!pictures) {
-    auto own = Pictures::Create(scene);
+    auto own = Pictures::Create(scene, kOwnPicturesBytes);
     if (!own) return PassOn(own);
     pictures = std::move(*own);
   }

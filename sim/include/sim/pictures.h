@@ -38,6 +38,8 @@ class Pictures {
   ~Pictures();
 
   const Scene& scene() const;
+  /// What is remembered now.
+  std::size_t bytes() const;
   /// Whether red, green and blue differ: else their pictures are that of the luminance.
   bool colourful() const;
   /// Errors as Renderer::Render().

@@ -23,6 +23,7 @@ struct SimulatedTruth {
   double focal_length_m = 0.0;
   double focal_plane_d = 0.0;         ///< of the plane in focus, from the lens centre; negative past infinity
   std::optional<double> blur_m = {};  ///< where a vergence was asked for; positive behind the plane in focus
+  std::size_t pictures_bytes = 0;     ///< of rendered pictures that are remembered now, whatever `at` is
 };
 
 /// Something that is to go wrong from now on.
