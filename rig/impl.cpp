@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/quantity_text.h"
-#include "search_conditions.h"
+#include "conditioned_search.h"
 
 namespace lensd::rig {
 namespace {
