@@ -136,7 +136,7 @@ class OnALens(DaemonTest):
         return lensctl("completion", "words", *words, env={**os.environ, "LENSD_SOCKET": self.daemon.socket}).stdout.split("\n")[:-1]
 
     def test_shells_are_offered_what_there_is(self):
-        self.assertEqual(self.complete("foc"), ["focus", "focus-map"])
+        self.assertEqual(self.complete("foc"), ["focus", "focus-map", "focus-shift"])
         self.assertEqual(self.complete("status", ""), ["cam"])
         self.assertEqual(self.complete("--socket", self.daemon.socket, "status", "c"), ["cam"])
         self.assertEqual(self.complete("status", "--wat"), ["--watch"])
