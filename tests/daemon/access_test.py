@@ -18,7 +18,7 @@ STRANGER = 65534
 # Everything that looks and changes nothing, and what stops.
 FOR_ALL = {"ListFocusShifts", "List", "Status", "Metrics", "Monitor", "Devices", "GetCalibration", "GetExposure", "PresetList", "Snapshot", "View",
            "Stop"}
-FOR_KEEPERS = {"Calibrate", "Reload"}
+FOR_KEEPERS = {"Calibrate", "Reload", "RemoveFocusShift"}
 
 
 def configuration(access):
