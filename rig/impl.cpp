@@ -59,7 +59,7 @@ Rig::Impl::Impl(const RigConfig& config, drivers::Device opened, std::optional<O
       remembered(std::move(memory)),
       axes(Controllers(config, *device.lens, remembered, clock)),
       reader(*device.lens, axes, config, clock),
-      optics(config, device, axes, std::move(table), std::move(calibration)),
+      optics(config, axes, std::move(table), std::move(calibration)),
       frames(device.camera.get(), axes, reader, optics, replies),
       autofocus({device.camera.get(), axes, reader, optics, frames, replies, clock, held_until}) {
   ReadLens();

@@ -44,10 +44,9 @@ Result<std::optional<OpticsTable>> OpticalState::TableFor(const RigConfig& confi
   return *std::move(made);
 }
 
-OpticalState::OpticalState(RigConfig config, const drivers::Device& device, const AxisControllers& axes,
-                           std::optional<OpticsTable> table, std::shared_ptr<const Calibration> calibration)
+OpticalState::OpticalState(RigConfig config, const AxisControllers& axes, std::optional<OpticsTable> table,
+                           std::shared_ptr<const Calibration> calibration)
     : config_(std::move(config)),
-      device_(device),
       axes_(axes),
       table_(std::move(table)),
       calibration_(std::move(calibration)) {

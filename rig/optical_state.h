@@ -17,8 +17,8 @@ class OpticalState {
                                                      std::shared_ptr<const Calibration> calibration);
 
   /// `device` and `axes` must outlive it; `table` is TableFor() of the same.
-  OpticalState(RigConfig config, const drivers::Device& device, const AxisControllers& axes,
-               std::optional<OpticsTable> table, std::shared_ptr<const Calibration> calibration);
+  OpticalState(RigConfig config, const AxisControllers& axes, std::optional<OpticsTable> table,
+               std::shared_ptr<const Calibration> calibration);
 
   /// nullptr: not known. Stays where it is until the calibration changes.
   const OpticsTable* table() const { return table_ ? &*table_ : nullptr; }
@@ -60,7 +60,6 @@ class OpticalState {
   const AxisController* Known(drivers::Axis axis) const;
 
   const RigConfig config_;  ///< before the calibration fills in what it leaves open
-  const drivers::Device& device_;
   const AxisControllers& axes_;
   std::optional<OpticsTable> table_;
   std::shared_ptr<const OpticsTable> shared_table_;  ///< the same, for those on other threads

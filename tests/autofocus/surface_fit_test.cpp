@@ -50,7 +50,6 @@ TEST(SurfaceFit, ItsErrorsHoldWhatIsDrawn) {
   };
   for (const Case& one : {Case{1 * kUm, 0.0}, Case{0.3 * kUm, 2 * kUm}, Case{2 * kUm, 2 * kUm}}) {
     int within1 = 0, within2 = 0, outliers = 0, all = 0;
-    double squares = 0.0;
     constexpr int kDraws = 200;
     for (int draw = 0; draw < kDraws; ++draw) {
       const Truth truth{.across = slope(random), .down = slope(random), .bowl = slope(random)};
@@ -62,7 +61,6 @@ TEST(SurfaceFit, ItsErrorsHoldWhatIsDrawn) {
         const double off = std::abs(fit->terms[i] - expected[i]) / fit->sigmas[i];
         within1 += off < 1.0;
         within2 += off < 2.0;
-        squares += off * off;
         ++all;
       }
       for (const MapCell& cell : cells) outliers += cell.outlier;

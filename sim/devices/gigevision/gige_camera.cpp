@@ -281,13 +281,14 @@ void GigeCamera::Body::RunEye(const std::stop_token& stop) {
   std::uint32_t exposure_us = Read(0x120);
   bool streaming = false;
   while (!stop.stop_requested()) {
+    // The status is read first: what a client wrote before it started the stream holds from the first picture on.
     const bool wanted = arv_fake_camera_get_acquisition_status(memory) != 0;
+    if (const std::uint32_t now_us = Read(0x120); std::exchange(exposure_us, now_us) != now_us) {
+      (void)camera.SetExposure(std::chrono::microseconds(now_us));
+    }
     if (wanted != streaming) {
       (void)(wanted ? camera.Start() : camera.Stop());
       streaming = wanted;
-    }
-    if (const std::uint32_t now_us = Read(0x120); std::exchange(exposure_us, now_us) != now_us) {
-      (void)camera.SetExposure(std::chrono::microseconds(now_us));
     }
     if (streaming) {
       auto polled = camera.Poll();
