@@ -266,6 +266,61 @@ TEST(SearchConditions, AStopOfTheFocusAloneBringsTheIrisBack) {
   EXPECT_EQ(bench.Now(), before);
 }
 
+TEST(SearchConditions, AStopOfTheFilterEndsASearchWithoutOne) {
+  Bench bench(SceneOf(kWall));
+  const Stand before = bench.Now();
+  bench.Begin(WideOpen());
+  bench.RunIntoTheSearch();
+  bench.rig->Stop({Axis::Filter}, [](const Result<void>&) {});
+  const auto& answer = bench.End();
+  ASSERT_FALSE(answer);
+  EXPECT_EQ(answer.error().code, Code::Cancelled);
+  EXPECT_EQ(answer.error().message, "stopped");
+  EXPECT_EQ(bench.Now(), before);
+}
+
+TEST(SearchConditions, AStopOfTheFilterEndsAnAutofocusWithoutConditionsAndTheFocusRests) {
+  Bench bench(SceneOf(kWall));
+  bench.Begin(AutofocusRequest{});
+  bench.RunUntil([&] { return bench.rig->GetStatus().axes[Axis::Focus]->moving; }, 10s);
+  ASSERT_TRUE(bench.rig->GetStatus().axes[Axis::Focus]->moving);
+  bench.rig->Stop({Axis::Filter}, [](const Result<void>&) {});
+  const auto& answer = bench.End();
+  ASSERT_FALSE(answer);
+  EXPECT_EQ(answer.error().code, Code::Cancelled);
+  bench.Run(500ms);
+  const Native there = bench.rig->GetStatus().axes[Axis::Focus]->position;
+  bench.Run(500ms);
+  EXPECT_EQ(bench.rig->GetStatus().axes[Axis::Focus]->position.value, there.value);
+}
+
+TEST(SearchConditions, AStopWhileTheConditionsAreBeingSetIsCancelled) {
+  for (const std::vector<Axis>& named : {std::vector<Axis>{}, {Axis::Focus}, {Axis::Iris}, {Axis::Filter}}) {
+    Bench bench(SceneOf(kWall));
+    bench.Begin(WideOpen());
+    bench.Run(5ms);
+    ASSERT_EQ(bench.rig->GetStatus().activity.step, 0);
+    bench.rig->Stop(named, [](const Result<void>&) {});
+    const auto& answer = bench.End();
+    ASSERT_FALSE(answer);
+    EXPECT_EQ(answer.error().code, Code::Cancelled) << answer.error().message;
+  }
+}
+
+TEST(SearchConditions, AnAxisThatRestsWhereItWasIsNotToldAsLeft) {
+  Bench bench(SceneOf(kWall));
+  const Stand before = bench.Now();
+  SearchConditions conditions = WideOpen();
+  conditions.filter = Native{before.filter};
+  bench.Begin(conditions);
+  bench.RunIntoTheSearch();
+  bench.rig->Stop({Axis::Filter}, [](const Result<void>&) {});
+  const auto& answer = bench.End();
+  ASSERT_FALSE(answer);
+  EXPECT_EQ(answer.error().message, "stopped");
+  EXPECT_EQ(bench.Now(), before);
+}
+
 TEST(SearchConditions, ANewerCommandForTheFocusBringsTheIrisBackAndIsCarriedOut) {
   Bench bench(SceneOf(kWall));
   const Stand before = bench.Now();
