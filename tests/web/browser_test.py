@@ -160,6 +160,57 @@ class BlurTest(BrowserTest):
         print(self.browse("blur"))
 
 
+SLANT = """version = 1
+[camera]
+width = 400
+height = 300
+pixel_um = 5.5
+bits = 8
+full_well_e = 3000
+read_noise_e = 3.0
+exposure_ms = 5
+frame_rate_hz = 100
+[lens]
+focal_length_mm = 35.0
+f_number = [4.0, 16.0]
+extension_mm = [1.75, 2.84]
+steps = 297
+speed_steps_per_s = 1200
+initial_f_number = 4.0
+[[surface]]
+kind = "plane"
+vergence_d = [1.78, 0.083, -0.087]
+texture = "{texture}"
+texture_px_per_image_px = 1.0
+"""
+
+
+class MapTest(BrowserTest):
+    """A plane that is not square to the axis: its vergence in each part of the picture is in the scene."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = temporary_folder()
+        scene = os.path.join(cls.folder.name, "slant.toml")
+        with open(scene, "w", encoding="utf-8") as file:
+            file.write(SLANT.format(texture=os.path.join(ROOT, "scenes", "textures", "gravel.png")))
+        cls.config = f'version = 1\n[[lens]]\nname = "a"\ndriver = "sim"\nscene = "{scene}"\n'
+        super().setUpClass()
+
+    @classmethod
+    def tearDownClass(cls):
+        super().tearDownClass()
+        cls.folder.cleanup()
+
+    def test_a_focus_map_shows_how_the_plane_lies(self):
+        told = self.browse("map")
+        self.assertEqual(told["parts"], [24, 24], told)
+        # The middles of the corners of 6 by 4 parts.
+        across, down = 0.083 * 5 / 6, 0.087 * 3 / 4
+        for shown, vergence in zip(told["mm"], (1.78 + across + down, 1.78 - across - down)):
+            self.assertAlmostEqual(shown, 1000 / vergence, delta=0.01 * 1000 / vergence)
+
+
 class OddTest(BrowserTest):
     """Lenses that lack something, and hands that press anything: one without optics, one that is away, one that is whole, one
     without a camera."""
