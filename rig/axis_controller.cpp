@@ -225,7 +225,8 @@ void AxisController::Recall(const drivers::AxisState& reading) {
   SetLimits(setup_, track_.offset());
 }
 
-/// The motor may turn, somewhere from `lowest` to `highest`. NotKept: the disk does not take it, and it must not turn. Cancelled.
+/// The motor may turn, somewhere from `lowest` to `highest`. NotKept: the disk does not take it, and it must not turn.
+/// Cancelled.
 Result<void> AxisController::RememberMotion(Native lowest, Native highest) {
   const auto& before = remembered_[setup_.axis];
   const auto covered = [&](const AxisMemory& motion) {

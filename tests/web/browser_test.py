@@ -94,22 +94,29 @@ intensity = 400.0
 """
 
 
-class DiskTest(BrowserTest):
-    """A point of light at 3 m before darkness."""
+class SceneTest:
+    """One lens, before a scene of the test's own."""
+    scene = ""
 
     @classmethod
     def setUpClass(cls):
         cls.folder = temporary_folder()
-        scene = os.path.join(cls.folder.name, "light.toml")
-        with open(scene, "w", encoding="utf-8") as file:
-            file.write(LIGHT)
-        cls.config = f'version = 1\n[[lens]]\nname = "a"\ndriver = "sim"\nscene = "{scene}"\n'
+        path = os.path.join(cls.folder.name, "scene.toml")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(cls.scene)
+        cls.config = f'version = 1\n[[lens]]\nname = "a"\ndriver = "sim"\nscene = "{path}"\n'
         super().setUpClass()
 
     @classmethod
     def tearDownClass(cls):
         super().tearDownClass()
         cls.folder.cleanup()
+
+
+class DiskTest(SceneTest, BrowserTest):
+    """A point of light at 3 m before darkness."""
+
+    scene = LIGHT
 
     def test_blur_is_drawn_to_scale(self):
         print(self.browse("disks"))
@@ -139,22 +146,10 @@ texture = "{texture}"
 """
 
 
-class BlurTest(BrowserTest):
+class BlurTest(SceneTest, BrowserTest):
     """A wall with a photograph on it."""
 
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = temporary_folder()
-        scene = os.path.join(cls.folder.name, "wall.toml")
-        with open(scene, "w", encoding="utf-8") as file:
-            file.write(WALL.format(texture=os.path.join(ROOT, "scenes", "motorcycle", "left.png")))
-        cls.config = f'version = 1\n[[lens]]\nname = "a"\ndriver = "sim"\nscene = "{scene}"\n'
-        super().setUpClass()
-
-    @classmethod
-    def tearDownClass(cls):
-        super().tearDownClass()
-        cls.folder.cleanup()
+    scene = WALL.format(texture=os.path.join(ROOT, "scenes", "motorcycle", "left.png"))
 
     def test_measured_blur_is_there(self):
         print(self.browse("blur"))
@@ -185,22 +180,10 @@ texture_px_per_image_px = 1.0
 """
 
 
-class MapTest(BrowserTest):
+class MapTest(SceneTest, BrowserTest):
     """A plane that is not square to the axis: its vergence in each part of the picture is in the scene."""
 
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = temporary_folder()
-        scene = os.path.join(cls.folder.name, "slant.toml")
-        with open(scene, "w", encoding="utf-8") as file:
-            file.write(SLANT.format(texture=os.path.join(ROOT, "scenes", "textures", "gravel.png")))
-        cls.config = f'version = 1\n[[lens]]\nname = "a"\ndriver = "sim"\nscene = "{scene}"\n'
-        super().setUpClass()
-
-    @classmethod
-    def tearDownClass(cls):
-        super().tearDownClass()
-        cls.folder.cleanup()
+    scene = SLANT.format(texture=os.path.join(ROOT, "scenes", "textures", "gravel.png"))
 
     def test_a_focus_map_shows_how_the_plane_lies(self):
         told = self.browse("map")
