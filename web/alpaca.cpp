@@ -279,7 +279,8 @@ std::uint32_t AlpacaRequest::Client() const {
   return NumberIn<std::uint32_t>(ParameterOf(exchange_, "ClientID").value_or("")).value_or(0);
 }
 
-/// IsMoving is true until lensd has answered. What is beyond an end of the travel goes to that end, as the standard has it
+/// IsMoving is true until lensd has answered. What is beyond an end of the travel goes to that end, as the standard has
+/// it
 /// ("will automatically stop at the limit").
 void AlpacaRequest::Move() {
   const auto given = ParameterOf(exchange_, "Position");
@@ -292,8 +293,8 @@ void AlpacaRequest::Move() {
     const auto request = asker.lock();  // gone: the program has hung up
     if (request) refusal ? request->Failed(refusal->error, refusal->why) : request->Value(nullptr);
   };
-  alpaca_.focusers_[lens].move = std::make_unique<AlpacaMove>(
-      alpaca_.link_, Json{{"lens", lens}, {"axis", "focus"}, {"target", target}}, begun);
+  alpaca_.focusers_[lens].move =
+      std::make_unique<AlpacaMove>(alpaca_.link_, Json{{"lens", lens}, {"axis", "focus"}, {"target", target}}, begun);
 }
 
 void AlpacaRequest::Stop() {

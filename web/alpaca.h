@@ -28,8 +28,8 @@ class Alpaca {
  private:
   friend class AlpacaRequest;
   struct Focuser {
-    std::deque<std::uint32_t> clients{};   ///< by ClientID, that are connected; the one longest so first
-    std::unique_ptr<AlpacaMove> move{};    ///< the last one that was asked for
+    std::deque<std::uint32_t> clients{};  ///< by ClientID, that are connected; the one longest so first
+    std::unique_ptr<AlpacaMove> move{};   ///< the last one that was asked for
   };
   const LensdLink& link_;
   std::map<std::string, Focuser> focusers_;  // by lens
