@@ -39,7 +39,7 @@ class ConditionedSearch : public std::enable_shared_from_this<ConditionedSearch>
   void RestoreExposure();
   void RestoreAxes();
   void OnRestored(drivers::Axis axis, const Result<MoveOutcome>& moved);
-  bool Stopped() const { return rig_.commands.stops != begun_.stops; }
+  bool Stopped() const { return rig_.commands.all.stops != begun_.stops; }
   bool IsBack(drivers::Axis axis) const;
   std::string WhyLeft(drivers::Axis axis) const;
   void Stays(const std::string& what);

@@ -202,7 +202,6 @@ void Rig::Impl::Home(Axis axis, MoveCallback done) {
 /// The caller of a motion that cannot be stopped hears of its end when it rests.
 void Rig::Impl::Stop(const std::vector<Axis>& named, StopCallback done) {
   const Error cancelled{Code::Cancelled, "stopped"};
-  ++commands.stops;
   const bool ends_search = autofocus.running();
   Result<void> answer;
   for (const Axis axis : drivers::kAxes) {

@@ -118,6 +118,27 @@ TEST(ZoomKeepingFocus, AStopEndsItWhereItIs) {
   EXPECT_EQ(bench.rig->GetStatus().focal_length->value, stopped_at);
 }
 
+TEST(ZoomKeepingFocus, WhatItDoesNotMoveMayBeStoppedAndMoved) {
+  for (const bool moves : {false, true}) {
+    RigOnSim bench(SceneWith(kZoom));
+    ASSERT_TRUE(Move(bench, Axis::Focus, To(Kind::Distance, 1.2)).reached);
+    std::optional<Result<ZoomOutcome>> answer;
+    ZoomKeepingFocus(*bench.rig, {.target = To(Kind::FocalLength, 0.05), .tolerance = {}},
+                     [&](Result<ZoomOutcome> outcome) { answer = std::move(outcome); });
+    bench.Run(std::chrono::milliseconds(300));
+    ASSERT_FALSE(answer);
+    if (moves) {
+      EXPECT_TRUE(Move(bench, Axis::Iris, To(Kind::FNumber, 4.0)).reached);
+    } else {
+      bench.rig->Stop({Axis::Iris}, nullptr);
+    }
+    bench.RunUntil([&] { return answer.has_value(); }, std::chrono::seconds(20));
+    ASSERT_TRUE(answer && *answer) << answer->error().message;
+    EXPECT_TRUE((*answer)->zoom.reached);
+    EXPECT_NEAR(bench.truth->Now().focal_plane_d, 1.0 / 1.2, 0.002);
+  }
+}
+
 // ---- exposure -----------------------------------------------------------------------------------------------------
 
 double Brightness(RigOnSim& bench) {
@@ -256,6 +277,8 @@ TEST(Presets, AStopOfAnAxisWhoseTurnHasNotComeCancelsAndACommandForItSupersedes)
     bench.RunUntil([&] { return answer.has_value(); }, std::chrono::seconds(20));
     ASSERT_TRUE(answer && !*answer);
     EXPECT_EQ(answer->error().code, stops ? Code::Cancelled : Code::Superseded) << answer->error().message;
+    EXPECT_TRUE(answer->error().message.ends_with("; arrived: zoom; not arrived: iris, focus"))
+        << answer->error().message;
   }
 }
 

@@ -312,10 +312,12 @@ class StopReply:
 def stop(*, lens: Optional[str] = None, axis: Optional[Axis] = None, latch: Optional[bool] = None) -> Call[StopReply]:
     """Stops one axis and any autofocus, or everything the lens does; without `lens` every lens. It acts as soon as it
     is read, whatever else its connection waits for. Every call that was read before it, on any connection, and moves
-    what is stopped answers Cancelled. With `latch` no axis of these lenses moves until ResetFaults: until then Status
-    has `latched`, and Move, Home, Autofocus, FocusMap, AutofocusBegin, MeasureBacklash, PresetRecall, Undo, SetExposure
-    and a Plan with `apply` answer Cancelled at once, however often they are repeated. Where it stops every lens, an
-    error is that of one of them; the others are stopped all the same."""
+    what is stopped answers Cancelled; its own answer says that the motors were told, and Status' `moving` when they
+    rest, for they brake. Unsupported: what moves cannot stop midway (`canStop`), and travels on. With `latch` no axis
+    of these lenses moves until ResetFaults: until then Status has `latched`, and Move, Home, Autofocus, FocusMap,
+    AutofocusBegin, MeasureBacklash, PresetRecall, Undo, SetExposure and a Plan with `apply` answer Cancelled at once,
+    however often they are repeated. Where it stops every lens, an error is that of one of them; the others are stopped
+    all the same."""
     return Call("io.lensd.Lens.Stop", {"lens": lens, "axis": axis, "latch": latch}, StopReply)
 
 

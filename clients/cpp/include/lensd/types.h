@@ -1987,10 +1987,12 @@ class LENSD_API StopReply : public Value {
 
 /// Stops one axis and any autofocus, or everything the lens does; without `lens` every lens. It acts as soon as it is
 /// read, whatever else its connection waits for. Every call that was read before it, on any connection, and moves what
-/// is stopped answers Cancelled. With `latch` no axis of these lenses moves until ResetFaults: until then Status has
-/// `latched`, and Move, Home, Autofocus, FocusMap, AutofocusBegin, MeasureBacklash, PresetRecall, Undo, SetExposure and
-/// a Plan with `apply` answer Cancelled at once, however often they are repeated. Where it stops every lens, an error
-/// is that of one of them; the others are stopped all the same.
+/// is stopped answers Cancelled; its own answer says that the motors were told, and Status' `moving` when they rest,
+/// for they brake. Unsupported: what moves cannot stop midway (`canStop`), and travels on. With `latch` no axis of
+/// these lenses moves until ResetFaults: until then Status has `latched`, and Move, Home, Autofocus, FocusMap,
+/// AutofocusBegin, MeasureBacklash, PresetRecall, Undo, SetExposure and a Plan with `apply` answer Cancelled at once,
+/// however often they are repeated. Where it stops every lens, an error is that of one of them; the others are stopped
+/// all the same.
 class LENSD_API StopParameters : public Value {
  public:
   using Reply = StopReply;
