@@ -139,6 +139,27 @@ TEST(ZoomKeepingFocus, WhatItDoesNotMoveMayBeStoppedAndMoved) {
   }
 }
 
+// ---- homing -------------------------------------------------------------------------------------------------------
+
+TEST(Homing, IsBelievedToReadingsThatDoNotChangeOnlyOnceItCanBeOver) {
+  RigOnSim bench(SceneWith("") + "[[fault]]\nkind = \"stale-readback\"\nat_ms = 2000\n");
+  std::optional<double> told_at;
+  const auto home = [&] {
+    told_at.reset();
+    bench.rig->Home(Axis::Focus, [&](Result<MoveOutcome> outcome) {
+      EXPECT_TRUE(outcome && outcome->reached);
+      told_at = bench.truth->Now().focus_steps;
+    });
+    bench.RunUntil([&] { return told_at.has_value(); }, std::chrono::minutes(1));
+  };
+  home();
+  ASSERT_TRUE(Move(bench, Axis::Focus, To(Kind::Native, 8000)).reached);
+  bench.Run(std::chrono::seconds(3));
+  home();
+  ASSERT_TRUE(told_at);
+  EXPECT_NEAR(*told_at, 0.0, 1e-3);
+}
+
 // ---- exposure -----------------------------------------------------------------------------------------------------
 
 double Brightness(RigOnSim& bench) {
