@@ -106,7 +106,11 @@ Result<AutofocusRunResult> RunOnce(std::shared_ptr<sim::Pictures> pictures, cons
   const auto note = [&](const rig::AutofocusProgress& now) {
     result.blurs_px.push_back(BlurAt(*world->truth, scene, now.position.value));
   };
-  (*rig)->Autofocus(request, note, [&](Result<rig::AutofocusOutcome> outcome) { end = std::move(outcome); });
+  // Scored when it ends: the clock goes on to whatever the rig does next, and a subject that moves with it.
+  (*rig)->Autofocus(request, note, [&](Result<rig::AutofocusOutcome> outcome) {
+    end = std::move(outcome);
+    Score(*world->truth, scene, result);
+  });
   while (!end && clock.Now() < Instant{wanted.patience}) clock.AdvanceTo((*rig)->Step(clock.Now()));
   if (!end) return Fail(Code::Internal, "an autofocus run did not end by itself");
   if (!*end) return PassOn(*end);
@@ -120,7 +124,6 @@ Result<AutofocusRunResult> RunOnce(std::shared_ptr<sim::Pictures> pictures, cons
   result.cpu = outcome.cpu;
   result.reason = outcome.reason;
   result.candidates = outcome.candidates.size();
-  Score(*world->truth, scene, result);
   if (outcome.focused && outcome.method == "defocus" && !world->truth->subjects().empty()) {
     // From where the lens stands, so that wrong optics count by what they do to that small distance only.
     const double stands_off_d = world->truth->Now().focal_plane_d - world->truth->subjects().front().vergence_d;
