@@ -205,6 +205,16 @@ TEST(ClosedLoopTest, ARunIsScoredByWhereTheSubjectIsWhenItEnds) {
   EXPECT_GT(focused, 0);
 }
 
+// 4 to 36 px of blur a second, and no answer may be of where it was.
+TEST(ClosedLoopTest, ASubjectThatMovesInDepthIsMetOrRefused) {
+  for (const char* speed : {"0.1", "0.4", "0.8", "-0.1"}) {
+    const auto results = RunsOnMovingGround(speed, static_cast<int>(testing::ByLevel(4, 20, 200)));
+    EXPECT_EQ(std::ranges::count_if(results, &AutofocusRunResult::false_focus), 0) << speed << " m/s";
+    const auto within = std::ranges::count_if(results, &AutofocusRunResult::within);
+    EXPECT_GE(4 * within, 3 * std::ssize(results)) << speed << " m/s";
+  }
+}
+
 TEST(ClosedLoopTest, ABlankWallIsRefusedAndTheLensIsBackWhereItBegan) {
   const auto results = Runs("blank.toml", static_cast<int>(testing::ByLevel(10, 100, 1000)), 4712);
   for (const AutofocusRunResult& run : results) {
