@@ -17,14 +17,15 @@ namespace {
 
 constexpr double kDrifts[] = {0.5, 1.0,  1.5,  2.0,  3.0,  4.0,  5.0, 6.0,
                               8.0, 10.0, 12.0, 15.0, 18.0, 22.0, 26.0};  // px of blur from the first frame to the last
-constexpr double kBetterMoving = 1.0;  // log probability: less is no reason for two more frames
-constexpr double kMatters = 0.4;       // px: by less the answer may be off
-constexpr double kHopeless = 20.0;     // log probability below the best: more drift is no better
-constexpr double kAsGood = 2.0;        // log probability below the best that leaves a course open
-constexpr double kFarSlope = 0.2;      // log of the slope over the one told: drift looks like that, too
-constexpr double kMetPx = 1.0;         // between the subject's focus and the lens
-constexpr double kKnownPx = 1.0;       // how well a course that is followed must be known
-constexpr double kCourseMisfit = 0.6;  // of the frames
+constexpr double kBetterMoving = 4.0;     // log probability: less is no reason for two more frames
+constexpr double kMatters = 1.0;           // px: by less the answer may be off
+constexpr double kHopeless = 20.0;         // log probability below the best: more drift is no better
+constexpr double kAsGood = 2.0;            // log probability below the best that leaves a course open
+constexpr double kFarSlope = 0.2;          // log of the slope over the one told: drift looks like that, too
+constexpr double kImpossibleSlope = 0.45;  // the same: more than optics are told wrongly
+constexpr double kMetPx = 1.0;             // between the subject's focus and the lens
+constexpr double kKnownPx = 1.0;           // how well a course that is followed must be known
+constexpr double kCourseMisfit = 0.6;      // of the frames
 constexpr std::size_t kMostFollowed = 11;
 constexpr Why kMovesOn{Cause::SubjectMoved,
                        "the picture changes while the lens is said to stand: it still moves, or the subject moves in "
@@ -79,7 +80,7 @@ bool Defocus::MayDrift(const RingStack& stack, const std::vector<const Taken*>& 
                        const Posterior& posterior) const {
   const auto course = CourseOf(stack, frames, posterior);
   if (!course) return false;
-  return std::abs(std::log(posterior.relative_slope())) > kFarSlope ||
+  return std::abs(std::log(posterior.relative_slope())) > kImpossibleSlope ||
          (course->gain > kBetterMoving && course->off > kMatters);
 }
 
