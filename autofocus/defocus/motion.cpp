@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kDrifts[] = {0.5, 1.0,  1.5,  2.0,  3.0,  4.0,  5.0, 6.0,
                               8.0, 10.0, 12.0, 15.0, 18.0, 22.0, 26.0};  // px of blur from the first frame to the last
-constexpr double kBetterMoving = 4.0;     // log probability: less is no reason for two more frames
+constexpr double kBetterMoving = 4.0;      // log probability: less is no reason for two more frames
 constexpr double kMatters = 1.0;           // px: by less the answer may be off
 constexpr double kHopeless = 20.0;         // log probability below the best: more drift is no better
 constexpr double kAsGood = 2.0;            // log probability below the best that leaves a course open
