@@ -11,10 +11,9 @@
 namespace lensd::rig {
 namespace {
 
-constexpr Duration kHomingShown = std::chrono::milliseconds(100);  ///< by then a device says that it is homing
-constexpr Duration kRest = std::chrono::milliseconds(50);          ///< what stands so long elsewhere goes nowhere
-constexpr Duration kFault = std::chrono::milliseconds(300);        ///< a fault that stands so long ends the motion
-constexpr Duration kSteady = std::chrono::milliseconds(20);        ///< where settling is judged by readback
+constexpr Duration kRest = std::chrono::milliseconds(50);    ///< what stands so long elsewhere goes nowhere
+constexpr Duration kFault = std::chrono::milliseconds(300);  ///< a fault that stands so long ends the motion
+constexpr Duration kSteady = std::chrono::milliseconds(20);  ///< where settling is judged by readback
 
 }  // namespace
 
@@ -42,7 +41,7 @@ Error AxisMotion::RanOut(const drivers::AxisState& state, const MoveOutcome& end
 AxisMotion::End AxisMotion::Advance(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now) {
   switch (phase_) {
     case Phase::Requested:
-      return homing() ? LaunchHoming(motor, state.position) : Launch(motor, state, now);
+      return homing() ? LaunchHoming(motor, state) : Launch(motor, state, now);
     case Phase::Homing:
       return FollowHoming(motor, state, sampled_at, now);
     case Phase::TakingUp:
@@ -107,13 +106,13 @@ AxisMotion::End AxisMotion::Launch(Motor& motor, const drivers::AxisState& state
   return Begin(motor, std::move(leg), phase, now);
 }
 
-AxisMotion::End AxisMotion::LaunchHoming(Motor& motor, Native position) {
+AxisMotion::End AxisMotion::LaunchHoming(Motor& motor, const drivers::AxisState& state) {
   auto started = motor.Home();
   if (!started) return Refused(started.error());
   attempts_.refusals = 0;
   ++attempts_.commands;
   phase_ = Phase::Homing;
-  leg_ = Leg::Homing(setup_, position, *started);
+  leg_ = Leg::Homing(setup_, state, *started);
   return std::nullopt;
 }
 
@@ -193,7 +192,7 @@ AxisTrack::Adrift AxisMotion::AdriftAfter(const Trouble& trouble, const drivers:
 
 AxisMotion::End AxisMotion::FollowHoming(Motor& motor, const drivers::AxisState& state, Instant sampled_at,
                                          Instant now) {
-  if (sampled_at >= leg_.commanded_at() + kHomingShown && state.homed && !state.moving) {
+  if (leg_.FoundReference(state, sampled_at)) {
     drivers::AxisState stands = state;
     stands.position = motor.AtReference(state.position);
     if (!request_.target || runs_out_) return Outcome(stands, now);
@@ -303,9 +302,13 @@ bool AxisMotion::Measured(const drivers::AxisState& state) const {
 
 /// What a reader of a good result should know all the same.
 Trouble AxisMotion::Remark(const drivers::AxisState& state) const {
-  if (setup_.can.feedback == drivers::Feedback::None) return {MoveCause::NoFeedback, "no position feedback"};
-  if (setup_.can.feedback == drivers::Feedback::Echo) {
-    return {MoveCause::NoFeedback, "no position feedback: the device repeats its target"};
+  if (!setup_.can.follows()) {
+    const bool echo = setup_.can.feedback == drivers::Feedback::Echo;
+    return {
+        MoveCause::NoFeedback,
+        std::string("no position feedback") + (echo ? ": the device repeats its target" : "") +
+            (setup_.speed || setup_.settle > Duration::zero() ? ""
+                                                              : ", and no speed is known: it may still be on its way")};
   }
   if (!track_.known() || !state.homed) {
     return {MoveCause::PositionUnknown, "the position is not known: no reference"};

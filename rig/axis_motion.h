@@ -100,7 +100,7 @@ class AxisMotion {
   bool StandsThere(const drivers::AxisState& state) const;
   Native FirstLeg(const drivers::AxisState& state) const;
   End Launch(Motor& motor, const drivers::AxisState& state, Instant now);
-  End LaunchHoming(Motor& motor, Native position);
+  End LaunchHoming(Motor& motor, const drivers::AxisState& state);
   End Begin(Motor& motor, Leg leg, Phase phase, Instant now);
   End GoOnToTarget(Motor& motor, Native from, Instant now);
   End SendParts(Motor& motor, Instant now);

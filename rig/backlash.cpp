@@ -60,10 +60,10 @@ class BacklashRun : public std::enable_shared_from_this<BacklashRun> {
   };
   /// Of the focus.
   struct Place {
-    double home = 0.0;        ///< where autofocus left the lens
-    double upward = 0.0;      ///< where sweeps from below find it
-    double backlash = 0.0;    ///< so far: sweeps from above find it so much lower
-    double half_width = 0.0;  ///< of a sweep around it
+    double home = 0.0;            ///< where autofocus left the lens
+    double upward = 0.0;          ///< where sweeps from below find it
+    double backlash = 0.0;        ///< so far: sweeps from above find it so much lower
+    double half_width = 0.0;      ///< of a sweep around it
     std::vector<double> found{};  ///< by each pair of sweeps
   };
   struct Counts {

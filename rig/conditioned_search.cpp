@@ -13,6 +13,7 @@ namespace {
 
 using drivers::Axis;
 
+constexpr const char* kStopped = "stopped";
 constexpr Axis kThere[] = {Axis::Filter, Axis::Iris};
 constexpr Axis kBack[] = {Axis::Iris, Axis::Filter};
 
@@ -88,8 +89,9 @@ ConditionedSearch::ConditionedSearch(Rig::Impl& rig, AutofocusRequest request, P
       done_(std::move(done)),
       activity_(std::make_shared<Activity>(Activity{Activity::Kind::Autofocus, 0, 0})) {
   begun_ = {.at = rig.clock.Now(),
-            .commands = rig.commands.given,
-            .focus_commands = rig.commands.of[Axis::Focus],
+            .commands = rig.commands.all.given,
+            .focus_commands = rig.commands.of[Axis::Focus].given,
+            .stops = rig.commands.all.stops,
             .motions = rig.axes[Axis::Focus]->commands()};
   if (rig.device.camera) exposure_before_ = rig.device.camera->ReadExposure().value_or(drivers::ExposureState{});
   under_.work = Here();
@@ -131,7 +133,7 @@ void ConditionedSearch::Prepare() {
     Part& part = parts_[axis];
     if (!part.wanted || part.set) continue;
     part.set = true;
-    part.commands = rig_.commands.of[axis];
+    part.commands = rig_.commands.of[axis].given;
     return rig_.Move(axis, *part.wanted,
                      [self = shared_from_this(), axis](Result<MoveOutcome> moved) { self->OnPrepared(axis, moved); });
   }
@@ -144,7 +146,8 @@ void ConditionedSearch::OnPrepared(Axis axis, const Result<MoveOutcome>& moved) 
     return Restore(
         Refusal(autofocus::Cause::Missed, NameOf(axis) + " did not get where it was sent: " + moved->reason));
   }
-  if (rig_.commands.given != begun_.commands) {
+  if (Stopped()) return Restore(Fail(Code::Cancelled, kStopped));
+  if (rig_.commands.all.given != begun_.commands) {
     return Restore(Fail(Code::Superseded, "another command for this lens took over"));
   }
   Prepare();
@@ -195,9 +198,16 @@ void ConditionedSearch::RestoreExposure() {
   under_.exposure = search.exposure;
 }
 
+/// It rests where it was before, whoever saw to that.
+bool ConditionedSearch::IsBack(Axis axis) const {
+  const AxisController& controller = *rig_.axes[axis];
+  return !controller.moving() && controller.state() &&
+         std::abs((controller.state()->position - parts_[axis].before).value) <= controller.setup().tolerance;
+}
+
 /// Why an axis is left where it is; empty: it is ours to bring back.
 std::string ConditionedSearch::WhyLeft(Axis axis) const {
-  if (rig_.commands.of[axis] != parts_[axis].commands) return "a stop or another command came for it";
+  if (rig_.commands.of[axis].given != parts_[axis].commands) return "a stop or another command came for it";
   return rig_.autofocus.running() ? "another autofocus has begun" : "";
 }
 
@@ -206,6 +216,7 @@ void ConditionedSearch::RestoreAxes() {
     Part& part = parts_[axis];
     if (!part.set || std::exchange(part.restored, true)) continue;
     if (const std::string why = WhyLeft(axis); !why.empty()) {
+      if (IsBack(axis)) continue;
       Stays(NameOf(axis) + " is left where it is (" + why + "), and was at " + part.was);
       continue;
     }
@@ -230,8 +241,8 @@ void ConditionedSearch::OnRestored(Axis axis, const Result<MoveOutcome>& moved) 
 
 /// Focus stands where the search found it; under the conditions of work it is sharp elsewhere.
 void ConditionedSearch::ApplyShift() {
-  if (!*answer_ || !(*answer_)->focused) return Finish();
-  if (rig_.commands.of[Axis::Focus] != begun_.focus_commands) {
+  if (!*answer_ || !(*answer_)->focused || Stopped()) return Finish();
+  if (rig_.commands.of[Axis::Focus].given != begun_.focus_commands) {
     answer_ = Fail(Code::Superseded, "a newer command for this lens took over");
   }
   const OpticsTable* const optics = rig_.optics.table();
@@ -293,6 +304,7 @@ void ConditionedSearch::OnShifted(const ShiftSize& shift, const Result<MoveOutco
 
 void ConditionedSearch::Finish() {
   auto answer = *std::move(answer_);
+  if (answer && Stopped()) answer = Fail(Code::Cancelled, kStopped);
   if (!answer) {
     const std::string also = under_.stays.empty() ? "" : "; " + under_.stays;
     return rig_.replies.Add(

@@ -18,8 +18,9 @@ namespace lensd::rig {
 
 /// What callers have commanded.
 struct CallersCommands {
-  std::uint64_t given = 0;               ///< that displace others
-  drivers::PerAxis<std::uint64_t> of{};  ///< those for an axis: moves, homings, and stops that name it
+  CommandCount all;                     ///< that displace others; any stop ends a search
+  drivers::PerAxis<CommandCount> of{};  ///< those for an axis: moves, homings, and stops that name it
+  std::uint64_t searches = 0;           ///< autofocus, which moves the focus by itself
   bool since_step = false;
 };
 

@@ -11,9 +11,11 @@ namespace lensd::rig {
 namespace {
 
 constexpr Duration kStallTime = std::chrono::seconds(1);
-constexpr Duration kMargin = std::chrono::seconds(2);       ///< of a deadline beyond the time the travel needs
-constexpr Duration kFullTravel = std::chrono::seconds(60);  ///< where the speed is not known
-constexpr Duration kSilence = std::chrono::seconds(5);      ///< by then a lens that does not answer is an error
+constexpr Duration kMargin = std::chrono::seconds(2);              ///< of a deadline beyond the time the travel needs
+constexpr Duration kFullTravel = std::chrono::seconds(60);         ///< where the speed is not known
+constexpr Duration kSilence = std::chrono::seconds(5);             ///< by then a lens that does not answer is an error
+constexpr Duration kHomingShown = std::chrono::milliseconds(100);  ///< by then a device says that it is homing
+constexpr Duration kHomingUnseen = std::chrono::seconds(5);        ///< where it never does, nor is the speed known
 constexpr int kShowsMotion = 3;      ///< readings on the way, each nearer: one or two may be false answers
 constexpr double kOvershoot = 0.02;  ///< of a leg: a servo may pass its target by so much
 
@@ -53,8 +55,9 @@ Leg Leg::Stay(const AxisSetup& setup, Native place, Instant now) {
   return leg;
 }
 
-Leg Leg::Homing(const AxisSetup& setup, Native from, Instant now) {
-  Leg leg = Stay(setup, from, now);
+Leg Leg::Homing(const AxisSetup& setup, const drivers::AxisState& from, Instant now) {
+  Leg leg = Stay(setup, from.position, now);
+  leg.approach_.seen = !from.homed;
   leg.deadline_ = now + 2 * TravelTime(setup, (setup.can.maximum - setup.can.minimum).value) + kMargin;
   return leg;
 }
@@ -113,6 +116,13 @@ bool Leg::Done(const drivers::AxisState& state, Instant sampled_at) const {
   if (!setup_->can.follows()) return sampled_at >= expected_at_;
   if (Unseen(state) && sampled_at < expected_at_) return false;
   return ShortOf(state) <= setup_->tolerance;
+}
+
+bool Leg::FoundReference(const drivers::AxisState& state, Instant sampled_at) {
+  const bool changed = std::abs((state.position - from_).value) > Scatter(*setup_);
+  if (sampled_at > commanded_at_ && (state.moving || !state.homed || changed)) approach_.seen = true;
+  const Instant unseen = setup_->speed ? deadline_ - kMargin / 2 : commanded_at_ + kHomingUnseen;
+  return state.homed && !state.moving && sampled_at >= (approach_.seen ? commanded_at_ + kHomingShown : unseen);
 }
 
 bool Leg::Unseen(const drivers::AxisState& state) const {

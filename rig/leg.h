@@ -23,8 +23,8 @@ class Leg {
   Leg(const AxisSetup& setup, Native from, Native to, std::vector<Impulse> parts, Start start);
   /// One that needs no command: the axis stays at `place`.
   static Leg Stay(const AxisSetup& setup, Native place, Instant now);
-  /// One that has begun at `from` and ends at the reference, wherever that is.
-  static Leg Homing(const AxisSetup& setup, Native from, Instant now);
+  /// One that has begun where that reading says and ends at the reference, wherever that is.
+  static Leg Homing(const AxisSetup& setup, const drivers::AxisState& from, Instant now);
 
   Native to() const { return to_; }
   Instant commanded_at() const { return commanded_at_; }
@@ -61,6 +61,9 @@ class Leg {
   double Reach(const drivers::AxisState& state) const;
   /// At its end, as far as a reading tells.
   bool Done(const drivers::AxisState& state, Instant sampled_at) const;
+  /// The reference has been found, as far as this reading tells. Where no reading since the command has differed from
+  /// the one before it, they may not be live: then only after twice the time that the whole range takes.
+  bool FoundReference(const drivers::AxisState& state, Instant sampled_at);
   /// Has gone some way, or is so short that readings could not tell.
   bool Moved(const drivers::AxisState& state) const;
   /// It came nearer and now goes away again, by more than overshooting or a missed target explains: another program

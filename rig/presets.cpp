@@ -57,12 +57,11 @@ class RecallRun : public std::enable_shared_from_this<RecallRun> {
       : rig_(rig), guard_(rig), preset_(preset), done_(std::move(done)) {}
 
   void Next() {
-    static constexpr Axis kOrder[] = {Axis::Zoom, Axis::Filter, Axis::Iris, Axis::Focus};
     while (step_ < std::size(kOrder)) {
       const Axis axis = kOrder[step_++];
-      if (!preset_.native[axis] || !rig_.lens().axes[axis]) continue;
+      if (!Moves(axis)) continue;
       return guard_.Move(axis, TargetOf(axis), [self = shared_from_this()](Result<MoveOutcome> moved) {
-        if (!moved) return self->done_(PassOn(moved));
+        if (!moved) return self->done_(self->HowFar(moved.error()));
         self->outcome_.moves.push_back(*moved);
         self->Next();
       });
@@ -71,6 +70,22 @@ class RecallRun : public std::enable_shared_from_this<RecallRun> {
   }
 
  private:
+  static constexpr Axis kOrder[] = {Axis::Zoom, Axis::Filter, Axis::Iris, Axis::Focus};
+
+  bool Moves(Axis axis) const { return preset_.native[axis] && rig_.lens().axes[axis]; }
+
+  /// With which axes have arrived, and which have not.
+  std::unexpected<Error> HowFar(Error error) const {
+    std::string there, not_there;
+    for (const Axis axis : kOrder) {
+      if (!Moves(axis)) continue;
+      std::string& names = std::ranges::count(outcome_.moves, axis, &MoveOutcome::axis) > 0 ? there : not_there;
+      names += (names.empty() ? "" : ", ") + std::string(AxisName(axis));
+    }
+    error.message += (there.empty() ? "" : "; arrived: " + there) + "; not arrived: " + not_there;
+    return PassOn(std::move(error));
+  }
+
   Target TargetOf(Axis axis) {
     Target target{.kind = Target::Kind::Native, .value = preset_.native[axis]->value, .from = {}, .take_up = {}};
     const OpticsTable* optics = rig_.optics();

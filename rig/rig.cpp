@@ -62,11 +62,14 @@ void Rig::Home(Axis axis, MoveCallback done) {
 
 void Rig::Stop(const std::vector<Axis>& axes, StopCallback done) {
   impl_->procedure.reset();  // at once, and not when it comes to its next command
-  Displacing(axes.empty() ? std::vector(drivers::kAxes.begin(), drivers::kAxes.end()) : axes)
-      .Stop(axes, std::move(done));
+  const auto named = axes.empty() ? std::vector(drivers::kAxes.begin(), drivers::kAxes.end()) : axes;
+  ++impl_->commands.all.stops;
+  for (const Axis axis : named) ++impl_->commands.of[axis].stops;
+  Displacing(named).Stop(axes, std::move(done));
 }
 
 void Rig::Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done) {
+  ++impl_->commands.searches;
   Displacing({}).Autofocus(std::move(request), std::move(progress), std::move(done));
 }
 
@@ -104,8 +107,8 @@ Rig::Impl& Rig::Commanded() {
 }
 
 Rig::Impl& Rig::Displacing(const std::vector<Axis>& axes) {
-  ++impl_->commands.given;
-  for (const Axis axis : axes) ++impl_->commands.of[axis];
+  ++impl_->commands.all.given;
+  for (const Axis axis : axes) ++impl_->commands.of[axis].given;
   return Commanded();
 }
 
@@ -139,8 +142,14 @@ std::shared_ptr<Activity> Rig::Occupy(Activity activity) {
   return occupied;
 }
 
-std::uint64_t Rig::commands_given() const {
-  return impl_->commands.given;
+CommandCount Rig::commands_given(const std::vector<Axis>& axes) const {
+  if (axes.empty()) return impl_->commands.all;
+  CommandCount count;
+  for (const Axis axis : axes) {
+    count.given += impl_->commands.of[axis].given + (axis == Axis::Focus ? impl_->commands.searches : 0);
+    count.stops += impl_->commands.of[axis].stops;
+  }
+  return count;
 }
 
 bool Rig::Hold(Instant until) {

@@ -7,6 +7,8 @@ namespace lensd::rig {
 
 constexpr int kAttempts = 3;  ///< in a row
 
-constexpr bool IsTransient(Code code) { return code == Code::Timeout || code == Code::Protocol || code == Code::Busy; }
+constexpr bool IsTransient(Code code) {
+  return code == Code::Timeout || code == Code::Protocol || code == Code::Busy;
+}
 
 }  // namespace lensd::rig

@@ -30,7 +30,11 @@ class ZoomRun : public std::enable_shared_from_this<ZoomRun> {
  public:
   using Done = std::move_only_function<void(Result<ZoomOutcome>)>;
   ZoomRun(Rig& rig, const ZoomRequest& request, Done done)
-      : rig_(rig), guard_(rig), began_at_(rig.clock().Now()), request_(request), done_(std::move(done)) {}
+      : rig_(rig),
+        guard_(rig, {Axis::Zoom, Axis::Focus}),
+        began_at_(rig.clock().Now()),
+        request_(request),
+        done_(std::move(done)) {}
   void Begin();
 
  private:

@@ -116,6 +116,7 @@ drivers::Capabilities CapabilitiesOf(const LensSettings& lens) {
   if (!lens.filter_focus_um.empty()) {
     capabilities.axes[Axis::Filter] =
         AxisOver(lens, NativeUnit::Position, 1.0, static_cast<double>(lens.filter_focus_um.size()), 1.0);
+    capabilities.axes[Axis::Filter]->can_stop = false;  // a wheel goes to its place
   }
   return capabilities;
 }

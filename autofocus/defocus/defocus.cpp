@@ -27,6 +27,8 @@ constexpr double kFewLeft = 0.5;      // less is no judge of several depths
 constexpr double kClearMotion = 1.5;  // px sideways
 constexpr double kWorthNaming = 0.1;  // of all probability: a distance that cannot be told from the others
 constexpr Why kMoved{Cause::SubjectMoved, "the subject or the camera moved between the frames"};
+constexpr Why kRestless{Cause::SubjectMoved,
+                        "the picture changes while the lens is said to stand: it still moves, or the subject does"};
 constexpr double kStandsPx = 1.0;  // px of blur between the top and the frame that counts as standing there
 constexpr double kTrustedMass = 0.9;
 constexpr double kNearPx = 9.0;    // px of blur between less sharp frames that hold a top between them
@@ -80,7 +82,7 @@ Advice Defocus::Next(const Look& look) {
   }
   focus_ = posterior.focus();
   if (taken_.size() == 1) return GoToSecond(posterior);
-  if (taken_[taken_.size() - 2].followed || Restless()) return Follow(look);
+  if (taken_[taken_.size() - 2].followed || Restless()) return may_move() ? Follow(look) : RefuseForGood(kRestless);
   if (taken_.size() >= 3 && !defocus::HasTexture(stack)) {
     const auto top = TopOf(curve_.Points());
     if (!top && taken_.size() >= kFramesWithoutTexture) return WhyNot(stack, posterior);
@@ -122,7 +124,7 @@ Advice Defocus::Decide(const Look& look, const RingStack& stack, const Posterior
     if ((!agrees || odd) && more) {
       if (const auto again = ToSeeAgain(*centre)) return GoAndLook{*again};
     }
-    if (more && MayDrift(stack, Nearest(focus_), posterior)) {
+    if (more && may_move() && MayDrift(stack, Nearest(focus_), posterior)) {
       if (const auto again = SideToSeeAgain(*centre)) return GoAndLook{*again};
     }
     return Judge(*centre, top, agrees ? std::abs(estimate - *vertex) : -1.0, stack, posterior);

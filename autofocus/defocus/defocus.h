@@ -45,6 +45,7 @@ class Defocus final : public Method {
   static constexpr std::size_t kFrameBudget = 12;
   static constexpr double kTrustedPx =
       3.0;  ///< px of blur: nearly all probability lies within so much of a trusted estimate
+  bool may_move() const { return setup_.subject == Setup::Subject::MayMove; }
   void Take(const Look& look);
   double LeftOut() const;  ///< share of the window
   defocus::Tiles SpectraOf(const drivers::Frame& frame) const;

@@ -151,12 +151,12 @@ std::vector<EvidenceJob> AutofocusJobs(Counts counts, const EvidenceSources& sou
                                 small ? "2" : "24", "--each"},
                   .pinned = false,
                   .rows = StackRows});
-  AddSweeps(jobs, sources.scenes, small ? kSmallSwept : kSwept, small ? 6 : 100);
   for (const char* folder : {"/regimes", "/score"}) {
     for (const std::string& file : FilesIn(sources.scenes + folder)) {
-      jobs.push_back(small ? SceneJob(file, kSmall, 4) : SceneJob(file, "all", 200));
+      jobs.push_back(small ? SceneJob(file, kSmall, 4) : SceneJob(file, "all", 100));
     }
   }
+  AddSweeps(jobs, sources.scenes, small ? kSmallSwept : kSwept, small ? 6 : 100);
   return jobs;
 }
 

@@ -49,7 +49,7 @@ TEST_F(MotionTest, WithoutFeedbackNothingIsVerified) {
   ASSERT_TRUE(answers.only());
   EXPECT_TRUE(answers.only()->reached);
   EXPECT_FALSE(answers.only()->verified);
-  EXPECT_EQ(answers.only()->reason, "no position feedback");
+  EXPECT_EQ(answers.only()->reason, "no position feedback, and no speed is known: it may still be on its way");
 }
 
 TEST_F(MotionTest, WaitingForAnotherAxisIsNotAStall) {

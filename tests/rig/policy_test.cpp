@@ -90,7 +90,7 @@ TEST_F(PolicyTest, WithoutFeedbackTheSagIsInTheBound) {
   const auto moved = Move(50, Axis::Zoom);
   ASSERT_TRUE(moved && moved->reached && !moved->verified);
   EXPECT_EQ(moved->bound.value, 7.5);
-  EXPECT_EQ(moved->reason, "no position feedback");
+  EXPECT_EQ(moved->reason, "no position feedback, and no speed is known: it may still be on its way");
 }
 
 // ---- backlash -----------------------------------------------------------------------------------------------------

@@ -118,6 +118,48 @@ TEST(ZoomKeepingFocus, AStopEndsItWhereItIs) {
   EXPECT_EQ(bench.rig->GetStatus().focal_length->value, stopped_at);
 }
 
+TEST(ZoomKeepingFocus, WhatItDoesNotMoveMayBeStoppedAndMoved) {
+  for (const bool moves : {false, true}) {
+    RigOnSim bench(SceneWith(kZoom));
+    ASSERT_TRUE(Move(bench, Axis::Focus, To(Kind::Distance, 1.2)).reached);
+    std::optional<Result<ZoomOutcome>> answer;
+    ZoomKeepingFocus(*bench.rig, {.target = To(Kind::FocalLength, 0.05), .tolerance = {}},
+                     [&](Result<ZoomOutcome> outcome) { answer = std::move(outcome); });
+    bench.Run(std::chrono::milliseconds(300));
+    ASSERT_FALSE(answer);
+    if (moves) {
+      EXPECT_TRUE(Move(bench, Axis::Iris, To(Kind::FNumber, 4.0)).reached);
+    } else {
+      bench.rig->Stop({Axis::Iris}, nullptr);
+    }
+    bench.RunUntil([&] { return answer.has_value(); }, std::chrono::seconds(20));
+    ASSERT_TRUE(answer && *answer) << answer->error().message;
+    EXPECT_TRUE((*answer)->zoom.reached);
+    EXPECT_NEAR(bench.truth->Now().focal_plane_d, 1.0 / 1.2, 0.002);
+  }
+}
+
+// ---- homing -------------------------------------------------------------------------------------------------------
+
+TEST(Homing, IsBelievedToReadingsThatDoNotChangeOnlyOnceItCanBeOver) {
+  RigOnSim bench(SceneWith("") + "[[fault]]\nkind = \"stale-readback\"\nat_ms = 2000\n");
+  std::optional<double> told_at;
+  const auto home = [&] {
+    told_at.reset();
+    bench.rig->Home(Axis::Focus, [&](Result<MoveOutcome> outcome) {
+      EXPECT_TRUE(outcome && outcome->reached);
+      told_at = bench.truth->Now().focus_steps;
+    });
+    bench.RunUntil([&] { return told_at.has_value(); }, std::chrono::minutes(1));
+  };
+  home();
+  ASSERT_TRUE(Move(bench, Axis::Focus, To(Kind::Native, 8000)).reached);
+  bench.Run(std::chrono::seconds(3));
+  home();
+  ASSERT_TRUE(told_at);
+  EXPECT_NEAR(*told_at, 0.0, 1e-3);
+}
+
 // ---- exposure -----------------------------------------------------------------------------------------------------
 
 double Brightness(RigOnSim& bench) {
@@ -239,6 +281,26 @@ TEST(Presets, WithoutOpticsTheSamePlaceIsReachedFromTheOtherSide) {
   EXPECT_NEAR(from_above.truth->Now().focus_steps, from_below.truth->Now().focus_steps, outcome.native_bound->value);
   EXPECT_LT(outcome.native_bound->value, 4.0);
   EXPECT_NE(outcome.remark.find("other side"), std::string::npos);
+}
+
+TEST(Presets, AStopOfAnAxisWhoseTurnHasNotComeCancelsAndACommandForItSupersedes) {
+  for (const bool stops : {true, false}) {
+    RigOnSim bench(SceneWith(kZoom));
+    ASSERT_TRUE(Move(bench, Axis::Zoom, To(Kind::FocalLength, 0.05)).reached);
+    const auto preset = TakePreset(*bench.rig, "long");
+    ASSERT_TRUE(preset) << preset.error().message;
+    ASSERT_TRUE(Move(bench, Axis::Zoom, To(Kind::FocalLength, 0.025)).reached);
+    std::optional<Result<RecallOutcome>> answer;
+    RecallPreset(*bench.rig, *preset, [&](Result<RecallOutcome> outcome) { answer = std::move(outcome); });
+    bench.Run(std::chrono::milliseconds(50));
+    ASSERT_TRUE(bench.rig->GetStatus().axes[Axis::Zoom]->moving);
+    stops ? bench.rig->Stop({Axis::Focus}, nullptr) : bench.rig->Move(Axis::Focus, To(Kind::Native, 50), nullptr);
+    bench.RunUntil([&] { return answer.has_value(); }, std::chrono::seconds(20));
+    ASSERT_TRUE(answer && !*answer);
+    EXPECT_EQ(answer->error().code, stops ? Code::Cancelled : Code::Superseded) << answer->error().message;
+    EXPECT_TRUE(answer->error().message.ends_with("; arrived: zoom; not arrived: iris, focus"))
+        << answer->error().message;
+  }
 }
 
 TEST(Presets, TheFileReadsBackAndIsChecked) {

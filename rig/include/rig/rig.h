@@ -249,6 +249,13 @@ struct Status {
   std::optional<Unkept> unkept;  ///< positions on disk are older than these
 };
 
+/// Motions, homings, stops and autofocus runs that callers have asked for.
+struct CommandCount {
+  std::uint64_t given = 0;  ///< all of them
+  std::uint64_t stops = 0;
+  bool operator==(const CommandCount&) const = default;
+};
+
 /// The rig. One thread calls everything but Interrupt(). A command acts at once, but motors start and all callbacks
 /// come in Step(). Every callback is called exactly once: from Step(), or with Code::Cancelled from the destructor. A
 /// callback may give the rig further commands but must not destroy it.
@@ -326,8 +333,9 @@ class Rig {
   std::optional<Error> WhyNotAtRest() const;
   /// From now on, as long as a caller keeps it, what goes on is this, whatever single moves it takes.
   std::shared_ptr<Activity> Occupy(Activity activity);
-  /// How many motions, homings, stops and autofocus runs have been asked for, by whomever.
-  std::uint64_t commands_given() const;
+  /// What has been asked for so far, by all callers, of these axes (none named: of any axis); autofocus counts for the
+  /// focus.
+  CommandCount commands_given(const std::vector<drivers::Axis>& axes) const;
   /// Until then (an instant that is over: no more) what the rig does by itself waits: following the temperature, and
   /// the next search of an autofocus that tracks. Commands and stops do not. Whether the lens is at rest: what it does
   /// by itself and has begun is finished all the same.
