@@ -57,6 +57,7 @@ Result<Advice> Regions::Next(const Place& place, const drivers::Frame& frame) {
     if (std::holds_alternative<GoAndLook>(*checked)) return checked;
     auto verdict = std::get<Verdict>(*checked);
     if (!verdict.focused) return Advice(std::move(verdict));
+    chosen_->position = verdict.position;  // a sharper place beside it, or where a moving subject was met
     return Advice(*chosen_);
   }
   if (regions_.size() > 1 && taken_.size() < kKeptFrames) taken_.push_back(taken);

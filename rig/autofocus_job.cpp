@@ -192,6 +192,7 @@ Result<AutofocusRun::Plan> AutofocusJob::SearchFor(const AutofocusRequest& reque
                 {.parameter = "track"});
   }
   autofocus::Setup setup = SetupFor(request);
+  if (request.track) setup.subject = autofocus::Setup::Subject::MayMove;
   if (!(setup.highest - setup.lowest > 0.5 * setup.resolution)) {
     return Fail(Code::InvalidArgument, "the range is a single position: there is nothing to search",
                 {.parameter = "range"});

@@ -35,13 +35,6 @@ constexpr double kNearPx = 9.0;    // px of blur between less sharp frames that 
 constexpr double kOddSlope = 0.1;  // between frames near and far: more, and some did not stand where they say
 constexpr double kClearTop = 1.3;  // over what is seen on either side: without the help of the optics less is no top
 
-/// Where no search for the sharpest place could do better.
-Verdict RefuseForGood(Why why) {
-  Verdict verdict = Refuse(why);
-  verdict.final = true;
-  return verdict;
-}
-
 /// A few frequencies stand far out of the noise and the others show nothing.
 bool Repeats(const RingStack& stack) {
   constexpr double kFarOut = 100.0;  // times the power of the noise
@@ -55,6 +48,13 @@ bool Repeats(const RingStack& stack) {
 }
 
 }  // namespace
+
+/// Where no search for the sharpest place could do better.
+Verdict Defocus::RefuseForGood(const Why& why) {
+  Verdict verdict = Refuse(why);
+  verdict.final = true;
+  return verdict;
+}
 
 Advice Defocus::Next(const Look& look) {
   if (!setup_.blur_px) {
@@ -82,7 +82,7 @@ Advice Defocus::Next(const Look& look) {
   }
   focus_ = posterior.focus();
   if (taken_.size() == 1) return GoToSecond(posterior);
-  if (Restless()) return RefuseForGood(kRestless);
+  if (taken_[taken_.size() - 2].followed || Restless()) return may_move() ? Follow(look) : RefuseForGood(kRestless);
   if (taken_.size() >= 3 && !defocus::HasTexture(stack)) {
     const auto top = TopOf(curve_.Points());
     if (!top && taken_.size() >= kFramesWithoutTexture) return WhyNot(stack, posterior);
@@ -123,6 +123,9 @@ Advice Defocus::Decide(const Look& look, const RingStack& stack, const Posterior
     const bool odd = std::abs(SlopeNear(*centre).value_or(slope) - slope) > kOddSlope;
     if ((!agrees || odd) && more) {
       if (const auto again = ToSeeAgain(*centre)) return GoAndLook{*again};
+    }
+    if (more && may_move() && MayDrift(stack, Nearest(focus_), posterior)) {
+      if (const auto again = SideToSeeAgain(*centre)) return GoAndLook{*again};
     }
     return Judge(*centre, top, agrees ? std::abs(estimate - *vertex) : -1.0, stack, posterior);
   }

@@ -34,6 +34,8 @@ class Defocus final : public Method {
     FocusScore score;
     drivers::Frame frame;
     defocus::Tiles spectra;
+    double seconds = 0.0;    ///< at mid-exposure
+    bool followed = false;   ///< by then the subject was known to move in depth
     defocus::Shift shift{};  ///< that would lay its picture on the first frame's
   };
   static constexpr double kHalfDepthOfFieldPx = 2.0;
@@ -43,6 +45,7 @@ class Defocus final : public Method {
   static constexpr std::size_t kFrameBudget = 12;
   static constexpr double kTrustedPx =
       3.0;  ///< px of blur: nearly all probability lies within so much of a trusted estimate
+  bool may_move() const { return setup_.subject == Setup::Subject::MayMove; }
   void Take(const Look& look);
   double LeftOut() const;  ///< share of the window
   defocus::Tiles SpectraOf(const drivers::Frame& frame) const;
@@ -66,6 +69,24 @@ class Defocus final : public Method {
   const CurvePoint* NearestTo(const std::vector<CurvePoint>& points, double position) const;
   Advice Judge(const CurvePoint& centre, double vertex, double apart, const defocus::RingStack& stack,
                const defocus::Posterior& posterior);
+  static Verdict RefuseForGood(const Why& why);
+  static double MidExposure(const drivers::Frame& frame);
+  bool MayDrift(const defocus::RingStack& stack, const std::vector<const Taken*>& frames,
+                const defocus::Posterior& posterior) const;
+  std::optional<double> SideToSeeAgain(const CurvePoint& centre) const;
+  /// An even motion of the subject in depth; lengths in px of blur.
+  struct Course {
+    double speed = 0.0;   ///< a second
+    double focus = 0.0;   ///< at the last frame
+    double slope = 1.0;   ///< of blur, relative to the nominal one
+    double misfit = 0.0;  ///< as Posterior::misfit()
+    double gain = 0.0;    ///< log probability over standing still
+    double off = 0.0;     ///< of focus, from that of a subject standing still
+    double open = 0.0;    ///< by so much the focus may be elsewhere, nearly as well
+  };
+  static std::optional<Course> CourseOf(const defocus::RingStack& stack, const std::vector<const Taken*>& frames,
+                                        const defocus::Posterior& posterior);
+  Advice Follow(const Look& look);
   void Register();
   bool Restless() const;
   bool BestIsAtAnEnd() const;

@@ -41,6 +41,8 @@ void Defocus::Take(const Look& look) {
                     look.score,
                     *look.frame,
                     {},
+                    MidExposure(*look.frame),
+                    false,
                     {}});
   const bool again = !before.empty() && before != mask_;
   for (Taken& taken : taken_) {

@@ -167,6 +167,29 @@ std::optional<Posterior::Peak> Posterior::Climb(const Likelihood& likelihood) co
   return peak;
 }
 
+Posterior::Peak Posterior::TopNear(const Likelihood& likelihood, const Peak& from) const {
+  constexpr double kFirstStep = 0.5, kLastStep = 0.06;  // px
+  constexpr double kSlopePerPx = 0.06;                  // changed together: along the valley, across it and each alone
+  constexpr double kWays[][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}};
+  Peak top = from;
+  top.height = Judge(likelihood, top);
+  for (double step = kFirstStep; step >= kLastStep;) {
+    Peak best = top;
+    for (const auto& [x, s] : kWays) {
+      Peak there{.focus = top.focus + x * step, .slope = top.slope + s * step * kSlopePerPx};
+      there.height = Judge(likelihood, there);
+      if (there.height > best.height) best = there;
+    }
+    if (best.height > top.height) {
+      top = best;
+    } else {
+      step *= 0.5;
+    }
+  }
+  top.excess = likelihood.At(top.focus, top.slope / (1.0 + bend_ * top.focus)).excess;
+  return top;
+}
+
 void Posterior::Refine(const Likelihood& likelihood, Range range) {
   const auto best = Climb(likelihood);
   if (!best || best->focus < range.lowest || best->focus > range.highest) return;

@@ -40,6 +40,18 @@ class Posterior {
   /// Median distance of the focus from `position`.
   double TypicalDistance(double position) const;
 
+  /// A top of the density over focus and slope.
+  struct Peak {
+    double focus = 0.0;
+    double slope = 1.0;  ///< relative to the nominal one
+    double sigma = 0.0;  ///< of the focus
+    double height = 0.0;
+    double excess = 0.0;  ///< Fit::excess, where TopNear() found it
+  };
+  /// The one that `likelihood`, of the same frames elsewhere, has near `from`: found without derivatives, so that
+  /// nothing keeps it from an answer.
+  Peak TopNear(const Likelihood& likelihood, const Peak& from) const;
+
  private:
   struct Cell {
     double focus = 0.0;
@@ -49,12 +61,6 @@ class Posterior {
   void Evaluate(const Likelihood& likelihood, const std::vector<double>& places);
   std::vector<Cell> Cells() const;
   void Describe();
-  struct Peak {
-    double focus = 0.0;
-    double slope = 1.0;  ///< relative to the nominal one
-    double sigma = 0.0;  ///< of the focus
-    double height = 0.0;
-  };
   double Judge(const Likelihood& likelihood, const Peak& peak) const;
   std::optional<Peak> Climb(const Likelihood& likelihood) const;
 

@@ -39,6 +39,7 @@ struct Options {
   std::uint64_t seed = 1;
   double f_number_error = 1.0;
   bool draw_distance = false;
+  bool track = false;
   bool as_json = false;
   std::string replay, only, without;
   int starts = 6;
@@ -165,6 +166,7 @@ Result<SceneRuns> RunScene(const std::string& path, const Options& options) {
   SceneRuns done;
   done.name = std::filesystem::path(path).stem().string();
   const SubjectDistance distance = options.draw_distance ? SubjectDistance::DrawnAnew : SubjectDistance::OfTheScene;
+  like.after = options.track ? AfterAnswer::Track : AfterAnswer::End;
   // None where there are several subjects, or no light; and it is worked out for one place of the subject.
   if (auto floor = FocusFloor::Create(**pictures); floor && !options.draw_distance) done.floor = *std::move(floor);
   for (const std::string& method : MethodsFrom(options.method)) {
@@ -373,6 +375,8 @@ int RunAutofocusCommand(int argc, char** argv) {
   app.add_flag("--draw-distance", options.draw_distance,
                "another distance of the subject in every run, over the middle four fifths of the travel; for scenes of "
                "walls alone");
+  app.add_flag("--track", options.track,
+               "searches that will track, scored by their first answer: the subject may move");
   app.add_option("--vary", options.vary, "NAME=VALUE: the scene with one difficulty more, backlash=30 for instance");
   app.add_flag("--each", options.each, "with --json: every run as well");
   app.add_option("--csv", options.csv, "file for one line a run");

@@ -14,6 +14,8 @@
 namespace lensd::bench {
 namespace {
 
+constexpr Duration kFrameTime = std::chrono::milliseconds(100);  ///< from one frame to the next, moves included
+
 using nlohmann::json;
 
 Result<drivers::Frame> LoadFrame(const std::string& path, double gamma) {
@@ -69,8 +71,10 @@ Result<ReplayRun> RunOnce(const Stack& stack, const std::vector<drivers::Frame>&
   auto session = autofocus::Regions::Create(options.method, setup, {shown}, autofocus::Policy::Nearest);
   if (!session) return PassOn(session);
   double at = start;
-  for (;;) {
-    auto advice = session->Next(at, frames[static_cast<std::size_t>(at)]);
+  for (Instant shown_at{};; shown_at += kFrameTime) {
+    drivers::Frame frame = frames[static_cast<std::size_t>(at)];
+    frame.exposure_start = frame.exposure_end = shown_at;
+    auto advice = session->Next(at, frame);
     if (!advice) return PassOn(advice);
     if (const auto* go = std::get_if<autofocus::GoAndLook>(&*advice)) {
       at = std::clamp(std::round(go->position), setup.lowest, setup.highest);

@@ -108,21 +108,24 @@ Result<AutofocusRunResult> RunOnce(std::shared_ptr<sim::Pictures> pictures, cons
     world->device.lens = std::make_unique<LateLens>(std::move(world->device.lens), wanted.late);
     believed.axes[drivers::Axis::Focus].latency = wanted.late;
   }
+  std::optional<Result<rig::AutofocusOutcome>> end;  // outlives the rig, which answers once more at its end
+  double sway_d = 0.0;
   auto rig = rig::Rig::Create(std::move(believed), std::move(world->device), clock);
   if (!rig) return PassOn(rig);
 
-  std::optional<Result<rig::AutofocusOutcome>> end;
   rig::AutofocusRequest request;
   request.method = wanted.method;
   if (wanted.whole_frame) request.regions = {{0.0, 0.0, 1.0, 1.0}};
   const auto note = [&](const rig::AutofocusProgress& now) {
     result.blurs_px.push_back(BlurAt(*world->truth, scene, now.position.value));
   };
-  double sway_d = 0.0;
-  (*rig)->Autofocus(request, note, [&](Result<rig::AutofocusOutcome> outcome) {
+  const auto answered = [&](Result<rig::AutofocusOutcome> outcome) {
+    if (end) return;
     end = std::move(outcome);
     sway_d = world->truth->Now().sway_d;  // the clock goes on to whatever the rig does next, and the subject with it
-  });
+  };
+  if (wanted.after == AfterAnswer::Track) request.track = answered;
+  (*rig)->Autofocus(request, note, answered);
   while (!end && clock.Now() < Instant{wanted.patience}) clock.AdvanceTo((*rig)->Step(clock.Now()));
   if (!end) return Fail(Code::Internal, "an autofocus run did not end by itself");
   if (!*end) return PassOn(*end);

@@ -44,12 +44,16 @@ enum class SubjectDistance {
   DrawnAnew,
 };
 
+/// What the search is asked to do once it has answered; one that will track is told that its subject may move.
+enum class AfterAnswer { End, Track };
+
 struct AutofocusRuns {
   std::string method = "auto";
   int runs = 100;
   std::uint64_t seed = 1;
   int threads = 2;
   SubjectDistance distance = SubjectDistance::OfTheScene;
+  AfterAnswer after = AfterAnswer::End;           ///< scored is the first answer
   bool whole_frame = false;                       ///< look at all of the frame instead of the scene's region
   double f_number_error = 1.0;                    ///< what the rig believes of f-numbers, over the truth
   double focal_length_error = 1.0;                ///< the same of the focal length

@@ -183,10 +183,10 @@ INSTANTIATE_TEST_SUITE_P(Shipped, Regimes,
                          });
 
 /// `runs` on the rough ground while it moves that fast in depth; below 0: towards the lens.
-std::vector<AutofocusRunResult> RunsOnMovingGround(const std::string& speed, int runs) {
+std::vector<AutofocusRunResult> RunsOnMovingGround(const std::string& speed, int runs, AfterAnswer after) {
   auto scene = sim::LoadScene(std::string(LENSD_SOURCE_DIR) + "/scenes/score/ground.toml");
   EXPECT_TRUE(scene) << scene.error().message;
-  AutofocusRuns wanted{.method = "auto", .runs = runs, .seed = 9, .threads = 2};
+  AutofocusRuns wanted{.method = "auto", .runs = runs, .seed = 9, .threads = 2, .after = after};
   EXPECT_TRUE(Vary("subject-speed=" + speed, *scene, wanted));
   auto pictures = sim::Pictures::Create(std::make_shared<const sim::Scene>(*std::move(scene)));
   EXPECT_TRUE(pictures) << pictures.error().message;
@@ -198,11 +198,21 @@ std::vector<AutofocusRunResult> RunsOnMovingGround(const std::string& speed, int
 // A subject that moves is elsewhere when the rig next has something to do: 2 px of blur in half a second.
 TEST(ClosedLoopTest, ARunIsScoredByWhereTheSubjectIsWhenItEnds) {
   int focused = 0;
-  for (const AutofocusRunResult& run : RunsOnMovingGround("0.1", 4)) {
+  for (const AutofocusRunResult& run : RunsOnMovingGround("0.1", 4, AfterAnswer::End)) {
     focused += run.focused;
     EXPECT_TRUE(!run.focused || run.within()) << run.error_dof() << " depths of field off";
   }
   EXPECT_GT(focused, 0);
+}
+
+// 4 to 36 px of blur a second, and no answer may be of where it was.
+TEST(ClosedLoopTest, ASubjectThatMovesInDepthIsMetByASearchThatTracksOrRefused) {
+  for (const char* speed : {"0.1", "0.4", "0.8", "-0.1"}) {
+    const auto results = RunsOnMovingGround(speed, static_cast<int>(testing::ByLevel(4, 20, 200)), AfterAnswer::Track);
+    EXPECT_EQ(std::ranges::count_if(results, &AutofocusRunResult::false_focus), 0) << speed << " m/s";
+    const auto within = std::ranges::count_if(results, &AutofocusRunResult::within);
+    EXPECT_GE(4 * within, 3 * std::ssize(results)) << speed << " m/s";
+  }
 }
 
 TEST(ClosedLoopTest, ABlankWallIsRefusedAndTheLensIsBackWhereItBegan) {

@@ -40,6 +40,9 @@ struct Setup {
   /// Of lowest..highest: those of the travel, or of a part of it that the caller chose.
   enum class Ends { Travel, Chosen } ends = Ends::Travel;
   double pixel_m = 0.0;  ///< pitch of the camera's pixels; 0: not known
+  /// What is known of its depth: that it stands, so what looks like motion is refused; or that it may move, and is met
+  /// where it will be, at the price of a frame or two.
+  enum class Subject { Stands, MayMove } subject = Subject::Stands;
 };
 
 /// One frame.

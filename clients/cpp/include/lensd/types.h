@@ -2135,17 +2135,18 @@ class LENSD_API AutofocusReply : public Value {
 /// section, fibonacci, hill-climb, sweep-parabola, sweep-gaussian, sweep-hyperbola, contrast-scan; docs/interface.md
 /// says what each does and needs. Of several `regions` the policy takes the answer: nearest (also when left out),
 /// farthest, or widest, by half a depth of field. With `track` (needs `more`) it goes on: it holds focus on the one
-/// region, moves the lens only where the scene has changed, answers each search with `autofocus`, and never ends by
-/// itself. It keeps to `range`, whose distances start where distanceFrom says, and goes by `step`, which not every
-/// method does (InvalidRequest); both are OutOfRange where this lens cannot. A search may take deadlineMs (an hour at
-/// most); when left out, as long as one of the whole range takes, and at least 20000. OutOfRange: so short that the
-/// search cannot end; the message says what it needs. Busy: another autofocus is under way on this lens, or its
-/// backlash is measured. Feature "searchConditions": it searches under `conditions` (not with `track`), which are set
-/// before its first frame and taken back whatever its end is, before it answers; then focus goes on by the shift that
-/// was measured between them and how the lens stands otherwise, whose standard deviation counts in that of the answer.
-/// A stop moves nothing: an axis that it stops, or that another command came for, stays, and the error says so. What
-/// could not be taken back makes the answer notRestored. Both ways take time beside deadlineMs. Unsupported: a
-/// condition that this lens cannot be brought to, or that its camera could not be brought back from.
+/// region, whose subject may move while it is searched for, moves the lens only where the scene has changed, answers
+/// each search with `autofocus`, and never ends by itself. It keeps to `range`, whose distances start where
+/// distanceFrom says, and goes by `step`, which not every method does (InvalidRequest); both are OutOfRange where this
+/// lens cannot. A search may take deadlineMs (an hour at most); when left out, as long as one of the whole range takes,
+/// and at least 20000. OutOfRange: so short that the search cannot end; the message says what it needs. Busy: another
+/// autofocus is under way on this lens, or its backlash is measured. Feature "searchConditions": it searches under
+/// `conditions` (not with `track`), which are set before its first frame and taken back whatever its end is, before it
+/// answers; then focus goes on by the shift that was measured between them and how the lens stands otherwise, whose
+/// standard deviation counts in that of the answer. A stop moves nothing: an axis that it stops, or that another
+/// command came for, stays, and the error says so. What could not be taken back makes the answer notRestored. Both ways
+/// take time beside deadlineMs. Unsupported: a condition that this lens cannot be brought to, or that its camera could
+/// not be brought back from.
 class LENSD_API AutofocusParameters : public Value {
  public:
   using Reply = AutofocusReply;
