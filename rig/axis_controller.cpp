@@ -225,7 +225,8 @@ void AxisController::Recall(const drivers::AxisState& reading) {
   SetLimits(setup_, track_.offset());
 }
 
-/// The motor may turn, somewhere from `lowest` to `highest`. Io: the disk does not take it, and it must not turn.
+/// The motor may turn, somewhere from `lowest` to `highest`. NotKept: the disk does not take it, and it must not turn.
+/// Cancelled.
 Result<void> AxisController::RememberMotion(Native lowest, Native highest) {
   const auto& before = remembered_[setup_.axis];
   const auto covered = [&](const AxisMemory& motion) {
@@ -246,6 +247,7 @@ Result<void> AxisController::RememberMotion(Native lowest, Native highest) {
     if (covered(motion)) return {};
   }
   if (auto saved = remembered_.Save(setup_.axis, motion); !saved) {
+    if (saved.error().code == Code::Cancelled) return saved;  // by a stop that did not wait for the disk
     return Fail(Code::NotKept,
                 "nothing was moved, because the position could not be remembered: " + saved.error().message);
   }

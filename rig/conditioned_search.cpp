@@ -13,6 +13,7 @@ namespace {
 
 using drivers::Axis;
 
+constexpr const char* kStopped = "stopped";
 constexpr Axis kThere[] = {Axis::Filter, Axis::Iris};
 constexpr Axis kBack[] = {Axis::Iris, Axis::Filter};
 
@@ -90,6 +91,7 @@ ConditionedSearch::ConditionedSearch(Rig::Impl& rig, AutofocusRequest request, P
   begun_ = {.at = rig.clock.Now(),
             .commands = rig.commands.given,
             .focus_commands = rig.commands.of[Axis::Focus],
+            .stops = rig.commands.stops,
             .motions = rig.axes[Axis::Focus]->commands()};
   if (rig.device.camera) exposure_before_ = rig.device.camera->ReadExposure().value_or(drivers::ExposureState{});
   under_.work = Here();
@@ -144,6 +146,7 @@ void ConditionedSearch::OnPrepared(Axis axis, const Result<MoveOutcome>& moved) 
     return Restore(
         Refusal(autofocus::Cause::Missed, NameOf(axis) + " did not get where it was sent: " + moved->reason));
   }
+  if (Stopped()) return Restore(Fail(Code::Cancelled, kStopped));
   if (rig_.commands.given != begun_.commands) {
     return Restore(Fail(Code::Superseded, "another command for this lens took over"));
   }
@@ -195,6 +198,13 @@ void ConditionedSearch::RestoreExposure() {
   under_.exposure = search.exposure;
 }
 
+/// It rests where it was before, whoever saw to that.
+bool ConditionedSearch::IsBack(Axis axis) const {
+  const AxisController& controller = *rig_.axes[axis];
+  return !controller.moving() && controller.state() &&
+         std::abs((controller.state()->position - parts_[axis].before).value) <= controller.setup().tolerance;
+}
+
 /// Why an axis is left where it is; empty: it is ours to bring back.
 std::string ConditionedSearch::WhyLeft(Axis axis) const {
   if (rig_.commands.of[axis] != parts_[axis].commands) return "a stop or another command came for it";
@@ -206,6 +216,7 @@ void ConditionedSearch::RestoreAxes() {
     Part& part = parts_[axis];
     if (!part.set || std::exchange(part.restored, true)) continue;
     if (const std::string why = WhyLeft(axis); !why.empty()) {
+      if (IsBack(axis)) continue;
       Stays(NameOf(axis) + " is left where it is (" + why + "), and was at " + part.was);
       continue;
     }
@@ -230,7 +241,7 @@ void ConditionedSearch::OnRestored(Axis axis, const Result<MoveOutcome>& moved) 
 
 /// Focus stands where the search found it; under the conditions of work it is sharp elsewhere.
 void ConditionedSearch::ApplyShift() {
-  if (!*answer_ || !(*answer_)->focused) return Finish();
+  if (!*answer_ || !(*answer_)->focused || Stopped()) return Finish();
   if (rig_.commands.of[Axis::Focus] != begun_.focus_commands) {
     answer_ = Fail(Code::Superseded, "a newer command for this lens took over");
   }
@@ -293,6 +304,7 @@ void ConditionedSearch::OnShifted(const ShiftSize& shift, const Result<MoveOutco
 
 void ConditionedSearch::Finish() {
   auto answer = *std::move(answer_);
+  if (answer && Stopped()) answer = Fail(Code::Cancelled, kStopped);
   if (!answer) {
     const std::string also = under_.stays.empty() ? "" : "; " + under_.stays;
     return rig_.replies.Add(

@@ -39,6 +39,8 @@ class ConditionedSearch : public std::enable_shared_from_this<ConditionedSearch>
   void RestoreExposure();
   void RestoreAxes();
   void OnRestored(drivers::Axis axis, const Result<MoveOutcome>& moved);
+  bool Stopped() const { return rig_.commands.stops != begun_.stops; }
+  bool IsBack(drivers::Axis axis) const;
   std::string WhyLeft(drivers::Axis axis) const;
   void Stays(const std::string& what);
   void ApplyShift();
@@ -58,6 +60,7 @@ class ConditionedSearch : public std::enable_shared_from_this<ConditionedSearch>
     Instant at{};
     std::uint64_t commands = 0;        ///< of callers, all in all
     std::uint64_t focus_commands = 0;  ///< for the focus
+    std::uint64_t stops = 0;           ///< of whatever axes
     int motions = 0;
   } begun_;
   std::shared_ptr<Activity> activity_;

@@ -202,14 +202,16 @@ void Rig::Impl::Home(Axis axis, MoveCallback done) {
 /// The caller of a motion that cannot be stopped hears of its end when it rests.
 void Rig::Impl::Stop(const std::vector<Axis>& named, StopCallback done) {
   const Error cancelled{Code::Cancelled, "stopped"};
+  ++commands.stops;
+  const bool ends_search = autofocus.running();
   Result<void> answer;
   for (const Axis axis : drivers::kAxes) {
-    if (!axes[axis] || !Names(named, axis)) continue;
+    if (!axes[axis] || !(Names(named, axis) || (ends_search && axis == Axis::Focus))) continue;
     const auto stopped = axes[axis]->Stop();
     if (!stopped && answer) answer = stopped;
     if (!axes[axis]->runs_out()) EndMotion(axis, PassOn(cancelled));
   }
-  if (Names(named, Axis::Focus)) autofocus.Cancel(cancelled);
+  autofocus.Cancel(cancelled);
   replies.Add(std::move(done), std::move(answer));
   replies.Hurry();  // a reading may take longer than the stop did
 }

@@ -20,6 +20,7 @@ namespace lensd::rig {
 struct CallersCommands {
   std::uint64_t given = 0;               ///< that displace others
   drivers::PerAxis<std::uint64_t> of{};  ///< those for an axis: moves, homings, and stops that name it
+  std::uint64_t stops = 0;               ///< of whatever axes; each ends a search
   bool since_step = false;
 };
 

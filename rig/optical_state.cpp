@@ -46,10 +46,7 @@ Result<std::optional<OpticsTable>> OpticalState::TableFor(const RigConfig& confi
 
 OpticalState::OpticalState(RigConfig config, const AxisControllers& axes, std::optional<OpticsTable> table,
                            std::shared_ptr<const Calibration> calibration)
-    : config_(std::move(config)),
-      axes_(axes),
-      table_(std::move(table)),
-      calibration_(std::move(calibration)) {
+    : config_(std::move(config)), axes_(axes), table_(std::move(table)), calibration_(std::move(calibration)) {
   AdoptBacklash();
 }
 

@@ -16,7 +16,7 @@ class OpticalState {
   static Result<std::optional<OpticsTable>> TableFor(const RigConfig& config, const drivers::Device& device,
                                                      std::shared_ptr<const Calibration> calibration);
 
-  /// `device` and `axes` must outlive it; `table` is TableFor() of the same.
+  /// `axes` must outlive it; `table` is TableFor() of the same lens.
   OpticalState(RigConfig config, const AxisControllers& axes, std::optional<OpticsTable> table,
                std::shared_ptr<const Calibration> calibration);
 

@@ -143,6 +143,10 @@ std::uint64_t Rig::commands_given() const {
   return impl_->commands.given;
 }
 
+std::uint64_t Rig::stops_given() const {
+  return impl_->commands.stops;
+}
+
 bool Rig::Hold(Instant until) {
   Commanded().held_until = until;
   const bool searches = impl_->autofocus.searches() || !impl_->procedure.expired();

@@ -20,19 +20,7 @@ namespace {
 
 using varlink::Json;
 constexpr Duration kAsk = std::chrono::seconds(10);
-constexpr Duration kMoveAtMost = std::chrono::minutes(10);
 constexpr std::size_t kMostClients = 64;  // of one focuser; programs that crash never disconnect
-
-enum AlpacaError {
-  kNone = 0,
-  kNotImplemented = 0x400,
-  kInvalidValue = 0x401,
-  kNotConnected = 0x407,
-  kInvalidOperation = 0x40B,
-  kActionNotImplemented = 0x40C,
-  kDisconnected = 0x500,
-  kDeviceError = 0x502
-};
 
 constexpr std::array kGets{
     "absolute",      "connected",        "connecting",       "description",  "devicestate",       "driverinfo",
@@ -117,7 +105,8 @@ std::vector<const char*> NeededBy(std::string_view method) {
 
 /// The same for ever, and no other machine's: the lens, and which machine this is.
 std::string UniqueId(const std::string& lens) {
-  constexpr sd_id128_t kApplication = SD_ID128_MAKE(5b, 0c, 3f, 1e, 7a, 92, 4d, 66, b8, 41, 90, d3, 2e, 57, c4, 18);
+  constexpr sd_id128_t kApplication = {
+      {0x5b, 0x0c, 0x3f, 0x1e, 0x7a, 0x92, 0x4d, 0x66, 0xb8, 0x41, 0x90, 0xd3, 0x2e, 0x57, 0xc4, 0x18}};
   sd_id128_t machine{};
   std::array<char, SD_ID128_STRING_MAX> text{};
   if (sd_id128_get_machine_app_specific(kApplication, &machine) < 0) return "lensd-" + lens;
@@ -136,18 +125,10 @@ std::int64_t StepsBetween(double from, double to) {
   return std::llround(to - from);
 }
 
-AlpacaError ErrorOf(std::string_view name) {
-  name = name.substr(name.rfind('.') + 1);
-  if (name == "OutOfRange" || name == "InvalidRequest") return kInvalidValue;
-  if (name == "Unsupported") return kNotImplemented;
-  if (name == "Disconnected" || name == "Timeout") return kDisconnected;
-  return name == "DeviceError" || name == "ProtocolError" ? kDeviceError : kInvalidOperation;
-}
-
 }  // namespace
 
 /// One request. Held by its exchange.
-class AlpacaRequest {
+class AlpacaRequest : public std::enable_shared_from_this<AlpacaRequest> {
  public:
   AlpacaRequest(Alpaca& alpaca, Exchange& exchange) : alpaca_(alpaca), exchange_(exchange) {}
   void Begin();
@@ -229,7 +210,7 @@ void AlpacaRequest::Ask(const char* method, Json parameters, const std::function
                               {.reply =
                                    [this, then](const varlink::Reply& reply, const File&) {
                                      if (reply.error.empty()) return then(reply.parameters);
-                                     Failed(ErrorOf(reply.error), reply.parameters.value("message", reply.error));
+                                     Failed(AlpacaErrorOf(reply.error), reply.parameters.value("message", reply.error));
                                    },
                                .failed = [this](const Error& why) { Failed(kDisconnected, why.message); }});
 }
@@ -283,6 +264,7 @@ void AlpacaRequest::Connect(const std::optional<bool>& wanted) {
   auto& clients = alpaca_.focusers_[lens_["name"]].clients;
   std::erase(clients, Client());
   if (*wanted) clients.push_back(Client());
+  if (auto& move = alpaca_.focusers_[lens_["name"]].move) move->Forget();
   if (clients.size() > kMostClients) clients.pop_front();
   Value(nullptr);
 }
@@ -297,25 +279,26 @@ std::uint32_t AlpacaRequest::Client() const {
   return NumberIn<std::uint32_t>(ParameterOf(exchange_, "ClientID").value_or("")).value_or(0);
 }
 
-/// Answers at once: IsMoving is true until lensd has answered. What is beyond an end of the travel goes to that end, as
-/// the standard has it ("will automatically stop at the limit").
+/// IsMoving is true until lensd has answered. What is beyond an end of the travel goes to that end, as the standard has
+/// it
+/// ("will automatically stop at the limit").
 void AlpacaRequest::Move() {
   const auto given = ParameterOf(exchange_, "Position");
   const auto position = given ? NumberIn<std::int32_t>(*given) : std::nullopt;
   if (!position) return exchange_.Reply(Malformed("Position is a whole number"));
   const double low = focus_["minimum"], high = focus_["maximum"];
   const std::string lens = lens_["name"];
-  auto& move = alpaca_.focusers_[lens].move;
-  const auto ended = [&move] { move.reset(); };
-  move = alpaca_.link_.Begin(
-      "Move", {{"lens", lens}, {"axis", "focus"}, {"target", {{"position", std::clamp(low + *position, low, high)}}}},
-      /*more=*/false, kMoveAtMost,
-      {.reply = [ended](const varlink::Reply&, const File&) { ended(); },
-       .failed = [ended](const Error&) { ended(); }});
-  Value(nullptr);
+  const Json target{{"position", std::clamp(low + *position, low, high)}};
+  const auto begun = [asker = weak_from_this()](const std::optional<AlpacaFailure>& refusal) {
+    const auto request = asker.lock();  // gone: the program has hung up
+    if (request) refusal ? request->Failed(refusal->error, refusal->why) : request->Value(nullptr);
+  };
+  alpaca_.focusers_[lens].move =
+      std::make_unique<AlpacaMove>(alpaca_.link_, Json{{"lens", lens}, {"axis", "focus"}, {"target", target}}, begun);
 }
 
 void AlpacaRequest::Stop() {
+  if (const auto& move = alpaca_.focusers_[lens_["name"]].move) move->Halt();
   Ask("Stop", {{"lens", lens_["name"]}}, [this](const Json&) { Value(nullptr); });
 }
 
@@ -344,12 +327,14 @@ void AlpacaRequest::Get() {
 Json AlpacaRequest::StateOf(const Json& state, std::string_view what) const {
   const Json axis = FocusOf(state["axes"]);
   const auto& move = alpaca_.focusers_[state["name"]].move;
-  if (what == "ismoving") return move != nullptr || (axis.is_object() && axis["moving"] == true);
+  if (what == "ismoving") return (move && move->moving()) || (axis.is_object() && axis["moving"] == true);
   if (what == "temperature") return state.value("temperatureC", Json());
   return axis.is_object() ? Json(StepsBetween(focus_["minimum"], axis["position"])) : Json();
 }
 
 void AlpacaRequest::Tell(const Json& state) {
+  const auto& move = alpaca_.focusers_[state["name"]].move;
+  if (method_ == "ismoving" && move && move->failure()) return Failed(move->failure()->error, move->failure()->why);
   if (method_ != "devicestate") {
     const Json value = StateOf(state, method_);
     return value.is_null() ? Failed(kNotImplemented, method_ + " is not known") : Value(value);

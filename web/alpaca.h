@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "alpaca_move.h"
 #include "exchange.h"
 #include "lensd_link.h"
 #include "varlink/json.h"
@@ -27,8 +28,8 @@ class Alpaca {
  private:
   friend class AlpacaRequest;
   struct Focuser {
-    std::deque<std::uint32_t> clients{};   ///< by ClientID, that are connected; the one longest so first
-    std::unique_ptr<UpstreamCall> move{};  ///< until it is answered
+    std::deque<std::uint32_t> clients{};  ///< by ClientID, that are connected; the one longest so first
+    std::unique_ptr<AlpacaMove> move{};   ///< the last one that was asked for
   };
   const LensdLink& link_;
   std::map<std::string, Focuser> focusers_;  // by lens

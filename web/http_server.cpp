@@ -70,6 +70,14 @@ struct HttpServer::Glue {
     server.Opened(connection, MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd);
   }
 
+  /// Paths and values are C strings to libmicrohttpd: a zero byte that is written as %00 would end them, and "/%00" be
+  /// "/".
+  static std::size_t Unescape(void*, MHD_Connection*, char* text) {
+    const std::size_t size = MHD_http_unescape(text);
+    std::replace(text, text + size, '\0', '\1');
+    return size;
+  }
+
   static void Ignore(void*, const char*, va_list) {}
 };
 
@@ -79,12 +87,13 @@ HttpServer::HttpServer(EventLoop& loop, Gate gate, Handler handler)
 Result<std::unique_ptr<HttpServer>> HttpServer::Create(EventLoop& loop, const Endpoint& endpoint, Gate gate,
                                                        Handler handler) {
   std::unique_ptr<HttpServer> server(new HttpServer(loop, std::move(gate), std::move(handler)));
-  server->daemon_ = MHD_start_daemon(
-      MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, nullptr, nullptr, &Glue::Handle, server.get(),
-      MHD_OPTION_EXTERNAL_LOGGER, &Glue::Ignore, nullptr, MHD_OPTION_LISTEN_SOCKET, endpoint.descriptor,
-      MHD_OPTION_CONNECTION_LIMIT, kMostConnections, MHD_OPTION_CONNECTION_TIMEOUT, kUnreadSeconds,
-      MHD_OPTION_CONNECTION_MEMORY_LIMIT, kMemoryOfConnection, MHD_OPTION_NOTIFY_COMPLETED, &Glue::Completed,
-      server.get(), MHD_OPTION_NOTIFY_CONNECTION, &Glue::Notify, server.get(), MHD_OPTION_END);
+  server->daemon_ = MHD_start_daemon(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, nullptr, nullptr,
+                                     &Glue::Handle, server.get(), MHD_OPTION_EXTERNAL_LOGGER, &Glue::Ignore, nullptr,
+                                     MHD_OPTION_UNESCAPE_CALLBACK, &Glue::Unescape, nullptr, MHD_OPTION_LISTEN_SOCKET,
+                                     endpoint.descriptor, MHD_OPTION_CONNECTION_LIMIT, kMostConnections,
+                                     MHD_OPTION_CONNECTION_TIMEOUT, kUnreadSeconds, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+                                     kMemoryOfConnection, MHD_OPTION_NOTIFY_COMPLETED, &Glue::Completed, server.get(),
+                                     MHD_OPTION_NOTIFY_CONNECTION, &Glue::Notify, server.get(), MHD_OPTION_END);
   if (server->daemon_ == nullptr) return Fail(Code::Io, "libmicrohttpd does not take the listening socket");
   const int epoll = MHD_get_daemon_info(server->daemon_, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd;
   server->ready_ = loop.OnDescriptor(epoll, EPOLLIN, [self = server.get()](std::uint32_t) { self->Turn(); });

@@ -26,13 +26,25 @@ std::uint64_t Mixed(std::uint64_t value) {
   return value ^ (value >> 31);
 }
 
-void Score(const sim::Truth& truth, const sim::Scene& scene, AutofocusRunResult& result) {
+/// `sway_d`: of the subject when the run ended.
+void Score(const sim::Truth& truth, const sim::Scene& scene, double sway_d, AutofocusRunResult& result) {
   const sim::TrueState state = truth.Now();
   result.half_dof_d = sim::HalfDepthOfFieldD(scene.camera, state);
   result.error_d = std::numeric_limits<double>::infinity();
   for (const sim::SubjectDepth& subject : truth.subjects()) {
-    result.error_d = std::min(result.error_d, std::abs(state.focal_plane_d - subject.vergence_d - state.sway_d));
+    result.error_d = std::min(result.error_d, std::abs(state.focal_plane_d - subject.vergence_d - sway_d));
   }
+}
+
+void Note(const rig::AutofocusOutcome& outcome, AutofocusRunResult& result) {
+  result.end_steps = outcome.position.value;
+  result.focused = outcome.focused;
+  result.frames = outcome.frames;
+  result.moves = outcome.moves;
+  result.elapsed = outcome.elapsed;
+  result.cpu = outcome.cpu;
+  result.reason = outcome.reason;
+  result.candidates = outcome.candidates.size();
 }
 
 /// Signed blur of the first subject with the lens at `steps`, px of diameter.
@@ -106,21 +118,18 @@ Result<AutofocusRunResult> RunOnce(std::shared_ptr<sim::Pictures> pictures, cons
   const auto note = [&](const rig::AutofocusProgress& now) {
     result.blurs_px.push_back(BlurAt(*world->truth, scene, now.position.value));
   };
-  (*rig)->Autofocus(request, note, [&](Result<rig::AutofocusOutcome> outcome) { end = std::move(outcome); });
+  double sway_d = 0.0;
+  (*rig)->Autofocus(request, note, [&](Result<rig::AutofocusOutcome> outcome) {
+    end = std::move(outcome);
+    sway_d = world->truth->Now().sway_d;  // the clock goes on to whatever the rig does next, and the subject with it
+  });
   while (!end && clock.Now() < Instant{wanted.patience}) clock.AdvanceTo((*rig)->Step(clock.Now()));
   if (!end) return Fail(Code::Internal, "an autofocus run did not end by itself");
   if (!*end) return PassOn(*end);
 
   const rig::AutofocusOutcome& outcome = **end;
-  result.end_steps = outcome.position.value;
-  result.focused = outcome.focused;
-  result.frames = outcome.frames;
-  result.moves = outcome.moves;
-  result.elapsed = outcome.elapsed;
-  result.cpu = outcome.cpu;
-  result.reason = outcome.reason;
-  result.candidates = outcome.candidates.size();
-  Score(*world->truth, scene, result);
+  Note(outcome, result);
+  Score(*world->truth, scene, sway_d, result);
   if (outcome.focused && outcome.method == "defocus" && !world->truth->subjects().empty()) {
     // From where the lens stands, so that wrong optics count by what they do to that small distance only.
     const double stands_off_d = world->truth->Now().focal_plane_d - world->truth->subjects().front().vergence_d;

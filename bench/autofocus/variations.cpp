@@ -55,7 +55,9 @@ void ShrinkRegion(sim::Scene& scene, double side_px) {
 void MoveSubject(sim::Scene& scene, double speed_m_per_s) {
   if (scene.surfaces.empty() || speed_m_per_s == 0.0) return;
   sim::Surface& wall = scene.surfaces.front();
-  wall.sway_s = 10.0;
+  // Away at first, or towards the lens, at most half of the way.
+  const double half_way_s = std::numbers::pi / (WallVergence(scene) * std::abs(speed_m_per_s));
+  wall.sway_s = speed_m_per_s > 0 ? 10.0 : -std::min(10.0, half_way_s);
   wall.sway_m = speed_m_per_s * wall.sway_s / (2.0 * std::numbers::pi);  // so fast at most
 }
 

@@ -7,6 +7,7 @@
 
 #include "bench/autofocus/runs.h"
 #include "bench/autofocus/summary.h"
+#include "bench/autofocus/variations.h"
 #include "sim/scene.h"
 #include "test_level.h"
 
@@ -180,6 +181,29 @@ INSTANTIATE_TEST_SUITE_P(Shipped, Regimes,
                            std::erase(name, '-');
                            return name;
                          });
+
+/// `runs` on the rough ground while it moves that fast in depth; below 0: towards the lens.
+std::vector<AutofocusRunResult> RunsOnMovingGround(const std::string& speed, int runs) {
+  auto scene = sim::LoadScene(std::string(LENSD_SOURCE_DIR) + "/scenes/score/ground.toml");
+  EXPECT_TRUE(scene) << scene.error().message;
+  AutofocusRuns wanted{.method = "auto", .runs = runs, .seed = 9, .threads = 2};
+  EXPECT_TRUE(Vary("subject-speed=" + speed, *scene, wanted));
+  auto pictures = sim::Pictures::Create(std::make_shared<const sim::Scene>(*std::move(scene)));
+  EXPECT_TRUE(pictures) << pictures.error().message;
+  auto results = RunAutofocus(*pictures, wanted);
+  EXPECT_TRUE(results) << results.error().message;
+  return *results;
+}
+
+// A subject that moves is elsewhere when the rig next has something to do: 2 px of blur in half a second.
+TEST(ClosedLoopTest, ARunIsScoredByWhereTheSubjectIsWhenItEnds) {
+  int focused = 0;
+  for (const AutofocusRunResult& run : RunsOnMovingGround("0.1", 4)) {
+    focused += run.focused;
+    EXPECT_TRUE(!run.focused || run.within()) << run.error_dof() << " depths of field off";
+  }
+  EXPECT_GT(focused, 0);
+}
 
 TEST(ClosedLoopTest, ABlankWallIsRefusedAndTheLensIsBackWhereItBegan) {
   const auto results = Runs("blank.toml", static_cast<int>(testing::ByLevel(10, 100, 1000)), 4712);

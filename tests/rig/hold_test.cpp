@@ -96,11 +96,11 @@ TEST(HoldingTracking, TheNextSearchWaits) {
   SteppedClock clock;
   auto world = sim::OpenWorld(std::make_shared<const sim::Scene>(*std::move(scene)), clock,
                               {.seed = 5, .focus_start = Native{2500}, .pictures = {}});
-  auto rig = *Rig::Create({}, std::move(world->device), clock);
   int answers = 0;
+  bool ended = false;
+  auto rig = *Rig::Create({}, std::move(world->device), clock);  // ends the tracking when it goes, and says so
   AutofocusRequest request;
   request.track = [&](const AutofocusOutcome&) { ++answers; };
-  bool ended = false;
   rig->Autofocus(std::move(request), nullptr, [&](const Result<AutofocusOutcome>&) { ended = true; });
   const auto run_until = [&](Instant end, auto done) {
     while (clock.Now() < end && !done()) clock.AdvanceTo(rig->Step(clock.Now()));

@@ -15,6 +15,7 @@ struct Disk {
   PositionMemory::Axes axes;
   std::vector<std::string> told;
   bool full = false;
+  bool stopped = false;  ///< a stop comes before it has written
   bool damaged = false;
 };
 
@@ -27,6 +28,7 @@ class FakeMemory final : public PositionMemory {
     return disk_->axes;
   }
   Result<void> Save(const Axes& axes) override {
+    if (disk_->stopped) return Fail(Code::Cancelled, "a stop came first");
     if (disk_->full) return Fail(Code::Io, "the disk is full");
     disk_->axes = axes;
     const AxisMemory& focus = *axes[Axis::Focus];
@@ -69,6 +71,15 @@ TEST_F(MemoryTest, WhatCannotBeRememberedDoesNotMove) {
   const auto moved = Move(300);
   ASSERT_FALSE(moved);
   EXPECT_EQ(moved.error().code, Code::NotKept);
+  EXPECT_EQ(controls_->moves, 0);
+}
+
+TEST_F(MemoryTest, AStopThatDoesNotWaitForTheDiskCancels) {
+  OpenWithMemory(100);
+  disk_->stopped = true;
+  const auto moved = Move(300);
+  ASSERT_FALSE(moved);
+  EXPECT_EQ(moved.error().code, Code::Cancelled);
   EXPECT_EQ(controls_->moves, 0);
 }
 

@@ -241,6 +241,24 @@ TEST(Presets, WithoutOpticsTheSamePlaceIsReachedFromTheOtherSide) {
   EXPECT_NE(outcome.remark.find("other side"), std::string::npos);
 }
 
+TEST(Presets, AStopOfAnAxisWhoseTurnHasNotComeCancelsAndACommandForItSupersedes) {
+  for (const bool stops : {true, false}) {
+    RigOnSim bench(SceneWith(kZoom));
+    ASSERT_TRUE(Move(bench, Axis::Zoom, To(Kind::FocalLength, 0.05)).reached);
+    const auto preset = TakePreset(*bench.rig, "long");
+    ASSERT_TRUE(preset) << preset.error().message;
+    ASSERT_TRUE(Move(bench, Axis::Zoom, To(Kind::FocalLength, 0.025)).reached);
+    std::optional<Result<RecallOutcome>> answer;
+    RecallPreset(*bench.rig, *preset, [&](Result<RecallOutcome> outcome) { answer = std::move(outcome); });
+    bench.Run(std::chrono::milliseconds(50));
+    ASSERT_TRUE(bench.rig->GetStatus().axes[Axis::Zoom]->moving);
+    stops ? bench.rig->Stop({Axis::Focus}, nullptr) : bench.rig->Move(Axis::Focus, To(Kind::Native, 50), nullptr);
+    bench.RunUntil([&] { return answer.has_value(); }, std::chrono::seconds(20));
+    ASSERT_TRUE(answer && !*answer);
+    EXPECT_EQ(answer->error().code, stops ? Code::Cancelled : Code::Superseded) << answer->error().message;
+  }
+}
+
 TEST(Presets, TheFileReadsBackAndIsChecked) {
   RigOnSim bench(SceneWith(kZoom));
   const auto one = TakePreset(*bench.rig, "one"), two = TakePreset(*bench.rig, "two.2");

@@ -8,91 +8,12 @@
 
 #include "io/toml.h"
 #include "rig/focus_shift_run.h"
-#include "rig_on_sim.h"
+#include "search_conditions_bench.h"
 
 namespace lensd::rig {
 namespace {
 
 using namespace std::chrono_literals;
-using drivers::Axis;
-using testing::RigOnSim;
-
-constexpr double kWidest = 2.8, kWork = 8.0;
-constexpr double kShiftUm = 60.0;  // that the widest opening needs more
-constexpr double kFilterUm = 45.0;
-constexpr double kSubjectD = 1.0 / 1.2;
-
-std::string SceneOf(const std::string& surface) {
-  return "version = 1\n[camera]\nwidth = 256\nheight = 256\nexposure_ms = 8\nframe_rate_hz = 200\n"
-         "full_well_e = 10000\nread_noise_e = 3.0\nbits = 12\n"
-         "[lens]\nfocal_length_mm = 25.0\nf_number = [2.8, 16.0]\nextension_mm = [0.0, 1.2]\nsteps = 8192\n"
-         "speed_steps_per_s = 20000\ninitial_f_number = 8.0\nfocus_shift_um = 60\nfilter_focus_um = [0, 45]\n"
-         "[[surface]]\nkind = \"wall\"\n" +
-         surface + "\n[truth]\nregion = [0.1, 0.1, 0.8, 0.8]\n";
-}
-const std::string kWall = "distance_m = 1.2\ntexture = \"" LENSD_SOURCE_DIR "/scenes/textures/brick.png\"";
-const std::string kBlank = "distance_m = 1.2\nconstant = 0.5";
-
-SearchConditions WideOpen() {
-  SearchConditions conditions;
-  conditions.exposure.exposure = 1ms;
-  conditions.f_number = FNumber{kWidest};
-  return conditions;
-}
-
-/// What a lens stands at but for focus.
-struct Stand {
-  double iris = 0.0, filter = 0.0;
-  Duration exposure{};
-  bool operator==(const Stand&) const = default;
-};
-
-class Bench : public RigOnSim {
- public:
-  explicit Bench(const std::string& scene, std::uint64_t seed = 1,
-                 std::shared_ptr<const Calibration> calibration = nullptr)
-      : RigOnSim(scene, seed, 3000, {}, std::move(calibration)) {
-    // It begins between two steps, where no motor can go back to.
-    for (const double step : {50.0, 60.0})
-      Move(Axis::Iris, {.kind = Target::Kind::Native, .value = step, .from = {}, .take_up = {}});
-  }
-  void Move(Axis axis, const Target& target) {
-    std::optional<Result<MoveOutcome>> moved;
-    rig->Move(axis, target, [&](Result<MoveOutcome> outcome) { moved = std::move(outcome); });
-    RunUntil([&] { return moved.has_value(); }, 10s);
-    EXPECT_TRUE(moved && *moved && (*moved)->reached);
-  }
-  Stand Now() {
-    const Status status = rig->GetStatus();
-    return {status.axes[Axis::Iris]->position.value, status.axes[Axis::Filter]->position.value,
-            *rig->SetExposure({})->exposure};
-  }
-  void Begin(const SearchConditions& conditions) {
-    AutofocusRequest request;
-    request.conditions = conditions;
-    Begin(std::move(request));
-  }
-  void Begin(AutofocusRequest request) {
-    rig->Autofocus(std::move(request), nullptr, [this](Result<AutofocusOutcome> ended) { answer = std::move(ended); });
-  }
-  const Result<AutofocusOutcome>& End() {
-    RunUntil([this] { return answer.has_value(); }, std::chrono::minutes(5));
-    if (!answer) answer = Fail(Code::Internal, "no answer");
-    return *answer;
-  }
-  /// Steps on until the search itself has begun: the iris stands where it is wanted.
-  void RunIntoTheSearch() {
-    RunUntil([this] { return rig->GetStatus().activity.step > 0; }, 10s);
-    ASSERT_GT(rig->GetStatus().activity.step, 0);
-    ASSERT_LT(rig->GetStatus().f_number->value, 3.0);
-  }
-  double OffUm() const {
-    const sim::TrueState state = truth->Now();
-    const double to_sensor = state.optics.sensor_distance_m;
-    return 1e6 * (state.focal_plane_d - kSubjectD) * to_sensor * to_sensor;
-  }
-  std::optional<Result<AutofocusOutcome>> answer;
-};
 
 FocusShift Measure(const SearchConditions& conditions, std::uint64_t seed) {
   Bench bench(SceneOf(kWall), seed);
@@ -234,68 +155,6 @@ TEST(SearchConditions, TheDeadlineBringsAllBack) {
   ASSERT_TRUE(answer) << answer.error().message;
   EXPECT_EQ(answer->cause, autofocus::Cause::Deadline) << answer->reason;
   EXPECT_EQ(bench.Now(), before);
-}
-
-TEST(SearchConditions, AStopMovesNothingAndItsAnswerSaysWhatStays) {
-  Bench bench(SceneOf(kWall));
-  const Stand before = bench.Now();
-  bench.Begin(WideOpen());
-  bench.RunIntoTheSearch();
-  const double iris = bench.Now().iris;
-  bench.rig->Stop({}, [](const Result<void>&) {});
-  const auto& answer = bench.End();
-  ASSERT_FALSE(answer);
-  EXPECT_EQ(answer.error().code, Code::Cancelled);
-  EXPECT_NE(answer.error().message.find("the iris is left where it is"), std::string::npos) << answer.error().message;
-  EXPECT_NE(answer.error().message.find("was at f/8"), std::string::npos) << answer.error().message;
-  bench.Run(2s);
-  EXPECT_EQ(bench.Now().iris, iris);
-  EXPECT_EQ(bench.Now().exposure, before.exposure);  // nothing moves for that
-}
-
-TEST(SearchConditions, AStopOfTheFocusAloneBringsTheIrisBack) {
-  Bench bench(SceneOf(kWall));
-  const Stand before = bench.Now();
-  bench.Begin(WideOpen());
-  bench.RunIntoTheSearch();
-  bench.rig->Stop({Axis::Focus}, [](const Result<void>&) {});
-  const auto& answer = bench.End();
-  ASSERT_FALSE(answer);
-  EXPECT_EQ(answer.error().code, Code::Cancelled);
-  EXPECT_EQ(answer.error().message, "stopped");
-  EXPECT_EQ(bench.Now(), before);
-}
-
-TEST(SearchConditions, ANewerCommandForTheFocusBringsTheIrisBackAndIsCarriedOut) {
-  Bench bench(SceneOf(kWall));
-  const Stand before = bench.Now();
-  bench.Begin(WideOpen());
-  bench.RunIntoTheSearch();
-  std::optional<Result<MoveOutcome>> moved;
-  bench.rig->Move(Axis::Focus, {.kind = Target::Kind::Native, .value = 1234.0, .from = {}, .take_up = {}},
-                  [&](Result<MoveOutcome> outcome) { moved = std::move(outcome); });
-  const auto& answer = bench.End();
-  ASSERT_FALSE(answer);
-  EXPECT_EQ(answer.error().code, Code::Superseded);
-  bench.RunUntil([&] { return moved.has_value(); }, 10s);
-  ASSERT_TRUE(moved && *moved) << moved->error().message;
-  EXPECT_TRUE((*moved)->reached);
-  EXPECT_EQ(bench.Now(), before);
-}
-
-TEST(SearchConditions, ANewerCommandForTheIrisIsLeftAlone) {
-  Bench bench(SceneOf(kWall));
-  bench.Begin(WideOpen());
-  bench.RunIntoTheSearch();
-  std::optional<Result<MoveOutcome>> moved;
-  bench.rig->Move(Axis::Iris, {.kind = Target::Kind::Native, .value = 77.0, .from = {}, .take_up = {}},
-                  [&](Result<MoveOutcome> outcome) { moved = std::move(outcome); });
-  const auto& answer = bench.End();
-  ASSERT_FALSE(answer);
-  EXPECT_NE(answer.error().message.find("the iris is left where it is"), std::string::npos) << answer.error().message;
-  bench.RunUntil([&] { return moved.has_value(); }, 10s);
-  ASSERT_TRUE(moved && *moved) << moved->error().message;
-  EXPECT_EQ(bench.Now().iris, 77.0);
 }
 
 TEST(SearchConditions, WhatDoesNotComeBackIsNeverDone) {

@@ -90,6 +90,62 @@ class AlpacaTest(WebTest):
             self.wait_for(lambda: not self.get("ismoving"))
             self.assertEqual(self.get("position"), ends_at)
 
+    def lensd(self, method, **parameters):
+        status, told = self.web.call(method, {"lens": "a", **parameters})
+        self.assertEqual(status, 200, told)
+        return told
+
+    def failure(self):
+        """How the move ended, as IsMoving raises it."""
+        told = {}
+
+        def ended():
+            told.clear()
+            told.update(self.ask("GET", FOCUSER + "ismoving")[1])
+            return told.get("Value") is not True
+        self.wait_for(ended)
+        return told["ErrorNumber"]
+
+    def test_a_refused_move_says_so(self):
+        lease = self.lensd("TakeLease", forMs=60000)
+        try:
+            number, why = (self.ask("PUT", FOCUSER + "move", {"Position": 10})[1][key] for key in ("ErrorNumber", "ErrorMessage"))
+            self.assertEqual(number, 0x40B)
+            self.assertIn("lease", why)
+        finally:
+            self.lensd("DropLease", lease=lease["lease"])
+        self.lensd("Stop", latch=True)
+        self.assertEqual(self.put("move", Position=10), 0x40B)
+        self.lensd("ResetFaults")
+        self.move_to(10)
+
+    def test_a_lens_that_is_away_says_so(self):
+        self.lensd("io.lensd.Simulator.Inject", kind="disconnect")
+        self.assertEqual(self.put("move", Position=20), 0x500)
+        self.lensd("io.lensd.Simulator.Inject", kind="reconnect")
+        self.wait_for(lambda: self.lensd("Status")["lenses"][0]["connected"])
+        self.lensd("Home", axis="focus")
+
+    def test_a_move_that_does_not_arrive_is_raised_by_ismoving(self):
+        self.move_to(0)
+        self.assertEqual(self.put("move", Position=4000), 0)
+        self.lensd("io.lensd.Simulator.Inject", kind="stall", axis="focus")
+        self.assertEqual(self.failure(), 0x502)
+        self.assertEqual(self.failure(), 0x502, "until something else is asked for")
+        self.lensd("io.lensd.Simulator.Inject", kind="stall", axis="focus", forMs=0.001)
+        self.move_to(0)
+
+    def test_another_client_ends_a_move(self):
+        self.move_to(0)
+        self.assertEqual(self.put("move", Position=4000), 0)
+        self.lensd("Stop")
+        self.assertEqual(self.failure(), 0x40E)
+        self.assertEqual(self.put("move", Position=0), 0)
+        self.lensd("Move", axis="focus", target={"position": 30})
+        self.assertEqual(self.failure(), 0x40E)
+        self.assertEqual(self.put("connected", Connected="True"), 0)
+        self.assertFalse(self.get("ismoving"))
+
     def test_errors_of_the_device(self):
         self.assertEqual(self.put("tempcomp", TempComp="true"), 0x400)
         self.assertEqual(self.put("action", Action="x", Parameters="y"), 0x40C)

@@ -1,5 +1,5 @@
 // Opens the page in a browser. Arguments: what to do there ("controls": use every control as a person would; "rate": count
-// pictures at rest and in motion; "tokens": get in with one; "disks": compare the blur drawn with that of a light; "blur": measure it and compare with that of a wall; "odd": press
+// pictures at rest and in motion; "tokens": get in with one; "disks": compare the blur drawn with that of a light; "blur": measure it and compare with that of a wall; "map": a focus map; "odd": press
 // everything in whatever order, argument: a seed; "restart": lensd goes and comes back under the open page), address, folder for screenshots, tokens.
 // Prints one line of JSON with what was measured; what is not as promised ends it with an error. LENSD_WRITE_GOLDENS=1 writes anew where
 // things stand on the page (golden-WIDTH.json), after somebody has looked at it.
@@ -402,6 +402,19 @@ async function blur(browser) {
   }
 }
 
+/** Where each part of the picture is in focus, as the page tells those who do not see it. */
+async function map(browser) {
+  const page = await open(browser);
+  await press(page, "#map");
+  const told = await page.waitForFunction(() => {
+    const mapped = document.getElementById("focusmap").getAttribute("aria-label");
+    return !document.getElementById("mapped").hidden && /parts/.test(mapped) && mapped;
+  }, { timeout: 3 * limit });
+  const [, found, all, near, far] = (await told.jsonValue()).match(/(\d+) of (\d+) parts are known, in focus from ([\d.]+) mm to ([\d.]+) mm/).map(Number);
+  Object.assign(measured, { parts: [found, all], mm: [near, far] });
+  await (await page.$("#mapped")).screenshot({ path: path.join(folder, "map.png") });
+}
+
 /** Presses whatever can be pressed in an order that nobody would choose. Nothing may break, and Stop still stops. */
 async function odd(browser) {
   const page = await browser.newPage();
@@ -481,7 +494,7 @@ async function main() {
   const browser = await puppeteer.launch({ executablePath: process.env.CHROMIUM || "/usr/bin/chromium", headless: true,
     args: ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"], protocolTimeout: 4 * limit });
   try {
-    await { controls, rate: rates, tokens, disks, blur, odd, restart }[what](browser);
+    await { controls, rate: rates, tokens, disks, blur, map, odd, restart }[what](browser);
     assert.equal(complaints.join("\n"), "", "the console is quiet");
     console.log(JSON.stringify(measured));
   } finally {

@@ -94,22 +94,29 @@ intensity = 400.0
 """
 
 
-class DiskTest(BrowserTest):
-    """A point of light at 3 m before darkness."""
+class SceneTest:
+    """One lens, before a scene of the test's own."""
+    scene = ""
 
     @classmethod
     def setUpClass(cls):
         cls.folder = temporary_folder()
-        scene = os.path.join(cls.folder.name, "light.toml")
-        with open(scene, "w", encoding="utf-8") as file:
-            file.write(LIGHT)
-        cls.config = f'version = 1\n[[lens]]\nname = "a"\ndriver = "sim"\nscene = "{scene}"\n'
+        path = os.path.join(cls.folder.name, "scene.toml")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(cls.scene)
+        cls.config = f'version = 1\n[[lens]]\nname = "a"\ndriver = "sim"\nscene = "{path}"\n'
         super().setUpClass()
 
     @classmethod
     def tearDownClass(cls):
         super().tearDownClass()
         cls.folder.cleanup()
+
+
+class DiskTest(SceneTest, BrowserTest):
+    """A point of light at 3 m before darkness."""
+
+    scene = LIGHT
 
     def test_blur_is_drawn_to_scale(self):
         print(self.browse("disks"))
@@ -139,25 +146,52 @@ texture = "{texture}"
 """
 
 
-class BlurTest(BrowserTest):
+class BlurTest(SceneTest, BrowserTest):
     """A wall with a photograph on it."""
 
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = temporary_folder()
-        scene = os.path.join(cls.folder.name, "wall.toml")
-        with open(scene, "w", encoding="utf-8") as file:
-            file.write(WALL.format(texture=os.path.join(ROOT, "scenes", "motorcycle", "left.png")))
-        cls.config = f'version = 1\n[[lens]]\nname = "a"\ndriver = "sim"\nscene = "{scene}"\n'
-        super().setUpClass()
-
-    @classmethod
-    def tearDownClass(cls):
-        super().tearDownClass()
-        cls.folder.cleanup()
+    scene = WALL.format(texture=os.path.join(ROOT, "scenes", "motorcycle", "left.png"))
 
     def test_measured_blur_is_there(self):
         print(self.browse("blur"))
+
+
+SLANT = """version = 1
+[camera]
+width = 400
+height = 300
+pixel_um = 5.5
+bits = 8
+full_well_e = 3000
+read_noise_e = 3.0
+exposure_ms = 5
+frame_rate_hz = 100
+[lens]
+focal_length_mm = 35.0
+f_number = [4.0, 16.0]
+extension_mm = [1.75, 2.84]
+steps = 297
+speed_steps_per_s = 1200
+initial_f_number = 4.0
+[[surface]]
+kind = "plane"
+vergence_d = [1.78, 0.083, -0.087]
+texture = "{texture}"
+texture_px_per_image_px = 1.0
+"""
+
+
+class MapTest(SceneTest, BrowserTest):
+    """A plane that is not square to the axis: its vergence in each part of the picture is in the scene."""
+
+    scene = SLANT.format(texture=os.path.join(ROOT, "scenes", "textures", "gravel.png"))
+
+    def test_a_focus_map_shows_how_the_plane_lies(self):
+        told = self.browse("map")
+        self.assertEqual(told["parts"], [24, 24], told)
+        # The middles of the corners of 6 by 4 parts.
+        across, down = 0.083 * 5 / 6, 0.087 * 3 / 4
+        for shown, vergence in zip(told["mm"], (1.78 + across + down, 1.78 - across - down)):
+            self.assertAlmostEqual(shown, 1000 / vergence, delta=0.01 * 1000 / vergence)
 
 
 class OddTest(BrowserTest):

@@ -113,7 +113,7 @@ class CallTest(WebTest):
             self.assertEqual((status, fields["x-content-type-options"]), (200, "nosniff"))
             self.assertIn("default-src 'none'", fields["content-security-policy"])
             self.assertGreater(len(body), 100)
-        for path in ("/../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "//etc/passwd", "/page/page.js", "/page.js/", "/\\"):
+        for path in ("/../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "//etc/passwd", "/page/page.js", "/page.js/", "/\\", "/%00", "/page.js%00"):
             self.assertEqual(self.web.ask("GET", path)[0], 404, path)
 
     def test_metrics_are_prometheus_text(self):

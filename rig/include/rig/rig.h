@@ -328,6 +328,8 @@ class Rig {
   std::shared_ptr<Activity> Occupy(Activity activity);
   /// How many motions, homings, stops and autofocus runs have been asked for, by whomever.
   std::uint64_t commands_given() const;
+  /// The stops among them.
+  std::uint64_t stops_given() const;
   /// Until then (an instant that is over: no more) what the rig does by itself waits: following the temperature, and
   /// the next search of an autofocus that tracks. Commands and stops do not. Whether the lens is at rest: what it does
   /// by itself and has begun is finished all the same.
