@@ -18,6 +18,8 @@ namespace {
 using drivers::Axis;
 using varlink::Json;
 
+constexpr double kMostValue = 1e9;  ///< of a coordinate; squares of squares of it are still numbers
+
 /// A place as a call has it.
 struct Place {
   std::vector<rig::FocusAtCoordinate> coordinates;
@@ -42,6 +44,10 @@ Result<Place> PlaceOf(const Json& values) {
     }
     place.coordinates.push_back(std::move(coordinate));
     place.at.push_back(value["value"].get<double>());
+    if (!(std::abs(place.at.back()) <= kMostValue)) {
+      return PassOn(Wrong("a coordinate is from -1e9 to 1e9: say it in a larger unit",
+                          {.parameter = path + ".value", .minimum = -kMostValue, .maximum = kMostValue}));
+    }
   }
   return place;
 }
@@ -167,8 +173,12 @@ void Add(ServedLens& lens, const ExchangePointer& exchange) {
   if (!found) return Refuse(exchange, lens, found.error());
   std::optional<Native> told;
   if (const Json* sigma = Given(parameters, "sigma")) told = Native{sigma->get<double>()};
-  if (told && !(told->value > 0.0)) {
-    return Refuse(exchange, lens, Wrong("sigma is above 0, in native units of focus", {.parameter = "sigma"}));
+  if (told && !(told->value >= rig::FocusAtSamples::kLeastSigma && told->value <= rig::FocusAtSamples::kMostSigma)) {
+    return Refuse(
+        exchange, lens,
+        Wrong("sigma is from 1e-6 to 1e9, in native units of focus", {.parameter = "sigma",
+                                                                      .minimum = rig::FocusAtSamples::kLeastSigma,
+                                                                      .maximum = rig::FocusAtSamples::kMostSigma}));
   }
   const auto add = [place = *place, found = *found, told](
                        rig::Calibration now, const rig::Rig& rig) -> Result<std::optional<rig::Calibration>> {

@@ -159,7 +159,7 @@ Result<void> AddFocusAt(FocusAtSamples& known, const std::vector<FocusAtCoordina
                 {.parameter = "at"});
   }
   if (known.samples.size() >= FocusAtSamples::kMost) {
-    return Fail(Code::OutOfRange, "a focus surface has 50 samples at most: forget some");
+    return Fail(Code::OutOfRange, "a focus surface has 30 samples at most: forget some");
   }
   if (auto other = RefuseOther(rig, known, sample.under); !other) return other;
   known.samples.push_back(std::move(sample));
@@ -171,7 +171,11 @@ Result<FocusAtFit> FitFocusAt(const FocusAtSamples& known, const Rig& rig, Focus
   if (auto other = RefuseOther(rig, known, now); !other) return PassOn(other);
   FocusAtFit fit;
   fit.coordinates = known.coordinates;
-  const double count = std::max(1.0, static_cast<double>(known.samples.size()));
+  if (known.samples.empty()) {
+    fit.why_none = "no focus surface is learned yet: focus in some places and add each as a sample";
+    return fit;
+  }
+  const auto count = static_cast<double>(known.samples.size());
   for (const FocusAtSample& sample : known.samples) {
     const auto [position, sigma] = PositionNow(rig, sample, now);
     fit.samples.push_back({.at = sample.at, .focus = position, .sigma = sample.sigma.value});

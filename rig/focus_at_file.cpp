@@ -10,6 +10,7 @@ namespace lensd::rig {
 namespace {
 
 constexpr double kMetresPerNm = 1e-9;
+constexpr double kMostValue = 1e9;
 constexpr std::size_t kLongestName = 32;
 
 bool IsWord(const std::string& text) {
@@ -31,11 +32,11 @@ void Take(const std::optional<double>& number, std::optional<Quantity<Unit>>& va
 Result<FocusAtSample> ReadSample(const Settings& table, std::size_t coordinates) {
   SettingsReader read(table, "[[focus_at.sample]]");
   FocusAtSample sample;
-  const auto at = read.OptionalNumbers("at", coordinates);
+  const auto at = read.OptionalNumbers("at", coordinates, {-kMostValue, kMostValue});
   if (!at) read.Reject("at", "must have a number for each coordinate");
   sample.at = at.value_or(std::vector<double>{});
   sample.position = Native{read.RequiredNumber("steps")};
-  sample.sigma = Native{read.RequiredNumber("sigma_steps", kPositive)};
+  sample.sigma = Native{read.RequiredNumber("sigma_steps", {FocusAtSamples::kLeastSigma, FocusAtSamples::kMostSigma})};
   sample.under.approach_up = read.Choice("approach", {"up", "down"}, 0) == 0;
   Take(read.OptionalNumber("zoom_steps"), sample.under.zoom);
   Take(read.OptionalNumber("filter"), sample.under.filter);
@@ -61,7 +62,7 @@ Result<FocusAtSamples> ReadFocusAt(const Settings& table) {
   if (coordinates.empty() || coordinates.size() > FocusAtSamples::kMostCoordinates) {
     read.Reject("coordinate", "must be one to three tables");
   }
-  if (samples.empty() || samples.size() > FocusAtSamples::kMost) read.Reject("sample", "must be 1 to 50 tables");
+  if (samples.empty() || samples.size() > FocusAtSamples::kMost) read.Reject("sample", "must be 1 to 30 tables");
   if (auto done = read.Finish(); !done) return PassOn(done);
   for (const Settings* entry : coordinates) {
     SettingsReader at(*entry, "[[focus_at.coordinate]]");

@@ -212,7 +212,7 @@ void AddFocusAt(CLI::App& root, Run& run) {
   verb("show", "the samples and the surface, or where focus lies at a place; moves nothing",
        "[NAME] [COORDINATE=VALUE...]", ShowFocusAt);
   auto* forget = verb("forget", "forget the surface, or one sample", "[NAME]", ForgetSamples);
-  forget->add_option("--sample", options->sample, "number of the sample, from 1")->check(CLI::Range(1, 50));
+  forget->add_option("--sample", options->sample, "number of the sample, from 1")->check(CLI::Range(1, 30));
 }
 
 }  // namespace lensd::cli

@@ -171,6 +171,27 @@ class OverAStage(DaemonTest):
         self.assertEqual(self.run_json("focus-at", "show", "a")["surface"]["samples"], [])
         self.run_json("focus-at", "forget", "a", "--sample", "1", status=64)
 
+    def test_samples_that_make_no_sense_are_refused_and_their_number_ends(self):
+        def place(**values):
+            return [{"name": name, "value": value} for name, value in values.items()]
+
+        with self.daemon.client() as client:
+            add = LENS + "FocusAtAdd"
+            empty = client.call(LENS + "FocusAt", {"at": place(x=1)})
+            self.assertEqual(empty["error"], LENS + "OutOfRange")
+            for at in ([], place(x=1e10), [{"name": "", "value": 1}], [{"name": "a b", "value": 1}], place(a=1, b=1, c=1, d=1)):
+                self.assertEqual(client.call(add, {"at": at, "position": 900, "sigma": 1})["error"], LENS + "InvalidRequest")
+            for sigma in (0, -1, 1e-300, 1e300):
+                self.assertEqual(client.call(add, {"at": place(x=1), "position": 900, "sigma": sigma})["parameters"]["parameter"], "sigma")
+            self.assertEqual(client.call(add, {"at": place(x=1), "position": 1e9, "sigma": 1})["error"], LENS + "OutOfRange")
+            for number in range(30):
+                added = client.call(add, {"at": place(x=number), "position": 900 + 3 * number, "sigma": 1})
+                self.assertEqual(len(added["parameters"]["surface"]["samples"]), number + 1)
+            self.assertEqual(client.call(add, {"at": place(x=1), "position": 900, "sigma": 1})["error"], LENS + "OutOfRange")
+            # A line is found again.
+            there = client.call(LENS + "FocusAtGet", {"at": place(x=12.5)})["parameters"]["place"]
+            self.assertAlmostEqual(there["position"], 937.5, delta=1e-6)
+
     def test_another_temperature_is_corrected_or_refused(self):
         self.learn()
         self.steps_per_mm = self.steps()

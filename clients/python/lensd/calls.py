@@ -240,7 +240,7 @@ def focus_at_add(*, at: list[FocusAtValue], lens: Optional[str] = None, position
     found focus at the place `at`, or `position` with its standard deviation `sigma`. One autofocus makes one sample.
     One to three coordinates, always the same and in the same order. It is kept with the calibration. Unsupported: the
     zoom, the filter, the wavelength or the side that focus is approached from are others than those of the samples, or
-    the temperature is, by more than 2 C, and the lens has no coefficient that is used. OutOfRange: 50 samples are kept
+    the temperature is, by more than 2 C, and the lens has no coefficient that is used. OutOfRange: 30 samples are kept
     already, or focus cannot stand there. InvalidRequest: no autofocus to take; other coordinates. Busy: an axis moves.
     NotHomed: an axis has lost its reference. NotKept: it is in force, and could not be written."""
     return Call("io.lensd.Lens.FocusAtAdd", {"lens": lens, "at": at, "position": position, "sigma": sigma, "lease":

@@ -42,7 +42,8 @@ struct FocusAtCoordinate {
 };
 
 struct FocusAtSamples {
-  static constexpr std::size_t kMost = 50, kMostCoordinates = 3;
+  static constexpr std::size_t kMost = 30, kMostCoordinates = 3;
+  static constexpr double kLeastSigma = 1e-6, kMostSigma = 1e9;  ///< native units
   std::vector<FocusAtCoordinate> coordinates;
   std::vector<FocusAtSample> samples;
 };
