@@ -40,7 +40,7 @@ LensService::LensService(EventLoop& loop, const Clock& clock, std::string state)
       definition_(BuiltInDefinition(proto::LensInterfaceText())) {
   for (const auto rows : {StatusMethods, DeviceMethods, MotionMethods, LeaseMethods, PlanMethods, AutofocusMethods,
                           FocusMapMethods, SessionMethods, PictureMethods, ExposureMethods, CalibrationMethods,
-                          FocusShiftMethods, HoldMethods, PresetMethods, ReloadMethods}) {
+                          FocusShiftMethods, FocusAtMethods, HoldMethods, PresetMethods, ReloadMethods}) {
     for (Method& method : rows(*this)) methods_.push_back(std::move(method));
   }
 }

@@ -164,6 +164,7 @@ void Autofocus(ServedLens& lens, const ExchangePointer& exchange) {
     request->track = TrackTo(lens, exchange);
   }
   RunAutofocus(lens, exchange, *std::move(request), [&lens, exchange](const rig::AutofocusOutcome& outcome) {
+    NoteFocusFound(lens, outcome);
     exchange->Finish(Wrap("autofocus", varlink::WriteJson(AutofocusJson(lens.name(), outcome))));
   });
 }

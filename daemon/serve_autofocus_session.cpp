@@ -207,6 +207,7 @@ void FrameSessions::Begin(const ExchangePointer& exchange) {
   };
   lens->Ask<rig::AutofocusOutcome>(std::move(run), [this, lens, session](const Result<rig::AutofocusOutcome>& outcome) {
     if (outcome) {
+      NoteFocusFound(*lens, *outcome);
       lens->watchers().Announce(*lens, "autofocus", AutofocusJson(lens->name(), *outcome));
     }
     session->end = outcome;

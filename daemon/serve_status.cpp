@@ -32,7 +32,7 @@ void ListAsKnown(LensService& service, const ExchangePointer& exchange) {
   for (const auto& lens : service.lenses()) reply += (lens == service.lenses().front() ? "" : ",") + lens->info();
   // What was added since 1.0, each under a name that the comment of what was added gives.
   exchange->Finish(reply + R"(],"instance":")" + service.watchers().instance() +
-                   R"(","features":["focusMap","hold","searchConditions","stars","stateBounds","undo"]})");
+                   R"(","features":["focusAt","focusMap","hold","searchConditions","stars","stateBounds","undo"]})");
 }
 
 void List(LensService& service, const ExchangePointer& exchange) {

@@ -47,6 +47,13 @@ struct LensSurroundings {
   Instant began{};    ///< when lensd did
 };
 
+/// What an autofocus has found, for FocusAtAdd: one makes one sample.
+struct FocusFound {
+  Native position;
+  std::optional<Dioptres> sigma;
+  rig::FocusAtConditions under;
+};
+
 /// Who drives a lens, and who alone may; who may no longer, who waits, and how much they ask of it.
 struct LensUsers {
   LensUsers(std::string lens, EventLoop& loop, const Clock& clock, LensLease::Told told)
@@ -58,6 +65,7 @@ struct LensUsers {
   Waiters waiters;  ///< for its worker
   LensWork work{};
   StateHistory history{};
+  std::optional<FocusFound> found{};  ///< by the newest autofocus that was sure; event loop thread
 };
 
 /// What is to be known of the files that are kept of a lens.

@@ -262,6 +262,7 @@ Result<Calibration> ReadCalibration(const Settings& file) {
   if (calibration.grade == Grade::Uncalibrated) read.Reject("grade", "must be approximate or calibrated");
   const auto focus = read.Tables("focus");
   const auto shifts = read.Tables("focus_shift");
+  const Settings* const focus_at = read.Table("focus_at");
   const Settings* const iris = read.Table("iris");
   const Settings* const zoom = read.Table("zoom");
   const Settings* const breathing = read.Table("breathing");
@@ -286,6 +287,7 @@ Result<Calibration> ReadCalibration(const Settings& file) {
   const auto focal_lengths = [](const Settings& at) { return ReadAxisCurve(at, "[zoom]", kFocalLength, kMm); };
   if (auto done = ReadPart(iris, calibration.iris, f_numbers); !done) return PassOn(done);
   if (auto done = ReadPart(zoom, calibration.zoom, focal_lengths); !done) return PassOn(done);
+  if (auto done = ReadPart(focus_at, calibration.focus_at, ReadFocusAt); !done) return PassOn(done);
   if (auto done = ReadPart(breathing, calibration.breathing, ReadBreathing); !done) return PassOn(done);
   if (auto done = ReadPart(temperature, calibration.temperature, ReadTemperature); !done) {
     return PassOn(done);
@@ -317,6 +319,7 @@ std::string CalibrationText(const Calibration& calibration) {
     text += "]\n";
   }
   for (const FocusShift& shift : calibration.focus_shifts) text += FocusShiftText(shift);
+  if (calibration.focus_at) text += FocusAtText(*calibration.focus_at);
   for (const FocusCurve& curve : calibration.focus) WriteFocus(text, curve);
   return text;
 }

@@ -106,7 +106,7 @@ class SignalWatch {
 }  // namespace
 
 Json WithLease(std::string_view method, Json parameters) {
-  constexpr std::array<std::string_view, 17> kDriving = {"SetExposure",
+  constexpr std::array<std::string_view, 20> kDriving = {"SetExposure",
                                                          "Move",
                                                          "Home",
                                                          "Plan",
@@ -122,7 +122,10 @@ Json WithLease(std::string_view method, Json parameters) {
                                                          "DropLease",
                                                          "MeasureFocusShift",
                                                          "RemoveFocusShift",
-                                                         "FocusMap"};
+                                                         "FocusMap",
+                                                         "FocusAt",
+                                                         "FocusAtAdd",
+                                                         "FocusAtForget"};
   const char* const key = std::getenv("LENSD_LEASE");
   const auto name = method.substr(method.rfind('.') + 1);
   const bool takes_it =

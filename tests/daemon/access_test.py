@@ -16,7 +16,7 @@ LENS_TABLE = f'[[lens]]\nname = "a"\ndriver = "sim"\nscene = "{os.path.join(HERE
 MOVERS, KEEPERS = "audio", "games"  # groups that every Debian has
 STRANGER = 65534
 # Everything that looks and changes nothing, and what stops.
-FOR_ALL = {"ListFocusShifts", "List", "Status", "Metrics", "Monitor", "Devices", "GetCalibration", "GetExposure", "PresetList", "Snapshot", "View",
+FOR_ALL = {"ListFocusShifts", "FocusAtGet", "List", "Status", "Metrics", "Monitor", "Devices", "GetCalibration", "GetExposure", "PresetList", "Snapshot", "View",
            "Stop"}
 FOR_KEEPERS = {"Calibrate", "Reload", "RemoveFocusShift"}
 
@@ -58,6 +58,7 @@ class Roles(unittest.TestCase):
                     parameters = {"lens": "no-such-lens"} if "lens:" in takes else {}
                     for name, kind in re.findall(r"(\w+): ([^,()?\[]\w*)", takes):
                         parameters[name] = words.get(kind, {})
+                    parameters.update((name, []) for name in re.findall(r"(\w+): \[\]", takes))
                     told = self.call(daemon, groups, method, parameters)
                     refused = told is not None and told["error"] == "not-permitted"
                     self.assertEqual(refused, method not in mine, (groups, method, told))

@@ -12,7 +12,7 @@ from harness import BIN, HERE, LENS, DaemonTest
 LENSCTL = os.path.join(BIN, "lensctl")
 # Of this machine and this lens, which has no filter wheel and may have no journal.
 # This lens has no filter, and so no shift of filters to forget.
-MAY_FAIL = {"filter": (8,), "focus-shift": (8, 64), "setup": (1,), "log": (1, 69), "doctor": (1,), "devices": (1,), "backup": (66, 77), "restore": (4, 66)}
+MAY_FAIL = {"focus-at": (6, 64), "filter": (8,), "focus-shift": (8, 64), "setup": (1,), "log": (1, 69), "doctor": (1,), "devices": (1,), "backup": (66, 77), "restore": (4, 66)}
 ENDLESS = ("monitor", "--watch")
 
 
@@ -136,7 +136,7 @@ class OnALens(DaemonTest):
         return lensctl("completion", "words", *words, env={**os.environ, "LENSD_SOCKET": self.daemon.socket}).stdout.split("\n")[:-1]
 
     def test_shells_are_offered_what_there_is(self):
-        self.assertEqual(self.complete("foc"), ["focus", "focus-map", "focus-shift"])
+        self.assertEqual(self.complete("foc"), ["focus", "focus-map", "focus-shift", "focus-at"])
         self.assertEqual(self.complete("status", ""), ["cam"])
         self.assertEqual(self.complete("--socket", self.daemon.socket, "status", "c"), ["cam"])
         self.assertEqual(self.complete("status", "--wat"), ["--watch"])

@@ -103,7 +103,11 @@ class RepliesTest(DaemonTest):
                     ("Calibrate", {"remove": True}), ("MeasureBacklash", {"axis": "focus", "size": 3}),
                     ("PresetSave", {"label": "one"}), ("PresetList", {}), ("PresetRecall", {"label": "one"}), ("Undo", {}),
                     ("PresetRemove", {"label": "one"}), ("Autofocus", {}), ("Autofocus", {"conditions": {"exposureMs": 5}}),
-                    ("ListFocusShifts", {}), ("Hold", {"untilNs": time.monotonic_ns() + 600 * 10**9}), ("Release", {}), ("TakeLease", {}),
+                    ("ListFocusShifts", {}),
+                    ("FocusAtAdd", {"at": [{"name": "x", "value": 1}]}),
+                    ("FocusAtAdd", {"at": [{"name": "x", "value": 3}], "position": 900, "sigma": 2}),
+                    ("FocusAtGet", {"at": [{"name": "x", "value": 2}]}), ("FocusAt", {"at": [{"name": "x", "value": 2}]}),
+                    ("FocusAtForget", {"sample": 1}), ("FocusAtGet", {}), ("FocusAtForget", {}), ("Hold", {"untilNs": time.monotonic_ns() + 600 * 10**9}), ("Release", {}), ("TakeLease", {}),
                     ("DropLease", {}), ("Stop", {}), ("ResetFaults", {}),
                     ("Plan", {"request": {"limits": [{"kind": "sharp", "limitUm": 20, "depths": [
                         {"oneEnd": {"distanceM": 1}, "otherEnd": {"distanceM": 1.2}}]}]}, "apply": True,

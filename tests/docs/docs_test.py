@@ -170,7 +170,7 @@ REFERENCES = {
     "docs/drivers/lensconnect.md": ["drivers/lensconnect/driver.cpp"],
     "docs/drivers/modbus.md": ["daemon/references.cpp", "drivers/modbus/driver.cpp", "drivers/modbus/link.cpp"],
     "drivers/modbus/profiles/generic.toml": ["drivers/modbus/profile.cpp"],
-    "docs/calibration.md": ["rig/calibration.cpp", "rig/focus_shift.cpp"],
+    "docs/calibration.md": ["rig/calibration.cpp", "rig/focus_shift.cpp", "rig/focus_at_file.cpp"],
     "scenes/README.md": ["sim/scene.cpp", "sim/scene_lens.cpp", "sim/scene_surfaces.cpp", "sim/scene_parts.h"],
 }
 # Read from files that lensd alone writes, or between rooms of lensd.

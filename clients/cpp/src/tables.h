@@ -40,8 +40,8 @@ inline constexpr ErrorRow kErrorsOfLensd[] = {
 };
 
 inline constexpr std::string_view kDrivingMethods[] = {"Move", "Calibrate", "MeasureBacklash", "MeasureFocusShift",
-    "RemoveFocusShift", "PresetSave", "PresetRecall", "PresetRemove", "Undo", "Home", "ResetFaults", "TakeLease",
-    "DropLease", "Plan", "Autofocus", "FocusMap", "AutofocusBegin", "SetExposure"};
+    "RemoveFocusShift", "FocusAtAdd", "FocusAt", "FocusAtForget", "PresetSave", "PresetRecall", "PresetRemove", "Undo",
+    "Home", "ResetFaults", "TakeLease", "DropLease", "Plan", "Autofocus", "FocusMap", "AutofocusBegin", "SetExposure"};
 
 }  // namespace v1
 }  // namespace lensd

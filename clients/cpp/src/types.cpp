@@ -1771,6 +1771,102 @@ std::vector<MoveResult> RecallResult::moves() const {
 std::optional<std::string> RecallResult::note() const {
   return Access::Get<std::optional<std::string>>(*this, "note");
 }
+std::string FocusAtValue::name() const {
+  return Access::Get<std::string>(*this, "name");
+}
+FocusAtValue& FocusAtValue::name(const std::string& value) {
+  Access::Set(*this, "name", value);
+  return *this;
+}
+double FocusAtValue::value() const {
+  return Access::Get<double>(*this, "value");
+}
+FocusAtValue& FocusAtValue::value(double value) {
+  Access::Set(*this, "value", value);
+  return *this;
+}
+std::optional<std::string> FocusAtValue::unit() const {
+  return Access::Get<std::optional<std::string>>(*this, "unit");
+}
+FocusAtValue& FocusAtValue::unit(const std::string& value) {
+  Access::Set(*this, "unit", value);
+  return *this;
+}
+std::vector<FocusAtValue> FocusAtSample::at() const {
+  return Access::Get<std::vector<FocusAtValue>>(*this, "at");
+}
+double FocusAtSample::position() const {
+  return Access::Get<double>(*this, "position");
+}
+double FocusAtSample::sigma() const {
+  return Access::Get<double>(*this, "sigma");
+}
+std::optional<double> FocusAtSample::off() const {
+  return Access::Get<std::optional<double>>(*this, "off");
+}
+bool FocusAtSample::outlier() const {
+  return Access::Get<bool>(*this, "outlier");
+}
+std::optional<double> FocusAtSample::temperatureC() const {
+  return Access::Get<std::optional<double>>(*this, "temperatureC");
+}
+std::optional<double> FocusAtSample::zoomPosition() const {
+  return Access::Get<std::optional<double>>(*this, "zoomPosition");
+}
+std::optional<double> FocusAtSample::filterPosition() const {
+  return Access::Get<std::optional<double>>(*this, "filterPosition");
+}
+std::optional<double> FocusAtSample::fNumber() const {
+  return Access::Get<std::optional<double>>(*this, "fNumber");
+}
+std::string FocusAtSample::made() const {
+  return Access::Get<std::string>(*this, "made");
+}
+std::string FocusAtSurface::lens() const {
+  return Access::Get<std::string>(*this, "lens");
+}
+std::vector<FocusAtSample> FocusAtSurface::samples() const {
+  return Access::Get<std::vector<FocusAtSample>>(*this, "samples");
+}
+bool FocusAtSurface::fitted() const {
+  return Access::Get<bool>(*this, "fitted");
+}
+std::optional<std::string> FocusAtSurface::reason() const {
+  return Access::Get<std::optional<std::string>>(*this, "reason");
+}
+std::vector<FocusAtValue> FocusAtSurface::low() const {
+  return Access::Get<std::optional<std::vector<FocusAtValue>>>(*this, "low").value_or(std::vector<FocusAtValue>());
+}
+std::vector<FocusAtValue> FocusAtSurface::high() const {
+  return Access::Get<std::optional<std::vector<FocusAtValue>>>(*this, "high").value_or(std::vector<FocusAtValue>());
+}
+std::optional<bool> FocusAtSurface::curved() const {
+  return Access::Get<std::optional<bool>>(*this, "curved");
+}
+std::optional<double> FocusAtSurface::scatter() const {
+  return Access::Get<std::optional<double>>(*this, "scatter");
+}
+std::optional<double> FocusAtSurface::correction() const {
+  return Access::Get<std::optional<double>>(*this, "correction");
+}
+std::vector<FocusAtValue> FocusAtSurface::next() const {
+  return Access::Get<std::optional<std::vector<FocusAtValue>>>(*this, "next").value_or(std::vector<FocusAtValue>());
+}
+std::vector<FocusAtValue> FocusAtPlace::at() const {
+  return Access::Get<std::vector<FocusAtValue>>(*this, "at");
+}
+double FocusAtPlace::position() const {
+  return Access::Get<double>(*this, "position");
+}
+double FocusAtPlace::sigma() const {
+  return Access::Get<double>(*this, "sigma");
+}
+std::optional<double> FocusAtPlace::vergenceD() const {
+  return Access::Get<std::optional<double>>(*this, "vergenceD");
+}
+std::optional<double> FocusAtPlace::sigmaD() const {
+  return Access::Get<std::optional<double>>(*this, "sigmaD");
+}
 std::string UndoResult::lens() const {
   return Access::Get<std::string>(*this, "lens");
 }
@@ -2012,6 +2108,73 @@ RemoveFocusShiftParameters& RemoveFocusShiftParameters::toFilter(double value) {
   return *this;
 }
 RemoveFocusShiftParameters& RemoveFocusShiftParameters::lease(const std::string& value) {
+  Access::Set(*this, "lease", value);
+  return *this;
+}
+FocusAtSurface FocusAtAddReply::surface() const {
+  return Access::Get<FocusAtSurface>(*this, "surface");
+}
+FocusAtAddParameters& FocusAtAddParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
+FocusAtAddParameters& FocusAtAddParameters::at(const std::vector<FocusAtValue>& value) {
+  Access::Set(*this, "at", value);
+  return *this;
+}
+FocusAtAddParameters& FocusAtAddParameters::position(double value) {
+  Access::Set(*this, "position", value);
+  return *this;
+}
+FocusAtAddParameters& FocusAtAddParameters::sigma(double value) {
+  Access::Set(*this, "sigma", value);
+  return *this;
+}
+FocusAtAddParameters& FocusAtAddParameters::lease(const std::string& value) {
+  Access::Set(*this, "lease", value);
+  return *this;
+}
+FocusAtSurface FocusAtGetReply::surface() const {
+  return Access::Get<FocusAtSurface>(*this, "surface");
+}
+std::optional<FocusAtPlace> FocusAtGetReply::place() const {
+  return Access::Get<std::optional<FocusAtPlace>>(*this, "place");
+}
+FocusAtGetParameters& FocusAtGetParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
+FocusAtGetParameters& FocusAtGetParameters::at(const std::vector<FocusAtValue>& value) {
+  Access::Set(*this, "at", value);
+  return *this;
+}
+FocusAtPlace FocusAtReply::place() const {
+  return Access::Get<FocusAtPlace>(*this, "place");
+}
+MoveResult FocusAtReply::move() const {
+  return Access::Get<MoveResult>(*this, "move");
+}
+FocusAtParameters& FocusAtParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
+FocusAtParameters& FocusAtParameters::at(const std::vector<FocusAtValue>& value) {
+  Access::Set(*this, "at", value);
+  return *this;
+}
+FocusAtParameters& FocusAtParameters::lease(const std::string& value) {
+  Access::Set(*this, "lease", value);
+  return *this;
+}
+FocusAtForgetParameters& FocusAtForgetParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
+FocusAtForgetParameters& FocusAtForgetParameters::sample(std::int64_t value) {
+  Access::Set(*this, "sample", value);
+  return *this;
+}
+FocusAtForgetParameters& FocusAtForgetParameters::lease(const std::string& value) {
   Access::Set(*this, "lease", value);
   return *this;
 }

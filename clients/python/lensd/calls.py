@@ -10,10 +10,11 @@ from typing import Optional
 from ._protocol import Call
 from .types import (
     AutofocusProgress, AutofocusResult, AutofocusStep, Axis, BacklashProgress, BacklashResult, CalibrationInfo,
-    CalibrationPoint, DaemonMetrics, DistanceFrom, Encoding, Event, ExposureInfo, FailedSearch, FocusMapResult,
-    FocusRange, FocusShift, FocusShiftProgress, FocusShiftResult, FocusStep, FoundDevice, FrameInfo, LensInfo,
-    LensMetrics, LensStatus, MoveProgress, MoveResult, PictureInfo, PixelFormat, PlanAnswer, PlanRequest, Policy,
-    Preset, RecallResult, Region, SearchConditions, Size, Target, UndoResult)
+    CalibrationPoint, DaemonMetrics, DistanceFrom, Encoding, Event, ExposureInfo, FailedSearch, FocusAtPlace,
+    FocusAtSurface, FocusAtValue, FocusMapResult, FocusRange, FocusShift, FocusShiftProgress, FocusShiftResult,
+    FocusStep, FoundDevice, FrameInfo, LensInfo, LensMetrics, LensStatus, MoveProgress, MoveResult, PictureInfo,
+    PixelFormat, PlanAnswer, PlanRequest, Policy, Preset, RecallResult, Region, SearchConditions, Size, Target,
+    UndoResult)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -224,6 +225,65 @@ def remove_focus_shift(*, lens: Optional[str] = None, from_f_number: Optional[fl
     InvalidRequest: none is known of them."""
     return Call("io.lensd.Lens.RemoveFocusShift", {"lens": lens, "fromFNumber": from_f_number, "toFNumber": to_f_number,
                 "fromFilter": from_filter, "toFilter": to_filter, "lease": lease}, RemoveFocusShiftReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FocusAtAddReply:
+    """The answer to FocusAtAdd."""
+
+    surface: FocusAtSurface
+
+
+def focus_at_add(*, at: list[FocusAtValue], lens: Optional[str] = None, position: Optional[float] = None, sigma:
+                 Optional[float] = None, lease: Optional[str] = None) -> Call[FocusAtAddReply]:
+    """Feature "focusAt". Adds a sample to the surface of focus: the newest Autofocus or session that was sure, as it
+    found focus at the place `at`, or `position` with its standard deviation `sigma`. One autofocus makes one sample.
+    One to three coordinates, always the same and in the same order. It is kept with the calibration. Unsupported: the
+    zoom, the filter, the wavelength or the side that focus is approached from are others than those of the samples, or
+    the temperature is, by more than 2 C, and the lens has no coefficient that is used. OutOfRange: 30 samples are kept
+    already, or focus cannot stand there. InvalidRequest: no autofocus to take; other coordinates. Busy: an axis moves.
+    NotHomed: an axis has lost its reference. NotKept: it is in force, and could not be written."""
+    return Call("io.lensd.Lens.FocusAtAdd", {"lens": lens, "at": at, "position": position, "sigma": sigma, "lease":
+                lease}, FocusAtAddReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FocusAtGetReply:
+    """The answer to FocusAtGet."""
+
+    surface: FocusAtSurface
+    place: Optional[FocusAtPlace] = None
+
+
+def focus_at_get(*, lens: Optional[str] = None, at: Optional[list[FocusAtValue]] = None) -> Call[FocusAtGetReply]:
+    """Feature "focusAt". What is known, and with `at` where focus lies there, as FocusAt has it. OutOfRange,
+    Unsupported: as of FocusAt."""
+    return Call("io.lensd.Lens.FocusAtGet", {"lens": lens, "at": at}, FocusAtGetReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FocusAtReply:
+    """The answer to FocusAt."""
+
+    place: FocusAtPlace
+    move: MoveResult
+
+
+def focus_at(*, at: list[FocusAtValue], lens: Optional[str] = None, lease: Optional[str] = None) -> Call[FocusAtReply]:
+    """Feature "focusAt". Moves focus to where the surface has it at a place. OutOfRange: outside the samples, or too
+    few of them. Unsupported: other conditions than those of the samples, as of FocusAtAdd. Otherwise as Move."""
+    return Call("io.lensd.Lens.FocusAt", {"lens": lens, "at": at, "lease": lease}, FocusAtReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FocusAtForgetReply:
+    """The answer to FocusAtForget."""
+
+
+def focus_at_forget(*, lens: Optional[str] = None, sample: Optional[int] = None, lease: Optional[str] = None) -> Call[FocusAtForgetReply]:
+    """Feature "focusAt". Forgets all samples, or one of them, by its number from 1. InvalidRequest: there is no such
+    sample. NotKept: it is in force, and could not be written."""
+    return Call("io.lensd.Lens.FocusAtForget", {"lens": lens, "sample": sample, "lease": lease}, FocusAtForgetReply)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1566,6 +1566,88 @@ class RecallResult:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FocusAtValue:
+    """Feature "focusAt". One coordinate that is not the lens's own, such as that of a stage: as the client names and
+    counts it."""
+
+    # Its name.
+    name: str
+    # Its value.
+    value: float
+    # Its unit, null where it has none.
+    unit: Optional[str] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FocusAtSample:
+    """Feature "focusAt". Focus as it was found at one place."""
+
+    # The place.
+    at: list[FocusAtValue]
+    # Native position of focus, as it was found.
+    position: float
+    # Standard deviation of that.
+    sigma: float
+    # By how much what it says of this moment is off the surface; null where there is no surface.
+    off: Optional[float] = None
+    # It is too far off to lie on the surface, and was left out of the fit.
+    outlier: bool
+    # Temperature that it was found at, null where there is no thermometer.
+    temperature_c: Optional[float] = None
+    # Where the zoom stood, null where there is none.
+    zoom_position: Optional[float] = None
+    # Where the filter stood, null where there is none.
+    filter_position: Optional[float] = None
+    # F-number that it was found at, null where it is not known.
+    f_number: Optional[float] = None
+    # When: date and time, UTC.
+    made: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FocusAtSurface:
+    """Feature "focusAt". What is known of focus over coordinates that are not the lens's own."""
+
+    # Name of the lens.
+    lens: str
+    # The samples, oldest first. The first has the number 1.
+    samples: list[FocusAtSample]
+    # There is a surface through them now.
+    fitted: bool
+    # Why there is none; null where there is.
+    reason: Optional[str] = None
+    # The least of each coordinate that the surface covers; null where there is none.
+    low: Optional[list[FocusAtValue]] = None
+    # The greatest of each.
+    high: Optional[list[FocusAtValue]] = None
+    # It is a plane with a bowl on it, not a plane; null where there is none.
+    curved: Optional[bool] = None
+    # Standard deviation by which samples are off the surface beyond their own; null where there is none.
+    scatter: Optional[float] = None
+    # What the temperature has added to the samples since, on average; null where there is no surface.
+    correction: Optional[float] = None
+    # Where another sample would tell most: an outlier again, else where the surface is least sure. Null: nowhere, or
+    # there is no surface.
+    next: Optional[list[FocusAtValue]] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FocusAtPlace:
+    """Feature "focusAt". Focus as the surface has it at one place."""
+
+    # The place.
+    at: list[FocusAtValue]
+    # Native position of focus.
+    position: float
+    # Standard deviation of that.
+    sigma: float
+    # Vergence in focus there, null where the optics are not known.
+    vergence_d: Optional[float] = None
+    # Standard deviation of that, null where vergenceD is.
+    sigma_d: Optional[float] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class UndoResult:
     """A lens brought back."""
 

@@ -10,6 +10,7 @@
 #include "base/settings.h"
 #include "base/units.h"
 #include "drivers/api/lens.h"
+#include "rig/focus_at.h"
 #include "rig/focus_shift.h"
 
 namespace lensd::rig {
@@ -86,7 +87,8 @@ struct Calibration {
   std::vector<BreathingPoint> breathing;  ///< empty, or at least two, extensions rising
   std::optional<TemperatureModel> temperature;
   drivers::PerAxis<std::optional<Backlash>> backlash;
-  std::vector<FocusShift> focus_shifts;  ///< each of another pair
+  std::vector<FocusShift> focus_shifts;    ///< each of another pair
+  std::optional<FocusAtSamples> focus_at;  ///< not of the lens alone: of where it is mounted
 
   /// Replaces the curve of the same conditions, or the shift of the same pair, or adds one.
   void Put(FocusCurve curve);

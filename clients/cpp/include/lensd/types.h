@@ -80,6 +80,10 @@ class BacklashResult;
 class BacklashProgress;
 class Preset;
 class RecallResult;
+class FocusAtValue;
+class FocusAtSample;
+class FocusAtSurface;
+class FocusAtPlace;
 class UndoResult;
 class ListReply;
 class ListParameters;
@@ -107,6 +111,14 @@ class ListFocusShiftsReply;
 class ListFocusShiftsParameters;
 class RemoveFocusShiftReply;
 class RemoveFocusShiftParameters;
+class FocusAtAddReply;
+class FocusAtAddParameters;
+class FocusAtGetReply;
+class FocusAtGetParameters;
+class FocusAtReply;
+class FocusAtParameters;
+class FocusAtForgetReply;
+class FocusAtForgetParameters;
 class PresetSaveReply;
 class PresetSaveParameters;
 class PresetListReply;
@@ -1616,6 +1628,87 @@ class LENSD_API RecallResult : public Value {
   std::optional<std::string> note() const;
 };
 
+/// Feature "focusAt". One coordinate that is not the lens's own, such as that of a stage: as the client names and
+/// counts it.
+class LENSD_API FocusAtValue : public Value {
+ public:
+  /// Its name.
+  std::string name() const;
+  FocusAtValue& name(const std::string& value);
+  /// Its value.
+  double value() const;
+  FocusAtValue& value(double value);
+  /// Its unit, null where it has none.
+  std::optional<std::string> unit() const;
+  FocusAtValue& unit(const std::string& value);
+};
+
+/// Feature "focusAt". Focus as it was found at one place.
+class LENSD_API FocusAtSample : public Value {
+ public:
+  /// The place.
+  std::vector<FocusAtValue> at() const;
+  /// Native position of focus, as it was found.
+  double position() const;
+  /// Standard deviation of that.
+  double sigma() const;
+  /// By how much what it says of this moment is off the surface; null where there is no surface.
+  std::optional<double> off() const;
+  /// It is too far off to lie on the surface, and was left out of the fit.
+  bool outlier() const;
+  /// Temperature that it was found at, null where there is no thermometer.
+  std::optional<double> temperatureC() const;
+  /// Where the zoom stood, null where there is none.
+  std::optional<double> zoomPosition() const;
+  /// Where the filter stood, null where there is none.
+  std::optional<double> filterPosition() const;
+  /// F-number that it was found at, null where it is not known.
+  std::optional<double> fNumber() const;
+  /// When: date and time, UTC.
+  std::string made() const;
+};
+
+/// Feature "focusAt". What is known of focus over coordinates that are not the lens's own.
+class LENSD_API FocusAtSurface : public Value {
+ public:
+  /// Name of the lens.
+  std::string lens() const;
+  /// The samples, oldest first. The first has the number 1.
+  std::vector<FocusAtSample> samples() const;
+  /// There is a surface through them now.
+  bool fitted() const;
+  /// Why there is none; null where there is.
+  std::optional<std::string> reason() const;
+  /// The least of each coordinate that the surface covers; null where there is none.
+  std::vector<FocusAtValue> low() const;
+  /// The greatest of each.
+  std::vector<FocusAtValue> high() const;
+  /// It is a plane with a bowl on it, not a plane; null where there is none.
+  std::optional<bool> curved() const;
+  /// Standard deviation by which samples are off the surface beyond their own; null where there is none.
+  std::optional<double> scatter() const;
+  /// What the temperature has added to the samples since, on average; null where there is no surface.
+  std::optional<double> correction() const;
+  /// Where another sample would tell most: an outlier again, else where the surface is least sure. Null: nowhere, or
+  /// there is no surface.
+  std::vector<FocusAtValue> next() const;
+};
+
+/// Feature "focusAt". Focus as the surface has it at one place.
+class LENSD_API FocusAtPlace : public Value {
+ public:
+  /// The place.
+  std::vector<FocusAtValue> at() const;
+  /// Native position of focus.
+  double position() const;
+  /// Standard deviation of that.
+  double sigma() const;
+  /// Vergence in focus there, null where the optics are not known.
+  std::optional<double> vergenceD() const;
+  /// Standard deviation of that, null where vergenceD is.
+  std::optional<double> sigmaD() const;
+};
+
 /// A lens brought back.
 class LENSD_API UndoResult : public Value {
  public:
@@ -1879,6 +1972,81 @@ class LENSD_API RemoveFocusShiftParameters : public Value {
   RemoveFocusShiftParameters& fromFilter(double value);
   RemoveFocusShiftParameters& toFilter(double value);
   RemoveFocusShiftParameters& lease(const std::string& value);
+};
+
+/// The answer to FocusAtAdd.
+class LENSD_API FocusAtAddReply : public Value {
+ public:
+  FocusAtSurface surface() const;
+};
+
+/// Feature "focusAt". Adds a sample to the surface of focus: the newest Autofocus or session that was sure, as it found
+/// focus at the place `at`, or `position` with its standard deviation `sigma`. One autofocus makes one sample. One to
+/// three coordinates, always the same and in the same order. It is kept with the calibration. Unsupported: the zoom,
+/// the filter, the wavelength or the side that focus is approached from are others than those of the samples, or the
+/// temperature is, by more than 2 C, and the lens has no coefficient that is used. OutOfRange: 30 samples are kept
+/// already, or focus cannot stand there. InvalidRequest: no autofocus to take; other coordinates. Busy: an axis moves.
+/// NotHomed: an axis has lost its reference. NotKept: it is in force, and could not be written.
+class LENSD_API FocusAtAddParameters : public Value {
+ public:
+  using Reply = FocusAtAddReply;
+  static const char* Method() { return "FocusAtAdd"; }
+  FocusAtAddParameters& lens(const std::string& value);
+  FocusAtAddParameters& at(const std::vector<FocusAtValue>& value);
+  FocusAtAddParameters& position(double value);
+  FocusAtAddParameters& sigma(double value);
+  FocusAtAddParameters& lease(const std::string& value);
+};
+
+/// The answer to FocusAtGet.
+class LENSD_API FocusAtGetReply : public Value {
+ public:
+  FocusAtSurface surface() const;
+  std::optional<FocusAtPlace> place() const;
+};
+
+/// Feature "focusAt". What is known, and with `at` where focus lies there, as FocusAt has it. OutOfRange, Unsupported:
+/// as of FocusAt.
+class LENSD_API FocusAtGetParameters : public Value {
+ public:
+  using Reply = FocusAtGetReply;
+  static const char* Method() { return "FocusAtGet"; }
+  FocusAtGetParameters& lens(const std::string& value);
+  FocusAtGetParameters& at(const std::vector<FocusAtValue>& value);
+};
+
+/// The answer to FocusAt.
+class LENSD_API FocusAtReply : public Value {
+ public:
+  FocusAtPlace place() const;
+  MoveResult move() const;
+};
+
+/// Feature "focusAt". Moves focus to where the surface has it at a place. OutOfRange: outside the samples, or too few
+/// of them. Unsupported: other conditions than those of the samples, as of FocusAtAdd. Otherwise as Move.
+class LENSD_API FocusAtParameters : public Value {
+ public:
+  using Reply = FocusAtReply;
+  static const char* Method() { return "FocusAt"; }
+  FocusAtParameters& lens(const std::string& value);
+  FocusAtParameters& at(const std::vector<FocusAtValue>& value);
+  FocusAtParameters& lease(const std::string& value);
+};
+
+/// The answer to FocusAtForget.
+class LENSD_API FocusAtForgetReply : public Value {
+ public:
+};
+
+/// Feature "focusAt". Forgets all samples, or one of them, by its number from 1. InvalidRequest: there is no such
+/// sample. NotKept: it is in force, and could not be written.
+class LENSD_API FocusAtForgetParameters : public Value {
+ public:
+  using Reply = FocusAtForgetReply;
+  static const char* Method() { return "FocusAtForget"; }
+  FocusAtForgetParameters& lens(const std::string& value);
+  FocusAtForgetParameters& sample(std::int64_t value);
+  FocusAtForgetParameters& lease(const std::string& value);
 };
 
 /// The answer to PresetSave.

@@ -1,0 +1,214 @@
+// A sample is kept as the position that was found, with the conditions it was found under. What that position would be
+// now follows from the lens's own figures for both temperatures; another zoom, filter, light or approach has a surface
+// of its own. So a new calibration corrects old samples too.
+#include "rig/focus_at.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/quantity_text.h"
+#include "rig/rig.h"
+
+namespace lensd::rig {
+namespace {
+
+using drivers::Axis;
+
+constexpr double kUncorrected = 2.0;  ///< degrees that are let pass where the lens' coefficient is not known
+constexpr double kStepSigma = 0.29;   ///< standard deviation of what is rounded to whole steps: 1 / sqrt(12)
+constexpr double kSameZoomSteps = 2.0;
+constexpr double kSamePlace = 0.5;
+constexpr double kNear = 0.25;  ///< of a coordinate's range: a sample so near tells the same
+
+/// Why a sample of `then` says nothing of `now`; empty: it does.
+std::string WhyOther(const Rig& rig, const FocusAtConditions& then, const FocusAtConditions& now) {
+  const auto text = [](const auto& value) { return value ? Short(value->value) : std::string("not known"); };
+  const auto other = [](const auto& one, const auto& two, double within) {
+    return one.has_value() != two.has_value() || (one && std::abs(one->value - two->value) > within);
+  };
+  const auto& zoom = rig.lens().axes[Axis::Zoom];
+  if (other(then.zoom, now.zoom, zoom ? kSameZoomSteps * zoom->resolution : 0.0)) {
+    return "at zoom position " + text(then.zoom) + ", and the zoom is at " + text(now.zoom);
+  }
+  if (other(then.filter, now.filter, kSamePlace)) {
+    return "through filter " + text(then.filter) + ", and the filter is " + text(now.filter);
+  }
+  if (other(then.wavelength, now.wavelength, 1e-9)) return "in light of another wavelength than is configured now";
+  if (then.approach_up != now.approach_up) return "approached from the other side than is configured now";
+  const bool known = then.temperature && now.temperature;
+  if (!rig.GetStatus().compensates && known && other(then.temperature, now.temperature, kUncorrected)) {
+    return "at " + text(then.temperature) + " C, it is " + text(now.temperature) +
+           " C now, and how focus goes with the temperature is not known of this lens";
+  }
+  return "";
+}
+
+Result<void> RefuseOther(const Rig& rig, const FocusAtSamples& known, const FocusAtConditions& now) {
+  for (std::size_t i = 0; i < known.samples.size(); ++i) {
+    const std::string why = WhyOther(rig, known.samples[i].under, now);
+    if (why.empty()) continue;
+    return Fail(Code::Unsupported, "sample " + std::to_string(i + 1) + " of the focus surface was found " + why +
+                                       ": go back there, or forget the surface and learn it anew");
+  }
+  return {};
+}
+
+/// Where focus stands now for what `sample` found, and one standard deviation of what the temperature adds.
+std::pair<double, double> PositionNow(const Rig& rig, const FocusAtSample& sample, const FocusAtConditions& now) {
+  const OpticsTable* optics = rig.optics();
+  if (optics == nullptr || !optics->has_focus() || !rig.GetStatus().compensates || !sample.under.temperature ||
+      !now.temperature) {
+    return {sample.position.value, 0.0};
+  }
+  const auto table = [&](const std::optional<Celsius>& temperature) {
+    return optics->In({.zoom = sample.under.zoom, .filter = sample.under.filter, .temperature = temperature});
+  };
+  const Metres extension = table(sample.under.temperature).ExtensionFromNative(sample.position);
+  const OpticsTable here = table(now.temperature);
+  const double position = here.NativeFromExtension(extension).value;
+  const auto calibration = rig.calibration();
+  if (!calibration || !calibration->temperature) return {position, 0.0};
+  const double error =
+      calibration->temperature->per_degree_error.value * (now.temperature->value - sample.under.temperature->value);
+  return {position, here.NativeFromExtension(extension + Metres{error}).value - position};
+}
+
+/// How sure the surface is there in its own terms; nothing: a sample that was used is near.
+std::optional<double> UnsureAt(const FocusAtFit& fit, const std::vector<double>& at) {
+  for (const auto& sample : fit.samples) {
+    if (sample.outlier) continue;
+    double far = 0.0;
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      const double range = fit.surface->high[i] - fit.surface->low[i];
+      far = std::max(far, std::abs(sample.at[i] - at[i]) / range);
+    }
+    if (far < kNear) return std::nullopt;
+  }
+  const auto there = fit.surface->At(at);
+  return there ? std::optional(there->sigma) : std::nullopt;
+}
+
+/// An outlier again; else, of the corners and middles of the range, the one with no sample near it where the surface is
+/// least sure.
+std::optional<std::vector<double>> NextPlace(const FocusAtFit& fit) {
+  const auto outlier = std::ranges::find_if(fit.samples, &autofocus::SurfaceSample::outlier);
+  if (outlier != fit.samples.end()) return outlier->at;
+  const std::size_t coordinates = fit.surface->low.size();
+  std::optional<std::vector<double>> best;
+  double least_sure = 0.0;
+  constexpr int kPlaces = 3;
+  int count = 1;
+  for (std::size_t i = 0; i < coordinates; ++i) count *= kPlaces;
+  for (int number = 0; number < count; ++number) {
+    std::vector<double> at;
+    int rest = number;
+    for (std::size_t i = 0; i < coordinates; ++i, rest /= kPlaces) {
+      const double low = fit.surface->low[i], high = fit.surface->high[i];
+      at.push_back(rest % kPlaces == 0 ? low : rest % kPlaces == 1 ? high : 0.5 * (low + high));
+    }
+    const auto unsure = UnsureAt(fit, at);
+    if (!unsure || !(*unsure > least_sure)) continue;
+    least_sure = *unsure;
+    best = std::move(at);
+  }
+  return best;
+}
+
+}  // namespace
+
+FocusAtConditions FocusAtConditionsOf(const Status& status, std::optional<Metres> wavelength) {
+  const auto place = [&](Axis axis) {
+    return status.axes[axis] ? std::optional(status.axes[axis]->position) : std::nullopt;
+  };
+  return {.zoom = place(Axis::Zoom),
+          .filter = place(Axis::Filter),
+          .temperature = status.temperature,
+          .f_number = status.f_number,
+          .wavelength = wavelength};
+}
+
+std::optional<Native> NativeSigma(const Rig& rig, Native position, Dioptres sigma) {
+  const OpticsTable* optics = rig.optics();
+  if (optics == nullptr || !optics->has_focus()) return std::nullopt;
+  const double step = rig.lens().axes[Axis::Focus]->resolution;
+  const auto vergence = [&](double native) {
+    return optics->VergenceFromExtension(optics->ExtensionFromNative(Native{native})).value;
+  };
+  const double slope = (vergence(position.value + step) - vergence(position.value - step)) / (2.0 * step);
+  return Native{std::hypot(sigma.value / slope, kStepSigma * step)};
+}
+
+Result<void> AddFocusAt(FocusAtSamples& known, const std::vector<FocusAtCoordinate>& coordinates, FocusAtSample sample,
+                        const Rig& rig) {
+  const Status status = rig.GetStatus();
+  for (const Axis axis : {Axis::Focus, Axis::Zoom, Axis::Filter}) {
+    if (!status.axes[axis] || status.axes[axis]->homed || !rig.lens().axes[axis]->can_home) continue;
+    return Fail(Code::NotHomed, "where " + std::string(AxisName(axis)) +
+                                    " stands is not known, so a sample would lead elsewhere: home it first");
+  }
+  const auto [low, high] = rig.SoftLimits(Axis::Focus);
+  if (sample.position < low || high < sample.position) {
+    return Fail(Code::OutOfRange, "focus cannot stand at " + Short(sample.position.value), {.parameter = "position"});
+  }
+  sample.under.approach_up = rig.approaches_up(Axis::Focus);
+  if (known.samples.empty()) known.coordinates = coordinates;
+  if (known.coordinates != coordinates) {
+    return Fail(Code::InvalidArgument,
+                "the focus surface has other coordinates or units: forget it first, or say the same",
+                {.parameter = "at"});
+  }
+  if (known.samples.size() >= FocusAtSamples::kMost) {
+    return Fail(Code::OutOfRange, "a focus surface has 30 samples at most: forget some");
+  }
+  if (auto other = RefuseOther(rig, known, sample.under); !other) return other;
+  known.samples.push_back(std::move(sample));
+  return {};
+}
+
+Result<FocusAtFit> FitFocusAt(const FocusAtSamples& known, const Rig& rig, FocusAtConditions now) {
+  now.approach_up = rig.approaches_up(Axis::Focus);
+  if (auto other = RefuseOther(rig, known, now); !other) return PassOn(other);
+  FocusAtFit fit;
+  fit.coordinates = known.coordinates;
+  if (known.samples.empty()) {
+    fit.why_none = "no focus surface is learned yet: focus in some places and add each as a sample";
+    return fit;
+  }
+  const auto count = static_cast<double>(known.samples.size());
+  for (const FocusAtSample& sample : known.samples) {
+    const auto [position, sigma] = PositionNow(rig, sample, now);
+    fit.samples.push_back({.at = sample.at, .focus = position, .sigma = sample.sigma.value});
+    fit.correction.value += (position - sample.position.value) / count;
+    fit.correction_sigma.value += sigma / count;
+  }
+  fit.correction_sigma.value = std::abs(fit.correction_sigma.value);
+  auto surface = autofocus::FitCoordinateSurface(fit.samples);
+  if (!surface) {
+    fit.why_none = surface.error().message;
+    return fit;
+  }
+  fit.surface = *std::move(surface);
+  fit.next = NextPlace(fit);
+  return fit;
+}
+
+Result<autofocus::SurfaceFocus> FocusAtFit::At(const std::vector<double>& at) const {
+  if (!surface) return Fail(Code::OutOfRange, why_none, {.parameter = "at"});
+  for (std::size_t i = 0; i < at.size() && i < coordinates.size(); ++i) {
+    const double low = surface->low[i], high = surface->high[i];
+    if (at[i] >= low && at[i] <= high) continue;
+    const auto& [name, unit] = coordinates[i];
+    const std::string in = unit.empty() ? "" : " " + unit;
+    return Fail(Code::OutOfRange,
+                name + " = " + Short(at[i], 6) + in + " is " + Short(at[i] < low ? low - at[i] : at[i] - high) + in +
+                    " outside the samples (" + Short(low, 6) + " to " + Short(high, 6) + in +
+                    "): focus there and add the sample",
+                {.parameter = "at", .minimum = low, .maximum = high, .unit = unit});
+  }
+  auto there = surface->At(at);
+  if (there) there->sigma = std::hypot(there->sigma, correction_sigma.value);
+  return there;
+}
+
+}  // namespace lensd::rig
