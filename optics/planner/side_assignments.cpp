@@ -47,20 +47,29 @@ void AddExtremes(const std::vector<const PlanDepth*>& depths, Extreme which, Lim
   }
 }
 
+/// Whether the two are the same, or certainly not, by a look at their numbers alone.
+bool SameOrApart(const PlanDepth& a, const PlanDepth& b) {
+  constexpr double kUlps = 8.0 * std::numeric_limits<double>::epsilon();
+  const double one = a.number.value, other = b.number.value;
+  if (a.is_vergence != b.is_vergence) return false;
+  if (one == other) return a.number.decimal == b.number.decimal;
+  return std::abs(one - other) > kUlps * std::max(one, other);
+}
+
 /// Adds the rows of a limit of one interval whose ends are the same or clearly apart; false where they are not.
 bool AddOneInterval(const BlurLimit& limit, int name, std::vector<LimitRow>& rows) {
   if (limit.depths.size() != 1) return false;
   const PlanDepth* near = &limit.depths.front().one_end;
   const PlanDepth* far = &limit.depths.front().other_end;
-  if (near->is_vergence != far->is_vergence || TooCloseToTell(*near, *far)) return false;
+  if (!SameOrApart(*near, *far)) return false;
   if (Nearer(*far, *near)) std::swap(near, far);
   if (limit.kind == LimitKind::Sharp) {
-    rows.emplace_back(RowKind::SharpFar, far, &limit.limit, name);
-    rows.emplace_back(RowKind::SharpNear, near, &limit.limit, name);
+    rows.push_back({RowKind::SharpFar, far, &limit.limit, name});
+    rows.push_back({RowKind::SharpNear, near, &limit.limit, name});
   } else if (limit.side == Side::Behind) {
-    rows.emplace_back(RowKind::Behind, near, &limit.limit, name);
+    rows.push_back({RowKind::Behind, near, &limit.limit, name});
   } else {
-    rows.emplace_back(RowKind::Front, far, &limit.limit, name);
+    rows.push_back({RowKind::Front, far, &limit.limit, name});
   }
   return true;
 }
@@ -159,11 +168,12 @@ OrderedInterval Ordered(const DepthInterval& interval) {
 
 SideAssignments::SideAssignments(const PlanRequest& request) : request_(request) {
   std::vector<const PlanDepth*> depths;
+  std::vector<LimitRow> blurred;  // after the sharp ones: what comes in runs is quicker to tell apart
   rows_.reserve(2 * request.limits.size() + 2);
   for (std::size_t i = 0; i < request.limits.size(); ++i) {
     const BlurLimit& limit = request.limits[i];
     if (limit.kind == LimitKind::Sharp || limit.side != Side::Either) {
-      AddLimit(limit, static_cast<int>(i), depths, rows_);
+      AddLimit(limit, static_cast<int>(i), depths, limit.kind == LimitKind::Sharp ? rows_ : blurred);
       continue;
     }
     for (const DepthInterval& interval : limit.depths) open_.push_back({Ordered(interval), static_cast<int>(i)});
@@ -172,6 +182,7 @@ SideAssignments::SideAssignments(const PlanRequest& request) : request_(request)
     rows_.push_back({RowKind::SharpFar, &*request.focus, &*request.depth_limit, kDepthName});
     rows_.push_back({RowKind::SharpNear, &*request.focus, &*request.depth_limit, kDepthName});
   }
+  rows_.insert(rows_.end(), blurred.begin(), blurred.end());
   std::sort(open_.begin(), open_.end(), [](const OpenInterval& a, const OpenInterval& b) {
     return Vergence(*a.ends.near) > Vergence(*b.ends.near);
   });
