@@ -116,7 +116,8 @@ Attempt<Solution> TrySolveForN(const Subproblem& task, WantedN wanted, const Con
   const T n = largest ? -result.n : result.n;
   solved.n = static_cast<double>(n);
   if (!solved.feasible || !(n > 0) || programme.strip.high_unbounded) return attempt;
-  const std::optional<LeastRatio<T>> least = LeastRatioAt(programme.strip, n);
+  const std::optional<ConstraintPair<T>> decided = largest ? std::nullopt : result.before;
+  const std::optional<LeastRatio<T>> least = LeastRatioAt(programme.strip, n, decided);
   attempt.certain = attempt.certain && least && RatioIsGood(programme.strip, error, n);
   if (!least) return attempt;
   solved.e = static_cast<double>(least->e);

@@ -127,20 +127,24 @@ WorstBlur WorstBlurs::Of(const BlurLimit& limit) const {
   constexpr double kPart = 5e-13, kUlps = 2.0 * std::numeric_limits<double>::epsilon();
   const double reach = kPart / kUlps * times_n * limit.limit.value;
   bool good = plain_;
+  const auto judged = [&](const PlanDepth& depth) {
+    const double value = depth.number.value;
+    const double scale = depth.is_vergence ? 1.0 : value, u = depth.is_vergence ? value : 1.0;
+    const double w = scale - f_ * u, v = f_ * f_ * u, moved = w * e_;
+    good &= std::abs(moved) + v < reach * scale;
+    double blur = moved - v, spread = std::abs(w) * delta_;
+    if (!depth.is_vergence) blur /= scale, spread /= scale;
+    return kind.sign * (kind.either * std::abs(blur) + kind.behind * blur) + spread;
+  };
   double worst = -std::numeric_limits<double>::infinity();
   const PlanDepth* at = nullptr;
   for (const DepthInterval& interval : limit.depths) {
-    for (const PlanDepth* depth : {&interval.one_end, &interval.other_end}) {
-      const double value = depth->number.value;
-      const double scale = depth->is_vergence ? 1.0 : value, u = depth->is_vergence ? value : 1.0;
-      const double w = scale - f_ * u, v = f_ * f_ * u, moved = w * e_;
-      good &= std::abs(moved) + v < reach * scale;
-      double blur = moved - v, spread = std::abs(w) * delta_;
-      if (!depth->is_vergence) blur /= scale, spread /= scale;
-      const double judged = kind.sign * (kind.either * std::abs(blur) + kind.behind * blur) + spread;
-      at = judged > worst || at == nullptr ? depth : at;
-      worst = std::max(worst, judged);
-    }
+    const double one = judged(interval.one_end), other = judged(interval.other_end);
+    const std::array<const PlanDepth*, 2> ends{&interval.one_end, &interval.other_end};
+    const double more = std::max(one, other);
+    if (at != nullptr && !(more > worst)) continue;
+    worst = more;
+    at = ends[static_cast<std::size_t>(other > one)];
   }
   return good ? WorstBlur{{std::max(kind.sign * worst, 0.0) / times_n}, at} : Precisely(limit);
 }

@@ -21,10 +21,10 @@ enum Name : int { kFocusName = -1, kFNumberName = -2, kExtensionName = -3, kDoma
 enum class RowKind { SharpFar, SharpNear, Behind, Front };
 
 struct LimitRow {
-  RowKind kind = RowKind::SharpFar;
-  const PlanDepth* depth = nullptr;
-  const Number* limit = nullptr;
-  int name = 0;
+  RowKind kind;
+  const PlanDepth* depth;
+  const Number* limit;
+  int name;
 };
 
 /// Points into a request and rows that must outlive it.
