@@ -153,11 +153,14 @@ ChosenModel ModelFor(const PlanRequest& request, std::span<const LimitAnswer> li
                       .calibration_error = request.calibration_error};
   if (request.wavelength) ranges.wavelength = Metres{request.wavelength->value};
   std::optional<Metres> tightest;
-  if (!limits.empty()) ranges.near = limits.front().near, ranges.far = limits.front().far;
-  for (const LimitAnswer& limit : limits) {
-    tightest = std::min(tightest.value_or(limit.limit), limit.limit);
-    ranges.near = std::max(ranges.near, limit.near);
-    ranges.far = std::min(ranges.far, limit.far);
+  if (!limits.empty()) {
+    double near = limits.front().near.value, far = limits.front().far.value, least = limits.front().limit.value;
+    for (const LimitAnswer& limit : limits) {
+      near = std::max(limit.near.value, near);
+      far = std::min(limit.far.value, far);
+      least = std::min(limit.limit.value, least);
+    }
+    ranges.near = {near}, ranges.far = {far}, tightest = Metres{least};
   }
   return SimplestModel(ranges, request.model_tolerance.value_or(DefaultModelTolerance(tightest, request.pixel)));
 }
