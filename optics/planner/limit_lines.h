@@ -145,6 +145,15 @@ LimitLine<T> LineOf(RowKind kind, const DepthNumbers<T>& depth, const LensNumber
 
 namespace task_detail {
 
+/// The same lines as WriteLines(), column by column, in vectors of what the compiler knows of. False, with nothing
+/// written that counts, where some depth is not a vergence clearly outside the focal length.
+bool WritePlainLines(LinearProgram<double>& programme, std::span<const LimitRow> rows,
+                     const std::array<std::size_t, 4>& of_kind);
+template <class T>
+bool WritePlainLines(LinearProgram<T>&, std::span<const LimitRow>, const std::array<std::size_t, 4>&) {
+  return false;
+}
+
 /// How many lines there are so far.
 struct LineCount {
   std::size_t upper = 0, lower = 0;
@@ -179,6 +188,19 @@ void AddRow(LinearProgram<T>& programme, const LimitRow& row, const DepthNumbers
       programme.lower_name[count.lower++] = row.name;
       return;
   }
+}
+
+template <class T, class Convert>
+void WriteLines(LinearProgram<T>& programme, std::span<const LimitRow> rows, const Convert& convert) {
+  LineCount count;
+  for (const bool sharp : {true, false}) {  // sharp lines come first
+    for (const LimitRow& row : rows) {
+      if ((row.kind == RowKind::SharpFar || row.kind == RowKind::SharpNear) != sharp) continue;
+      AddRow(programme, row, NumbersOf(*row.depth, programme.lens, convert), convert(*row.limit), count);
+    }
+    if (sharp) programme.upper_sharp = count.upper, programme.lower_sharp = count.lower;
+  }
+  programme.Shorten(count.upper, count.lower);
 }
 
 template <class T, class Convert>
@@ -261,15 +283,11 @@ void Write(LinearProgram<T>& programme, const Subproblem& task, const Convert& c
   for (const LimitRow& row : task.rows) ++of_kind[static_cast<std::size_t>(row.kind)];
   const auto [far, near, behind, front] = of_kind;
   programme.Resize(far + front, near + behind + front);  // what is in front inside the focal length bounds from below
-  task_detail::LineCount count;
-  for (const bool sharp : {true, false}) {  // sharp lines come first
-    for (const LimitRow& row : task.rows) {
-      if ((row.kind == RowKind::SharpFar || row.kind == RowKind::SharpNear) != sharp) continue;
-      task_detail::AddRow(programme, row, NumbersOf(*row.depth, lens, convert), convert(*row.limit), count);
-    }
-    if (sharp) programme.upper_sharp = count.upper, programme.lower_sharp = count.lower;
+  if (std::is_same_v<T, double> && task_detail::WritePlainLines(programme, task.rows, of_kind)) {
+    programme.Shorten(far + front, near + behind);
+  } else {
+    task_detail::WriteLines(programme, task.rows, convert);
   }
-  programme.Shorten(count.upper, count.lower);
   programme.strip.upper = {programme.upper_p, programme.upper_q, programme.upper_sharp};
   programme.strip.lower = {programme.lower_p, programme.lower_q, programme.lower_sharp};
 }

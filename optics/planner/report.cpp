@@ -24,14 +24,15 @@ void AddLimitAnswer(const WorstBlurs& blurs, const BlurLimit& limit, PlanAnswer&
   // The verdict is exact; N and e are its nearest doubles, which may touch a limit from the other side.
   constexpr double kRounding = 1.0 + 1e-12;
   if (ratio > 1.0 && ratio <= kRounding) ratio = 1.0;
-  Dioptres near = limit.depths.front().one_end.vergence(), far = near;
+  double near = limit.depths.front().one_end.vergence().value, far = near;
   for (const DepthInterval& interval : limit.depths) {
-    const Dioptres one = interval.one_end.vergence(), other = interval.other_end.vergence();
+    const double one = interval.one_end.vergence().value, other = interval.other_end.vergence().value;
     near = std::max(near, std::max(one, other));
     far = std::min(far, std::min(one, other));
   }
   answer.worst_ratio = std::max(answer.worst_ratio, ratio);
-  answer.limits.emplace_back(limit.name, near, far, Metres{limit.limit.value}, worst.blur, worst.at->vergence(), ratio);
+  answer.limits.emplace_back(limit.name, Dioptres{near}, Dioptres{far}, Metres{limit.limit.value}, worst.blur,
+                             worst.at->vergence(), ratio);
 }
 
 }  // namespace
