@@ -137,7 +137,7 @@ Metres DefaultModelTolerance(std::optional<Metres> tightest_limit, std::optional
   return std::max(tightest_limit.value_or(Metres{0.0}) / 10.0, pixel.value_or(Metres{0.0}) / 4.0);
 }
 
-ChosenModel ModelFor(const PlanRequest& request) {
+ChosenModel ModelFor(const PlanRequest& request, std::span<const LimitAnswer> limits) {
   if (request.liquid) return {.rung = Rung::Thin, .error = Metres{0.0}};
   const auto [n_low, n_high] = FNumberRange(request);
   const double delta = request.sensor_tolerance.value, epsilon = request.f_number_tolerance.value;
@@ -153,16 +153,14 @@ ChosenModel ModelFor(const PlanRequest& request) {
                       .calibration_error = request.calibration_error};
   if (request.wavelength) ranges.wavelength = Metres{request.wavelength->value};
   std::optional<Metres> tightest;
-  bool first = true;
-  for (const BlurLimit& limit : request.limits) {
-    if (!tightest || limit.limit.value < tightest->value) tightest = Metres{limit.limit.value};
-    for (const DepthInterval& interval : limit.depths) {
-      for (const PlanDepth* end : {&interval.one_end, &interval.other_end}) {
-        ranges.near = first ? end->vergence() : std::max(ranges.near, end->vergence());
-        ranges.far = first ? end->vergence() : std::min(ranges.far, end->vergence());
-        first = false;
-      }
+  if (!limits.empty()) {
+    double near = limits.front().near.value, far = limits.front().far.value, least = limits.front().limit.value;
+    for (const LimitAnswer& limit : limits) {
+      near = std::max(limit.near.value, near);
+      far = std::min(limit.far.value, far);
+      least = std::min(limit.limit.value, least);
     }
+    ranges.near = {near}, ranges.far = {far}, tightest = Metres{least};
   }
   return SimplestModel(ranges, request.model_tolerance.value_or(DefaultModelTolerance(tightest, request.pixel)));
 }

@@ -306,8 +306,9 @@ void AddBlur(const PlanRequest& request, const Setting& setting, const Vergences
     line.points.push_back({u, optics::TotalBlurAt(request, depth, setting.f_number, setting.extension).value / unit});
   }
   chart.lines.push_back(std::move(line));
+  const optics::WorstBlurs blurs(request, setting.f_number, setting.extension);
   for (const auto& limit : request.limits) {
-    const auto worst = optics::WorstBlurOf(request, limit, setting.f_number, setting.extension);
+    const auto worst = blurs.Of(limit);
     const double blur = worst.blur.value / unit;
     const bool holds = limit.kind == LimitKind::Sharp ? worst.blur.value <= limit.limit.value * (1.0 + 1e-9)
                                                       : worst.blur.value >= limit.limit.value * (1.0 - 1e-9);

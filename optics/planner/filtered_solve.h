@@ -116,8 +116,10 @@ Attempt<Solution> TrySolveForN(const Subproblem& task, WantedN wanted, const Con
   const T n = largest ? -result.n : result.n;
   solved.n = static_cast<double>(n);
   if (!solved.feasible || !(n > 0) || programme.strip.high_unbounded) return attempt;
-  const std::optional<LeastRatio<T>> least = LeastRatioAt(programme.strip, n);
-  attempt.certain = attempt.certain && least && RatioIsGood(programme.strip, error, n);
+  const std::optional<ConstraintPair<T>> decided = largest ? std::nullopt : result.before;
+  const std::optional<LeastRatio<T>> least = LeastRatioAt(programme.strip, n, decided);
+  attempt.certain = attempt.certain && least &&
+                    (RatioIsGood(programme.strip, error, n) || TightLinesAreClear(programme.strip, error, *least));
   if (!least) return attempt;
   solved.e = static_cast<double>(least->e);
   solved.ratio = static_cast<double>(least->ratio);

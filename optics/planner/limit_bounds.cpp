@@ -36,29 +36,6 @@ Metres DiffractionAt(const PlanRequest& request, double n, double e) {
   return DiffractionBlur(request.diffraction, {request.wavelength->value}, working);
 }
 
-/// N times the signed blur, and by how much the sensor tolerance changes it: plain doubles, which are enough where
-/// rounding them is a small part of the limit.
-struct PlainBlur {
-  double blur = 0.0, spread = 0.0;
-  bool good = false;
-};
-inline PlainBlur PlainBlurAt(const PlanRequest& request, const PlanDepth& depth, double e, double reach) {
-  if (request.wavelength || request.liquid || request.pupil_factor.value != 1.0) return {};
-  const double f = request.focal_length.value;
-  double scale = 1.0, w = 1.0 - f * depth.number.value, v = f * f * depth.number.value;
-  if (!depth.is_vergence) {
-    if (!std::isfinite(depth.number.value)) return {};
-    scale = depth.number.value;
-    w = scale - f;
-    v = f * f;
-  }
-  constexpr double kPart = 5e-13, kUlps = 2.0 * std::numeric_limits<double>::epsilon();
-  const double moved = w * e;
-  if (!(kUlps * (std::abs(moved) + v) < kPart * reach * scale)) return {};
-  if (depth.is_vergence) return {moved - v, std::abs(w) * request.sensor_tolerance.value, true};
-  return {(moved - v) / scale, std::abs(w) / scale * request.sensor_tolerance.value, true};
-}
-
 /// The greatest total blur over the tolerances: blur squared is convex in e and in N², so it is at a corner.
 double MostBlur(const PlanRequest& request, const PlanDepth& depth, double n, double e) {
   const double delta = request.sensor_tolerance.value, epsilon = request.f_number_tolerance.value;
@@ -128,22 +105,56 @@ Metres TotalBlurAt(const PlanRequest& request, const PlanDepth& depth, FNumber f
   return request.wavelength ? TotalBlur(blur, DiffractionAt(request, f_number.value, extension.value)) : blur;
 }
 
-WorstBlur WorstBlurOf(const PlanRequest& request, const BlurLimit& limit, FNumber f_number, Metres extension) {
+WorstBlurs::WorstBlurs(const PlanRequest& request, FNumber f_number, Metres extension)
+    : request_(request),
+      f_(request.focal_length.value),
+      n_(f_number.value),
+      e_(extension.value),
+      delta_(request.sensor_tolerance.value),
+      plain_(!request.wavelength && !request.liquid && request.pupil_factor.value == 1.0) {}
+
+// Plain doubles, where rounding them is a small part of the limit. Limits of all kinds come in any order, which no
+// processor guesses: what they differ in are factors.
+WorstBlur WorstBlurs::Of(const BlurLimit& limit) const {
+  struct Kind {
+    double either, behind;  ///< parts of |blur| and blur in what is judged
+    double sign;            ///< +1: the more the worse
+  };
+  constexpr std::array<Kind, 4> kKinds{{{1.0, 0.0, 1.0}, {1.0, 0.0, -1.0}, {0.0, 1.0, -1.0}, {0.0, -1.0, -1.0}}};
   const bool sharp = limit.kind == LimitKind::Sharp;
-  const double epsilon = request.f_number_tolerance.value;
-  const double times_n = f_number.value * (sharp ? 1.0 - epsilon : 1.0 + epsilon);
-  const double reach = times_n * limit.limit.value;
+  const Kind& kind = kKinds[sharp ? 0U : 1U + static_cast<unsigned>(limit.side)];
+  const double times_n = n_ * (1.0 - kind.sign * request_.f_number_tolerance.value);
+  constexpr double kPart = 5e-13, kUlps = 2.0 * std::numeric_limits<double>::epsilon();
+  const double reach = kPart / kUlps * times_n * limit.limit.value;
+  bool good = plain_;
+  const auto judged = [&](const PlanDepth& depth) {
+    const double value = depth.number.value;
+    const double scale = depth.is_vergence ? 1.0 : value, u = depth.is_vergence ? value : 1.0;
+    const double w = scale - f_ * u, v = f_ * f_ * u, moved = w * e_;
+    good &= std::abs(moved) + v < reach * scale;
+    double blur = moved - v, spread = std::abs(w) * delta_;
+    if (!depth.is_vergence) blur /= scale, spread /= scale;
+    return kind.sign * (kind.either * std::abs(blur) + kind.behind * blur) + spread;
+  };
+  double worst = -std::numeric_limits<double>::infinity();
+  const PlanDepth* at = nullptr;
+  for (const DepthInterval& interval : limit.depths) {
+    const double one = judged(interval.one_end), other = judged(interval.other_end);
+    const std::array<const PlanDepth*, 2> ends{&interval.one_end, &interval.other_end};
+    const double more = std::max(one, other);
+    if (at != nullptr && !(more > worst)) continue;
+    worst = more;
+    at = ends[static_cast<std::size_t>(other > one)];
+  }
+  return good ? WorstBlur{{std::max(kind.sign * worst, 0.0) / times_n}, at} : Precisely(limit);
+}
+
+WorstBlur WorstBlurs::Precisely(const BlurLimit& limit) const {
   WorstBlur worst;
   for (const DepthInterval& interval : limit.depths) {
     for (const PlanDepth* depth : {&interval.one_end, &interval.other_end}) {
-      const PlainBlur plain = PlainBlurAt(request, *depth, extension.value, reach);
-      const double facing = limit.side == Side::Behind  ? plain.blur
-                            : limit.side == Side::Front ? -plain.blur
-                                                        : std::abs(plain.blur);
-      const double blur = plain.good && sharp ? (std::abs(plain.blur) + plain.spread) / times_n
-                          : plain.good        ? std::max(facing - plain.spread, 0.0) / times_n
-                          : sharp             ? MostBlur(request, *depth, f_number.value, extension.value)
-                                              : LeastBlur(request, limit.side, *depth, f_number.value, extension.value);
+      const bool sharp = limit.kind == LimitKind::Sharp;
+      const double blur = sharp ? MostBlur(request_, *depth, n_, e_) : LeastBlur(request_, limit.side, *depth, n_, e_);
       if (worst.at != nullptr && (sharp ? blur <= worst.blur.value : blur >= worst.blur.value)) continue;
       worst = {{blur}, depth};
     }

@@ -21,10 +21,10 @@ enum Name : int { kFocusName = -1, kFNumberName = -2, kExtensionName = -3, kDoma
 enum class RowKind { SharpFar, SharpNear, Behind, Front };
 
 struct LimitRow {
-  RowKind kind = RowKind::SharpFar;
-  const PlanDepth* depth = nullptr;
-  const Number* limit = nullptr;
-  int name = 0;
+  RowKind kind;
+  const PlanDepth* depth;
+  const Number* limit;
+  int name;
 };
 
 /// Points into a request and rows that must outlive it.
@@ -57,17 +57,35 @@ struct DepthNumbers {
   T g{};
 };
 
-/// A programme in numbers, with the names of its lines. Few lines need no memory but its own.
+/// A programme in numbers, with the names of its lines. Some hundred lines need no memory but its own.
 template <class T>
 struct LinearProgram {
  private:
-  alignas(std::max_align_t) std::array<std::byte, 1024> arena_;
+  alignas(std::max_align_t) std::array<std::byte, 8192> arena_;
   std::pmr::monotonic_buffer_resource pool_{arena_.data(), arena_.size()};
+  std::pmr::vector<T> numbers_{&pool_};
+  std::pmr::vector<int> names_{&pool_};
 
  public:
+  /// Makes room for so many lines.
+  void Resize(std::size_t upper, std::size_t lower) {
+    numbers_.resize(2 * (upper + lower));
+    names_.resize(upper + lower);
+    const std::span<T> numbers(numbers_);
+    upper_p = numbers.first(upper), upper_q = numbers.subspan(upper, upper);
+    lower_p = numbers.subspan(2 * upper, lower), lower_q = numbers.last(lower);
+    upper_name = std::span(names_).first(upper), lower_name = std::span(names_).last(lower);
+  }
+  /// Leaves only the first lines.
+  void Shorten(std::size_t upper, std::size_t lower) {
+    for (auto* column : {&upper_p, &upper_q}) *column = column->first(upper);
+    for (auto* column : {&lower_p, &lower_q}) *column = column->first(lower);
+    upper_name = upper_name.first(upper), lower_name = lower_name.first(lower);
+  }
+
   LensNumbers<T> lens;
-  std::pmr::vector<T> upper_p{&pool_}, upper_q{&pool_}, lower_p{&pool_}, lower_q{&pool_};
-  std::pmr::vector<int> upper_name{&pool_}, lower_name{&pool_};
+  std::span<T> upper_p, upper_q, lower_p, lower_q;
+  std::span<int> upper_name, lower_name;
   std::size_t upper_sharp = 0, lower_sharp = 0;
   FeasibleStrip<T> strip;  ///< its spans point into this programme
   int low_name = kDomainName, high_name = kExtensionName, cap_name = 0;
@@ -127,11 +145,26 @@ LimitLine<T> LineOf(RowKind kind, const DepthNumbers<T>& depth, const LensNumber
 
 namespace task_detail {
 
+/// The same lines as WriteLines(), column by column, in vectors of what the compiler knows of. False, with nothing
+/// written that counts, where some depth is not a vergence clearly outside the focal length.
+bool WritePlainLines(LinearProgram<double>& programme, std::span<const LimitRow> rows,
+                     const std::array<std::size_t, 4>& of_kind);
 template <class T>
-void AddRow(LinearProgram<T>& programme, const LimitRow& row, const DepthNumbers<T>& depth, const T& limit) {
+bool WritePlainLines(LinearProgram<T>&, std::span<const LimitRow>, const std::array<std::size_t, 4>&) {
+  return false;
+}
+
+/// How many lines there are so far.
+struct LineCount {
+  std::size_t upper = 0, lower = 0;
+};
+
+template <class T>
+void AddRow(LinearProgram<T>& programme, const LimitRow& row, const DepthNumbers<T>& depth, const T& limit,
+            LineCount& count) {
   const T size = depth.w < 0 ? T(-depth.w) : depth.w;
   constexpr double kNear = 1e-14;
-  if (!(size > kNear * depth.v / programme.lens.f) || (depth.w < 0 && programme.lens.pupil != 1))
+  if (!(size * programme.lens.f > kNear * depth.v) || (depth.w < 0 && programme.lens.pupil != 1))
     programme.ill_conditioned = true;
   const LimitLine<T> line = LineOf(row.kind, depth, programme.lens, limit);
   switch (line.bounds) {
@@ -145,16 +178,29 @@ void AddRow(LinearProgram<T>& programme, const LimitRow& row, const DepthNumbers
       }
       return;
     case Bounds::Above:
-      programme.upper_p.push_back(line.p);
-      programme.upper_q.push_back(line.q);
-      programme.upper_name.push_back(row.name);
+      programme.upper_p[count.upper] = line.p;
+      programme.upper_q[count.upper] = line.q;
+      programme.upper_name[count.upper++] = row.name;
       return;
     case Bounds::Below:
-      programme.lower_p.push_back(line.p);
-      programme.lower_q.push_back(line.q);
-      programme.lower_name.push_back(row.name);
+      programme.lower_p[count.lower] = line.p;
+      programme.lower_q[count.lower] = line.q;
+      programme.lower_name[count.lower++] = row.name;
       return;
   }
+}
+
+template <class T, class Convert>
+void WriteLines(LinearProgram<T>& programme, std::span<const LimitRow> rows, const Convert& convert) {
+  LineCount count;
+  for (const bool sharp : {true, false}) {  // sharp lines come first
+    for (const LimitRow& row : rows) {
+      if ((row.kind == RowKind::SharpFar || row.kind == RowKind::SharpNear) != sharp) continue;
+      AddRow(programme, row, NumbersOf(*row.depth, programme.lens, convert), convert(*row.limit), count);
+    }
+    if (sharp) programme.upper_sharp = count.upper, programme.lower_sharp = count.lower;
+  }
+  programme.Shorten(count.upper, count.lower);
 }
 
 template <class T, class Convert>
@@ -233,19 +279,14 @@ void Write(LinearProgram<T>& programme, const Subproblem& task, const Convert& c
   lens = LensOf<T>(*task.request, convert);
   task_detail::SetBox(programme, task, convert);
   task_detail::SetFNumbers(programme, task, convert);
-  for (auto* column : {&programme.upper_p, &programme.upper_q, &programme.lower_p, &programme.lower_q}) {
-    column->reserve(task.rows.size());
-  }
-  for (auto* column : {&programme.upper_name, &programme.lower_name}) column->reserve(task.rows.size());
-  for (const bool sharp : {true, false}) {  // sharp lines come first
-    for (const LimitRow& row : task.rows) {
-      if ((row.kind == RowKind::SharpFar || row.kind == RowKind::SharpNear) != sharp) continue;
-      task_detail::AddRow(programme, row, NumbersOf(*row.depth, lens, convert), convert(*row.limit));
-    }
-    if (sharp) {
-      programme.upper_sharp = programme.upper_p.size();
-      programme.lower_sharp = programme.lower_p.size();
-    }
+  std::array<std::size_t, 4> of_kind{};
+  for (const LimitRow& row : task.rows) ++of_kind[static_cast<std::size_t>(row.kind)];
+  const auto [far, near, behind, front] = of_kind;
+  programme.Resize(far + front, near + behind + front);  // what is in front inside the focal length bounds from below
+  if (std::is_same_v<T, double> && task_detail::WritePlainLines(programme, task.rows, of_kind)) {
+    programme.Shorten(far + front, near + behind);
+  } else {
+    task_detail::WriteLines(programme, task.rows, convert);
   }
   programme.strip.upper = {programme.upper_p, programme.upper_q, programme.upper_sharp};
   programme.strip.lower = {programme.lower_p, programme.lower_q, programme.lower_sharp};

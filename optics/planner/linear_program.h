@@ -8,6 +8,7 @@
 // a blurred one P + Q N/r: still concave in r.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -248,10 +249,13 @@ std::optional<T> RatioToStartFrom(const FeasibleStrip<T>& strip, const T& n) {
 
 /// Smallest worst ratio at `n` > 0 and the smallest e that has it; the middle of the box without lines. Nothing when no
 /// ratio is large enough. The width of every pair is concave and rises with r, so stepping from a ratio too small to
-/// the zero of the narrowest pair there never passes the answer, and ends on it.
+/// the zero of the narrowest pair there never passes the answer, and ends on it. `narrow`: a pair that may be the
+/// narrowest, to start from.
 template <class T>
-std::optional<LeastRatio<T>> LeastRatioAt(const FeasibleStrip<T>& strip, const T& n) {
-  const std::optional<T> start = strip_detail::RatioToStartFrom(strip, n);
+std::optional<LeastRatio<T>> LeastRatioAt(const FeasibleStrip<T>& strip, const T& n,
+                                          const std::optional<ConstraintPair<T>>& narrow = std::nullopt) {
+  std::optional<T> start = strip_detail::RatioToStartFrom(strip, n);
+  if (start && narrow) start = std::max(start, RatioOf(*narrow, n));
   if (!start) return std::nullopt;
   LeastRatio<T> least;
   least.ratio = *start;

@@ -145,7 +145,7 @@ Result<PlanAnswer> Plan(const PlanRequest& request) {
   }
   answer.feasible = true;
   Describe(request, outcome.best->n, outcome.best->e, answer);
-  const ChosenModel model = ModelFor(request);
+  const ChosenModel model = ModelFor(request, answer.limits);
   answer.model = RungName(model.rung);
   answer.model_error = model.error;
   if (request.objective == Objective::Depth) {

@@ -300,7 +300,7 @@ Result<PositionPlan> PlanOnPositions(const PlanRequest& request, const LensPosit
     if (!continuous->feasible) answer.plan = *std::move(continuous);
     if (!answer.continuous_feasible) return answer;
   }
-  const ChosenModel model = ModelFor(ranges);
+  const ChosenModel model = ModelFor(ranges, answer.plan.limits);
   answer.plan.model = RungName(model.rung);
   answer.plan.model_error = model.error;
   return answer;
@@ -312,7 +312,7 @@ Result<PlanAnswer> CheckPosition(const PlanRequest& request, const LensPositions
   if (auto error = Check(there)) return PassOn(*std::move(error));
   PlanAnswer answer = DescribePoint(blur, request, lens, {});
   answer.feasible = answer.worst_ratio <= 1.0;
-  const ChosenModel model = ModelFor(there);
+  const ChosenModel model = ModelFor(there, answer.limits);
   answer.model = RungName(model.rung);
   answer.model_error = model.error;
   return answer;

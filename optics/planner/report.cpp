@@ -2,6 +2,7 @@
 #include "planner/report.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -13,26 +14,25 @@ namespace lensd::optics {
 
 namespace {
 
-double RatioOf(const BlurLimit& limit, const WorstBlur& worst) {
-  constexpr double kMostRatio = 1e9;  // no blur at all where there should be some
-  return limit.kind == LimitKind::Sharp ? worst.blur.value / limit.limit.value
-                                        : std::min(limit.limit.value / worst.blur.value, kMostRatio);
-}
-
-/// How one limit fares at (N, e).
-void FillLimitAnswer(const PlanRequest& request, const BlurLimit& limit, double n, double e, LimitAnswer& answer) {
-  const WorstBlur worst = WorstBlurOf(request, limit, {n}, {e});
-  answer.name = limit.name;
-  answer.near = answer.far = limit.depths.front().one_end.vergence();
-  answer.limit = {limit.limit.value};
-  answer.worst = worst.blur;
-  answer.at = worst.at->vergence();
-  answer.ratio = RatioOf(limit, worst);
+/// Adds how one limit fares.
+void AddLimitAnswer(const WorstBlurs& blurs, const BlurLimit& limit, PlanAnswer& answer) {
+  const WorstBlur worst = blurs.Of(limit);
+  const bool sharp = limit.kind == LimitKind::Sharp;
+  constexpr std::array<double, 2> kMostRatio{1e9, std::numeric_limits<double>::infinity()};  // 1e9: no blur at all
+  const std::array<double, 2> sizes{limit.limit.value, worst.blur.value};
+  double ratio = std::min(sizes[sharp ? 1 : 0] / sizes[sharp ? 0 : 1], kMostRatio[sharp ? 1 : 0]);
+  // The verdict is exact; N and e are its nearest doubles, which may touch a limit from the other side.
+  constexpr double kRounding = 1.0 + 1e-12;
+  if (ratio > 1.0 && ratio <= kRounding) ratio = 1.0;
+  double near = limit.depths.front().one_end.vergence().value, far = near;
   for (const DepthInterval& interval : limit.depths) {
-    const Dioptres one = interval.one_end.vergence(), other = interval.other_end.vergence();
-    answer.near = std::max(answer.near, std::max(one, other));
-    answer.far = std::min(answer.far, std::min(one, other));
+    const double one = interval.one_end.vergence().value, other = interval.other_end.vergence().value;
+    near = std::max(near, std::max(one, other));
+    far = std::min(far, std::min(one, other));
   }
+  answer.worst_ratio = std::max(answer.worst_ratio, ratio);
+  answer.limits.emplace_back(limit.name, Dioptres{near}, Dioptres{far}, Metres{limit.limit.value}, worst.blur,
+                             worst.at->vergence(), ratio);
 }
 
 }  // namespace
@@ -70,14 +70,8 @@ void Describe(const PlanRequest& request, double n, double e, PlanAnswer& answer
   answer.limits.clear();
   answer.worst_ratio = 0.0;
   answer.limits.reserve(request.limits.size());
-  for (const BlurLimit& limit : request.limits) {
-    LimitAnswer& fares = answer.limits.emplace_back();
-    FillLimitAnswer(request, limit, n, e, fares);
-    // The verdict is exact; N and e are its nearest doubles, which may touch a limit from the other side.
-    constexpr double kRounding = 1.0 + 1e-12;
-    if (fares.ratio > 1.0 && fares.ratio <= kRounding) fares.ratio = 1.0;
-    answer.worst_ratio = std::max(answer.worst_ratio, fares.ratio);
-  }
+  const WorstBlurs blurs(request, {n}, {e});
+  for (const BlurLimit& limit : request.limits) AddLimitAnswer(blurs, limit, answer);
 }
 
 }  // namespace lensd::optics

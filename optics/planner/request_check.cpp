@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -212,7 +213,7 @@ class Names {
     const std::string_view name = limits_[index].name;
     if (std::ranges::find(kReserved, name) != kReserved.end()) return false;
     if (slots_.empty()) return TakeOneByOne(index, name);
-    const std::size_t hash = std::hash<std::string_view>()(name);
+    const std::uint64_t hash = HashOf(name);
     for (std::size_t at = hash & (slots_.size() - 1);; at = (at + 1) & (slots_.size() - 1)) {
       Slot& slot = slots_[at];
       if (slot.taken_by == 0) {
@@ -225,6 +226,25 @@ class Names {
 
  private:
   static constexpr std::size_t kFew = 16;
+  /// Eight letters at a time, of the last eight some twice.
+  static std::uint64_t HashOf(std::string_view name) {
+    constexpr std::size_t kWord = sizeof(std::uint64_t);
+    std::uint64_t hash = name.size(), word = 0;
+    const auto mix = [&] {
+      constexpr std::uint64_t kOdd = 0x9E3779B97F4A7C15U;
+      hash = (hash ^ word) * kOdd;
+      hash ^= hash >> 29U;
+    };
+    if (name.size() < kWord) {
+      for (const char letter : name) word = word << 8U | static_cast<unsigned char>(letter);
+      mix();
+      return hash;
+    }
+    for (std::size_t at = 0; at + kWord < name.size(); at += kWord, mix()) std::memcpy(&word, &name[at], kWord);
+    std::memcpy(&word, name.end() - kWord, kWord);
+    mix();
+    return hash;
+  }
   bool TakeOneByOne(std::size_t index, std::string_view name) {
     std::uint64_t end = name.size();
     for (const char letter : name.substr(name.size() - std::min<std::size_t>(name.size(), kEnd))) {

@@ -52,17 +52,39 @@ class WidthError {
   T p_{}, q_{}, unit_{}, box_{};
 };
 
+/// The part of a line's reach by which rounding may change e and the ratio.
+inline constexpr double kRatioError = 2e-12;
+
 /// Whether rounding leaves e and the ratio as good as the limits ask: a small part of the tightest line's reach.
 template <class T>
 bool RatioIsGood(const FeasibleStrip<T>& strip, const WidthError<T>& error, T n) {
-  constexpr double kPart = 2e-12;
   const auto all_reach = [&](std::span<const T> lines, T least) {
     bool all = true;
     for (const T q : lines) all &= std::abs(q) >= least;
     return all;
   };
-  const T least = error.at(n) / (kPart * n);
+  const T least = error.at(n) / (kRatioError * n);
   return all_reach(strip.upper.q, least) && all_reach(strip.lower.q, least);
+}
+
+/// Whether that holds for the lines which are near the solution, and the others have no part in it: at its e and ratio
+/// every tighter line has room for what rounding may do to it, for a part of its reach beside, and it is not so tight
+/// that its own ratio there means nothing. Lines with such room open before the least ratio is reached, with whatever
+/// faces them, so that those near the solution decide it.
+template <class T>
+bool TightLinesAreClear(const FeasibleStrip<T>& strip, const WidthError<T>& error, const LeastRatio<T>& at) {
+  constexpr double kRoom = 1e-6, kOwnError = 1e-9;
+  const T t = at.n * at.ratio, u = at.ratio > 0 ? at.n / at.ratio : T(0);
+  const T least = error.at(at.n) / at.n, most = 8 * error.at(std::max({at.n, t, u}));
+  const auto clear = [&](const Lines<T>& lines, int sign) {
+    for (std::size_t i = 0; i < lines.q.size(); ++i) {
+      const T reach = std::abs(lines.q[i]), value = lines.p[i] + lines.q[i] * (i < lines.sharp ? t : u);
+      if (reach * kRatioError >= least) continue;
+      if (!(reach * kOwnError >= least) || !(sign * (value - at.e) > kRoom * reach * at.n + most)) return false;
+    }
+    return true;
+  };
+  return clear(strip.upper, 1) && clear(strip.lower, -1);
 }
 
 }  // namespace lensd::optics

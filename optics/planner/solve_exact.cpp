@@ -2,6 +2,7 @@
 // verdict and N stay rational; ratios hold square roots and are worked out to 100 digits.
 #include "planner/solve_exact.h"
 
+#include <algorithm>
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <cmath>
 
@@ -23,13 +24,13 @@ double ToDouble(const Real& real) {
   return real.convert_to<double>();
 }
 
-void Copy(std::span<const Rational> from, std::pmr::vector<Real>& to) {
-  to.clear();
-  for (const Rational& value : from) to.push_back(ToReal(value));
+void Copy(std::span<const Rational> from, std::span<Real> to) {
+  std::ranges::transform(from, to.begin(), ToReal);
 }
 
 /// The same programme in Real. Each number is rounded once, so that what was equal stays equal.
 void Copy(const LinearProgram<Rational>& from, LinearProgram<Real>& to) {
+  to.Resize(from.upper_p.size(), from.lower_p.size());
   Copy(from.upper_p, to.upper_p);
   Copy(from.upper_q, to.upper_q);
   Copy(from.lower_p, to.lower_p);
@@ -43,8 +44,8 @@ void Copy(const LinearProgram<Rational>& from, LinearProgram<Real>& to) {
   to.strip.high_unbounded = from.strip.high_unbounded;
   to.lens = {ToReal(from.lens.f),     ToReal(from.lens.delta), ToReal(from.lens.pupil), ToReal(from.lens.narrow),
              ToReal(from.lens.widen), from.lens.liquid,        ToReal(from.lens.skew)};
-  to.upper_name = from.upper_name;
-  to.lower_name = from.lower_name;
+  std::ranges::copy(from.upper_name, to.upper_name.begin());
+  std::ranges::copy(from.lower_name, to.lower_name.begin());
   to.upper_sharp = from.upper_sharp;
   to.lower_sharp = from.lower_sharp;
   to.low_name = from.low_name;

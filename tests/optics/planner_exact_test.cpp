@@ -1,8 +1,10 @@
 // The planner against exact rational arithmetic on adversarial requests.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <set>
 #include <sstream>
 
@@ -117,6 +119,41 @@ TEST(PlannerExact, AgreesWithRationalArithmetic) {
     EXPECT_GT(feasible, count / 5);
     EXPECT_GT(infeasible, count / 5);
   }
+}
+
+// Limits far below a pixel at wide openings, where a double's own rounding of the extension is a part of them that
+// counts: some touch the setting that the problem is drawn around, some leave it a little room, some much.
+TEST(PlannerExact, TightLimitsCountOnlyWhereTheyAreNear) {
+  std::mt19937_64 random(5);
+  const auto draw = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  const long count = testing::ByLevel(300, 3000, 100000);
+  constexpr std::array<double, 8> kRoom{0.0, 1e-15, 1e-13, 1e-11, 1e-8, 1e-6, 1e-4, 0.3};
+  long feasible = 0;
+  for (long at = 0; at < count && !HasFailure(); ++at) {
+    PlanRequest request;
+    const double f = draw(0.02, 0.1), n = draw(1.4, 4.0), e = f * draw(0.01, 0.1);
+    request.focal_length = f;
+    request.f_numbers = {1.4, 22.0};
+    request.extensions = {0.0, 0.15 * f};
+    for (int i = 0; i < 6; ++i) {
+      const double blur = std::exp(draw(std::log(i < 3 ? 1e-7 : 1e-5), std::log(i < 3 ? 5e-6 : 5e-5)));
+      const double u = (e + (random() % 2 == 0 ? blur : -blur) * n) / (f * (f + e));
+      const double met = std::abs(e - f * (f + e) * u) / n;
+      request.limits.push_back({.name = "limit " + std::to_string(i),
+                                .kind = LimitKind::Sharp,
+                                .depths = {{PlanDepth::Vergence(u), PlanDepth::Vergence(u)}},
+                                .limit = met * (1.0 + kRoom.at(random() % kRoom.size()))});
+    }
+    SCOPED_TRACE(::testing::Message() << "problem " << at);
+    const Result<PlanAnswer> answer = Plan(request);
+    ASSERT_TRUE(answer.has_value()) << answer.error().message;
+    const std::optional<NRange> range = Feasible(request);
+    ASSERT_EQ(answer->feasible, range.has_value());
+    if (!range) continue;
+    CheckFeasible(request, *answer, *range);
+    ++feasible;
+  }
+  EXPECT_GT(feasible, count / 2);
 }
 
 }  // namespace

@@ -3,9 +3,11 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "optics/depth_extremes.h"
@@ -206,6 +208,26 @@ TEST(PlannerMany, EveryKindOfVectorFindsTheSame) {
   }
   hwy::SetSupportedTargetsForTest(0);
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+}
+
+TEST(PlannerMany, ANameTakenTwiceIsFoundAmongMany) {
+  constexpr std::size_t kCount = 200;
+  PlanRequest request = Scene(1, kCount).Request();
+  const std::array<std::string, 4> kinds{"", "limit ", "a long name of more letters ",
+                                         "the same at its start and end "};
+  for (const std::string& kind : kinds) {
+    for (std::size_t i = 0; i < kCount; ++i) {
+      request.limits[i].name = kind + std::to_string(i) + (kind == kinds.back() ? " and here as well" : "");
+    }
+    ASSERT_TRUE(Plan(request)) << kind;
+    for (const auto& [first, second] : {std::pair{0UL, kCount - 1}, {7UL, 8UL}, {40UL, 150UL}}) {
+      PlanRequest twice = request;
+      twice.limits[second].name = twice.limits[first].name;
+      const Result<PlanAnswer> answer = Plan(twice);
+      ASSERT_FALSE(answer) << twice.limits[first].name;
+      EXPECT_NE(answer.error().message.find(twice.limits[first].name + ": this name is taken"), std::string::npos);
+    }
+  }
 }
 
 TEST(PlannerMany, ExactTiesAmongManyLimitsAreDecided) {

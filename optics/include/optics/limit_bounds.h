@@ -16,8 +16,20 @@ struct WorstBlur {
   Metres blur;
   const PlanDepth* at = nullptr;  ///< the depth of the limit where that is
 };
-/// At the limit's depths, over the request's tolerances.
-WorstBlur WorstBlurOf(const PlanRequest& request, const BlurLimit& limit, FNumber f_number, Metres extension);
+/// Over the tolerances of a request, which must outlive it, at one setting.
+class WorstBlurs {
+ public:
+  WorstBlurs(const PlanRequest& request, FNumber f_number, Metres extension);
+  /// At the limit's depths.
+  WorstBlur Of(const BlurLimit& limit) const;
+
+ private:
+  WorstBlur Precisely(const BlurLimit& limit) const;
+
+  const PlanRequest& request_;
+  double f_, n_, e_, delta_;
+  bool plain_;  ///< plain doubles may be enough
+};
 
 /// From `low` to `high`; empty where low > high.
 struct HoldingExtensions {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string_view>
 
 #include "base/units.h"
@@ -52,8 +53,9 @@ struct ChosenModel {
 /// The simplest rung that leaves out at most `tolerance`.
 ChosenModel SimplestModel(const LadderRanges& ranges, Metres tolerance);
 
-/// The simplest rung that leaves out no more than the request's model tolerance, whatever plan is chosen.
-ChosenModel ModelFor(const PlanRequest& request);
+/// The simplest rung that leaves out no more than the request's model tolerance, whatever plan is chosen; `limits` say
+/// at which depths.
+ChosenModel ModelFor(const PlanRequest& request, std::span<const LimitAnswer> limits);
 
 /// A tenth of the tightest limit, or a quarter pixel if that is larger; 0 where neither is known, so that nothing that
 /// was described is left out.
