@@ -96,6 +96,7 @@ class Backup(unittest.TestCase):
                       points=[{"position": 0, "extensionMm": 0}, {"position": 4000, "extensionMm": 1.5}])
             lensd.ask("Move", axis="focus", target={"position": 420})
             lensd.ask("PresetSave", label="here")
+            lensd.ask("FocusAtAdd", at=[{"name": "x", "value": 1.5, "unit": "mm"}], position=20, sigma=1)
             cls.known = lensd.known()
         cls.file = os.path.join(cls.host.folder.name, "rig.lensd")
         cls.files = tree(cls.host.folder.name)

@@ -290,6 +290,10 @@ Calibration Everything() {
   all.temperature = TemperatureModel{Metres{-1.5e-6}, Metres{0.1e-6}, Celsius{21}, Celsius{-10}, Celsius{50}};
   all.backlash[Axis::Focus] = Backlash{200.3, 199.0, 201.6, true};
   all.backlash[Axis::Iris] = Backlash{3, 3, 3, false};
+  const FocusAtConditions under{Native{7}, Native{2}, Celsius{21.5}, FNumber{2.8}, Metres{550e-9}, false};
+  all.focus_at = FocusAtSamples{
+      {{"x", "mm"}, {"angle", ""}},
+      {{{12.5, -30.0}, Native{1210.25}, Native{1.5}, under, "today"}, {{0.0, 1.0}, Native{-3.0}, Native{0.5}, {}, ""}}};
   return all;
 }
 
@@ -309,6 +313,12 @@ TEST(CalibrationFile, SaysEverythingAndReadsBack) {
   EXPECT_TRUE(read->backlash[Axis::Focus]->measured);
   EXPECT_EQ(read->temperature->coldest.value, -10.0);
   EXPECT_NEAR(read->zoom->points[0].centre_shift->value, 21e-3, 1e-15);
+  ASSERT_EQ(read->focus_at->samples.size(), 2u);
+  EXPECT_EQ(read->focus_at->coordinates, all.focus_at->coordinates);
+  EXPECT_EQ(read->focus_at->samples[0].at, all.focus_at->samples[0].at);
+  EXPECT_NEAR(read->focus_at->samples[0].under.wavelength->value, 550e-9, 1e-18);
+  EXPECT_FALSE(read->focus_at->samples[0].under.approach_up);
+  EXPECT_FALSE(read->focus_at->samples[1].under.zoom);
 }
 
 TEST(CalibrationFile, SaysWhereItIsWrong) {
