@@ -236,6 +236,7 @@ std::vector<Figure> FailureFigures(const Evidence& rows) {
   for (const std::string& scene : Names(swept, &EvidenceRow::scene)) AddSweep(swept, scene, figures);
   AddFrequency(rows, figures);
   AddPlanner(rows, figures);
+  for (Figure& figure : DriverFailures(rows)) figures.push_back(std::move(figure));
   for (Figure& figure : RenderFailures(rows)) figures.push_back(std::move(figure));
   return figures;
 }

@@ -272,6 +272,7 @@ std::vector<Figure> SpeedFigures(const Evidence& rows) {
            .chart = {}},
           figures);
   AddMove(rows, figures);
+  AddDriverSpeed(rows, figures);
   return figures;
 }
 
