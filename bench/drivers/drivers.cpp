@@ -33,6 +33,7 @@ constexpr DriverRow kDrivers[] = {{"Modbus TCP", MakeModbusTcpStand, true},
 
 struct Options {
   std::string only;
+  std::string driver;  ///< empty: all
   int count = 30;
   int moves = 40;
   Outputs outputs;
@@ -125,6 +126,7 @@ int Bench(const Options& options) {
   std::vector<std::string> missing = {
       "V4L2: no device that moves without a kernel module; its driver's tests script one"};
   for (const DriverRow& driver : kDrivers) {
+    if (!options.driver.empty() && options.driver != driver.name) continue;
     Result<void> done;
     if (options.only != "weather") done = AddSpeed(driver, options.count, rows);
     if (!done && done.error().code == Code::Busy) {
@@ -152,6 +154,9 @@ int RunDrivers(int argc, char** argv) {
       "folder.");
   Options options;
   app.add_option("--only", options.only, "one part")->check(CLI::IsMember({"speed", "weather"}));
+  std::vector<std::string> names;
+  for (const DriverRow& driver : kDrivers) names.emplace_back(driver.name);
+  app.add_option("--driver", options.driver, "one driver")->check(CLI::IsMember(names));
   app.add_option("--count", options.count, "readings, commands, stops and moves that are timed")
       ->check(CLI::Range(1, 10'000))
       ->capture_default_str();

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <random>
 #include <vector>
 
 #include "bench/drivers/stand.h"
@@ -145,7 +146,7 @@ class ModbusStand final : public RealTimeStand {
   int port_ = 0;
   int bare_ = -1;
   bool served_ = false;
-  std::uint64_t seed_ = kWeatherSeed;
+  std::mt19937_64 seeds_{kWeatherSeed};
 };
 
 }  // namespace
