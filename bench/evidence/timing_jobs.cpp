@@ -45,6 +45,27 @@ Rows PlanRows(const EvidenceRow& like, const Answers& answers) {
     rows.push_back(FixedRow(row, "error", "of the f-number", line["errorMax"]));
     rows.push_back(ShareRow(row, "wrong", line["wrong"], problems));
     rows.push_back(ShareRow(row, "over", line["over"], problems));
+    if (line["refused"] > 0 || row.scene.starts_with("regime"))
+      rows.push_back(ShareRow(row, "refused", line["refused"], problems));
+  }
+  return rows;
+}
+
+Rows NeedRows(const EvidenceRow& like, const Answers& answers) {
+  Rows rows;
+  for (const json& line : answers.front()) {
+    EvidenceRow row = like;
+    row.scene = "need: " + line["plan"].get<std::string>();
+    row.method = "lensd";
+    row.note = line["models"];
+    const int problems = line["problems"];
+    rows.push_back(ShareRow(row, "simpler would do", line["simpler"], problems));
+    rows.push_back(ShareRow(row, "not enough", line["beyond"], problems));
+    rows.push_back(FixedRow(row, "model error", "um", line["errorUm"]));
+    rows.push_back(FixedRow(row, "model bound", "um", line["boundUm"]));
+    rows.push_back(FixedRow(row, "model tolerance", "um", line["toleranceUm"]));
+    rows.push_back(FixedRow(row, "time, chosen model", "us", line["chosenUs"]));
+    rows.push_back(FixedRow(row, "time, heaviest model", "us", line["heaviestUs"]));
   }
   return rows;
 }
@@ -166,6 +187,8 @@ std::vector<EvidenceJob> TimingJobs(Counts counts) {
   // A round trip is mostly the machine's scheduler, which a guard on a busy machine cannot judge.
   if (!quick) add("rpc", "one client", {"--rounds", counts == Counts::Small ? "2000" : "20000"}, repeats, RpcRows);
   if (!quick) {
+    add("plan", "regimes", {"--regimes", counts == Counts::Small ? "300" : "2000", "--rounds", "1"}, 1, PlanRows);
+    add("plan", "models", {"--needs", counts == Counts::Small ? "100" : "1000"}, 1, NeedRows);
     add("drivers", "calls and moves", {"--only", "speed"}, repeats, DriverRows);
     add("drivers", "weather", {"--only", "weather", "--moves", counts == Counts::Small ? "40" : "100"}, 1, DriverRows);
   }

@@ -66,6 +66,23 @@ class EvidenceTest(unittest.TestCase):
             fine, worst = (sum(row["p50"] for row in of if row["value"] == value) for value in (0, max(r["value"] for r in of)))
             self.assertNotEqual(fine, worst, sweep)
 
+    def test_planner_in_its_regimes_and_models(self):
+        done = run("plan", "--json", "--regimes", "60", "--rounds", "1")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = json.loads(done.stdout)
+        ours = [row for row in rows if row["method"] == "lensd"]
+        self.assertEqual(len(ours), 4)
+        for row in ours:
+            self.assertEqual((row["problems"], row["wrong"], row["over"], row["refused"]), (60, 0, 0, 0), row)
+        self.assertGreater(sum(row["wrong"] for row in rows if row["method"] == "bisection"), 0, "the regimes are easy")
+        done = run("plan", "--json", "--needs", "20")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        kinds = json.loads(done.stdout)
+        self.assertEqual(sum(kind["beyond"] for kind in kinds), 0)
+        chosen = " ".join(kind["models"] for kind in kinds)
+        for model in ("pinhole", "thin", "diffraction", "calibrated"):
+            self.assertIn(model, chosen)
+
     def test_says_what_is_damaged(self):
         with tempfile.TemporaryDirectory() as folder:
             os.makedirs(os.path.join(folder, "move"))
