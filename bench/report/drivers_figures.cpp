@@ -47,10 +47,10 @@ void AddCalls(const Evidence& rows, std::vector<Figure>& figures) {
            "Left is faster; the factor is that to one bare exchange over the same wire. Modbus and GenICam are timed "
            "on sockets and terminals of the machine, LensConnect and UVC in transfers of 250 us that no processor "
            "slows. A question mark: too few processes or too wide a spread to judge.",
-       .means =
-           "What is right of the line are exchanges that the protocol asks for (a status beside a position, silence "
-           "on a serial line) and the driver's own work; a stop costs most on " +
-           costliest + ", " + Short(most) + " exchanges.",
+       .means = "What is right of the line are exchanges that the protocol asks for (a status beside a position, 4 ms "
+                "of silence "
+                "on a serial line) and the driver's own work; a stop costs most on " +
+                costliest + ", " + Short(most) + " exchanges.",
        .chart = std::move(chart),
        .key = {{2, "bare exchange, the floor"}, {0, "lensd's driver"}}});
 }
@@ -91,6 +91,15 @@ void AddMoves(const Evidence& rows, std::vector<Figure>& figures) {
        .chart = std::move(chart)});
 }
 
+/// Of a sweep's name with its unit, "answers lost [%]".
+std::string UnitOf(const std::string& sweep) {
+  const std::size_t begin = sweep.find('[') + 1;
+  return sweep.substr(begin, sweep.find(']') - begin);
+}
+std::string ShortNameOf(const std::string& sweep) {
+  return sweep.starts_with("answers lost") ? "lost" : sweep.starts_with("one answer in five") ? "late" : "not obeyed";
+}
+
 }  // namespace
 
 void AddDriverSpeed(const Evidence& rows, std::vector<Figure>& figures) {
@@ -124,18 +133,16 @@ std::vector<Figure> DriverFailures(const Evidence& rows) {
         moves += outcomes.runs();
         cells.push_back(outcomes.runs() > 0 ? std::optional(outcomes) : std::nullopt);
       }
-      const std::size_t unit = sweep.find(" [");
-      chart.regimes.emplace_back(
-          sweep.substr(0, unit) + " " + Short(value) + " " + sweep.substr(unit + 2, sweep.size() - unit - 3),
-          std::move(cells));
+      chart.regimes.emplace_back(ShortNameOf(sweep) + " " + Short(value) + " " + UnitOf(sweep), std::move(cells));
     }
   }
   return {{.id = "drivers-weather",
            .title = "Drivers: how moves end when the wire goes wrong",
            .read =
-               "Each bar is all moves of one driver: told reached and there, refused with a reason, told reached and "
-               "elsewhere (false); the line below is the 95 % interval of the first share. Times out, in ms, are "
-               "each protocol's usual ones (Modbus 30, LensConnect and UVC 500 to 1000).",
+               "So many answers are lost; one answer in five is late by so much; so many commands are acknowledged "
+               "and not obeyed. Each bar is all moves of one driver: told reached and there, refused with a reason, "
+               "told reached and elsewhere (false); the line below is the 95 % interval of the first share. Modbus "
+               "waits 30 ms for an answer, LensConnect 500, UVC 1000.",
            .means = "A move is told reached where it was not in " + ShareInWords(lies, moves) +
                     " of all moves; where too much is lost, drivers refuse.",
            .chart = std::move(chart)}};
