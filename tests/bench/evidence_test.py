@@ -53,7 +53,7 @@ class EvidenceTest(unittest.TestCase):
             self.assertGreaterEqual(speed[driver, "move"], speed[driver, "travel"], driver)
             self.assertGreater(speed[driver, "travel"], speed[driver, "command"], driver)
             self.assertLessEqual(speed[driver, "error"], 1.0, driver)
-        weather = rows("--only", "weather", "--moves", "4")
+        weather = rows("--only", "weather", "--moves", "2")
         self.assertEqual(len(weather), 4 * 3 * 5)
         for row in weather:
             self.assertEqual(row["within"] + row["refused"] + row["false"], row["n"], row)
