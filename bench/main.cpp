@@ -10,6 +10,7 @@
 #include "base/nearest_word.h"
 #include "bench/autofocus/autofocus.h"
 #include "bench/command.h"
+#include "bench/drivers/drivers.h"
 #include "bench/gallery/gallery.h"
 #include "bench/measure/measure.h"
 #include "bench/move/move.h"
@@ -26,6 +27,7 @@ namespace {
 const std::vector<Command>& Commands() {
   static const std::vector<Command> commands = {
       {"autofocus", "methods side by side on one scene: frames, time, error, refusals", RunAutofocusCommand},
+      {"drivers", "drivers on simulated devices: what calls and moves cost, what a bad wire does", RunDrivers},
       {"evidence", "all of these but verify, every figure kept with its command: resumable", RunEvidence},
       {"gallery", "the lecture's optics: charts, and rendered frames that show the same", RunGallery},
       {"measure", "focus measures against OpenCV's and one read of the memory", RunMeasure},

@@ -68,6 +68,16 @@ void CoarseSteps(sim::Scene& scene, double steps) {
   scene.lens.acceleration_steps_per_s2 *= slower;
 }
 
+void Spherical(sim::Scene& scene, AutofocusRuns&, double path_um) {
+  scene.lens.spherical_um = path_um;
+}
+
+void Coma(sim::Scene& scene, AutofocusRuns&, double path_um) {
+  scene.lens.coma_um = path_um;
+}
+
+constexpr int kFewRuns = 10;  // of aberrations, whose kernels are traced
+
 const std::vector<Variation>& Table() {
   using sim::Scene;
   static const std::vector<Variation> table = {
@@ -117,7 +127,9 @@ const std::vector<Variation>& Table() {
       {"step",
        "positions of the motor over the travel",
        {4096, 1024, 256, 128, 64, 32},
-       [](Scene& scene, AutofocusRuns&, double value) { CoarseSteps(scene, value); }}};
+       [](Scene& scene, AutofocusRuns&, double value) { CoarseSteps(scene, value); }},
+      {"spherical", "spherical aberration at the rim [um of optical path]", {0, 0.5, 1, 2, 4, 8}, Spherical, kFewRuns},
+      {"coma", "coma at the frame's corners [um of optical path]", {0, 1, 2, 4, 8, 16}, Coma, kFewRuns}};
   return table;
 }
 

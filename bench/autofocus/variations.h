@@ -18,6 +18,7 @@ struct Variation {
   std::vector<double> values;  ///< from easy to hard
   /// Changes what is rendered or how it is run; the scene is one of a single wall.
   void (*apply)(sim::Scene& scene, AutofocusRuns& runs, double value);
+  int most_runs = 1'000'000;  ///< evidence runs no more: a frame takes long to draw
 };
 
 std::span<const Variation> Variations();

@@ -121,7 +121,7 @@ EvidenceJob SceneJob(const std::string& file, const std::string& methods, int ru
 void AddSweeps(std::vector<EvidenceJob>& jobs, const std::string& scenes, const std::string& methods, int runs) {
   for (const Variation& variation : Variations()) {
     for (const double value : variation.values) {
-      EvidenceJob job = SceneJob(scenes + "/" + kSweepScene, methods, runs);
+      EvidenceJob job = SceneJob(scenes + "/" + kSweepScene, methods, std::min(runs, variation.most_runs));
       std::ostringstream vary;
       vary << variation.name << '=' << value;
       job.scene = "sweep " + std::string(variation.name);

@@ -1,5 +1,5 @@
-// Jobs of the families that are timed: plan, measure, render, rpc and move. Each process prints one table; a method's
-// times of all processes, in their order, are its samples, so that ratios can be taken process by process.
+// Jobs of the families that are timed: plan, measure, render, rpc, drivers and move. Each process prints one table; a
+// method's times of all processes, in their order, are its samples, so that ratios can be taken process by process.
 #include "bench/evidence/timing_jobs.h"
 
 #include <cmath>
@@ -45,6 +45,27 @@ Rows PlanRows(const EvidenceRow& like, const Answers& answers) {
     rows.push_back(FixedRow(row, "error", "of the f-number", line["errorMax"]));
     rows.push_back(ShareRow(row, "wrong", line["wrong"], problems));
     rows.push_back(ShareRow(row, "over", line["over"], problems));
+    if (line["refused"] > 0 || row.scene.starts_with("regime"))
+      rows.push_back(ShareRow(row, "refused", line["refused"], problems));
+  }
+  return rows;
+}
+
+Rows NeedRows(const EvidenceRow& like, const Answers& answers) {
+  Rows rows;
+  for (const json& line : answers.front()) {
+    EvidenceRow row = like;
+    row.scene = "need: " + line["plan"].get<std::string>();
+    row.method = "lensd";
+    row.note = line["models"];
+    const int problems = line["problems"];
+    rows.push_back(ShareRow(row, "simpler would do", line["simpler"], problems));
+    rows.push_back(ShareRow(row, "not enough", line["beyond"], problems));
+    rows.push_back(FixedRow(row, "model error", "um", line["errorUm"]));
+    rows.push_back(FixedRow(row, "model bound", "um", line["boundUm"]));
+    rows.push_back(FixedRow(row, "model tolerance", "um", line["toleranceUm"]));
+    rows.push_back(FixedRow(row, "time, chosen model", "us", line["chosenUs"]));
+    rows.push_back(FixedRow(row, "time, heaviest model", "us", line["heaviestUs"]));
   }
   return rows;
 }
@@ -124,6 +145,29 @@ Rows MoveRows(const EvidenceRow& like, const Answers& answers) {
   return rows;
 }
 
+Rows DriverRows(const EvidenceRow& like, const Answers& answers) {
+  Rows rows;
+  for (std::size_t i = 0; i < answers.front().size(); ++i) {
+    const json& line = answers.front()[i];
+    EvidenceRow row = like;
+    row.method = line["driver"];
+    row.role = line["floor"].get<bool>() ? "floor" : "ours";
+    if (line["sweep"].is_null()) {
+      // Half of the calls take less; of what is told nearly all has to be true.
+      const char* key = line["measure"] == "error" ? "p95" : "p50";
+      rows.push_back(MedianRow(row, line["measure"], line["unit"], SamplesOf(answers, i, key)));
+      continue;
+    }
+    row.sweep = line["sweep"];
+    row.value = line["value"].get<double>();
+    for (const char* how : {"within", "verified", "refused", "false"}) {
+      rows.push_back(ShareRow(row, how, line[how], line["n"]));
+    }
+    rows.push_back(FixedRow(row, "move", "ms", line["p50"]));
+  }
+  return rows;
+}
+
 }  // namespace
 
 std::vector<EvidenceJob> TimingJobs(Counts counts) {
@@ -142,6 +186,12 @@ std::vector<EvidenceJob> TimingJobs(Counts counts) {
   add("measure", "1080p, 8 bits", {"--repeats", quick ? "5" : "31"}, repeats, MeasureRows);
   // A round trip is mostly the machine's scheduler, which a guard on a busy machine cannot judge.
   if (!quick) add("rpc", "one client", {"--rounds", counts == Counts::Small ? "2000" : "20000"}, repeats, RpcRows);
+  if (!quick) {
+    add("plan", "regimes", {"--regimes", counts == Counts::Small ? "300" : "2000", "--rounds", "1"}, 1, PlanRows);
+    add("plan", "models", {"--needs", counts == Counts::Small ? "100" : "1000"}, 1, NeedRows);
+    add("drivers", "calls and moves", {"--only", "speed"}, repeats, DriverRows);
+    add("drivers", "weather", {"--only", "weather", "--moves", counts == Counts::Small ? "40" : "100"}, 1, DriverRows);
+  }
   add("plan", "limits and depths",
       quick ? std::vector<std::string>{"--quick", "--rounds", "1"} : std::vector<std::string>{"--rounds", "1"}, repeats,
       PlanRows);

@@ -74,6 +74,11 @@ void Judge(const ProblemSet& set, const std::vector<double>& truth, const Runner
   std::vector<double> errors;
   for (std::size_t i = 0; i < set.problems.size(); ++i) {
     const Answer answer = runner.solvers[i]();
+    if (std::isnan(truth[i])) {
+      if (std::isfinite(answer.n)) ++measured.wrong;
+      continue;
+    }
+    if (!std::isfinite(answer.n)) ++measured.refused;
     const bool holds = Violation(set.problems[i], answer) <= kSlack;
     const double error = std::abs(answer.n - truth[i]) / truth[i];
     if (!holds) ++measured.wrong;

@@ -21,8 +21,10 @@ struct Measured {
   bool plans = true;     ///< else it only reads the data
   double error_max = 0;  ///< of the f-number, relative; over the problems that were answered
   double error_p50 = 0;
-  std::size_t wrong = 0;  ///< called impossible, or breaking a limit by more than 1e-9 of it
-  std::size_t over = 0;   ///< meeting every limit with an f-number more than 1e-9 too large
+  std::size_t wrong =
+      0;  ///< called impossible, or breaking a limit by more than 1e-9 of it, or answered though impossible
+  std::size_t refused = 0;  ///< of these, called impossible
+  std::size_t over = 0;     ///< meeting every limit with an f-number more than 1e-9 too large
 };
 
 /// Times every method on the set in `rounds` rounds, one method after the other within a round, so that what slows the

@@ -55,5 +55,7 @@ struct ProblemSet {
 ProblemSet MixedLimits(std::string name, std::uint64_t seed, int count, int fewest, int most);
 /// One scene of many depths, each to be sharp within its own limit.
 ProblemSet ManyDepths(std::string name, std::uint64_t seed, std::size_t depths);
+/// Regimes in which planners fail, `count` problems each; those of one are infeasible. Names begin with "regime: ".
+std::vector<ProblemSet> RegimeSets(std::uint64_t seed, int count);
 
 }  // namespace lensd::bench

@@ -1,8 +1,10 @@
 // The truth to measure errors against.
 #include <boost/multiprecision/cpp_int.hpp>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string>
 
 #include "bench/plan/peers.h"
 
@@ -15,25 +17,46 @@ using Rational =
 
 constexpr std::size_t kMostExact = 200;  // limits
 
+/// The shortest decimal that reads back as `value`: what the planner's verdicts refer to (optics/plan_request.h).
+Rational Exactly(double value) {
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific).ptr;
+  const std::string all(text, end);
+  const std::size_t e = all.find('e');
+  std::string digits = all.substr(0, e);
+  int exponent = std::stoi(all.substr(e + 1));
+  if (const std::size_t point = digits.find('.'); point != std::string::npos) {
+    exponent -= static_cast<int>(digits.size() - point - 1);
+    digits.erase(point, 1);
+  }
+  const bool negative = digits.front() == '-';
+  digits.erase(0, digits.find_first_of("123456789"));  // a zero in front would be read as octal
+  Rational exact = digits.empty() ? Rational(0) : Rational(boost::multiprecision::cpp_int(digits));
+  const Rational power(
+      boost::multiprecision::pow(boost::multiprecision::cpp_int(10), static_cast<unsigned>(std::abs(exponent))));
+  exact = exponent < 0 ? exact / power : exact * power;
+  return negative ? Rational(-exact) : exact;
+}
+
 struct Line {
   Rational p;
   Rational q;
 };
 
 void AddLines(const Problem& problem, std::vector<Line>& upper, std::vector<Line>& lower) {
-  const Rational f(problem.f);
-  const Rational delta(problem.delta);
-  upper.push_back({Rational(problem.e_high), 0});
-  lower.push_back({Rational(problem.e_low), 0});
+  const Rational f = Exactly(problem.f);
+  const Rational delta = Exactly(problem.delta);
+  upper.push_back({Exactly(problem.e_high), 0});
+  lower.push_back({Exactly(problem.e_low), 0});
   for (const Limit& limit : problem.limits) {
-    const Rational c(limit.limit);
+    const Rational c = Exactly(limit.limit);
     if (limit.kind != Kind::Behind) {
-      const Rational w = 1 - f * Rational(limit.far);
-      upper.push_back({f * f * Rational(limit.far) / w - delta, (limit.kind == Kind::Sharp ? c : Rational(-c)) / w});
+      const Rational w = 1 - f * Exactly(limit.far);
+      upper.push_back({f * f * Exactly(limit.far) / w - delta, (limit.kind == Kind::Sharp ? c : Rational(-c)) / w});
     }
     if (limit.kind != Kind::Front) {
-      const Rational w = 1 - f * Rational(limit.near);
-      lower.push_back({f * f * Rational(limit.near) / w + delta, (limit.kind == Kind::Sharp ? Rational(-c) : c) / w});
+      const Rational w = 1 - f * Exactly(limit.near);
+      lower.push_back({f * f * Exactly(limit.near) / w + delta, (limit.kind == Kind::Sharp ? Rational(-c) : c) / w});
     }
   }
 }
@@ -43,8 +66,8 @@ std::optional<Rational> SmallestN(const Problem& problem) {
   std::vector<Line> upper;
   std::vector<Line> lower;
   AddLines(problem, upper, lower);
-  Rational low(problem.n_low);
-  Rational high(problem.n_high);
+  Rational low = Exactly(problem.n_low);
+  Rational high = Exactly(problem.n_high);
   for (const Line& above : upper) {
     for (const Line& below : lower) {
       const Rational gap = above.p - below.p;

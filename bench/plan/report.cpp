@@ -77,8 +77,11 @@ std::string PlanJson(const std::vector<Measured>& rows) {
                                  {"timeUsP50", row.time_us}};
     entry["timeToOurs"] = row.time_to_ours ? nlohmann::ordered_json(*row.time_to_ours) : nlohmann::ordered_json();
     if (row.plans) {
-      entry.update(
-          {{"errorP50", row.error_p50}, {"errorMax", row.error_max}, {"wrong", row.wrong}, {"over", row.over}});
+      entry.update({{"errorP50", row.error_p50},
+                    {"errorMax", row.error_max},
+                    {"wrong", row.wrong},
+                    {"over", row.over},
+                    {"refused", row.refused}});
     }
     json.push_back(std::move(entry));
   }

@@ -197,22 +197,26 @@ void AddPlanner(const Evidence& rows, std::vector<Figure>& figures) {
       const auto count = [](const EvidenceRow& row) {
         return static_cast<int>(std::lround(row.estimate.middle * row.n));
       };
-      Outcomes outcomes{.off = count(*over), .wrong = count(*wrong)};
-      outcomes.within = wrong->n - outcomes.off - outcomes.wrong;
+      const EvidenceRow* refused = RowOf(rows, "plan", set, method, "refused");
+      Outcomes outcomes{
+          .off = count(*over), .refused = refused != nullptr ? count(*refused) : 0, .wrong = count(*wrong)};
+      outcomes.wrong -= outcomes.refused;
+      outcomes.within = wrong->n - outcomes.off - outcomes.refused - outcomes.wrong;
       if (method == "lensd") {
-        ours += outcomes.wrong;
+        ours += outcomes.wrong + outcomes.refused;
         asked += wrong->n;
       }
       cells.back() = outcomes;
     }
-    chart.regimes.emplace_back(set, std::move(cells));
+    chart.regimes.emplace_back(set.starts_with("regime: ") ? set.substr(8) : set, std::move(cells));
   }
   figures.push_back(
       {.id = "plan-verdicts",
        .title = "Planning: how often each method is right",
-       .read =
-           "Each bar is all problems of one kind: the best f-number, within the limits but closed down more than "
-           "needed, or limits broken (or called impossible); the line below is the 95 % interval of the first share.",
+       .read = "Each bar is all problems of one kind: the best f-number, within the limits but closed down more than "
+               "needed, called impossible though it is not (refused), or limits broken or an answer where there is "
+               "none (false); "
+               "in the infeasible regime saying so is right; the line below is the 95 % interval of the first share.",
        .means = "lensd is wrong in " + ShareInWords(ours, asked) +
                 " of the problems; the judge is exact rational arithmetic.",
        .chart = std::move(chart)});
@@ -236,6 +240,7 @@ std::vector<Figure> FailureFigures(const Evidence& rows) {
   for (const std::string& scene : Names(swept, &EvidenceRow::scene)) AddSweep(swept, scene, figures);
   AddFrequency(rows, figures);
   AddPlanner(rows, figures);
+  for (Figure& figure : DriverFailures(rows)) figures.push_back(std::move(figure));
   for (Figure& figure : RenderFailures(rows)) figures.push_back(std::move(figure));
   return figures;
 }

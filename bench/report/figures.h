@@ -73,4 +73,8 @@ void AddRenderSpeed(const Evidence& rows, std::vector<Figure>& figures);
 std::vector<Figure> RenderFailures(const Evidence& rows);
 std::vector<Figure> RenderNeeds(const Evidence& rows);
 
+/// Drivers: calls and moves against floors, and moves on a bad wire.
+void AddDriverSpeed(const Evidence& rows, std::vector<Figure>& figures);
+std::vector<Figure> DriverFailures(const Evidence& rows);
+
 }  // namespace lensd::bench

@@ -52,10 +52,49 @@ void AddAutofocusNeeds(const Evidence& rows, std::vector<Figure>& figures) {
                      .key = {{0, "auto"}, {1, "sweep, the heaviest"}}});
 }
 
+/// Which camera model plans need, from trivial to hard.
+void AddModelNeeds(const Evidence& rows, std::vector<Figure>& figures) {
+  DotChart chart{.x = {.label = "time for one plan [us] (median of the problems)", .log = true},
+                 .groups = {{.name = "", .rows = {}}}};
+  int simpler = 0, beyond = 0, problems = 0;
+  for (const EvidenceRow& row : rows) {
+    if (row.family != "plan" || row.measure != "time, chosen model") continue;
+    const auto other = [&](const char* measure) { return RowOf(rows, "plan", row.scene, row.method, measure); };
+    const EvidenceRow *heaviest = other("time, heaviest model"), *less = other("simpler would do"),
+                      *short_of = other("not enough"), *error = other("model error"),
+                      *tolerance = other("model tolerance");
+    if (!heaviest || !less || !short_of || !error || !tolerance) continue;
+    simpler += Counted({*less}).first;
+    beyond += Counted({*short_of}).first;
+    problems += less->n;
+    chart.groups[0].rows.push_back(
+        {.name = row.scene.substr(6),
+         .marks = {{row.estimate, 0,
+                    row.note + ": " + InWords(row) + "; off by " + Short(error->estimate.middle) + " um where " +
+                        Short(tolerance->estimate.middle) + " um may be left out (medians)"},
+                   {heaviest->estimate, 1, "calibrated, the heaviest: " + InWords(*heaviest)}},
+         .figure = row.note});
+  }
+  if (problems == 0) return;
+  figures.push_back(
+      {.id = "need-model",
+       .title = "Which camera model each plan needs, and what the heaviest costs",
+       .read =
+           "Plans from trivial to hard; at the right is how often each model was chosen: no blur (pinhole), the thin "
+           "lens, with diffraction, with the lens' own pupils and calibration. The disk is a plan with only what the "
+           "chosen model has, the square with all.",
+       .means = "The next simpler model would have been within the tolerance in " + ShareInWords(simpler, problems) +
+                " of the plans; what was chosen was off by more than it states or may be in " +
+                ShareInWords(beyond, problems) + " (0 wanted). The truth is the fullest model, sampled.",
+       .chart = std::move(chart),
+       .key = {{0, "the chosen model"}, {1, "all that is known"}}});
+}
+
 }  // namespace
 
 std::vector<Figure> NeedFigures(const Evidence& rows) {
   std::vector<Figure> figures = RenderNeeds(rows);
+  AddModelNeeds(rows, figures);
   AddAutofocusNeeds(rows, figures);
   return figures;
 }

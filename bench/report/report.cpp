@@ -110,7 +110,7 @@ int RunEvidence(int argc, char** argv) {
       "Run it from the sources' folder, on a machine that does nothing else.");
   EvidenceOptions options;
   app.add_option("-o,--output", options.directory, "folder of the CSV files")->capture_default_str();
-  app.add_option("--family", options.families, "only these: autofocus, measure, move, plan, render, rpc");
+  app.add_option("--family", options.families, "only these: autofocus, drivers, measure, move, plan, render, rpc");
   app.add_option("--scenes", options.sources.scenes, "folder with score/ and regimes/")->capture_default_str();
   app.add_option("--stacks", options.sources.stacks, "folder of focal stacks")->capture_default_str();
   app.add_flag("--quick", options.quick, "as little as a guard needs: a minute");

@@ -137,8 +137,9 @@ std::string PlanSetName(const std::string& set) {
 }
 
 void AddPlan(const Evidence& rows, std::vector<Figure>& figures) {
-  const Evidence timed =
-      Selected(rows, [](const EvidenceRow& row) { return row.family == "plan" && row.measure == "time"; });
+  const Evidence timed = Selected(rows, [](const EvidenceRow& row) {
+    return row.family == "plan" && row.measure == "time" && !row.scene.starts_with("regime");
+  });
   for (const std::string& set : Names(timed, &EvidenceRow::scene)) {
     ScatterChart chart{
         .x = {.label = "time for one plan [us] (median)", .log = true},
@@ -272,6 +273,7 @@ std::vector<Figure> SpeedFigures(const Evidence& rows) {
            .chart = {}},
           figures);
   AddMove(rows, figures);
+  AddDriverSpeed(rows, figures);
   return figures;
 }
 
