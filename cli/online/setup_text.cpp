@@ -35,9 +35,7 @@ std::string AxisText(const Json& axis) {
   } else {
     text += "\n  its position is never seen on its way";
     if (axis["feedback"] == "none" || axis["feedback"] == "echo") {
-      text +=
-          ": nothing is read back, so a move ends when its driver or settle_ms says so, and its time is not the "
-          "motor's";
+      text += ": nothing is read back, so a move ends when its driver or settle_ms says so";
     }
   }
   return text + "\n";
