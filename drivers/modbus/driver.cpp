@@ -60,7 +60,8 @@ Result<void> ReadOverrides(SettingsReader& read, DriveConfig& drive) {
     profile.word_order =
         read.Choice("word_order", {"high-first", "low-first"}, 0) == 0 ? WordOrder::HighFirst : WordOrder::LowFirst;
   }
-  if (read.Any("homing") != nullptr) profile.homing_required = read.Choice("homing", {"not-needed", "required"}, 0) == 1;
+  if (read.Any("homing") != nullptr)
+    profile.homing_required = read.Choice("homing", {"not-needed", "required"}, 0) == 1;
   if (profile.homing_required && profile.home.empty())
     read.Reject("homing", "is required, and the profile cannot home");
   profile.feedback = ReadFeedback(read, profile.feedback);
