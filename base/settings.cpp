@@ -87,7 +87,9 @@ void SettingsReader::Reject(std::string_view key, std::string_view why) {
   std::string message = at->where().Text() + ": ";
   message += (key.empty() ? what_ : what_ + " " + std::string(key)) + " " + std::string(why);
   if (problems != nullptr) problems->AddOfKey(table_, key, message);
-  if (!error_) error_ = Error{Code::BadData, std::move(message)};
+  if (error_) return;
+  error_ = Error{Code::BadData, std::move(message)};
+  error_key_ = key;
 }
 
 std::optional<double> SettingsReader::NumberIn(std::string_view key, const Settings* found, Range range) {
@@ -242,7 +244,10 @@ void SettingsReader::RejectUnknown() {
     std::string message = value.where().Text() + ": unknown key \"" + key + "\" in " + what_;
     if (meant) message += "; did you mean \"" + *meant + "\"?";
     if (problems != nullptr) problems->AddOfKey(table_, key, message);
-    if (problems != nullptr && meant && !table->contains(*meant)) problems->ForgetKey(table_, *meant);
+    if (problems != nullptr && meant && !table->contains(*meant)) {
+      problems->ForgetKey(table_, *meant);
+      if (error_ && error_key_ == *meant) error_->message = message;  // it is there, and mistyped
+    }
     const bool earlier = first == nullptr || value.where().line < first->where().line;
     if (!may_tell || !earlier || (missing_ && !meant)) continue;
     first = &value;

@@ -13,9 +13,13 @@ function(lensd_manual program section what)
   endif()
   set(folder ${CMAKE_BINARY_DIR}/share/man/man${section})
   set(page ${folder}/${program}.${section})
+  set(runs $<TARGET_FILE:${program}>)
+  if(CMAKE_CROSSCOMPILING)
+    set(runs "${CMAKE_CROSSCOMPILING_EMULATOR} ${runs}")  # help2man gives it to a shell
+  endif()
   file(MAKE_DIRECTORY ${folder})
   add_custom_command(OUTPUT ${page}
-    COMMAND ${HELP2MAN} --no-info --section=${section} --source=lensd --name=${what} --output=${page} $<TARGET_FILE:${program}>
+    COMMAND ${HELP2MAN} --no-info --section=${section} --source=lensd --name=${what} --output=${page} ${runs}
     DEPENDS ${program} VERBATIM)
   add_custom_target(${program}_manual ALL DEPENDS ${page})
   install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man${section})

@@ -171,6 +171,13 @@ Result<Native> Rig::Impl::InReach(Axis axis, const Target& target) const {
     aimed = optics.Aim(axis, target);
   }
   if (!aimed) return aimed;
+  const double place = aimed->value;
+  if (axis == Axis::Filter && std::isfinite(place) && place != std::round(place)) {
+    // The place next to it is another filter.
+    const AxisSetup& wheel = axes[axis]->setup();
+    return Fail(Code::OutOfRange, "filter stands in whole places, " + Short(wheel.minimum.value) + " to " +
+                                      Short(wheel.maximum.value) + ": there is none at " + Short(place));
+  }
   auto landed = axes[axis]->Land(*aimed);
   if (landed) return landed;
   const ErrorFacts reach = optics.ReachOf(axis, target);

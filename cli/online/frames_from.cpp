@@ -1,14 +1,20 @@
 // autofocus --frames-from: a session whose frames a shell command takes.
+#include <spawn.h>
 #include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
+#include <cerrno>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <span>
 
 #include "cli/online/autofocus.h"
+#include "cli/online/drive.h"
 #include "cli/online/progress.h"
 #include "cli/online/texts.h"
 #include "cli/quantity.h"
@@ -21,7 +27,42 @@ namespace {
 using varlink::Json;
 
 constexpr std::size_t kPieceBytes = std::size_t{512} << 10;
-constexpr Duration kPatience = std::chrono::minutes(61);  // longer than any session lasts
+
+volatile std::sig_atomic_t caught_signal = 0;
+
+/// Control-C and SIGTERM between two calls of the daemon: they are noted, so that the lens can be stopped and told of.
+class SignalNotes {
+ public:
+  SignalNotes() {
+    caught_signal = 0;
+    struct sigaction note{};
+    note.sa_handler = [](int signal) { caught_signal = signal; };
+    for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &note, &before_[i]);
+  }
+  ~SignalNotes() {
+    for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before_[i], nullptr);
+  }
+  SignalNotes(const SignalNotes&) = delete;
+  SignalNotes& operator=(const SignalNotes&) = delete;
+
+ private:
+  static constexpr std::array kSignals{SIGINT, SIGTERM};
+  std::array<struct sigaction, kSignals.size()> before_{};
+};
+
+/// Whether the shell ran it and it succeeded. A signal that is caught meanwhile goes to it too.
+bool RunInShell(const std::string& command) {
+  std::string words[] = {"sh", "-c", command};
+  char* const arguments[] = {words[0].data(), words[1].data(), words[2].data(), nullptr};
+  pid_t child = 0;
+  if (posix_spawn(&child, "/bin/sh", nullptr, nullptr, arguments, environ) != 0) return false;
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0) {
+    if (errno != EINTR) return false;
+    kill(child, caught_signal);
+  }
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
 
 /// A place for one picture, named in the environment.
 class Spot {
@@ -71,9 +112,10 @@ std::expected<std::pair<Json, io::Image>, Failure> Take(const std::string& comma
   std::error_code ignored;
   std::filesystem::remove(spot.path(), ignored);
   const Instant start = MonotonicClock().Now();
-  const int status = std::system(command.c_str());
+  const bool done = RunInShell(command);
   const Instant end = MonotonicClock().Now();
-  if (status == -1 || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+  if (caught_signal != 0) return Refuse(Exit::Interrupted, "interrupted");
+  if (!done) {
     return Refuse(Exit::Io, "--frames-from: the command failed, so there is no frame: " + command);
   }
   auto image = io::ReadPng(spot.path());
@@ -90,17 +132,73 @@ std::expected<std::pair<Json, io::Image>, Failure> Take(const std::string& comma
   return std::pair(std::move(frame), std::move(grey));
 }
 
-std::expected<Json, Failure> Send(DaemonClient& link, const Json& session, Json frame,
-                                  const std::vector<std::uint8_t>& bytes) {
-  for (std::size_t offset = 0; offset < bytes.size(); offset += kPieceBytes) {
-    const auto piece = std::span(bytes).subspan(offset, std::min(kPieceBytes, bytes.size() - offset));
-    auto sent = link.Ask(MethodOfLens("AutofocusPixels"),
-                         {{"session", session}, {"offset", offset}, {"data", varlink::EncodeBase64(piece)}}, kPatience);
-    if (!sent) return sent;
+/// Where each region was sharpest so far, of AutofocusStep.
+std::string SharpestText(const Json& step) {
+  std::vector<const Json*> best;
+  for (const Json& sample : step["samples"]) {
+    const auto same = std::ranges::find_if(best, [&](const Json* b) { return (*b)["region"] == sample["region"]; });
+    if (same == best.end()) {
+      best.push_back(&sample);
+    } else if (sample["score"].get<double>() > (**same)["score"].get<double>()) {
+      *same = &sample;
+    }
   }
-  frame["session"] = session;
-  return link.Ask(MethodOfLens("AutofocusFrame"), std::move(frame), kPatience);
+  if (best.empty()) return "no frame was judged yet";
+  std::string text = "not focused; sharpest so far";
+  for (const Json* sample : best) {
+    text += sample == best.front() ? " " : ", ";
+    if (best.size() > 1) text += "region " + NumberText(*sample, "region", 4, " ");
+    text += "at position " + NumberText(*sample, "position", 8, " (frame ") + NumberText(*sample, "frame", 6, " of ") +
+            std::to_string(step["frame"].get<int>() - 1) + ")";
+  }
+  return text;
 }
+
+/// One session: its calls, and what is told where it ends early.
+class FramesSession {
+ public:
+  FramesSession(Session& session, DaemonClient& link, Json lens)
+      : session_(session), link_(link), lens_(std::move(lens)), line_(session) {}
+
+  std::expected<Json, Failure> Call(std::string_view method, Json parameters) {
+    if (caught_signal != 0) return EndEarly(Failure(Exit::Interrupted, "interrupted"));
+    auto reply = link_.Follow(MethodOfLens(method), std::move(parameters), nullptr, [this] { Tell(); });
+    if (reply && reply->contains("next")) {
+      next_ = (*reply)["next"];
+      line_.Show(AutofocusStepText(next_));
+    }
+    return reply;
+  }
+  /// The frame that was wanted, and its pixels before it in pieces.
+  std::expected<Json, Failure> Send(const Json& run, Json frame, const std::vector<std::uint8_t>& bytes) {
+    for (std::size_t offset = 0; offset < bytes.size(); offset += kPieceBytes) {
+      const auto piece = std::span(bytes).subspan(offset, std::min(kPieceBytes, bytes.size() - offset));
+      auto sent =
+          Call("AutofocusPixels", {{"session", run}, {"offset", offset}, {"data", varlink::EncodeBase64(piece)}});
+      if (!sent) return sent;
+    }
+    frame["session"] = run;
+    return Call("AutofocusFrame", std::move(frame));
+  }
+  /// There will be no further frame: the lens stays, and what is known is told.
+  std::unexpected<Failure> EndEarly(Failure why) {
+    Tell();
+    return std::unexpected(std::move(why));
+  }
+
+ private:
+  void Tell() {
+    line_.Clear();
+    StopAndTell(session_, lens_, "focus");
+    session_.Remark(next_.is_object() ? SharpestText(next_) : "no frame was asked for yet");
+  }
+
+  Session& session_;
+  DaemonClient& link_;
+  const Json lens_;
+  ProgressLine line_;
+  Json next_;  ///< the newest AutofocusStep, or null
+};
 
 }  // namespace
 
@@ -116,14 +214,14 @@ std::expected<Json, Failure> FocusByCommand(Session& session, DaemonClient& link
   }
   const Spot spot;
   if (!spot.usable()) return Refuse(Exit::CannotWrite, "--frames-from: no room for a picture in the temporary folder");
-  ProgressLine line(session);
-  auto reply = link.Ask(MethodOfLens("AutofocusBegin"), std::move(parameters), kPatience);
+  const SignalNotes signals;
+  FramesSession frames(session, link, parameters["lens"]);
+  auto reply = frames.Call("AutofocusBegin", std::move(parameters));
   if (!reply) return reply;
   const Json run = (*reply)["session"];
   while (reply->contains("next")) {
-    line.Show(AutofocusStepText((*reply)["next"]));
     auto taken = Take(options.frames_from, spot);
-    if (!taken) return PassOn(taken);
+    if (!taken) return frames.EndEarly(std::move(taken.error()));
     auto& [frame, picture] = *taken;
     if (options.gamma) frame["gamma"] = *options.gamma;
     if (recording != nullptr) {
@@ -133,7 +231,7 @@ std::expected<Json, Failure> FocusByCommand(Session& session, DaemonClient& link
                                              .extension_mm = (*reply)["next"].value("extensionMm", Json())});
       if (!saved) return RefuseOutput(saved);
     }
-    reply = Send(link, run, std::move(frame), BytesOf(picture));
+    reply = frames.Send(run, std::move(frame), BytesOf(picture));
     if (!reply) return reply;
   }
   return (*reply)["autofocus"];

@@ -211,9 +211,9 @@ Result<void> WriteToStdout(const std::vector<std::uint8_t>& bytes) {
 
 }  // namespace
 
-std::expected<Json, Failure> SaveSnapshot(DaemonClient& link, Json parameters, const std::string& path) {
-  std::vector<std::uint8_t> bytes;
-  Json frame = Json::object();
+std::expected<TakenPicture, Failure> TakeSnapshot(DaemonClient& link, Json parameters) {
+  TakenPicture taken{.frame = Json::object(), .bytes = {}};
+  auto& [frame, bytes] = taken;
   std::optional<Error> wrong;
   const auto take = [&](const Json& piece) {
     if (piece.contains("frame") && piece["frame"].is_object()) {
@@ -227,11 +227,18 @@ std::expected<Json, Failure> SaveSnapshot(DaemonClient& link, Json parameters, c
     if (part) bytes.insert(bytes.end(), part->begin(), part->end());
     return !wrong;
   };
-  const Json lens = parameters.value("lens", Json());
   auto last = link.Follow(MethodOfLens("Snapshot"), std::move(parameters), take);
   if (!last) return PassOn(last);
   if (!wrong) take(*last);
   if (wrong) return std::unexpected(Failure(*wrong));
+  return taken;
+}
+
+std::expected<Json, Failure> SaveSnapshot(DaemonClient& link, Json parameters, const std::string& path) {
+  const Json lens = parameters.value("lens", Json());
+  auto taken = TakeSnapshot(link, std::move(parameters));
+  if (!taken) return PassOn(taken);
+  auto& [frame, bytes] = *taken;
   AddLensState(link, lens, frame, bytes);
   const Result<void> written =
       path == kStdout ? WriteToStdout(bytes) : io::WriteFileAtomically(path, bytes.data(), bytes.size());

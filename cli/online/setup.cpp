@@ -1,6 +1,6 @@
 // setup: the first hour with an unknown lens, in under two minutes: how its axes move, where focus is, what a reversal
-// loses, whether focus turns the way that is configured. It writes nothing: it prints the lines to put into the
-// configuration. The backlash alone is kept, as `lensctl backlash` does it.
+// loses, how much blur a step makes, whether focus turns the way that is configured. It writes nothing: it prints the
+// lines to put into the configuration. The backlash alone is kept, as `lensctl backlash` does it.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@
 #include "cli/online/drive.h"
 #include "cli/online/lens_info.h"
 #include "cli/online/progress.h"
-#include "cli/online/setup_motion.h"
+#include "cli/online/setup_text.h"
 #include "cli/online/texts.h"
 #include "cli/quantity.h"
 #include "cli/text.h"
@@ -25,30 +25,15 @@ using varlink::Json;
 constexpr Duration kFocusBudget = std::chrono::seconds(25), kOtherBudget = std::chrono::seconds(10);
 constexpr double kSearchAtMostMs = 30e3;
 constexpr int kPairs = 3;             ///< of sweeps: enough for an interval
+constexpr double kOpticsApart = 0.1;  ///< beyond the interval of the blur: optics are told in round numbers
 constexpr double kClearlyNearer = 3;  ///< times: which of two explanations of a distance is the better one
 
-struct SetupText {
+struct SetupOptions {
   std::string name;
   std::string region;
   std::string at;
   bool home = false;
 };
-
-/// What one run found, as --json prints it.
-struct Found {
-  Json info;                          ///< LensInfo
-  Json axes = Json::array();          ///< one an axis
-  Json autofocus, backlash;           ///< results of the interface, or null
-  std::string direction = "untried";  ///< right, reversed, undecided
-  double blur_px_per_step = 0.0;      ///< by the nominal optics; 0: not known
-  std::vector<std::string> remarks;
-};
-
-std::string IntervalText(const Json& measured, int digits, const char* unit) {
-  if (!measured.is_object()) return "not known";
-  return NumberText(measured, "value", digits, unit) + " (" + NumberText(measured, "low", digits, "") + " to " +
-         NumberText(measured, "high", digits, ")");
-}
 
 /// Why there is nothing to set up now.
 std::optional<Failure> NotNow(const Json& status, const Json& info, bool home) {
@@ -108,6 +93,26 @@ double BlurPerStep(const Json& info, const Json& status) {
   return 1e3 * step_mm * f / (status["fNumber"].get<double>() * (f + e)) / camera["pixelUm"].get<double>();
 }
 
+/// The curve that slope and distance make, where the optics are known well enough for it.
+void MakeCurve(const Json& status, std::optional<double> vergence, SetupFindings& found) {
+  const Json &optics = found.info["optics"], &camera = found.info["camera"];
+  if (!found.slope.px_per_step || !vergence || found.direction == "undecided") return;
+  if (!optics.is_object() || !optics["focalLengthMaxMm"].is_null() || !found.slope.near_positive) return;
+  if (!camera["pixelUm"].is_number() || !status["fNumber"].is_number()) return;
+  const auto axis = std::ranges::find_if(found.info["axes"], [](const Json& a) { return a["axis"] == "focus"; });
+  found.curve =
+      CurveOf({.minimum = axis->at("minimum").get<double>(),
+               .maximum = axis->at("maximum").get<double>(),
+               .near_positive = *found.slope.near_positive == (found.direction != "reversed"),
+               .focus = found.autofocus["position"].get<double>(),
+               .vergence = *vergence,
+               .vergence_sigma = found.autofocus["sigmaD"].is_number() ? found.autofocus["sigmaD"].get<double>() : 0.0,
+               .focal_length_mm = optics["focalLengthMm"].get<double>(),
+               .f_number = status["fNumber"].get<double>(),
+               .pixel_um = camera["pixelUm"].get<double>()},
+              *found.slope.px_per_step);
+}
+
 /// A lens whose focus turns the other way stands where the mirrored extension says.
 std::string DirectionBy(const Json& optics, const Json& status, double vergence) {
   if (!status["extensionMm"].is_number() || !status["focalLengthMm"].is_number()) return "untried";
@@ -126,7 +131,7 @@ std::expected<Json, Failure> StatusOf(DaemonClient& link, const std::string& len
 
 /// Focus by the camera, and what a reversal loses there.
 std::expected<void, Failure> SetUpFocus(Session& session, DaemonClient& link, const std::string& lens,
-                                        const Json& region, std::optional<double> vergence, Found& found) {
+                                        const Json& region, std::optional<double> vergence, SetupFindings& found) {
   const auto stop = [&] { StopAndTell(session, lens, nullptr); };
   const auto with_region = [&](Json parameters) {
     if (!region.is_null()) parameters["region"] = region;
@@ -159,84 +164,34 @@ std::expected<void, Failure> SetUpFocus(Session& session, DaemonClient& link, co
   return {};
 }
 
-std::string AxisText(const Json& axis) {
-  const std::string unit = TextOf(axis, "unit") == "steps" ? " steps" : " " + TextOf(axis, "unit");
-  std::string text = TextOf(axis, "axis") + ": " + NumberText(axis, "minimum", 6, " to ") +
-                     NumberText(axis, "maximum", 6, unit.c_str()) + " as the device says, positions are " +
-                     (axis["feedback"] == "none" ? "not told" : TextOf(axis, "feedback"));
-  if (!axis.contains("speed")) return text + "\n";
-  if (!axis["trouble"].is_null()) text += "\n  moves ended early: " + TextOf(axis, "trouble");
-  text += "\n  speed      " + (axis["speed"].is_object() ? IntervalText(axis["speed"], 4, (unit + "/s").c_str())
-                                                         : "not seen: its moves take as long whatever their length");
-  text += "\n  each move  " + IntervalText(axis["overheadMs"], 3, " ms") + " beside its travel, of " +
-          NumberText(axis, "moves", 3, " moves");
-  if (axis.value("seenOnTheWay", false)) {
-    text += "\n  latency    " + IntervalText(axis["latencyMs"], 3, " ms") + " until its position changes";
-    text += "\n  at rest    " + IntervalText(axis["restMs"], 3, " ms") + " after its last position";
-  } else {
-    text += "\n  its position is never seen on its way";
+/// How much blur a step is, and what follows from it; after the backlash, which is known to lensd from then on.
+std::expected<void, Failure> SetUpBlur(Session& session, DaemonClient& link, const std::string& lens,
+                                       const Json& region, std::optional<double> vergence, SetupFindings& found) {
+  if (!found.autofocus.is_object() || !found.autofocus.value("focused", false)) return {};
+  const auto axis = std::ranges::find_if(found.info["axes"], [](const Json& a) { return a["axis"] == "focus"; });
+  if (axis == found.info["axes"].end()) return {};
+  auto slope = MeasureBlurSlope(session, link, lens, *axis, region, found.autofocus["position"].get<double>());
+  if (!slope && slope.error().status == Exit::Interrupted) return PassOn(slope);
+  if (!slope) {
+    found.slope.why_not = slope.error().message;
+    return {};
   }
-  return text + "\n";
-}
-
-std::string DirectionText(const std::string& direction) {
-  if (direction == "right") return "direction: as configured\n";
-  if (direction == "reversed") {
-    return "direction: reversed; in [lens.focus] say the other one of near-positive and near-negative\n";
-  }
-  if (direction == "undecided") {
-    return "direction: the subject fits both ways (it is in the middle of the travel, or the optics are not those "
-           "configured); try another distance\n";
-  }
-  return "direction: not tried; --at DISTANCE tries it on a subject in the picture whose distance is known\n";
-}
-
-/// What goes into the configuration.
-std::string ConfigurationText(const Found& found) {
-  std::string text;
-  for (const Json& axis : found.axes) {
-    std::string lines;
-    if (axis.contains("speed") && axis["speed"].is_object()) {
-      lines += "speed = " + NumberText(axis["speed"], "value", 4, "\n");
+  found.slope = *std::move(slope);
+  if (const auto& seen = found.slope.px_per_step; seen && found.blur_px_per_step > 0.0) {
+    const double off = found.blur_px_per_step / seen->value;
+    if (off < (1.0 - kOpticsApart) * seen->low / seen->value || off > (1.0 + kOpticsApart) * seen->high / seen->value) {
+      found.remarks.push_back("the optics configured are not those of this lens: by them a step would be " +
+                              Short(off, 3) + " times the blur that the pictures show");
     }
-    if (axis["axis"] == "focus" && found.backlash.is_object() && found.backlash.value("known", false)) {
-      lines += "backlash = " + std::to_string(std::lround(std::ceil(found.backlash["sizeHigh"].get<double>()))) + "\n";
-    }
-    if (!lines.empty()) text += "[lens." + TextOf(axis, "axis") + "]\n" + lines;
   }
-  return text.empty() ? "" : "\nfor the configuration of " + TextOf(found.info, "name") + ":\n" + text;
+  auto status = StatusOf(link, lens);
+  if (!status) return PassOn(status);
+  if ((*status)["fNumber"].is_number()) found.f_number = (*status)["fNumber"].get<double>();
+  MakeCurve(*status, vergence, found);
+  return {};
 }
 
-std::string TextOfAll(const Found& found) {
-  std::string text;
-  for (const Json& axis : found.axes) text += AxisText(axis);
-  if (found.info["camera"].is_null()) {
-    text += "no camera: neither focus nor backlash can be measured\n";
-  } else if (found.autofocus.is_object()) {
-    text += AutofocusText(found.autofocus) + "\n";
-    if (found.backlash.is_object()) text += BacklashLine(found.backlash) + "\n";
-    if (found.blur_px_per_step > 0.0) {
-      text +=
-          "one step of focus is " + Short(found.blur_px_per_step, 3) + " px of blur here, by the optics configured\n";
-    }
-    text += DirectionText(found.direction);
-  }
-  for (const std::string& remark : found.remarks) text += remark + "\n";
-  return text + ConfigurationText(found);
-}
-
-Json JsonOfAll(const Found& found, double elapsed_ms) {
-  return {{"lens", found.info["name"]},
-          {"axes", found.axes},
-          {"autofocus", found.autofocus},
-          {"backlash", found.backlash},
-          {"direction", found.direction},
-          {"blurPxPerStep", found.blur_px_per_step > 0.0 ? Json(found.blur_px_per_step) : Json(nullptr)},
-          {"remarks", found.remarks},
-          {"elapsedMs", elapsed_ms}};
-}
-
-bool AllWell(const Found& found) {
+bool AllWell(const SetupFindings& found) {
   const auto well = [](const Json& axis) { return !axis.contains("trouble") || axis["trouble"].is_null(); };
   if (!std::ranges::all_of(found.axes, well) || found.direction == "reversed") return false;
   if (found.info["camera"].is_null()) return true;
@@ -245,7 +200,8 @@ bool AllWell(const Found& found) {
 }
 
 /// Asks the daemon what the lens is, and finds its reference where that is wanted.
-std::expected<Json, Failure> Begin(Session& session, DaemonClient& link, const SetupText& text, Found& found) {
+std::expected<Json, Failure> Begin(Session& session, DaemonClient& link, const SetupOptions& text,
+                                   SetupFindings& found) {
   auto info = FindInfo(link, text.name);
   if (!info) return PassOn(info);
   found.info = *std::move(info);
@@ -258,7 +214,7 @@ std::expected<Json, Failure> Begin(Session& session, DaemonClient& link, const S
   return StatusOf(link, lens);
 }
 
-Outcome Setup(Session& session, const SetupText& text) {
+Outcome Setup(Session& session, const SetupOptions& text) {
   Json region;
   std::optional<double> vergence;
   if (!text.region.empty()) {
@@ -274,7 +230,7 @@ Outcome Setup(Session& session, const SetupText& text) {
   const Instant began = MonotonicClock().Now();
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
-  Found found;
+  SetupFindings found;
   auto status = Begin(session, *link, text, found);
   if (!status) return PassOn(status);
   const std::string lens = TextOf(found.info, "name");
@@ -287,24 +243,27 @@ Outcome Setup(Session& session, const SetupText& text) {
     }
     if (!found.info["camera"].is_null()) {
       if (auto done = SetUpFocus(session, *link, lens, region, vergence, found); !done) return PassOn(done);
+      if (auto done = SetUpBlur(session, *link, lens, region, vergence, found); !done) return PassOn(done);
     }
   }
   const double elapsed_ms = std::chrono::duration<double, std::milli>(MonotonicClock().Now() - began).count();
-  session.json() ? session.PrintJson(JsonOfAll(found, elapsed_ms)) : session.PrintText(TextOfAll(found));
+  session.json() ? session.PrintJson(SetupJson(found, elapsed_ms)) : session.PrintText(SetupText(found));
   return AllWell(found) ? Exit::Done : Exit::No;
 }
 
 }  // namespace
 
 void AddSetup(CLI::App& root, Run& run) {
-  auto text = std::make_shared<SetupText>();
-  auto* command =
-      root.add_subcommand("setup", "measure an unknown lens by moving it: speed, latency, backlash, direction")
-          ->group(kOnline);
+  auto text = std::make_shared<SetupOptions>();
+  auto* command = root.add_subcommand("setup",
+                                      "measure an unknown lens by moving it: speed, latency, backlash, blur of a step, "
+                                      "direction, nominal curve")
+                      ->group(kOnline);
   command->add_option("NAME", text->name, "lens");
   command->add_option("--roi", text->region, "the part of the picture to focus on; the camera's own when left out")
       ->type_name("X,Y,W,H");
-  command->add_option("--at", text->at, "how far away that is: then the direction of focus is tried")
+  command
+      ->add_option("--at", text->at, "how far away that is: then the direction of focus is tried, and its curve told")
       ->type_name("DEPTH");
   command->add_flag("--home", text->home, "search the references first, which may go to an end of the travel");
   command->callback([&run, text] { run = [text](Session& session) { return Setup(session, *text); }; });

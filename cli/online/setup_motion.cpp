@@ -19,7 +19,6 @@ namespace {
 
 using varlink::Json;
 
-constexpr double kMargin = 0.1;  ///< of the range, at each end: an unknown lens may stop before it says so
 /// Of the rest, each there and back: short ones tell what a move takes at all, long ones the speed. The short ones come
 /// first, for a motor so slow that there is no time for the others.
 constexpr std::array kLengths = {1.0 / 32, 1.0 / 16, 1.0 / 8, 1.0 / 4, 1.0 / 2};
@@ -110,35 +109,11 @@ std::expected<void, Failure> MoveOnce(Session& session, DaemonClient& link, cons
   return {};
 }
 
-/// Time over distance, in ms and native units, with the halves of Student's 95 % intervals.
-struct Line {
-  double slope = 0.0, at_zero = 0.0;
-  double slope_half = 0.0, zero_half = 0.0;
-  double At(double distance) const { return at_zero + slope * distance; }
-};
-
-/// Least squares; nothing where there are too few moves, or all are of one length.
+/// Time over distance, in ms and native units.
 std::optional<Line> Fit(const std::vector<TimedMove>& moves) {
-  const auto n = static_cast<double>(moves.size());
-  if (moves.size() < kFewest) return std::nullopt;
-  double mean_x = 0.0, mean_y = 0.0, xx = 0.0, xy = 0.0, rest = 0.0;
-  for (const TimedMove& move : moves) {
-    mean_x += move.distance / n;
-    mean_y += move.elapsed_ms / n;
-  }
-  for (const TimedMove& move : moves) {
-    xx += std::pow(move.distance - mean_x, 2);
-    xy += (move.distance - mean_x) * (move.elapsed_ms - mean_y);
-  }
-  if (xx == 0.0) return std::nullopt;
-  Line line{.slope = xy / xx};
-  line.at_zero = mean_y - line.slope * mean_x;
-  for (const TimedMove& move : moves) rest += std::pow(move.elapsed_ms - line.At(move.distance), 2);
-  const double t = boost::math::quantile(boost::math::students_t(n - 2.0), 0.975);
-  const double sigma = std::sqrt(rest / (n - 2.0));
-  line.slope_half = t * sigma / std::sqrt(xx);
-  line.zero_half = t * sigma * std::sqrt(1.0 / n + mean_x * mean_x / xx);
-  return line;
+  std::vector<std::pair<double, double>> points;
+  for (const TimedMove& move : moves) points.emplace_back(move.distance, move.elapsed_ms);
+  return FitLine(points);
 }
 
 /// Those of the shortest length among moves in the order of their distances.
@@ -173,6 +148,29 @@ std::optional<Line> FitThatHolds(std::vector<TimedMove> moves) {
 
 }  // namespace
 
+std::optional<Line> FitLine(const std::vector<std::pair<double, double>>& points) {
+  const auto n = static_cast<double>(points.size());
+  if (points.size() < kFewest) return std::nullopt;
+  double mean_x = 0.0, mean_y = 0.0, xx = 0.0, xy = 0.0, rest = 0.0;
+  for (const auto& [x, y] : points) {
+    mean_x += x / n;
+    mean_y += y / n;
+  }
+  for (const auto& [x, y] : points) {
+    xx += std::pow(x - mean_x, 2);
+    xy += (x - mean_x) * (y - mean_y);
+  }
+  if (xx == 0.0) return std::nullopt;
+  Line line{.slope = xy / xx};
+  line.at_zero = mean_y - line.slope * mean_x;
+  for (const auto& [x, y] : points) rest += std::pow(y - line.At(x), 2);
+  const double t = boost::math::quantile(boost::math::students_t(n - 2.0), 0.975);
+  const double sigma = std::sqrt(rest / (n - 2.0));
+  line.slope_half = t * sigma / std::sqrt(xx);
+  line.zero_half = t * sigma * std::sqrt(1.0 / n + mean_x * mean_x / xx);
+  return line;
+}
+
 Json JsonOf(const std::optional<Measured>& measured) {
   if (!measured) return nullptr;
   const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
@@ -194,7 +192,7 @@ void FitMoves(AxisMotion& motion) {
 std::expected<AxisMotion, Failure> MeasureMotion(Session& session, DaemonClient& link, const std::string& lens,
                                                  const Json& info, double position, Duration budget) {
   const double minimum = info["minimum"].get<double>(), range = info["maximum"].get<double>() - minimum;
-  const double low = minimum + kMargin * range, span = range * (1.0 - 2.0 * kMargin);
+  const double low = minimum + kSetupMargin * range, span = range * (1.0 - 2.0 * kSetupMargin);
   const double resolution = info["resolution"].get<double>(), home = position;
   const Instant began = MonotonicClock().Now();
   AxisMotion motion;

@@ -1,12 +1,17 @@
 // How an axis moves, measured by moving it: for `lensctl setup`.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/online/daemon_client.h"
 
 namespace lensd::cli {
+
+/// Of the range, at each end, where nothing is moved to: an unknown lens may stop before it says so.
+inline constexpr double kSetupMargin = 0.1;
 
 /// A measured value and what it lies between: its 95 % interval, or bounds that nothing measured was outside of.
 struct Measured {
@@ -15,6 +20,15 @@ struct Measured {
   double high = 0.0;
 };
 varlink::Json JsonOf(const std::optional<Measured>& measured);
+
+/// A straight line through points, with the halves of Student's 95 % intervals.
+struct Line {
+  double slope = 0.0, at_zero = 0.0;
+  double slope_half = 0.0, zero_half = 0.0;
+  double At(double x) const { return at_zero + slope * x; }
+};
+/// Least squares; nothing where there are fewer than four points, or all are at one x.
+std::optional<Line> FitLine(const std::vector<std::pair<double, double>>& points);
 
 /// A move as it was seen from here.
 struct TimedMove {

@@ -52,7 +52,7 @@ LensNames ReadLens(SettingsReader& read) {
   names.initialize = read.Text("initialize_feature", "");
   names.abort = read.Text("abort_feature", "");
   names.controller = read.Text("optic_controller", "");
-  if (read.Has("feedback")) {
+  if (read.Any("feedback") != nullptr) {
     names.feedback = static_cast<Feedback>(read.Choice("feedback", {kFeedbackNames.begin(), kFeedbackNames.end()}, 0));
   }
   return names;

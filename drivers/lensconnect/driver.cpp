@@ -25,7 +25,7 @@ Config ReadConfig(SettingsReader& read) {
   config.stop_value = static_cast<std::uint16_t>(read.Integer("stop_value", 1, {0, 65535}));
   config.iris_reversed = read.Boolean("iris_reversed", false);
   config.zoom_reversed = read.Boolean("zoom_reversed", false);
-  if (read.Has("backlash_cancel")) config.backlash_cancel = read.Boolean("backlash_cancel", false);
+  if (read.Any("backlash_cancel") != nullptr) config.backlash_cancel = read.Boolean("backlash_cancel", false);
   for (const Axis axis : {Axis::Focus, Axis::Iris, Axis::Zoom}) {
     const std::string key = std::string(AxisName(axis)) + "_pps";
     if (read.Has(key)) config.speed[axis] = static_cast<std::uint16_t>(read.Integer(key, 1, {1, 65535}));

@@ -19,6 +19,9 @@ namespace {
 using drivers::Axis;
 
 constexpr int kOpenAttempts = 3;
+/// The keys of a drive that ReadOverrides() reads.
+constexpr std::string_view kOverrides[] = {"parameters",     "word_order", "homing",    "feedback",
+                                           "position_scale", "scale",      "settle_ms", "counts_per_revolution"};
 
 struct LensSettings {
   BusConfig bus;
@@ -53,11 +56,12 @@ Result<void> ReadOverrides(SettingsReader& read, DriveConfig& drive) {
   if (const Settings* parameters = read.Table("parameters")) {
     if (auto set = SetParameters(*parameters, profile); !set) return set;
   }
-  if (read.Has("word_order")) {
+  if (read.Any("word_order") != nullptr) {
     profile.word_order =
         read.Choice("word_order", {"high-first", "low-first"}, 0) == 0 ? WordOrder::HighFirst : WordOrder::LowFirst;
   }
-  if (read.Has("homing")) profile.homing_required = read.Choice("homing", {"not-needed", "required"}, 0) == 1;
+  if (read.Any("homing") != nullptr)
+    profile.homing_required = read.Choice("homing", {"not-needed", "required"}, 0) == 1;
   if (profile.homing_required && profile.home.empty())
     read.Reject("homing", "is required, and the profile cannot home");
   profile.feedback = ReadFeedback(read, profile.feedback);
@@ -88,7 +92,11 @@ Result<DriveConfig> ReadDrive(const Settings& table, Axis axis) {
     read.Reject("profile", "is missing: one of " + std::string(ShippedProfileNames()) + ", or a file");
   if (profile != nullptr) {
     auto known = ReadProfile(*profile);
-    if (!known) return PassOn(known);
+    if (!known) {  // what changes it cannot be judged; the table's own mistakes are told all the same
+      for (const std::string_view key : kOverrides) read.Any(key);
+      read.Finish();
+      return PassOn(known);
+    }
     drive.profile = *std::move(known);
   }
   if (auto overrides = ReadOverrides(read, drive); !overrides) return PassOn(overrides);

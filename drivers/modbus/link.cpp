@@ -155,7 +155,7 @@ Result<BusConfig> ReadBusConfig(const Settings& table) {
   if (std::ranges::find(kBauds, config.baud) == kBauds.end()) {
     read.Reject("baud", "must be a usual rate from 1200 to 921600, not " + std::to_string(config.baud));
   }
-  if (read.Has("parity")) config.parity = "NEO"[read.Choice("parity", {"none", "even", "odd"}, 0)];
+  if (read.Any("parity") != nullptr) config.parity = "NEO"[read.Choice("parity", {"none", "even", "odd"}, 0)];
   config.stop_bits = static_cast<int>(read.Integer("stop_bits", 1, {1, 2}));
   config.response_timeout = Milliseconds(read.Number("response_timeout_ms", 100.0, {1.0, 10e3}));
   config.connect_timeout = Milliseconds(read.Number("connect_timeout_ms", 500.0, {1.0, 10e3}));

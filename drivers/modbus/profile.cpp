@@ -10,12 +10,28 @@
 #include <string_view>
 #include <utility>
 
+#include "base/settings_problems.h"
+
 namespace lensd::drivers::modbus {
 namespace {
 
 constexpr Range kAddress{0, 0xFFFF};
 constexpr std::array<std::pair<std::string_view, NumberType>, 4> kTypes = {
     {{"u16", NumberType::U16}, {"s16", NumberType::S16}, {"u32", NumberType::U32}, {"s32", NumberType::S32}}};
+
+/// What no reader tells, of a place of the profile.
+std::unexpected<Error> Wrong(const Settings& at, const std::string& why) {
+  const std::string message = at.where().Text() + ": " + why;
+  if (auto* problems = SettingsProblems::Current()) problems->Add(message);
+  return Fail(Code::BadData, message);
+}
+
+/// Whoever wants every mistake is told by the readers: all parts are read, and the first that failed is what is
+/// answered.
+template <class T>
+void Keep(const Result<T>& read, Result<void>& first) {
+  if (!read && first) first = PassOn(read);
+}
 
 std::optional<NumberType> TypeFromName(std::string_view name) {
   const auto found = std::ranges::find(kTypes, name, &std::pair<std::string_view, NumberType>::first);
@@ -58,10 +74,7 @@ Result<Place> ReadPlace(SettingsReader& read, NumberType fallback) {
 /// An integer is one register; "TYPE NUMBER" or "TYPE NAME" is a number of that type.
 Result<Field> ReadField(const Settings& value, const Profile& profile) {
   const auto wrong = [&](const std::string& why) {
-    return Fail(Code::BadData, value.where().Text() +
-                                   ": a value is a number of one register or \"TYPE WHAT\" such as "
-                                   "\"s32 target\": " +
-                                   why);
+    return Wrong(value, "a value is a number of one register or \"TYPE WHAT\" such as \"s32 target\": " + why);
   };
   if (const auto* integer = std::get_if<std::int64_t>(&value.value())) {
     if (!Fits(NumberType::U16, *integer)) return wrong(std::to_string(*integer) + " does not fit");
@@ -92,27 +105,31 @@ Result<WriteStep> ReadStep(const Settings& table, const std::string& what, const
       array != nullptr && array->size() == 1 && std::holds_alternative<std::int64_t>(array->front().value());
   step.function = static_cast<int>(read.Integer("function", one_integer ? 6 : 16));
   if (step.function != 6 && step.function != 16) read.Reject("function", "must be 6 or 16");
-  if (auto done = read.Finish(); !done) return PassOn(done);
+  Result<void> first = read.Finish();
   int registers = 0;
-  for (const Settings& value : *array) {
+  for (const Settings& value : array == nullptr ? Settings::Array() : *array) {
     auto field = ReadField(value, profile);
-    if (!field) return PassOn(field);
+    Keep(field, first);
+    if (!field) continue;
     registers += modbus::RegistersOf(field->type);
     step.fields.push_back(*std::move(field));
   }
   if (registers > (step.function == 6 ? 1 : 123)) {
-    return Fail(Code::BadData, table.where().Text() + ": " + what + " writes more registers than its function can");
+    Keep(Result<void>(Wrong(table, what + " writes more registers than its function can")), first);
   }
+  if (!first) return PassOn(first);
   return step;
 }
 
 Result<Sequence> ReadSequence(SettingsReader& read, std::string_view key, const Profile& profile) {
   Sequence sequence;
+  Result<void> first;
   for (const Settings* table : read.Tables(key)) {
     auto step = ReadStep(*table, "[[" + std::string(key) + "]]", profile);
-    if (!step) return PassOn(step);
-    sequence.push_back(*std::move(step));
+    Keep(step, first);
+    if (step) sequence.push_back(*std::move(step));
   }
+  if (!first) return PassOn(first);
   return sequence;
 }
 
@@ -140,17 +157,19 @@ Result<std::optional<Flag>> ReadFlag(SettingsReader& read, std::string_view key,
 Result<void> ReadStatus(const Settings& table, Profile& profile) {
   SettingsReader read(table, "[status]");
   std::optional<Place> status;
-  if (read.Has("address")) status = *ReadPlace(read, NumberType::U16);
+  if (read.Any("address") != nullptr) status = *ReadPlace(read, NumberType::U16);
   const std::pair<std::string_view, std::optional<Flag> Profile::*> flags[] = {
       {"moving", &Profile::moving}, {"ready", &Profile::ready}, {"in_position", &Profile::in_position},
       {"fault", &Profile::fault},   {"homed", &Profile::homed}, {"homing", &Profile::homing}};
+  Result<void> first;
   for (const auto& [key, member] : flags) {
     auto flag = ReadFlag(read, key, status);
-    if (!flag) return PassOn(flag);
-    profile.*member = *std::move(flag);
+    Keep(flag, first);
+    if (flag) profile.*member = *std::move(flag);
   }
-  if (!profile.moving && !profile.in_position) read.Reject("moving", "is missing, and so is in_position");
-  return read.Finish();
+  if (!read.Has("moving") && !read.Has("in_position")) read.Reject("moving", "is missing, and so is in_position");
+  Keep(read.Finish(), first);
+  return first;
 }
 
 Result<void> ReadAlarm(const Settings& table, Profile& profile) {
@@ -158,32 +177,33 @@ Result<void> ReadAlarm(const Settings& table, Profile& profile) {
   profile.alarm = *ReadPlace(read, NumberType::U16);
   profile.alarm_is_bits = read.Choice("kind", {"code", "bits"}, 0) == 1;
   profile.alarm_mask = read.Integer("mask", 0xFFFFFFFF, {0, 4294967295.0});
-  if (read.Has("not_homed")) profile.alarm_not_homed = read.Integer("not_homed", 0, {1, 4294967295.0});
+  if (read.Any("not_homed") != nullptr) profile.alarm_not_homed = read.Integer("not_homed", 0, {1, 4294967295.0});
   if (profile.alarm_not_homed && profile.alarm_is_bits) read.Reject("not_homed", "is for codes, and these are bits");
   const Settings* names = read.Table("names");
-  if (auto done = read.Finish(); !done) return done;
-  if (names == nullptr) return {};
+  Result<void> first = read.Finish();
+  if (names == nullptr) return first;
   for (const auto& [key, value] : *names->AsTable()) {
     const auto code = WholeNumber(key);
     const auto* text = std::get_if<std::string>(&value.value());
-    if (!code || text == nullptr) {
-      return Fail(Code::BadData, value.where().Text() + ": [alarm.names] has lines such as 0x30 = \"overload\"");
+    if (code && text != nullptr) {
+      profile.alarm_names[*code] = *text;
+    } else {
+      Keep(Result<void>(Wrong(value, "[alarm.names] has lines such as 0x30 = \"overload\"")), first);
     }
-    profile.alarm_names[*code] = *text;
   }
-  return {};
+  return first;
 }
 
 Result<void> ReadParameters(const Settings& table, Profile& profile) {
+  Result<void> first;
   for (const auto& [key, value] : *table.AsTable()) {
     const auto* number = std::get_if<std::int64_t>(&value.value());
-    if (number == nullptr || key == "target") {
-      return Fail(Code::BadData,
-                  value.where().Text() + ": [parameters] has names and whole numbers, and none is target");
-    }
-    profile.parameters[key] = *number;
+    // Its name is known all the same: what refers to it is no second mistake.
+    profile.parameters[key] = number == nullptr ? 0 : *number;
+    if (number != nullptr && key != "target") continue;
+    Keep(Result<void>(Wrong(value, "[parameters] has names and whole numbers, and none is target")), first);
   }
-  return {};
+  return first;
 }
 
 Result<void> ReadSpeed(const Settings& table, Profile& profile) {
@@ -218,10 +238,9 @@ Result<void> ReadTables(SettingsReader& read, Profile& profile) {
   const std::pair<std::string_view, Part> parts[] = {{"parameters", ReadParameters}, {"status", ReadStatus},
                                                      {"position", ReadPosition},     {"alarm", ReadAlarm},
                                                      {"speed", ReadSpeed},           {"probe", ReadProbe}};
+  Result<void> first;
   for (const auto& [key, part] : parts) {
-    const Settings* table = read.Table(key);
-    if (table == nullptr) continue;
-    if (auto done = part(*table, profile); !done) return done;
+    if (const Settings* table = read.Table(key)) Keep(part(*table, profile), first);
   }
   const std::pair<std::string_view, Sequence Profile::*> sequences[] = {
       {"move", &Profile::move},  {"rearm", &Profile::rearm},
@@ -230,10 +249,10 @@ Result<void> ReadTables(SettingsReader& read, Profile& profile) {
       {"reset", &Profile::reset}};
   for (const auto& [key, member] : sequences) {
     auto sequence = ReadSequence(read, key, profile);
-    if (!sequence) return PassOn(sequence);
-    profile.*member = *std::move(sequence);
+    Keep(sequence, first);
+    if (sequence) profile.*member = *std::move(sequence);
   }
-  return {};
+  return first;
 }
 
 }  // namespace
@@ -250,18 +269,19 @@ Result<Profile> ReadProfile(const Settings& table) {
   profile.name = read.RequiredText("name");
   profile.word_order =
       read.Choice("word_order", {"high-first", "low-first"}, 0) == 0 ? WordOrder::HighFirst : WordOrder::LowFirst;
-  if (read.Has("parity")) profile.parity = "NEO"[read.Choice("parity", {"none", "even", "odd"}, 0)];
+  if (read.Any("parity") != nullptr) profile.parity = "NEO"[read.Choice("parity", {"none", "even", "odd"}, 0)];
   profile.gap = std::chrono::microseconds(std::llround(1e3 * read.Number("gap_ms", 0.0, {0.0, 100.0})));
   profile.read_function = static_cast<int>(read.Integer("read_function", 3, {3, 4}));
   profile.stop_to_retarget = read.Choice("retarget", {"stop-first", "direct"}, 0) == 0;
   profile.arrival_counts = read.Integer("arrival_counts", 2, {0, 1e6});
   profile.homing_required = read.Choice("homing", {"not-needed", "required"}, 0) == 1;
-  if (auto tables = ReadTables(read, profile); !tables) return PassOn(tables);
+  Result<void> first = ReadTables(read, profile);
   for (const std::string_view needed : {"position", "status", "move"}) {
     if (!read.Has(needed)) read.Reject(needed, "is missing");
   }
-  if (profile.homing_required && profile.home.empty()) read.Reject("homing", "is required, and [[home]] is missing");
-  if (auto done = read.Finish(); !done) return PassOn(done);
+  if (profile.homing_required && !read.Has("home")) read.Reject("homing", "is required, and [[home]] is missing");
+  Keep(read.Finish(), first);
+  if (!first) return PassOn(first);
   return profile;
 }
 

@@ -35,8 +35,8 @@ CameraConfig ReadCamera(SettingsReader& read) {
   for (const PixelFormatInfo& known : PixelFormats()) formats.push_back(known.name);
   const std::size_t format = read.Choice("format", formats, 0);
   if (format != 0) camera.format = PixelFormats()[format - 1].format;
-  if (read.Has("width")) camera.width = static_cast<int>(read.Integer("width", 0, {1, 65535}));
-  if (read.Has("height")) camera.height = static_cast<int>(read.Integer("height", 0, {1, 65535}));
+  if (read.Any("width") != nullptr) camera.width = static_cast<int>(read.Integer("width", 0, {1, 65535}));
+  if (read.Any("height") != nullptr) camera.height = static_cast<int>(read.Integer("height", 0, {1, 65535}));
   if (camera.width.has_value() != camera.height.has_value()) read.Reject("", "needs width and height together");
   camera.frame_rate_hz = read.OptionalNumber("frame_rate_hz", {0.1, 1000});
   camera.gamma = read.OptionalNumber("gamma", {0.2, 5});

@@ -164,6 +164,28 @@ class CheckConfig(unittest.TestCase):
                 self.assertTrue(any(word in message for file, _, message in told if file == path), told)
                 self.assertEqual(sorted(os.listdir(self.folder.name)), ["cal.toml", "lensd.toml"])
 
+    def test_mistakes_of_a_profile_are_told_in_every_table_of_it(self):
+        self.write(DRIVES.replace('"moons"', '"drive.toml"').replace("unit = 1", "unit = 1\nscael = 2"))
+        mistakes = (('version = 1', None), ('name = "x"', None), ('parrity = "none"', 'did you mean "parity"?'),
+                    ("[parameters]", None), ('speed = "fast"', "names and whole numbers"),
+                    ("[status]", None), ("address = 1", None), ("movng = 3", 'did you mean "moving"?'), ("ready = 40", "from 0 to 15"),
+                    ("[position]", None), ("addres = 4", 'did you mean "address"?'), ('type = "s33"', "u16, s16, u32 or s32"),
+                    ("[alarm]", None), ("address = 9", None), ('kind = "bit"', "code, bits"),
+                    ("[alarm.names]", None), ('overload = "x"', 'such as 0x30 = "overload"'),
+                    ("[[move]]", None), ("address = 7", None), ('values = ["u16 sped", "s32 target", "u8 1"]', '"sped" is neither'),
+                    ("[[move]]", None), ("adress = 8", 'did you mean "address"?'), ("values = [1]", None),
+                    ("[[stop]]", "values must be"), ("address = 70000", "from 0 to 65535"))
+        path = os.path.join(self.folder.name, "drive.toml")
+        self.write("\n".join(line for line, _ in mistakes) + "\n", path)
+        told = self.told()
+        of_profile = [(line, text) for file, line, text in told if file == path]
+        expected = [(number, says) for number, (_, says) in enumerate(mistakes, 1) if says]
+        expected.insert([line for line, _ in expected].index(20) + 1, (20, "types are u16, s16, u32 and s32"))
+        self.assertEqual([line for line, _ in of_profile], [line for line, _ in expected], told)
+        for (_, text), (_, says) in zip(of_profile, expected):
+            self.assertIn(says, text)
+        self.assertEqual([(line, 'did you mean "scale"?' in text) for file, line, text in told if file == self.file], [(12, True)], told)
+
     def test_mistakes_of_a_scene_are_told_in_the_scene(self):
         with open(SCENE, encoding="utf-8") as scene:
             text = scene.read()

@@ -101,6 +101,36 @@ class Progress(DaemonTest):
         out, err, _ = self.interrupted("b", "autofocus", "b", "--method", "exhaustive")
         self.assertRegex(err, r"stopped: b: focus at [\d.]+ within .*, focused at .* D\) within .* D, f/2")
 
+    def test_control_c_among_frames_of_a_command_tells_what_it_has_come_to(self):
+        """The command interrupts lensctl itself while it takes the fourth picture; before, it notes where the lens stood."""
+        notes = os.path.join(self.daemon.folder.name, "notes")
+        lensctl = f"{LENSCTL} --socket {self.daemon.socket}"
+        take = (f"{lensctl} snapshot a -o $LENSD_FRAME >/dev/null && {lensctl} --json status a >> {notes}; "
+                f"[ $(wc -l < {notes}) -lt 4 ] || kill -{{}} $PPID; true")
+        for name, number in (("INT", 130), ("TERM", 130)):
+            with self.subTest(name):
+                run = self.daemon.lensctl("autofocus", "a", "--roi", "0.1,0.1,0.8,0.8", "--method", "sweep", "--range", "@1000..@2000",
+                                          "--step", "60steps", "--frames-from", take.format(name))
+                self.assertEqual((run.returncode, run.stdout), (number, ""), run.stderr)
+                with open(notes, encoding="utf-8") as file:
+                    stood = [json.loads(line)["axes"][0]["position"] for line in file]
+                os.remove(notes)
+                now = self.state("a")["axes"][0]
+                self.assertFalse(now["moving"])
+                told = re.search(r"^stopped: a: focus at ([\d.]+) within .*\nnot focused; sharpest so far at position ([\d.]+) "
+                                 r"\(frame (\d) of 3\)$", run.stderr, re.M)
+                self.assertTrue(told, run.stderr)
+                self.assertAlmostEqual(float(told[1]), now["position"], places=3)
+                # Sharp is the wall at 1.2 m: e = f^2 / (Z - f) of 25 mm, 2500 steps a millimetre.
+                sharp = 2500 * 25.0**2 / (1200 - 25)
+                self.assertAlmostEqual(float(told[2]), min(stood[:3], key=lambda at: abs(at - sharp)), delta=1)
+                self.assertAlmostEqual(float(told[2]), stood[int(told[3]) - 1], delta=1)
+
+    def test_a_command_that_fails_tells_it_too(self):
+        run = self.daemon.lensctl("autofocus", "a", "--roi", "0.1,0.1,0.8,0.8", "--frames-from", "false")
+        self.assertEqual(run.returncode, 74, run.stderr)
+        self.assertRegex(run.stderr, r"(?s)stopped: a: focus at .*no frame was judged yet.*so there is no frame: false")
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -151,7 +151,11 @@ class Conditions(DaemonTest):
 
     def test_a_refusal_before_anything_moves(self):
         before = self.stands()
+        told = self.json("filter", "a", "1.5", status=6)
+        self.assertEqual((told["minimum"], told["maximum"], told["axis"]), (1, 2, "filter"))
+        self.assertIn("filter stands in whole places, 1 to 2: there is none at 1.5", told["message"])
         for arguments, code in ((("--f-number", "1"), "out-of-range"), (("--filter", "7"), "out-of-range"),
+                                (("--filter", "1.5"), "out-of-range"),
                                 (("--exposure", "1ms", "--track"), "usage"),
                                 (("--f-number", "0"), "usage")):
             self.assertEqual(self.json("autofocus", "a", *arguments, status={"out-of-range": 6, "usage": 64}[code])["error"], code)

@@ -16,14 +16,14 @@ SCENE = """version = 1
 [camera]
 width = 320
 height = 240
-pixel_um = 3.45
+pixel_um = {pixel}
 exposure_ms = 2
 frame_rate_hz = 100
 [lens]
 model = "thin"
-focal_length_mm = 25.0
+focal_length_mm = {focal}
 f_number = [1.8, 16.0]
-extension_mm = [0.0, 1.0]
+extension_mm = [0.0, {travel}]
 steps = {steps}
 speed_steps_per_s = {speed}
 acceleration_steps_per_s2 = {acceleration}
@@ -31,7 +31,7 @@ settle_ms = {settle}
 backlash_steps = {backlash}
 feedback = "{feedback}"
 iris_steps = 100
-initial_f_number = 2.0
+initial_f_number = {f_number}
 [[surface]]
 kind = "wall"
 distance_m = {distance}
@@ -47,7 +47,7 @@ class Lens:
         self.folder = tempfile.TemporaryDirectory(prefix="lensd-setup-")
         scene = os.path.join(self.folder.name, "scene.toml")
         drawn = {"steps": 4001, "speed": 4000, "acceleration": 2000000, "settle": 10, "backlash": 0, "feedback": "counts",
-                 "distance": 1.2, **drawn}
+                 "distance": 1.2, "pixel": 3.45, "focal": 25.0, "travel": 1.0, "f_number": 2.0, **drawn}
         with open(scene, "w", encoding="utf-8") as file:
             file.write(SCENE.format(scenes=SCENES, **drawn))
         self.daemon = Daemon(config=f'version = 1\n[[lens]]\nname = "cam"\ndriver = "sim"\nscene = "{scene}"\n{more}')
@@ -96,6 +96,55 @@ class Setup(unittest.TestCase):
         print(f"speeds drawn {cases}, of which {covered} lie in the interval told")
         self.assertEqual(covered, cases)
 
+    def slope_in_truth(self, lens, distance, pixel_um, position):
+        """Pixels of blur a step around there, as the simulator has it: what its disks of light differ by between two places."""
+        seen = []
+        for place in (position - 400, position + 60, position + 160):  # the last two reached the same way
+            lens.call("io.lensd.Lens.Move", {"axis": "focus", "target": {"position": place}})
+            truth = lens.call("io.lensd.Simulator.Truth", {"vergenceD": 1 / distance})
+            seen.append((truth["focusPosition"], truth["signedBlurUm"] / pixel_um))
+        (first, blur), (second, more) = seen[1:]
+        return abs((more - blur) / (second - first))
+
+    def test_the_slope_of_blur_and_the_curve_are_those_of_the_lens(self):
+        covered = cases = points = 0
+        for drawn in ({}, {"backlash": 14, "distance": 2.0}, {"distance": 0.8, "f_number": 2.8},
+                      {"focal": 50.0, "travel": 3.0, "steps": 8001, "pixel": 5.86, "f_number": 4.0, "distance": 2.0}):
+            with self.subTest(**drawn), Lens(**drawn) as lens:
+                distance, travel, steps = drawn.get("distance", 1.2), drawn.get("travel", 1.0), drawn.get("steps", 4001)
+                status, said = lens.setup("--at", f"{distance}m")
+                self.assertEqual(status, 0, said)
+                self.assertLess(said["elapsedMs"], 120e3)
+                truth = self.slope_in_truth(lens, distance, drawn.get("pixel", 3.45), said["autofocus"]["position"])
+                slope = said["blurSlope"]
+                print(f"{drawn}: {slope['value']:.5f} ({slope['low']:.5f} to {slope['high']:.5f}) px a step, in truth {truth:.5f}")
+                self.assertGreaterEqual(said["blurSlopePictures"], 4)
+                self.assertAlmostEqual(slope["value"], truth, delta=0.03 * truth)
+                self.assertLess(slope["high"] - slope["low"], 0.1 * truth)
+                cases += 1
+                covered += slope["low"] <= truth <= slope["high"]
+                self.assertEqual(len(said["nominalCurve"]), 9)
+                step = travel / (steps - 1)
+                for point in said["nominalCurve"]:
+                    extension = point["extensionMm"]
+                    points += 1
+                    room = drawn.get("backlash", 0) * step
+                    self.assertGreaterEqual(extension["high"] + room, point["position"] * step, said["nominalCurve"])
+                    self.assertLessEqual(extension["low"] - room, point["position"] * step, said["nominalCurve"])
+        print(f"slopes of blur {cases}, of which {covered} lie in the interval told; {points} points of curves, all within theirs")
+        self.assertEqual(covered, cases)
+
+    def test_optics_that_are_configured_wrongly_show(self):
+        """The slope is that of the pictures: a lens that is said to extend twice as far shows it does not."""
+        wrong = "[lens.optics]\nfocal_length_mm = 25\nf_number = [1.8, 16]\nextension_mm = [0.0, 2.0]\n"
+        with Lens(more=wrong) as lens:
+            _, said = lens.setup()
+            self.assertGreater(said["blurPxPerStep"], 1.5 * said["blurSlope"]["high"])
+            self.assertAlmostEqual(said["blurSlope"]["value"], self.slope_in_truth(lens, 1.2, 3.45, said["autofocus"]["position"]),
+                                   delta=0.05 * said["blurSlope"]["value"])
+            self.assertIsNone(said["nominalCurve"], "nobody said how far the subject is")
+            self.assertTrue(any("not those of this lens" in remark for remark in said["remarks"]), said["remarks"])
+
     def test_no_end_of_the_travel_is_touched(self):
         with Lens() as lens:
             lens.call("io.lensd.Lens.Move", {"axis": "focus", "target": {"position": 1234}})
@@ -131,6 +180,8 @@ class Setup(unittest.TestCase):
             focus = next(axis for axis in said["axes"] if axis["axis"] == "focus")
             self.assertIsNone(focus["latencyMs"])
             self.assertFalse(focus["seenOnTheWay"])
+            told = lens.daemon.lensctl("setup", "cam").stdout
+            self.assertIn("nothing is read back", told)
 
     def test_its_lines_are_a_configuration(self):
         with Lens(backlash=12) as lens:
@@ -138,6 +189,11 @@ class Setup(unittest.TestCase):
             self.assertIn("direction: not tried", told.stdout)
             lines = told.stdout.split("for the configuration of cam:\n")[1]
             self.assertRegex(lines, r"\[lens\.focus\]\nspeed = [\d.]+\nbacklash = 1[1-4]\n")
+        with Lens(backlash=12) as lens:
+            told = lens.daemon.lensctl("setup", "cam", "--at", "1.2m")
+            lines = told.stdout.split("for the configuration of cam:\n")[1]
+            self.assertIn("[lens.optics]  # nominal", lines)
+            self.assertIn("nominal curve", told.stdout)
         with Lens(more=lines, backlash=12) as lens:
             self.assertEqual(lens.call("io.lensd.Lens.Status", {})["lenses"][0]["connection"], "connected")
 

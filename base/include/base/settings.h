@@ -105,7 +105,8 @@ class SettingsReader {
   std::string what_;
   std::set<std::string, std::less<>> known_;
   std::optional<Error> error_;
-  bool missing_ = false;  ///< what error_ complains of
+  std::string error_key_;  ///< what error_ complains of
+  bool missing_ = false;   ///< and that it is not there
 };
 
 }  // namespace lensd
