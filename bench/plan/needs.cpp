@@ -126,7 +126,9 @@ ModelNeed NeedOf(const PlanKind& kind, int problems, std::mt19937_64& random) {
     const PlanRequest request = DrawRequest(random, kind);
     const double tolerance =
         optics::DefaultModelTolerance(Metres{request.limits.front().limit.value}, request.pixel).value;
-    const auto [rung, bound] = optics::ModelFor(request);
+    const auto plan = optics::Plan(request);
+    if (!plan || plan->limits.empty()) continue;  // nothing was asked of a model
+    const auto [rung, bound] = optics::ModelFor(request, plan->limits);
     ++chosen[rung];
     errors.push_back(1e6 * TrueError(rung, request));
     bounds.push_back(1e6 * bound.value);
