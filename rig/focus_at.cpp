@@ -172,7 +172,7 @@ Result<FocusAtFit> FitFocusAt(const FocusAtSamples& known, const Rig& rig, Focus
   FocusAtFit fit;
   fit.coordinates = known.coordinates;
   if (known.samples.empty()) {
-    fit.why_none = "no focus surface is learned yet: focus in some places and add each as a sample";
+    fit.why_none = "no surface of focus is learned yet: focus in some places and add each as a sample";
     return fit;
   }
   const auto count = static_cast<double>(known.samples.size());

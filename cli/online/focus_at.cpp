@@ -109,7 +109,7 @@ void ShowSurface(Session& session, const Json& surface) {
       line += ", corrected for the temperature by " + NumberText(surface, "correction", 3, "");
     }
   } else {
-    line += "no surface: " + TextOf(surface, "reason");
+    line += TextOf(surface, "reason");
   }
   session.PrintText(line);
   std::size_t number = 0;
