@@ -121,6 +121,10 @@ bool Leg::Done(const drivers::AxisState& state, Instant sampled_at) const {
 bool Leg::FoundReference(const drivers::AxisState& state, Instant sampled_at) {
   const bool changed = std::abs((state.position - from_).value) > Scatter(*setup_);
   if (sampled_at > commanded_at_ && (state.moving || !state.homed || changed)) approach_.seen = true;
+  // From an end of the range, where references mostly are, there may be nothing to see.
+  const double to_end =
+      std::min(std::abs((from_ - setup_->can.minimum).value), std::abs((setup_->can.maximum - from_).value));
+  if (to_end <= Scatter(*setup_)) approach_.seen = true;
   const Instant unseen = setup_->speed ? deadline_ - kMargin / 2 : commanded_at_ + kHomingUnseen;
   return state.homed && !state.moving && sampled_at >= (approach_.seen ? commanded_at_ + kHomingShown : unseen);
 }

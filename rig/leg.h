@@ -62,7 +62,8 @@ class Leg {
   /// At its end, as far as a reading tells.
   bool Done(const drivers::AxisState& state, Instant sampled_at) const;
   /// The reference has been found, as far as this reading tells. Where no reading since the command has differed from
-  /// the one before it, they may not be live: then only after twice the time that the whole range takes.
+  /// the one before it, they may not be live: then only after twice the time that the whole range takes, unless it
+  /// began at an end of the range.
   bool FoundReference(const drivers::AxisState& state, Instant sampled_at);
   /// Has gone some way, or is so short that readings could not tell.
   bool Moved(const drivers::AxisState& state) const;

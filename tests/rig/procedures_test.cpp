@@ -144,15 +144,18 @@ TEST(ZoomKeepingFocus, WhatItDoesNotMoveMayBeStoppedAndMoved) {
 TEST(Homing, IsBelievedToReadingsThatDoNotChangeOnlyOnceItCanBeOver) {
   RigOnSim bench(SceneWith("") + "[[fault]]\nkind = \"stale-readback\"\nat_ms = 2000\n");
   std::optional<double> told_at;
+  Duration took{};
   const auto home = [&] {
     told_at.reset();
     bench.rig->Home(Axis::Focus, [&](Result<MoveOutcome> outcome) {
       EXPECT_TRUE(outcome && outcome->reached);
+      took = outcome ? outcome->elapsed : Duration{};
       told_at = bench.truth->Now().focus_steps;
     });
     bench.RunUntil([&] { return told_at.has_value(); }, std::chrono::minutes(1));
   };
   home();
+  EXPECT_LE(took, std::chrono::milliseconds(150));  // it stands there, and there is nothing to see
   ASSERT_TRUE(Move(bench, Axis::Focus, To(Kind::Native, 8000)).reached);
   bench.Run(std::chrono::seconds(3));
   home();
