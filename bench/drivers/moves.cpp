@@ -41,8 +41,7 @@ Result<void> AwaitRest(DriverStand& stand, Lens& lens) {
   return Fail(Code::Timeout, lens.capabilities().driver + ": the focus motor does not come to rest");
 }
 
-/// The device's lens, homed where it has to be.
-Result<drivers::Device> OpenHomed(DriverStand& stand) {
+Result<drivers::Device> OpenHomedAtOnce(DriverStand& stand) {
   auto device = stand.Open();
   if (!device) return device;
   Lens& lens = *device->lens;
@@ -50,6 +49,16 @@ Result<drivers::Device> OpenHomed(DriverStand& stand) {
   if (!focus.needs_home && !focus.can_home) return device;
   if (auto started = lens.StartHome(Axis::Focus); !started) return PassOn(started);
   if (auto rests = AwaitRest(stand, lens); !rests) return PassOn(rests);
+  return device;
+}
+
+/// The device's lens, homed where it has to be. On a busy machine an answer within a device's deadline may fail to
+/// come: that says nothing of drivers.
+Result<drivers::Device> OpenHomed(DriverStand& stand) {
+  constexpr int kAttempts = 10;
+  auto device = OpenHomedAtOnce(stand);
+  for (int i = 1; !device && device.error().code == Code::Timeout && i < kAttempts; ++i)
+    device = OpenHomedAtOnce(stand);
   return device;
 }
 

@@ -128,7 +128,9 @@ void AddDevices(CLI::App& root, Run& run) {
       root.add_subcommand("devices", "what is plugged in, which driver would take it, and its configuration");
   command->group(kOnline);
   auto file = std::make_shared<std::string>();
-  command->add_option("--write-config", *file, "writes a configuration with every lens found to this new file; - prints it")
+  command
+      ->add_option("--write-config", *file,
+                   "writes a configuration with every lens found to this new file; - prints it")
       ->type_name("FILE");
   command->callback([&run, file] { run = [file](Session& session) { return Devices(session, *file); }; });
 }

@@ -76,6 +76,7 @@ class Daemon:
                       f'[[lens]]\nname = "other"\ndriver = "sim"\nscene = "{scene}"\n')
         self.process = subprocess.Popen([os.path.join(BIN, "lensd"), "--config", config, "--socket", self.socket])
         eventually("lensd answers", lambda: self.ctl("list").returncode == 0)
+        eventually("the camera is open", lambda: self.ctl("wait", "usb", "idle").returncode == 0)
 
     def start(self, *arguments):
         return subprocess.Popen([os.path.join(BIN, "lensctl"), "--socket", self.socket, "--timeout", "100s", *arguments],
