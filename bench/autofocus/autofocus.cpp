@@ -84,8 +84,10 @@ ordered_json JsonOf(const AutofocusSummary& summary) {
           {"framesP95", summary.frames_p95},
           {"movesP50", summary.moves_p50},
           {"movesP95", summary.moves_p95},
-          {"elapsedMsP50", summary.elapsed_ms_p50},
-          {"elapsedMsP95", summary.elapsed_ms_p95},
+          {"waitedMsP50", summary.waited_ms_p50},
+          {"waitedMsP95", summary.waited_ms_p95},
+          {"knownMsP50", summary.known_ms_p50},
+          {"timesKnownP50", summary.times_known_p50},
           {"errorDofP50", number(summary.error_dof_p50)},
           {"errorDofP95", number(summary.error_dof_p95)},
           {"errorDofMax", number(summary.error_dof_max)},
@@ -96,14 +98,15 @@ ordered_json JsonOf(const AutofocusSummary& summary) {
 }
 
 void PrintTable(const std::vector<AutofocusSummary>& summaries) {
-  std::printf("%-16s %6s %8s %8s %8s %8s %12s %12s %14s %22s %16s %14s\n", "method", "runs", "within", ">= 95 %",
-              "false", "refused", "frames", "moves", "ms", "error in DoF", "cpu ms", "rms blur px");
-  std::printf("%-16s %6s %8s %8s %8s %8s %12s %12s %14s %22s %16s %14s\n", "", "", "", "", "", "", "p50 / p95",
-              "p50 / p95", "p50 / p95", "p50 / p95 / max", "region / VGA", "error / floor");
+  std::printf("%-16s %6s %8s %8s %8s %8s %12s %12s %22s %22s %16s %14s\n", "method", "runs", "within", ">= 95 %",
+              "false", "refused", "frames", "moves", "ms waited", "error in DoF", "cpu ms", "rms blur px");
+  std::printf("%-16s %6s %8s %8s %8s %8s %12s %12s %22s %22s %16s %14s\n", "", "", "", "", "", "", "p50 / p95",
+              "p50 / p95", "p50 / p95 / x floor", "p50 / p95 / max", "region / VGA", "error / floor");
   for (const AutofocusSummary& s : summaries) {
-    std::printf("%-16s %6d %7.2f%% %7.2f%% %7.2f%% %7.2f%% %5.0f /%5.0f %5.0f /%5.0f %6.0f /%6.0f ", s.method.c_str(),
-                s.runs, 100 * s.within, 100 * s.within_low, 100 * s.false_focus, 100 * s.refused, s.frames_p50,
-                s.frames_p95, s.moves_p50, s.moves_p95, s.elapsed_ms_p50, s.elapsed_ms_p95);
+    std::printf("%-16s %6d %7.2f%% %7.2f%% %7.2f%% %7.2f%% %5.0f /%5.0f %5.0f /%5.0f %6.0f /%6.0f /%5.2f ",
+                s.method.c_str(), s.runs, 100 * s.within, 100 * s.within_low, 100 * s.false_focus, 100 * s.refused,
+                s.frames_p50, s.frames_p95, s.moves_p50, s.moves_p95, s.waited_ms_p50, s.waited_ms_p95,
+                s.times_known_p50);
     if (s.error_dof_p50) {
       std::printf("%6.3f /%6.3f /%6.3f", *s.error_dof_p50, *s.error_dof_p95, *s.error_dof_max);
     } else {
@@ -137,8 +140,8 @@ Result<void> WriteCsv(const std::string& path, const std::vector<SceneRuns>& sce
 
 /// Every run as lists in the same order; errors are infinite, and so null, where nothing was found.
 ordered_json EachOf(const std::vector<AutofocusRunResult>& runs, const FocusFloor* floor) {
-  ordered_json each{{"outcome", {}}, {"frames", {}},   {"moves", {}},   {"elapsedMs", {}},
-                    {"cpuMs", {}},   {"errorDof", {}}, {"errorPx", {}}, {"boundPx", {}}};
+  ordered_json each{{"outcome", {}}, {"frames", {}},   {"moves", {}},   {"elapsedMs", {}}, {"cpuMs", {}},
+                    {"knownMs", {}}, {"errorDof", {}}, {"errorPx", {}}, {"boundPx", {}}};
   const auto ms = [](Duration duration) { return std::chrono::duration<double, std::milli>(duration).count(); };
   for (const AutofocusRunResult& run : runs) {
     each["outcome"].push_back(!run.focused ? "refused" : run.within() ? "within" : run.false_focus() ? "false" : "off");
@@ -146,6 +149,7 @@ ordered_json EachOf(const std::vector<AutofocusRunResult>& runs, const FocusFloo
     each["moves"].push_back(run.moves);
     each["elapsedMs"].push_back(ms(run.elapsed));
     each["cpuMs"].push_back(ms(run.cpu));
+    each["knownMs"].push_back(ms(run.known));
     each["errorDof"].push_back(run.error_dof());
     each["errorPx"].push_back(run.subject_px ? std::abs(*run.subject_px) : run.error_px());
     each["boundPx"].push_back(floor != nullptr ? std::hypot(floor->BoundPx(run.blurs_px), floor->quantisation_px())

@@ -47,6 +47,40 @@ void Note(const rig::AutofocusOutcome& outcome, AutofocusRunResult& result) {
   result.candidates = outcome.candidates.size();
 }
 
+/// Steps that focus on what lies at `vergence_d`, the lens otherwise as it is.
+double FocusedAt(const sim::Truth& truth, const sim::Scene& scene, double vergence_d) {
+  const sim::LensSettings& lens = scene.lens;
+  const double f = truth.Now().optics.focal_length_m;
+  const double step_m = 1e-3 * (lens.max_extension_mm - lens.min_extension_mm) / (lens.steps - 1.0);
+  return (1.0 / (1.0 / f - vergence_d) - f - 1e-3 * lens.min_extension_mm) / step_m;
+}
+
+/// What it takes from the run's start to the subject nearest to its end for one who knows where that is: a move, and
+/// two frames to show it. Zero where there is no subject.
+Result<Duration> ForOneWhoKnows(const std::shared_ptr<sim::Pictures>& pictures, const sim::WorldOptions& options,
+                                const sim::Truth& ended) {
+  const sim::Scene& scene = pictures->scene();
+  if (ended.subjects().empty()) return Duration::zero();
+  const double focal_plane_d = ended.Now().focal_plane_d;
+  const auto& nearest = *std::ranges::min_element(
+      ended.subjects(), {}, [&](const sim::SubjectDepth& it) { return std::abs(it.vergence_d - focal_plane_d); });
+  const double steps = std::clamp(std::round(FocusedAt(ended, scene, nearest.vergence_d)), 0.0, scene.lens.steps - 1.0);
+  SteppedClock clock;
+  auto world = sim::OpenWorld(std::shared_ptr<const sim::Scene>(pictures, &scene), clock, options);
+  if (!world) return PassOn(world);
+  rig::RigConfig config;
+  config.optics = world->device.optics;
+  auto rig = rig::Rig::Create(std::move(config), std::move(world->device), clock);
+  if (!rig) return PassOn(rig);
+  std::optional<Instant> arrived;
+  (*rig)->Move(drivers::Axis::Focus, {.value = steps, .from = {}}, [&](const auto&) { arrived = clock.Now(); });
+  constexpr Instant kNoMoveIsLonger{std::chrono::seconds(100)};
+  while (!arrived && clock.Now() < kNoMoveIsLonger) clock.AdvanceTo((*rig)->Step(clock.Now()));
+  if (!arrived) return Fail(Code::Internal, "a move did not end by itself");
+  const std::chrono::duration<double> two_frames{2.0 / scene.camera.frame_rate_hz};
+  return arrived->time_since_epoch() + std::chrono::duration_cast<Duration>(two_frames);
+}
+
 /// Signed blur of the first subject with the lens at `steps`, px of diameter.
 double BlurAt(const sim::Truth& truth, const sim::Scene& scene, double steps) {
   if (truth.subjects().empty()) return 0.0;
@@ -133,6 +167,9 @@ Result<AutofocusRunResult> RunOnce(std::shared_ptr<sim::Pictures> pictures, cons
   const rig::AutofocusOutcome& outcome = **end;
   Note(outcome, result);
   Score(*world->truth, scene, sway_d, result);
+  auto known = ForOneWhoKnows(pictures, options, *world->truth);
+  if (!known) return PassOn(known);
+  result.known = *known;
   if (outcome.focused && outcome.method == "defocus" && !world->truth->subjects().empty()) {
     // From where the lens stands, so that wrong optics count by what they do to that small distance only.
     const double stands_off_d = world->truth->Now().focal_plane_d - world->truth->subjects().front().vergence_d;

@@ -23,6 +23,7 @@ struct AutofocusRunResult {
   int moves = 0;
   Duration elapsed{};                ///< on the simulated clock
   Duration cpu{};                    ///< of the method itself
+  Duration known{};                  ///< what one who knew the answer takes: the move there, its settling, two frames
   double error_d = 0.0;              ///< |U - U_true| where the lens stands, against the nearest subject of the region
   double half_dof_d = 0.0;           ///< the vergence step that costs two pixels of blur there
   std::optional<double> subject_px;  ///< blur diameter that the answer's own place of the subject is off by, signed
@@ -30,6 +31,8 @@ struct AutofocusRunResult {
   std::string reason;
   std::vector<double> blurs_px;  ///< signed blur of every frame it took, by where the lens reported to stand
 
+  /// What the user waits for: nothing moves while the method computes.
+  Duration waited() const { return elapsed + cpu; }
   double error_px() const { return 2.0 * error_d / half_dof_d; }  ///< diameter of the blur that is left
   double error_dof() const { return error_d / (2.0 * half_dof_d); }
   bool within() const { return focused && error_d <= half_dof_d; }

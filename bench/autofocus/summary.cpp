@@ -62,13 +62,19 @@ AutofocusSummary Summarise(const std::string& method, const std::vector<Autofocu
 
   const auto frames = Values(results, [](const auto& run) { return run.frames; });
   const auto moves = Values(results, [](const auto& run) { return run.moves; });
-  const auto elapsed = Values(results, [](const auto& run) { return Milliseconds(run.elapsed); });
+  const auto waited = Values(results, [](const auto& run) { return Milliseconds(run.waited()); });
+  const auto known = Values(results, [](const auto& run) { return Milliseconds(run.known); });
+  const auto ratios = Values(results, [](const auto& run) {
+    return run.known > Duration::zero() ? Milliseconds(run.waited()) / Milliseconds(run.known) : 0.0;
+  });
   summary.frames_p50 = Percentile(frames, 0.50);
   summary.frames_p95 = Percentile(frames, 0.95);
   summary.moves_p50 = Percentile(moves, 0.50);
   summary.moves_p95 = Percentile(moves, 0.95);
-  summary.elapsed_ms_p50 = Percentile(elapsed, 0.50);
-  summary.elapsed_ms_p95 = Percentile(elapsed, 0.95);
+  summary.waited_ms_p50 = Percentile(waited, 0.50);
+  summary.waited_ms_p95 = Percentile(waited, 0.95);
+  summary.known_ms_p50 = Percentile(known, 0.50);
+  summary.times_known_p50 = Percentile(ratios, 0.50);
 
   std::vector<double> errors;
   for (const AutofocusRunResult& run : results) {

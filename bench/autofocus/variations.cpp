@@ -128,7 +128,7 @@ const std::vector<Variation>& Table() {
        "positions of the motor over the travel",
        {4096, 1024, 256, 128, 64, 32},
        [](Scene& scene, AutofocusRuns&, double value) { CoarseSteps(scene, value); }},
-      {"spherical", "spherical aberration at the rim [um of optical path]", {0, 0.5, 1, 2, 4, 8}, Spherical, kFewRuns},
+      {"spherical", "spherical aberration at the rim [um of optical path]", {0, 2, 4, 8, 16, 32}, Spherical, kFewRuns},
       {"coma", "coma at the frame's corners [um of optical path]", {0, 1, 2, 4, 8, 16}, Coma, kFewRuns}};
   return table;
 }

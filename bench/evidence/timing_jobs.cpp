@@ -186,12 +186,13 @@ std::vector<EvidenceJob> TimingJobs(Counts counts) {
   add("measure", "1080p, 8 bits", {"--repeats", quick ? "5" : "31"}, repeats, MeasureRows);
   // A round trip is mostly the machine's scheduler, which a guard on a busy machine cannot judge.
   if (!quick) add("rpc", "one client", {"--rounds", counts == Counts::Small ? "2000" : "20000"}, repeats, RpcRows);
-  if (!quick) {
-    add("plan", "regimes", {"--regimes", counts == Counts::Small ? "300" : "2000", "--rounds", "1"}, 1, PlanRows);
-    add("plan", "models", {"--needs", counts == Counts::Small ? "100" : "1000"}, 1, NeedRows);
-    add("drivers", "calls and moves", {"--only", "speed"}, repeats, DriverRows);
-    add("drivers", "weather", {"--only", "weather", "--moves", counts == Counts::Small ? "40" : "100"}, 1, DriverRows);
-  }
+  const auto of = [&](const char* at_quick, const char* at_small, const char* at_long) {
+    return std::string(quick ? at_quick : counts == Counts::Small ? at_small : at_long);
+  };
+  add("plan", "regimes", {"--regimes", of("60", "300", "2000"), "--rounds", "1"}, 1, PlanRows);
+  add("plan", "models", {"--needs", of("20", "100", "1000")}, 1, NeedRows);
+  if (!quick) add("drivers", "calls and moves", {"--only", "speed"}, repeats, DriverRows);
+  add("drivers", "weather", {"--only", "weather", "--moves", of("5", "40", "100")}, 1, DriverRows);
   add("plan", "limits and depths",
       quick ? std::vector<std::string>{"--quick", "--rounds", "1"} : std::vector<std::string>{"--rounds", "1"}, repeats,
       PlanRows);

@@ -213,10 +213,14 @@ void AddPlanner(const Evidence& rows, std::vector<Figure>& figures) {
   figures.push_back(
       {.id = "plan-verdicts",
        .title = "Planning: how often each method is right",
-       .read = "Each bar is all problems of one kind: the best f-number, within the limits but closed down more than "
-               "needed, called impossible though it is not (refused), or limits broken or an answer where there is "
-               "none (false); "
-               "in the infeasible regime saying so is right; the line below is the 95 % interval of the first share.",
+       .read =
+           "Each bar is all problems of one kind: the best f-number, within the limits but closed down more than "
+           "needed, called impossible though it is not (refused), or limits broken or an answer where there is "
+           "none (false); "
+           "in the infeasible regime saying so is right; the line below is the 95 % interval of the first share. The "
+           "judge "
+           "takes each number as its shortest decimal, as lensd does; bisection counts in doubles and never promised "
+           "that, so where a verdict hangs on the last digit this favours lensd.",
        .means = "lensd is wrong in " + ShareInWords(ours, asked) +
                 " of the problems; the judge is exact rational arithmetic.",
        .chart = std::move(chart)});

@@ -215,6 +215,29 @@ Verdict JudgeAutofocus(const Evidence& rows, const char* work, bool (*in)(const 
   return verdict;
 }
 
+/// How long a user waits, as so many times what one who knew the answer takes.
+Verdict JudgeTime(const Evidence& rows) {
+  const auto of = [&](const char* measure) {
+    return Selected(rows, [&](const EvidenceRow& row) {
+      return row.family == "autofocus" && row.sweep.empty() && row.method == "auto" && row.measure == measure &&
+             Ordinary(row);
+    });
+  };
+  Verdict verdict{.work = "autofocus, time to focus with that of computing, ordinary simulated scenes",
+                  .ours = "not run",
+                  .goal = "1.5 times the move, its settling and two frames, on a lens that was measured",
+                  .words = "no rows of it yet"};
+  const Evidence waited = of("time with computing"), known = of("floor of the time");
+  if (waited.empty() || known.empty()) return verdict;
+  const Estimate ours = Pooled(waited), floor = Pooled(known);
+  const double times = ours.middle / floor.middle;
+  verdict.ours = Short(ours.middle) + " ms (" + Short(ours.low) + " to " + Short(ours.high) + ")";
+  verdict.floor = Short(floor.middle) + " ms for one who knew the answer; ours is " + Short(times) + "x";
+  verdict.kind = times <= 1.5 ? Kind::Met : Kind::Missed;
+  verdict.words = times <= 1.5 ? "" : "takes " + Short(times) + "x on lenses that were not measured";
+  return verdict;
+}
+
 /// A regime of the list, and where it is run.
 struct Regime {
   const char* name;
@@ -295,6 +318,7 @@ std::vector<Verdict> GoalVerdicts(const Evidence& rows) {
   verdicts.push_back(JudgeMove(rows));
   verdicts.push_back(JudgeAutofocus(rows, "autofocus, ordinary simulated scenes", Ordinary, 0.995, 1.0, 0.001, 3,
                                     "99.5 % within, false 0.1 %, 3 frames"));
+  verdicts.push_back(JudgeTime(rows));
   verdicts.push_back(
       JudgeAutofocus(rows, "autofocus, low light", Dim, 0.97, 1.0, 0.001, 5, "97 % within, false 0.1 %, 5 frames"));
   verdicts.push_back(JudgeAutofocus(rows, "autofocus, real stacks, a lens not measured", OnStacks, 0.97, 0.02, 0.0, 5,

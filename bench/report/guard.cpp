@@ -28,7 +28,10 @@ const EvidenceRow* Same(const std::vector<EvidenceRow>& rows, const EvidenceRow&
 int BetterIs(const EvidenceRow& row) {
   if (row.measure == "within") return 1;
   // A refusal is right in some scenes; where runs move from within to refused, "within" tells.
-  if (row.measure == "refused" || row.measure == "cpu" || row.measure == "floor of the error")
+  const bool of_the_machine = row.measure == "cpu" || row.measure == "move" || row.measure == "verified" ||
+                              row.measure.starts_with("time, ") || row.measure == "time with computing" ||
+                              row.measure.starts_with("floor of the ");
+  if (row.measure == "refused" || of_the_machine)
     return row.scene == "regimes gradient" && row.measure == "refused" ? 1 : 0;
   return -1;
 }
