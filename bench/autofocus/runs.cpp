@@ -114,6 +114,23 @@ Result<std::shared_ptr<sim::Pictures>> Elsewhere(const sim::Scene& scene, std::u
   return sim::Pictures::Create(std::move(moved), kEnough);
 }
 
+/// What the rig is told of the lens, which is made late where that is wanted.
+rig::RigConfig Believed(drivers::Device& device, const AutofocusRuns& wanted) {
+  rig::RigConfig believed;
+  believed.optics = device.optics;
+  if (believed.optics) {
+    believed.optics->min_f_number *= wanted.f_number_error;
+    believed.optics->max_f_number *= wanted.f_number_error;
+    believed.optics->focal_length_m *= wanted.focal_length_error;
+    believed.optics->max_focal_length_m *= wanted.focal_length_error;
+  }
+  if (wanted.late > Duration::zero()) {
+    device.lens = std::make_unique<LateLens>(std::move(device.lens), wanted.late);
+    believed.axes[drivers::Axis::Focus].latency = wanted.late;
+  }
+  return believed;
+}
+
 Result<AutofocusRunResult> RunOnce(std::shared_ptr<sim::Pictures> pictures, const AutofocusRuns& wanted,
                                    std::uint64_t seed) {
   if (wanted.distance == SubjectDistance::DrawnAnew) {
@@ -130,18 +147,7 @@ Result<AutofocusRunResult> RunOnce(std::shared_ptr<sim::Pictures> pictures, cons
   sim::WorldOptions options{.seed = Mixed(seed + 1), .focus_start = Native{result.start_steps}, .pictures = pictures};
   auto world = sim::OpenWorld(std::shared_ptr<const sim::Scene>(pictures, &scene), clock, options);
   if (!world) return PassOn(world);
-  rig::RigConfig believed;
-  believed.optics = world->device.optics;
-  if (believed.optics) {
-    believed.optics->min_f_number *= wanted.f_number_error;
-    believed.optics->max_f_number *= wanted.f_number_error;
-    believed.optics->focal_length_m *= wanted.focal_length_error;
-    believed.optics->max_focal_length_m *= wanted.focal_length_error;
-  }
-  if (wanted.late > Duration::zero()) {
-    world->device.lens = std::make_unique<LateLens>(std::move(world->device.lens), wanted.late);
-    believed.axes[drivers::Axis::Focus].latency = wanted.late;
-  }
+  rig::RigConfig believed = Believed(world->device, wanted);
   std::optional<Result<rig::AutofocusOutcome>> end;  // outlives the rig, which answers once more at its end
   double sway_d = 0.0;
   auto rig = rig::Rig::Create(std::move(believed), std::move(world->device), clock);
