@@ -20,6 +20,7 @@
 #include "bench/autofocus/chart.h"
 #include "bench/autofocus/recording.h"
 #include "bench/autofocus/replay.h"
+#include "bench/autofocus/run_json.h"
 #include "bench/autofocus/runs.h"
 #include "bench/autofocus/summary.h"
 #include "bench/autofocus/variations.h"
@@ -72,36 +73,11 @@ std::vector<std::string> MethodsFrom(const std::string& asked) {
   return methods;
 }
 
-ordered_json JsonOf(const AutofocusSummary& summary) {
-  const auto number = [](const std::optional<double>& value) { return value ? ordered_json(*value) : ordered_json(); };
-  return {{"method", summary.method},
-          {"runs", summary.runs},
-          {"within", summary.within},
-          {"withinLow", summary.within_low},
-          {"falseFocus", summary.false_focus},
-          {"refused", summary.refused},
-          {"framesP50", summary.frames_p50},
-          {"framesP95", summary.frames_p95},
-          {"movesP50", summary.moves_p50},
-          {"movesP95", summary.moves_p95},
-          {"waitedMsP50", summary.waited_ms_p50},
-          {"waitedMsP95", summary.waited_ms_p95},
-          {"knownMsP50", summary.known_ms_p50},
-          {"timesKnownP50", summary.times_known_p50},
-          {"errorDofP50", number(summary.error_dof_p50)},
-          {"errorDofP95", number(summary.error_dof_p95)},
-          {"errorDofMax", number(summary.error_dof_max)},
-          {"cpuMsPerFrame", summary.cpu_ms_per_frame},
-          {"cpuMsPerVgaFrame", summary.cpu_ms_per_whole_frame},
-          {"rmsErrorPx", number(summary.rms_error_px)},
-          {"rmsFloorPx", number(summary.rms_floor_px)}};
-}
-
 void PrintTable(const std::vector<AutofocusSummary>& summaries) {
-  std::printf("%-16s %6s %8s %8s %8s %8s %12s %12s %22s %22s %16s %14s\n", "method", "runs", "within", ">= 95 %",
-              "false", "refused", "frames", "moves", "ms waited", "error in DoF", "cpu ms", "rms blur px");
-  std::printf("%-16s %6s %8s %8s %8s %8s %12s %12s %22s %22s %16s %14s\n", "", "", "", "", "", "", "p50 / p95",
-              "p50 / p95", "p50 / p95 / x floor", "p50 / p95 / max", "region / VGA", "error / floor");
+  std::printf("%-16s %6s %8s %8s %8s %8s %12s %12s %22s %22s %16s %14s %9s\n", "method", "runs", "within", ">= 95 %",
+              "false", "refused", "frames", "moves", "ms waited", "error in DoF", "cpu ms", "rms blur px", "95 % hold");
+  std::printf("%-16s %6s %8s %8s %8s %8s %12s %12s %22s %22s %16s %14s %9s\n", "", "", "", "", "", "", "p50 / p95",
+              "p50 / p95", "p50 / p95 / x floor", "p50 / p95 / max", "region / VGA", "error / floor", "of claims");
   for (const AutofocusSummary& s : summaries) {
     std::printf("%-16s %6d %7.2f%% %7.2f%% %7.2f%% %7.2f%% %5.0f /%5.0f %5.0f /%5.0f %6.0f /%6.0f /%5.2f ",
                 s.method.c_str(), s.runs, 100 * s.within, 100 * s.within_low, 100 * s.false_focus, 100 * s.refused,
@@ -114,6 +90,7 @@ void PrintTable(const std::vector<AutofocusSummary>& summaries) {
     }
     std::printf(" %8.3f /%6.3f", s.cpu_ms_per_frame, s.cpu_ms_per_whole_frame);
     if (s.rms_error_px) std::printf(" %6.3f /%6.3f", *s.rms_error_px, *s.rms_floor_px);
+    if (s.claim_holds) std::printf(" %7.1f %%", 100 * *s.claim_holds);
     std::printf("\n");
   }
 }
@@ -136,26 +113,6 @@ Result<void> WriteCsv(const std::string& path, const std::vector<SceneRuns>& sce
   file.flush();
   if (!file) return Fail(Code::Io, "cannot write " + path);
   return {};
-}
-
-/// Every run as lists in the same order; errors are infinite, and so null, where nothing was found.
-ordered_json EachOf(const std::vector<AutofocusRunResult>& runs, const FocusFloor* floor) {
-  ordered_json each{{"outcome", {}}, {"frames", {}},   {"moves", {}},   {"elapsedMs", {}}, {"cpuMs", {}},
-                    {"knownMs", {}}, {"errorDof", {}}, {"errorPx", {}}, {"boundPx", {}}};
-  const auto ms = [](Duration duration) { return std::chrono::duration<double, std::milli>(duration).count(); };
-  for (const AutofocusRunResult& run : runs) {
-    each["outcome"].push_back(!run.focused ? "refused" : run.within() ? "within" : run.false_focus() ? "false" : "off");
-    each["frames"].push_back(run.frames);
-    each["moves"].push_back(run.moves);
-    each["elapsedMs"].push_back(ms(run.elapsed));
-    each["cpuMs"].push_back(ms(run.cpu));
-    each["knownMs"].push_back(ms(run.known));
-    each["errorDof"].push_back(run.error_dof());
-    each["errorPx"].push_back(run.subject_px ? std::abs(*run.subject_px) : run.error_px());
-    each["boundPx"].push_back(floor != nullptr ? std::hypot(floor->BoundPx(run.blurs_px), floor->quantisation_px())
-                                               : std::numeric_limits<double>::infinity());
-  }
-  return each;
 }
 
 Result<SceneRuns> RunScene(const std::string& path, const Options& options) {

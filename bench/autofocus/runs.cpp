@@ -81,6 +81,16 @@ Result<Duration> ForOneWhoKnows(const std::shared_ptr<sim::Pictures>& pictures, 
   return arrived->time_since_epoch() + std::chrono::duration_cast<Duration>(two_frames);
 }
 
+/// How far off the answer's own place of the subject is. From where the lens stands, so that wrong optics count by what
+/// they do to that small distance only.
+void ScoreSubject(const rig::AutofocusOutcome& outcome, const sim::Truth& truth, AutofocusRunResult& result) {
+  if (!outcome.focused || !outcome.subject || !outcome.subject->vergence || truth.subjects().empty()) return;
+  const double stands_off_d = truth.Now().focal_plane_d - truth.subjects().front().vergence_d;
+  const double off_d = stands_off_d + (*outcome.subject->vergence - *outcome.vergence).value;
+  if (outcome.method == "defocus") result.subject_px = 2.0 * off_d / result.half_dof_d;
+  if (outcome.subject->sigma) result.off_sigmas = off_d / outcome.subject->sigma->value;
+}
+
 /// Signed blur of the first subject with the lens at `steps`, px of diameter.
 double BlurAt(const sim::Truth& truth, const sim::Scene& scene, double steps) {
   if (truth.subjects().empty()) return 0.0;
@@ -176,12 +186,7 @@ Result<AutofocusRunResult> RunOnce(std::shared_ptr<sim::Pictures> pictures, cons
   auto known = ForOneWhoKnows(pictures, options, *world->truth);
   if (!known) return PassOn(known);
   result.known = *known;
-  if (outcome.focused && outcome.method == "defocus" && !world->truth->subjects().empty()) {
-    // From where the lens stands, so that wrong optics count by what they do to that small distance only.
-    const double stands_off_d = world->truth->Now().focal_plane_d - world->truth->subjects().front().vergence_d;
-    const double off_d = stands_off_d + (*outcome.subject->vergence - *outcome.vergence).value;
-    result.subject_px = 2.0 * off_d / result.half_dof_d;
-  }
+  ScoreSubject(outcome, *world->truth, result);
   return result;
 }
 

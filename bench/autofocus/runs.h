@@ -27,6 +27,7 @@ struct AutofocusRunResult {
   double error_d = 0.0;              ///< |U - U_true| where the lens stands, against the nearest subject of the region
   double half_dof_d = 0.0;           ///< the vergence step that costs two pixels of blur there
   std::optional<double> subject_px;  ///< blur diameter that the answer's own place of the subject is off by, signed
+  std::optional<double> off_sigmas;  ///< the same over its own standard deviation, where it tells one
   std::size_t candidates = 0;        ///< distances that the answer names
   std::string reason;
   std::vector<double> blurs_px;  ///< signed blur of every frame it took, by where the lens reported to stand

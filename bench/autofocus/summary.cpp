@@ -8,6 +8,8 @@
 namespace lensd::bench {
 namespace {
 
+constexpr double kTwoSided95 = 1.959963984540054;  // 97.5 % point of the normal distribution
+
 double Milliseconds(Duration duration) {
   return std::chrono::duration<double, std::milli>(duration).count();
 }
@@ -22,12 +24,11 @@ std::vector<double> Values(const std::vector<AutofocusRunResult>& results,
 }  // namespace
 
 double WilsonLow(int hits, int runs) {
-  constexpr double kZ = 1.959963984540054;  // 97.5 % point of the normal distribution
   const double n = runs;
   const double p = hits / n;
-  const double middle = p + kZ * kZ / (2 * n);
-  const double width = kZ * std::sqrt(p * (1 - p) / n + kZ * kZ / (4 * n * n));
-  return std::max(0.0, (middle - width) / (1 + kZ * kZ / n));
+  const double middle = p + kTwoSided95 * kTwoSided95 / (2 * n);
+  const double width = kTwoSided95 * std::sqrt(p * (1 - p) / n + kTwoSided95 * kTwoSided95 / (4 * n * n));
+  return std::max(0.0, (middle - width) / (1 + kTwoSided95 * kTwoSided95 / n));
 }
 
 double Percentile(std::vector<double> values, double part) {
@@ -76,6 +77,13 @@ AutofocusSummary Summarise(const std::string& method, const std::vector<Autofocu
   summary.known_ms_p50 = Percentile(known, 0.50);
   summary.times_known_p50 = Percentile(ratios, 0.50);
 
+  double claims = 0, held = 0;
+  for (const AutofocusRunResult& run : results) {
+    if (!run.off_sigmas) continue;
+    ++claims;
+    held += std::abs(*run.off_sigmas) <= kTwoSided95;
+  }
+  if (claims > 0) summary.claim_holds = held / claims;
   std::vector<double> errors;
   for (const AutofocusRunResult& run : results) {
     if (run.focused) errors.push_back(run.error_dof());

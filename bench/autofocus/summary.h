@@ -29,6 +29,7 @@ struct AutofocusSummary {
   double cpu_ms_per_whole_frame = 0.0;  ///< a frame of 640 x 480 px that is the region as a whole; 0: not measured
   std::optional<double>
       rms_error_px;  ///< of the estimate, px of blur, over the focused runs within half a depth of field
+  std::optional<double> claim_holds;   ///< share of the answers with a sigma whose 95 % interval holds the truth
   std::optional<double> rms_floor_px;  ///< what the light of those runs' frames and the motor's step allow
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <sstream>
@@ -39,6 +40,25 @@ std::vector<double> ListOf(const json& list) {
   return values;
 }
 
+/// How often intervals of several widths hold the truth, of the answers that come with a standard deviation.
+void AddClaims(const EvidenceRow& like, const json& off_sigmas, Rows& rows) {
+  // Two-sided points of the normal distribution.
+  constexpr std::array<std::pair<const char*, double>, 5> kWidths{{{"claim of 50 % holds", 0.6744898},
+                                                                   {"claim of 80 % holds", 1.2815516},
+                                                                   {"claim of 90 % holds", 1.6448536},
+                                                                   {"claim of 95 % holds", 1.9599640},
+                                                                   {"claim of 99 % holds", 2.5758293}}};
+  std::vector<double> claims;
+  for (const json& off : off_sigmas) {
+    if (off.is_number()) claims.push_back(std::abs(off.get<double>()));
+  }
+  if (claims.empty()) return;
+  for (const auto& [measure, width] : kWidths) {
+    const auto held = std::ranges::count_if(claims, [width](double off) { return off <= width; });
+    rows.push_back(ShareRow(like, measure, static_cast<int>(held), static_cast<int>(claims.size())));
+  }
+}
+
 /// Shares of the four ways to end, and medians of what the runs took.
 Rows MethodRows(const EvidenceRow& like, const json& answer) {
   EvidenceRow row = like;
@@ -61,6 +81,7 @@ Rows MethodRows(const EvidenceRow& like, const json& answer) {
   rows.push_back(MedianRow(row, "time with computing", "ms", waited));
   rows.push_back(MedianRow(row, "floor of the time", "ms", ListOf(each["knownMs"])));
   rows.push_back(MedianRow(row, "cpu", "ms", cpu));
+  AddClaims(row, each["offSigmas"], rows);
   // What is left counts for the runs that claim focus: a refusal is no answer.
   std::vector<double> errors, bounds;
   const std::vector<double> all = ListOf(each["errorPx"]), floors = ListOf(each["boundPx"]);

@@ -28,6 +28,7 @@ const EvidenceRow* Same(const std::vector<EvidenceRow>& rows, const EvidenceRow&
 int BetterIs(const EvidenceRow& row) {
   if (row.measure == "within") return 1;
   // A refusal is right in some scenes; where runs move from within to refused, "within" tells.
+  if (row.measure.starts_with("claim of")) return 1;
   const bool of_the_machine = row.measure == "cpu" || row.measure == "move" || row.measure == "verified" ||
                               row.measure.starts_with("time, ") || row.measure == "time with computing" ||
                               row.measure.starts_with("floor of the ");

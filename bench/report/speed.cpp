@@ -139,6 +139,48 @@ void AddWithin(const Evidence& rows, std::vector<Figure>& figures) {
                      .key = kOursAndPeers});
 }
 
+/// How often what is told as an interval holds, against how often it is said to.
+void AddClaims(const Evidence& rows, std::vector<Figure>& figures) {
+  ScatterChart chart{.x = {.label = "how often the interval is said to hold the truth [%]", .low = 45.0, .high = 100.0},
+                     .y = {.label = "how often it does [%]", .low = 45.0, .high = 100.0},
+                     .diagonal = true};
+  std::string means;
+  int most = 0, series = 0;
+  const auto add = [&](const std::string& name, const std::string& method, const auto& in) {
+    ChartLine line{.marks = {}, .series = series, .label = name};
+    for (const int percent : {50, 80, 90, 95, 99}) {
+      const auto [held, claims] = Counted(Selected(rows, [&](const EvidenceRow& row) {
+        return row.family == "autofocus" && row.method == method && in(row) &&
+               row.measure == "claim of " + std::to_string(percent) + " % holds";
+      }));
+      if (claims == 0) continue;
+      const Estimate share = ShareOf(held, claims);
+      most = std::max(most, claims);
+      line.marks.push_back({.x = static_cast<double>(percent),
+                            .y = 100 * share.middle,
+                            .y_range = Estimate{100 * share.middle, 100 * share.low, 100 * share.high},
+                            .series = series,
+                            .tip = name + ": said to hold in " + std::to_string(percent) + " %, holds in " +
+                                   ShareInWords(held, claims)});
+      if (percent == 95) means += (means.empty() ? "" : ", ") + name + " " + ShareInWords(held, claims);
+    }
+    ++series;
+    if (!line.marks.empty()) chart.lines.push_back(std::move(line));
+  };
+  add("ordinary scenes", "auto", [](const EvidenceRow& row) { return Scoring(row) && !row.scene.ends_with("-dim"); });
+  add("low light", "auto", [](const EvidenceRow& row) { return Scoring(row) && row.scene.ends_with("-dim"); });
+  if (chart.lines.empty()) return;
+  figures.push_back(
+      {.id = "autofocus-claims",
+       .title = "Autofocus: whether the error that an answer tells is true",
+       .read = "A mark is the share of auto's answers whose interval holds where the subject is (n up to " +
+               std::to_string(most) +
+               "), its line the 95 % Wilson interval; on the diagonal what is said is so, above it "
+               "intervals are wider than needed, below it they promise too much.",
+       .means = "Of answers that claim 95 %, so many hold: " + means + "; 93 to 99 % is the goal.",
+       .chart = std::move(chart)});
+}
+
 std::string PlanSetName(const std::string& set) {
   return set == "1000000 pixels, one class of a depth map" ? "a depth map of 10^6 pixels" : set;
 }
@@ -259,6 +301,7 @@ std::vector<Figure> SpeedFigures(const Evidence& rows) {
   std::vector<Figure> figures;
   AddAutofocus(rows, "frames", figures);
   AddAutofocus(rows, "time with computing", figures);
+  AddClaims(rows, figures);
   AddWithin(rows, figures);
   AddPlan(rows, figures);
   AddRenderSpeed(rows, figures);
