@@ -14,6 +14,9 @@ namespace {
 using drivers::Axis;
 using drivers::Lens;
 
+/// Cameras by UVC are sent two values at least 50 ms apart: a pause that the command before has caused is none of the
+/// command that is timed.
+constexpr Duration kBetweenCommands = std::chrono::milliseconds(60);
 constexpr double kThere = 1.0;  // native steps: the rig's own tolerance
 constexpr auto kLook = std::chrono::milliseconds(1);
 constexpr auto kNeverLonger = std::chrono::seconds(60);
@@ -88,6 +91,7 @@ Result<void> TimeCalls(DriverStand& stand, Lens& lens, int count, DriverTimes& t
     const double from = stand.TrueFocus();
     const double to = from > 0.5 * (axis.minimum.value + axis.maximum.value) ? axis.minimum.value : axis.maximum.value;
     Result<void> done;
+    stand.WaitUntil(clock.Now() + kBetweenCommands);
     times.command.push_back(Timed(clock, [&] { done = lens.StartMove(Axis::Focus, Native{to}); }));
     if (!done) return done;
     const Instant patience = clock.Now() + kNeverLonger;
