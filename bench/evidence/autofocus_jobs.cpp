@@ -181,7 +181,7 @@ std::vector<EvidenceJob> AutofocusJobs(Counts counts, const EvidenceSources& sou
       jobs.push_back(SceneJob(file, kCharted, small ? 4 : 100));
     }
   }
-  AddSweeps(jobs, sources.scenes, kSwept, small ? 6 : 100);
+  AddSweeps(jobs, sources.scenes, kSwept, small ? 20 : 100);
   return jobs;
 }
 

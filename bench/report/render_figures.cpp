@@ -189,8 +189,8 @@ std::vector<Figure> RenderNeeds(const Evidence& rows) {
                                     ? "Every bound held."
                                     : "In " + Short(short_of) + " of " + Short(scenes) +
                                           " scenes the error is larger than stated. Their textures are noise as "
-                                          "fine as a pixel, finer than the bound vouches for, and the truth, "
-                                          "100,000 rays a pixel, has noise of its own.",
+                                          "fine as a pixel, finer than the bound vouches for: waves shorter "
+                                          "than 2.5 pixels keep a part of their light that no kernel on pixels has.",
                        .chart = std::move(bounds),
                        .key = {{0, "bound held"}, {5, "bound broken"}}});
   }

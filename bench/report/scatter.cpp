@@ -147,12 +147,21 @@ class Scatter {
 
   /// What lines cover, as small boxes along them.
   void TakeLines(std::vector<Box>& taken) const {
+    const auto take = [&](double x, double y, double to_x, double to_y) {
+      const double dx = to_x - x, dy = to_y - y;
+      const int parts = 1 + static_cast<int>(std::hypot(dx, dy) / 6.0);
+      for (int k = 0; k <= parts; ++k) taken.push_back({x + dx * k / parts - 1, y + dy * k / parts - 1, 2, 2});
+    };
     for (const ChartLine& line : chart_.lines) {
-      for (std::size_t i = 1; i < line.marks.size() && !line.steps; ++i) {
+      for (std::size_t i = 1; i < line.marks.size(); ++i) {
         const double x = x_.Px(line.marks[i - 1].x), y = y_.Px(line.marks[i - 1].y);
-        const double dx = x_.Px(line.marks[i].x) - x, dy = y_.Px(line.marks[i].y) - y;
-        const int parts = 1 + static_cast<int>(std::hypot(dx, dy) / 6.0);
-        for (int k = 0; k <= parts; ++k) taken.push_back({x + dx * k / parts - 1, y + dy * k / parts - 1, 2, 2});
+        const double to_x = x_.Px(line.marks[i].x), to_y = y_.Px(line.marks[i].y);
+        if (line.steps) {
+          take(x, y, to_x, y);
+          take(to_x, y, to_x, to_y);
+        } else {
+          take(x, y, to_x, to_y);
+        }
       }
     }
   }
