@@ -125,8 +125,14 @@ Failure UsageFailure(const CLI::App& root, const CLI::ParseError& error) {
   }
   const auto commands = SubcommandNames(*command);
   if (!commands.empty() && command->get_subcommands().empty()) {
-    if (unknown.empty()) return {Exit::Usage, "say which command" + help};
-    return {Exit::Usage, "there is no command '" + unknown.front() + "'" + Meant(unknown.front(), commands) + help};
+    // Of a group of a few all are named; lensctl's own fill a screen.
+    std::string has;
+    if (command != &root) {
+      for (const std::string& one : commands) has += (has.empty() ? ": " + name + " has " : ", ") + one;
+    }
+    if (unknown.empty()) return {Exit::Usage, "say which command" + has + help};
+    return {Exit::Usage,
+            "there is no command '" + unknown.front() + "'" + Meant(unknown.front(), commands) + has + help};
   }
   const std::string said = unknown.empty() ? error.what() : name + " takes no '" + unknown.front() + "'";
   const auto examples = ExamplesOf(name);
