@@ -23,7 +23,13 @@ varlink::InterfaceDefinition BuiltInDefinition(std::string_view text) {
   return *std::move(parsed);
 }
 
-Router::Router(ServiceInfo info) : info_(std::move(info)), own_(BuiltInDefinition(varlink::ServiceInterfaceText())) {}
+Router::Router(const ServiceInfo& info)
+    : own_(BuiltInDefinition(varlink::ServiceInterfaceText())),
+      info_(varlink::WriteJson({{"vendor", info.vendor},
+                                {"product", info.product},
+                                {"version", info.version},
+                                {"url", info.url},
+                                {"interfaces", Json::array({own_.name()})}})) {}
 
 void Router::Add(Service& service) {
   Served served{&service, {}};
@@ -111,15 +117,13 @@ bool Router::Allows(const Method& method, const ExchangePointer& exchange) const
 
 void Router::ServeOwn(std::string_view method, const ExchangePointer& exchange) const {
   if (method == "GetInfo") {
-    Json interfaces{own_.name()};
+    // Names of interfaces need no escaping: they are put in front of the array's end, which is the text's.
+    constexpr std::string_view kEnd = "]}";
+    std::string answer = info_.substr(0, info_.size() - kEnd.size());
     for (const auto& [name, served] : services_) {
-      if (served.service->Offered()) interfaces.push_back(name);
+      if (served.service->Offered()) answer.append(",\"").append(name).append("\"");
     }
-    return exchange->Finish(varlink::WriteJson({{"vendor", info_.vendor},
-                                                {"product", info_.product},
-                                                {"version", info_.version},
-                                                {"url", info_.url},
-                                                {"interfaces", std::move(interfaces)}}));
+    return exchange->Finish(answer.append(kEnd));
   }
   const auto interface = exchange->parameters()["interface"].get<std::string>();
   const varlink::InterfaceDefinition* definition = FindDefinition(interface);

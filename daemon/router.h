@@ -41,7 +41,7 @@ struct ServiceInfo {
 class Router {
  public:
   /// Everybody may do everything until Restrict().
-  explicit Router(ServiceInfo info);
+  explicit Router(const ServiceInfo& info);
   /// From now on a method is served to those clients only that have its role.
   void Restrict(Access access) { access_ = std::move(access); }
   Role RoleOf(const Credentials& client) const { return access_ ? access_->RoleOf(client) : Role::Administer; }
@@ -58,8 +58,8 @@ class Router {
   bool Allows(const Method& method, const ExchangePointer& exchange) const;
   void ServeOwn(std::string_view method, const ExchangePointer& exchange) const;
 
-  ServiceInfo info_;
   varlink::InterfaceDefinition own_;
+  std::string info_;  // GetInfo's answer with no interface but its own, which comes last
   std::optional<Access> access_;
   std::vector<std::string> act_when_read_;  // full names
   struct Served {
