@@ -14,6 +14,7 @@ constexpr double kLowestBins = 2.5;  // below, the window itself correlates, and
 constexpr double kClearShift = 0.4;  // px
 constexpr double kLeastAlike = 0.2;  // correlation coefficient: less is another picture
 constexpr double kClearGain = 0.02;  // of the correlation at no shift
+constexpr double kReversed = 0.8;    // of the best correlation: as unlike unmoved as alike at best
 
 double Along(int index, int size) {
   return (index <= size / 2 ? index : index - size) / static_cast<double>(size);
@@ -87,6 +88,8 @@ Shift ShiftBetween(const Tiles& first, const Tiles& second) {
     }
   }
   Shift shift;
+  // A pattern of one period whose contrast the blur has turned round looks like one that moved by half of it.
+  if (-correlation.At(0, 0) > kReversed * correlation.At(x, y)) return shift;
   shift.unlike = correlation.Alike(x, y) < kLeastAlike;
   shift.lost = shift.unlike || std::abs(x) == kSearched || std::abs(y) == kSearched;
   if (shift.lost) return shift;

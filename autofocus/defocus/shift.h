@@ -14,7 +14,8 @@ struct Shift {
 };
 
 /// The plain cross-correlation's peak within kSearched px. Blur that differs between the frames leaves it where it is,
-/// which is not so once the spectra are whitened: a disk's response changes sign. The tiles are the same.
+/// which is not so once the spectra are whitened: a disk's response changes sign. Where that has turned round all there
+/// is (one period alone), no shift is told. The tiles are the same.
 Shift ShiftBetween(const Tiles& first, const Tiles& second);
 
 /// `tiles` as if the picture had been moved by `shift`.

@@ -183,6 +183,18 @@ TEST(ShiftBetween, FindsWhatMovedAndSaysWhatIsAnotherPicture) {
   EXPECT_TRUE(defocus::ShiftBetween(still, spectrum(NaturalWaves(31), 4.0, 4)).lost);
 }
 
+TEST(ShiftBetween, APatternTurnedRoundByBlurHasNotMoved) {
+  const std::vector<Wave> waves{{.fx = 0.125, .fy = 0.0, .phase = 0.3, .amplitude = 0.4}};
+  const auto spectrum = [&](double blur, unsigned seed) {
+    return defocus::Tiles{defocus::SpectrumOf(Picture(waves, blur, 0.001, seed), {0, 0, 192, 192})};
+  };
+  const auto near = spectrum(3.0, 1), reversed = spectrum(13.0, 2);  // 2 J1(x)/x is 0.84 and -0.13
+  const auto shift = defocus::ShiftBetween(near, reversed);
+  EXPECT_FALSE(shift.clear) << shift.x << ", " << shift.y;
+  EXPECT_FALSE(shift.lost);
+  EXPECT_FALSE(shift.unlike);
+}
+
 TEST(DefocusMethod, NamesTheDepthsOfARegionThatHasSeveral) {
   const auto left = NaturalWaves(28), right = NaturalWaves(29);
   const auto picture = [&](double position, int n) {
