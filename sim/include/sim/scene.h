@@ -162,6 +162,7 @@ struct LensSettings {
   double breathing = 0.0;
   int aperture_blades = 0;  ///< 0: a circle; else the corners of the polygon of the same area, at least 3
   double temperature_c = 20.0;
+  bool thermometer = true;      ///< the lens tells its temperature
   double drift_um_per_c = 0.0;  ///< extension gained per degree above 20 C
   double initial_f_number = 2.0;
   double vignetting = 0.0;  ///< share of the light that the frame's corners lose to the fourth power of the cosine
@@ -184,17 +185,19 @@ struct LensSettings {
 };
 
 enum class FaultKind {
-  Stall,          ///< the axis stands still while it is counted on; it complains of "stalled"
-  Jump,           ///< the mechanism is knocked `steps` away from where the count says
-  Disconnect,     ///< every call fails with Disconnected
-  Reconnect,      ///< ends a disconnect
-  DropReply,      ///< calls fail with Timeout, though commands have been obeyed
-  LateReply,      ///< a call fails with Timeout and its answer arrives as the answer to the next one
-  StaleReadback,  ///< reads repeat what was true when the fault began
-  FreezeFrames,   ///< the camera repeats its last picture under new time stamps
-  LoseFrames,     ///< exposed frames never arrive
-  WrongExposure,  ///< exposures last `factor` times what was asked, unreported
-  MissedSteps,    ///< the mechanism loses `factor` of every move, which is counted all the same
+  Stall,             ///< the axis stands still while it is counted on; it complains of "stalled"
+  Jump,              ///< the mechanism is knocked `steps` away from where the count says
+  Disconnect,        ///< every call fails with Disconnected
+  Reconnect,         ///< ends a disconnect
+  DropReply,         ///< calls fail with Timeout, though commands have been obeyed
+  LateReply,         ///< a call fails with Timeout and its answer arrives as the answer to the next one
+  StaleReadback,     ///< reads repeat what was true when the fault began
+  FreezeFrames,      ///< the camera repeats its last picture under new time stamps
+  LoseFrames,        ///< exposed frames never arrive
+  WrongExposure,     ///< exposures last `factor` times what was asked, unreported
+  MissedSteps,       ///< the mechanism loses `factor` of every move, which is counted all the same
+  Warmth,            ///< the lens is `by_c` warmer than the scene says
+  WrongTemperature,  ///< its thermometer reads `by_c` too high
 };
 
 /// As scene files name them: "stall", "drop-reply"; none: no such kind.
@@ -210,6 +213,7 @@ struct Fault {
   double for_ms = 0.0;   ///< 0: from then on
   double steps = 100.0;  ///< of a jump, native units
   double factor = 0.5;   ///< of a wrong exposure, or the part of each move that missed-steps loses
+  double by_c = 5.0;     ///< of warmth and of a wrong temperature, degrees
 };
 
 /// A picture that the camera gives as it is, instead of one rendered and exposed.
