@@ -85,6 +85,7 @@ std::string LensRefocus::WhyWait() const {
 
 void LensRefocus::Look() {
   if (!keeper_ || under_way_) return;
+  if (keeper_->watch() && lens_.status().connected && keeper_->watch()->blind.exchange(false)) Watch();
   auto order = keeper_->Due(lens_.status(), lens_.surroundings().clock.Now(), WhyWait());
   if (!order) return;
   under_way_ = true;

@@ -23,7 +23,7 @@ constexpr double kOutlierTail = 5e-4;   ///< on either side of what the others p
 constexpr double kApart = 0.05;         ///< degrees: less says nothing of a slope
 constexpr double kLeastScatter = 0.05;  ///< variance over the claimed one: less is luck
 constexpr double kMetresPerUm = 1e-6;
-constexpr Range kTemperatures{-273.15, 1e3};
+constexpr Range kTemperatures{-273.15, 1e3}, kExtensions{-1e9, 1e9}, kSigmas{1e-6, 1e9};
 
 using DriftSamples = std::vector<const DriftSample*>;
 
@@ -166,14 +166,21 @@ void NameOutliers(std::vector<DriftSample>& samples) {
   }
 }
 
+/// Rounded, it stays in the range that is read.
+std::string Micrometres(Metres length, Range range) {
+  return NumberText(std::clamp(length.value / kMetresPerUm, range.minimum, range.maximum));
+}
+
 Result<DriftSample> ReadDriftSample(const Settings& table) {
   SettingsReader read(table, "[[result]]");
   DriftSample sample;
   sample.subject = static_cast<int>(read.Integer("subject", sample.subject, {1, 1e9}));
   sample.temperature = Celsius{read.RequiredNumber("temperature_c", kTemperatures)};
-  sample.extension = Metres{read.RequiredNumber("extension_um", {-1e9, 1e9}) * kMetresPerUm};
-  sample.sigma = Metres{read.RequiredNumber("sigma_um", {1e-6, 1e9}) * kMetresPerUm};
+  sample.extension = Metres{read.RequiredNumber("extension_um", kExtensions) * kMetresPerUm};
+  sample.sigma = Metres{read.RequiredNumber("sigma_um", kSigmas) * kMetresPerUm};
   sample.made = read.Text("made", "");
+  const auto plain = [](unsigned char c) { return c >= ' ' && c < 0x7F && c != '"' && c != '\\'; };
+  if (!std::ranges::all_of(sample.made, plain)) read.Reject("made", "is a date and time");
   if (auto done = read.Finish(); !done) return PassOn(done);
   return sample;
 }
@@ -227,8 +234,8 @@ std::string FocusDriftText(const std::vector<DriftSample>& samples) {
   for (const DriftSample& sample : samples) {
     text += "\n[[result]]\nsubject = " + std::to_string(sample.subject) +
             "\ntemperature_c = " + NumberText(sample.temperature.value) +
-            "\nextension_um = " + NumberText(sample.extension.value / kMetresPerUm) +
-            "\nsigma_um = " + NumberText(sample.sigma.value / kMetresPerUm) + "\n";
+            "\nextension_um = " + Micrometres(sample.extension, kExtensions) +
+            "\nsigma_um = " + Micrometres(sample.sigma, kSigmas) + "\n";
     if (!sample.made.empty()) text += "made = \"" + sample.made + "\"\n";
   }
   return text;

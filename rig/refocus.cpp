@@ -9,7 +9,6 @@
 
 #include "autofocus/measures.h"
 #include "autofocus/regions.h"
-#include "autofocus/tracker.h"
 #include "base/quantity_text.h"
 
 namespace lensd::rig {
@@ -172,23 +171,28 @@ void Refocus(Rig& rig, RefocusOrder order, std::move_only_function<void(Result<R
 
 FrameViewer ViewerOf(const Rig& rig, const FocusReached& reached, const RefocusConfig& how,
                      std::shared_ptr<SharpnessWatch> watch) {
-  autofocus::Tracker tracker({.dead_zone = *how.sharpness_loss,
-                              .shortest_pause = Duration::zero(),
-                              .watches = autofocus::TrackerSettings::Watches::Loss});
-  tracker.SearchEnded(true, reached.found);
   const drivers::Region region = reached.region.value_or(rig.camera()->focus_region);
   return {.lens = LensMotion::Standing,
           .period = how.look_every,
-          .show = [&rig, region, tracker, watch = std::move(watch)](const Result<LensedFrame>& seen) mutable {
+          .show = [&rig, region, watch = std::move(watch)](const Result<LensedFrame>& seen) {
+            if (!seen) watch->blind = true;
             if (watch->over || !seen) return false;
             if (rig.WhyNotFocused()) return true;  // a search takes frames that are out of focus
             const drivers::Frame& frame = seen->frame;
             const auto window = autofocus::WindowOf(region, frame.width, frame.height);
             const auto score = window ? autofocus::ScoreFocus(frame, *window) : PassOn(window);
             if (!score) return false;
-            watch->lost = tracker.Changed(*score, frame.bits, window->width * window->height, frame.exposure_end);
+            watch->lost =
+                watch->tracker.Changed(*score, frame.bits, window->width * window->height, frame.exposure_end);
             return true;
           }};
+}
+
+SharpnessWatch::SharpnessWatch(double loss)
+    : tracker({.dead_zone = loss,
+               .shortest_pause = Duration::zero(),
+               .watches = autofocus::TrackerSettings::Watches::Loss}) {
+  tracker.SearchEnded(true, {});
 }
 
 std::vector<std::string> WhatRefocusLacks(const RefocusConfig& config, const RefocusMeans& means) {
@@ -264,7 +268,7 @@ bool RefocusKeeper::Adopt(FocusReached reached, const AutofocusOutcome& outcome,
   reached_ = std::move(reached);
   why_not_.clear();
   if (watch_) watch_->over = true;
-  watch_ = config_.sharpness_loss ? std::make_shared<SharpnessWatch>() : nullptr;
+  watch_ = config_.sharpness_loss ? std::make_shared<SharpnessWatch>(*config_.sharpness_loss) : nullptr;
   auto sample = SampleOf(outcome, status);
   if (!sample) return false;
   sample->subject = std::max(subject_, 1);

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "autofocus/tracker.h"
 #include "base/clock.h"
 #include "base/result.h"
 #include "base/units.h"
@@ -64,8 +65,11 @@ void Refocus(Rig& rig, RefocusOrder order, std::move_only_function<void(Result<R
 
 /// Whether the region in focus has lost sharpness: shared by the rig's thread, which sees the frames, and who asks.
 struct SharpnessWatch {
-  std::atomic<bool> over = false;  ///< nobody asks any more
+  explicit SharpnessWatch(double loss);  ///< the share that may be lost
+  std::atomic<bool> over = false;        ///< nobody asks any more
   std::atomic<bool> lost = false;
+  std::atomic<bool> blind = false;  ///< frames failed: it is to be shown once more
+  autofocus::Tracker tracker;       ///< the rig's thread
 };
 /// Looks at frames of a lens at rest, as often as `how` says. To be shown by the rig that is given; it must outlive it.
 FrameViewer ViewerOf(const Rig& rig, const FocusReached& reached, const RefocusConfig& how,
