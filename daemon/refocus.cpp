@@ -11,6 +11,7 @@
 #include "json_values.h"
 #include "lens_json.h"
 #include "log.h"
+#include "refusal.h"
 #include "served_lens.h"
 
 namespace lensd::daemon {
@@ -143,7 +144,7 @@ varlink::Json LensRefocus::StateJson() const {
   return json;
 }
 
-void LensRefocus::Forget(std::optional<std::int64_t> sample, std::function<void(const Result<void>&)> done) {
+void LensRefocus::Forget(std::optional<std::int64_t> sample, const std::function<void(const Result<void>&)>& done) {
   const std::size_t count = keeper_ ? keeper_->learned().size() : 0;
   if (sample && (*sample < 1 || static_cast<std::size_t>(*sample) > count)) {
     return done(PassOn(Wrong("there is no result " + std::to_string(*sample) + ": there are " + std::to_string(count),
@@ -152,11 +153,11 @@ void LensRefocus::Forget(std::optional<std::int64_t> sample, std::function<void(
   if (!keeper_) return done({});
   keeper_->Forget(sample ? std::optional(static_cast<std::size_t>(*sample - 1)) : std::nullopt);
   if (!sample) unreadable_.reset();  // a copy of that file is kept
-  Keep(std::move(done));
+  Keep(done);
 }
 
 /// On disk, by the thread for files.
-void LensRefocus::Keep(std::function<void(const Result<void>&)> then) {
+void LensRefocus::Keep(const std::function<void(const Result<void>&)>& then) {
   if (unreadable_) return then(PassOn(*unreadable_));
   const LensSurroundings& around = lens_.surroundings();
   const auto ended = [name = lens_.name(), then](const Result<void>& kept) {

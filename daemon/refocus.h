@@ -29,14 +29,14 @@ class LensRefocus {
   /// RefocusState of the interface.
   varlink::Json StateJson() const;
   /// The result of this number, from 1, or all. InvalidArgument: there is no such result. NotKept.
-  void Forget(std::optional<std::int64_t> sample, std::function<void(const Result<void>&)> done);
+  void Forget(std::optional<std::int64_t> sample, const std::function<void(const Result<void>&)>& done);
 
  private:
   std::string WhyWait() const;
   void Watch();
   void Ended(rig::RefocusCause cause, const Result<rig::RefocusOutcome>& outcome);
   void Tell(rig::RefocusCause cause, const Result<rig::RefocusOutcome>& outcome);
-  void Keep(std::function<void(const Result<void>&)> then);
+  void Keep(const std::function<void(const Result<void>&)>& then);
 
   ServedLens& lens_;
   std::optional<rig::RefocusKeeper> keeper_{};  ///< where it is configured and the lens was there

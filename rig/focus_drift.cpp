@@ -129,6 +129,7 @@ std::vector<double> RobustlyOff(const std::vector<DriftSample>& samples) {
   std::map<int, std::vector<double>> places;
   for (const DriftSample& sample : samples) places[sample.subject].push_back(place(sample));
   std::vector<double> off;
+  off.reserve(samples.size());
   for (const DriftSample& sample : samples) {
     off.push_back(std::abs(place(sample) - MedianOf(places[sample.subject])) / sample.sigma.value);
   }

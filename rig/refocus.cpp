@@ -209,8 +209,8 @@ std::vector<std::string> WhatRefocusLacks(const RefocusConfig& config, const Ref
 
 // ---- what is due --------------------------------------------------------------------------------------------------
 
-RefocusKeeper::RefocusKeeper(RefocusConfig config, std::vector<DriftSample> learned)
-    : config_(std::move(config)), learned_(std::move(learned)), drift_(FitFocusDrift(learned_)) {
+RefocusKeeper::RefocusKeeper(const RefocusConfig& config, std::vector<DriftSample> learned)
+    : config_(config), learned_(std::move(learned)), drift_(FitFocusDrift(learned_)) {
   for (const DriftSample& sample : learned_) subject_ = std::max(subject_, sample.subject);
 }
 

@@ -44,8 +44,8 @@ RefocusConfig ByTemperature(double degrees) {
 /// A lens, and who looks after it.
 class Kept : public RigOnSim {
  public:
-  explicit Kept(RefocusConfig config, const std::string& scene = Scene(), std::uint64_t seed = 1)
-      : RigOnSim(scene, seed, 3000), keeper(std::move(config), {}) {}
+  explicit Kept(const RefocusConfig& config, const std::string& scene = Scene(), std::uint64_t seed = 1)
+      : RigOnSim(scene, seed, 3000), keeper(config, {}) {}
 
   void Warm(double by_c, const char* kind = "warmth") {
     ASSERT_TRUE(simulation->Inject({.kind = kind, .axis = {}, .lasts = {}, .steps = {}, .factor = {}, .by_c = by_c}));

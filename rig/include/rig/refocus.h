@@ -85,7 +85,7 @@ std::vector<std::string> WhatRefocusLacks(const RefocusConfig& config, const Ref
 /// Decides. One thread.
 class RefocusKeeper {
  public:
-  RefocusKeeper(RefocusConfig config, std::vector<DriftSample> learned);
+  RefocusKeeper(const RefocusConfig& config, std::vector<DriftSample> learned);
 
   /// An autofocus that somebody asked for has ended with `status`. True: something was learned.
   bool Found(const AutofocusRequest& request, const AutofocusOutcome& outcome, const Status& status, Instant now,

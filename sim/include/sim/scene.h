@@ -162,7 +162,6 @@ struct LensSettings {
   double breathing = 0.0;
   int aperture_blades = 0;  ///< 0: a circle; else the corners of the polygon of the same area, at least 3
   double temperature_c = 20.0;
-  bool thermometer = true;      ///< the lens tells its temperature
   double drift_um_per_c = 0.0;  ///< extension gained per degree above 20 C
   double initial_f_number = 2.0;
   double vignetting = 0.0;  ///< share of the light that the frame's corners lose to the fourth power of the cosine
@@ -180,6 +179,7 @@ struct LensSettings {
   double focus_shift_um = 0.0;              ///< extension that the widest opening needs more than a very small one
   std::vector<double> filter_focus_um{};  ///< extension that each place of its filter wheel needs more; empty: no wheel
   bool telecentric = true;                ///< the picture keeps its size; else it grows with 1 + extension/focal length
+  bool thermometer = true;                ///< the lens tells its temperature
 
   bool zooms() const { return max_focal_length_mm > min_focal_length_mm; }
 };
