@@ -37,7 +37,12 @@ bool Tracker::OutsideDeadZone(const FocusScore& score, int bits, int pixels) {
   }
   const Sharpness now = SharpnessOf(score, noise, pixels);
   const double allowed = std::max(settings_.dead_zone * value, kSigmas * std::sqrt(variance + now.sigma * now.sigma));
-  return std::abs(now.value - value) > allowed || std::abs(score.mean - light) > kClearLight * light;
+  const bool other_light = std::abs(score.mean - light) > kClearLight * light;
+  if (settings_.watches == TrackerSettings::Watches::AnyChange) {
+    return std::abs(now.value - value) > allowed || other_light;
+  }
+  if (other_light) reference_.clear();
+  return !other_light && value - now.value > allowed;
 }
 
 bool Tracker::Changed(const FocusScore& score, int bits, int pixels, Instant now) {

@@ -19,12 +19,12 @@ void AddLight(CLI::App& root, Run& run);
 void AddMerge(CLI::App& root, Run& run);
 
 inline constexpr std::initializer_list<AddCommand> kCommands = {
-    AddPlan,   AddBlur,       AddDof,      AddConjugate, AddProject,  AddLight,      AddDevices, AddList,
-    AddStatus, AddFocus,      AddAperture, AddZoom,      AddFilter,   AddHome,       AddStop,    AddReset,
-    AddWait,   AddAutofocus,  AddFocusMap, AddCalibrate, AddBacklash, AddFocusShift, AddFocusAt, AddPreset,
-    AddUndo,   AddSnapshot,   AddExposure, AddStack,     AddMonitor,  AddMetrics,    AddLog,     AddLease,
-    AddHold,   AddReload,     AddBackup,   AddRestore,   AddSetup,    AddDoctor,     AddCall,    AddIntrospect,
-    AddHelp,   AddCompletion, AddMerge,
+    AddPlan,       AddBlur,      AddDof,        AddConjugate, AddProject,  AddLight,      AddDevices, AddList,
+    AddStatus,     AddFocus,     AddAperture,   AddZoom,      AddFilter,   AddHome,       AddStop,    AddReset,
+    AddWait,       AddAutofocus, AddFocusMap,   AddCalibrate, AddBacklash, AddFocusShift, AddFocusAt, AddRefocus,
+    AddPreset,     AddUndo,      AddSnapshot,   AddExposure,  AddStack,    AddMonitor,    AddMetrics, AddLog,
+    AddLease,      AddHold,      AddReload,     AddBackup,    AddRestore,  AddSetup,      AddDoctor,  AddCall,
+    AddIntrospect, AddHelp,      AddCompletion, AddMerge,
 };
 
 }  // namespace lensd::cli

@@ -83,6 +83,8 @@ constexpr auto kExamples = std::to_array<OfCommand>({
     {"lensctl focus-at", {"lensctl focus-at show", "samples, outliers, and where the next one tells most"}},
     {"lensctl focus-at", {"lensctl focus-at go cam x=8mm y=5mm", "to where focus lies there"}},
     {"lensctl focus-at", {"lensctl focus-at forget cam --sample 3", "without --sample: all of it"}},
+    {"lensctl refocus", {"lensctl refocus show cam", "whether focus is looked after, and what was learned"}},
+    {"lensctl refocus", {"lensctl refocus forget cam --result 3", "without --result: all of it"}},
     {"lensctl preset", {"lensctl preset save wide", "keep this state"}},
     {"lensctl preset", {"lensctl preset recall wide", "come back to it"}},
     {"lensctl preset", {"lensctl preset list", "what is kept"}},

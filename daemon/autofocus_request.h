@@ -24,8 +24,8 @@ using AutofocusAnswer = std::function<void(const rig::AutofocusOutcome&)>;
 /// called on the event loop's thread with how it ended, before watchers are told.
 void RunAutofocus(ServedLens& lens, const ExchangePointer& exchange, rig::AutofocusRequest request,
                   AutofocusAnswer answer);
-/// Keeps what was found for FocusAtAdd, where it was sure. Event loop thread.
-void NoteFocusFound(ServedLens& lens, const rig::AutofocusOutcome& outcome);
+/// Keeps what was found for FocusAtAdd, where it was sure, and looks after it from now on. Event loop thread.
+void NoteFocusFound(ServedLens& lens, const rig::AutofocusRequest& request, const rig::AutofocusOutcome& outcome);
 /// No client is left to be told of the autofocus whose end sets `ended` on the worker's thread: stops it, never the
 /// motion of another client.
 void StopUnlessEnded(ServedLens& lens, std::shared_ptr<const bool> ended, std::vector<drivers::Axis> axes);

@@ -72,6 +72,10 @@ std::string PresetsFile(const LensConfig& config, const std::string& state) {
   return state.empty() ? "" : (std::filesystem::path(state) / (config.name + ".presets.toml")).string();
 }
 
+std::string RefocusFile(const LensConfig& config, const std::string& state) {
+  return state.empty() ? "" : (std::filesystem::path(state) / (config.name + ".refocus.toml")).string();
+}
+
 Result<Kept<std::shared_ptr<const rig::Calibration>>> LoadCalibration(const std::string& file, Writer writer) {
   return Load<std::shared_ptr<const rig::Calibration>>(file, writer, [](const Settings& settings) {
     auto calibration = rig::ReadCalibration(settings);
@@ -94,6 +98,11 @@ Result<void> CheckNamedCalibration(const std::string& file) {
 Result<Kept<std::vector<rig::Preset>>> LoadPresets(const std::string& file) {
   return Load<std::vector<rig::Preset>>(file, Writer::Lensd,
                                         [](const Settings& settings) { return rig::ReadPresets(settings); });
+}
+
+Result<Kept<std::vector<rig::DriftSample>>> LoadFocusDrift(const std::string& file) {
+  return Load<std::vector<rig::DriftSample>>(file, Writer::Lensd,
+                                             [](const Settings& settings) { return rig::ReadFocusDrift(settings); });
 }
 
 Result<void> Keep(const std::string& file, const std::string& text) {

@@ -8,6 +8,7 @@
 #include "base/result.h"
 #include "config.h"
 #include "rig/calibration.h"
+#include "rig/focus_drift.h"
 #include "rig/presets.h"
 
 namespace lensd::daemon {
@@ -17,6 +18,9 @@ namespace lensd::daemon {
 std::string CalibrationFile(const LensConfig& config, const std::string& state, const std::string& serial);
 /// NAME.presets.toml in the state folder; empty without one.
 std::string PresetsFile(const LensConfig& config, const std::string& state);
+
+/// NAME.refocus.toml there.
+std::string RefocusFile(const LensConfig& config, const std::string& state);
 
 /// What a kept file holds, and what its reader should know of it.
 template <class Content>
@@ -37,6 +41,7 @@ Result<Kept<std::shared_ptr<const rig::Calibration>>> LoadCalibration(const std:
 /// fine.
 Result<void> CheckNamedCalibration(const std::string& file);
 Result<Kept<std::vector<rig::Preset>>> LoadPresets(const std::string& file);
+Result<Kept<std::vector<rig::DriftSample>>> LoadFocusDrift(const std::string& file);
 
 /// Replaces the file by `text` with a checksum, or removes it where `text` is empty; nothing where `file` is empty. On
 /// return that outlives a crash. Io.

@@ -19,9 +19,9 @@ namespace lensd::daemon {
 namespace {
 
 /// Keys of [[lens]] that are not the driver's.
-constexpr std::array<std::string_view, 13> kOwnKeys = {"name",  "driver",      "start",     "distance_from", "optics",
-                                                       "focus", "iris",        "zoom",      "filter",        "camera",
-                                                       "bus",   "temperature", "on_failure"};
+constexpr std::array<std::string_view, 14> kOwnKeys = {"name",  "driver",      "start",      "distance_from", "optics",
+                                                       "focus", "iris",        "zoom",       "filter",        "camera",
+                                                       "bus",   "temperature", "on_failure", "refocus"};
 /// Of these keys none is needed to open a lens.
 constexpr std::array<std::string_view, 1> kBesideTheLens = {"on_failure"};
 

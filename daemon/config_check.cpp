@@ -13,6 +13,7 @@
 #include "calibration_store.h"
 #include "config_faults.h"
 #include "lenses.h"
+#include "rig/refocus.h"
 
 namespace lensd::daemon {
 namespace {
@@ -42,6 +43,19 @@ std::vector<SettingsProblem> InOrder(const std::vector<SettingsProblem>& problem
   return kept;
 }
 
+/// What starts no refocus, since the lens has not what it takes.
+void CheckRefocus(const LensConfig& lens, const drivers::Device& device, SettingsProblems& problems) {
+  if (!lens.rig.refocus) return;
+  const auto state = device.lens->Read();
+  const rig::RefocusMeans means{.thermometer = !state || state->temperature,
+                                .filter = device.lens->capabilities().axes[drivers::Axis::Filter].has_value(),
+                                .camera = device.camera != nullptr};
+  const auto table = lens.table.AsTable()->find("refocus");
+  for (const std::string& lacks : rig::WhatRefocusLacks(*lens.rig.refocus, means)) {
+    problems.Add(table->second.where().Text() + ": lens \"" + lens.name + "\": " + lacks, table->second.where());
+  }
+}
+
 /// What would keep a lens waiting that is configured well.
 std::vector<std::string> OpenLenses(const Config& config, const ConfigFaults& faults, const Clock& clock,
                                     SettingsProblems& problems) {
@@ -49,6 +63,7 @@ std::vector<std::string> OpenLenses(const Config& config, const ConfigFaults& fa
   for (const LensConfig& lens : config.lenses) {
     if (!CheckSettings(lens) || lens.device.driver == nullptr || Among(faults.lenses, lens.where)) continue;
     const auto opened = OpenDevice(lens, clock);
+    if (opened) CheckRefocus(lens, *opened, problems);
     if (opened) continue;
     if (opened.error().code == Code::BadData) {
       problems.Add(opened.error().message, lens.where);

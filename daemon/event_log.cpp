@@ -36,11 +36,20 @@ void LogFault(std::string_view lens, const Json& fault) {
   Log(Severity::Warning, Event::AxisFault, axis + " has a fault: " + what, {.lens = lens, .axis = axis});
 }
 
+/// A search that was refused has been told of as one.
+void LogRefocus(std::string_view lens, const Json& refocus) {
+  const std::string end = TextAt(refocus, "end");
+  Log(end == "failed" ? Severity::Warning : Severity::Info, Event::Refocused,
+      "refocus by " + TextAt(refocus, "cause") + ", " + end + ": " + TextAt(refocus, "reason"),
+      {.lens = lens, .axis = "focus"});
+}
+
 }  // namespace
 
 void LogResult(std::string_view lens, std::string_view field, const Json& event) {
   if (field == "move") return LogMove(lens, event);
   if (field == "fault") return LogFault(lens, event);
+  if (field == "refocus") return LogRefocus(lens, event);
   if (field == "autofocus" && !event.value("focused", false)) {
     Log(Severity::Warning, Event::AutofocusRefused,
         "autofocus was refused (" + TextAt(event, "cause") + "): " + TextAt(event, "reason"),

@@ -38,9 +38,10 @@ LensService::LensService(EventLoop& loop, const Clock& clock, std::string state)
       watchers_(loop, clock),
       surroundings_{loop, clock, watchers_, plug_signal_, files_, plans_, std::move(state), clock.Now()},
       definition_(BuiltInDefinition(proto::LensInterfaceText())) {
-  for (const auto rows : {StatusMethods, DeviceMethods, MotionMethods, LeaseMethods, PlanMethods, AutofocusMethods,
-                          FocusMapMethods, SessionMethods, PictureMethods, ExposureMethods, CalibrationMethods,
-                          FocusShiftMethods, FocusAtMethods, HoldMethods, PresetMethods, ReloadMethods}) {
+  for (const auto rows :
+       {StatusMethods, DeviceMethods, MotionMethods, LeaseMethods, PlanMethods, AutofocusMethods, FocusMapMethods,
+        SessionMethods, PictureMethods, ExposureMethods, CalibrationMethods, FocusShiftMethods, FocusAtMethods,
+        HoldMethods, PresetMethods, ReloadMethods, RefocusMethods}) {
     for (Method& method : rows(*this)) methods_.push_back(std::move(method));
   }
 }

@@ -76,6 +76,8 @@ const char* MessageId(Event event) {
       return "e05b8d1c97a24f36b0c4d2e81f6a3975";
     case Event::FailureNotTold:
       return "19f6c3b2d8054e7fa4be96d1705c8a2e";
+    case Event::Refocused:
+      return "52c1e7f09b3d4a68b7f4d0a39e6c8125";
   }
   return "";
 }
@@ -218,10 +220,11 @@ void OnFailure(std::function<void(Failure)> told) {
 }
 
 std::string_view EventName(Event event) {
-  static constexpr std::array<std::string_view, 18> kNames = {
+  static constexpr std::array<std::string_view, 19> kNames = {
       "started",      "reloaded",   "stopping",         "lensReady",  "lensLost",  "calibrationMissing",
       "stateDamaged", "notHomed",   "lensFailed",       "moveFailed", "axisFault", "autofocusRefused",
-      "dropped",      "callFailed", "motorsNotStopped", "notKept",    "notParked", "failureNotTold"};
+      "dropped",      "callFailed", "motorsNotStopped", "notKept",    "notParked", "failureNotTold",
+      "refocused"};
   return kNames[static_cast<std::size_t>(event)];
 }
 

@@ -27,7 +27,8 @@ enum class Event {
   MotorsNotStopped,
   StateNotKept,
   NotParked,
-  FailureNotTold
+  FailureNotTold,
+  Refocused
 };
 
 enum class Severity { Info, Warning, Error };

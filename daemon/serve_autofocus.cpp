@@ -163,10 +163,11 @@ void Autofocus(ServedLens& lens, const ExchangePointer& exchange) {
     if (!exchange->call().more) return exchange->Refuse(varlink::kExpectedMore, Json::object());
     request->track = TrackTo(lens, exchange);
   }
-  RunAutofocus(lens, exchange, *std::move(request), [&lens, exchange](const rig::AutofocusOutcome& outcome) {
-    NoteFocusFound(lens, outcome);
+  const auto told = [&lens, exchange, request = *request](const rig::AutofocusOutcome& outcome) {
+    NoteFocusFound(lens, request, outcome);
     exchange->Finish(Wrap("autofocus", varlink::WriteJson(AutofocusJson(lens.name(), outcome))));
-  });
+  };
+  RunAutofocus(lens, exchange, *request, told);
 }
 
 }  // namespace

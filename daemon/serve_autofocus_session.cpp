@@ -22,6 +22,13 @@ constexpr std::size_t kMostSessions = 8;
 constexpr std::size_t kMostBytes = std::size_t{8} << 20;  ///< of one frame
 constexpr double kDefaultSigma = 0.01;                    ///< of a score
 
+/// What such a session was asked for, as far as it can be done once more.
+rig::AutofocusRequest FramesDoNotComeAgain() {
+  rig::AutofocusRequest asked;
+  asked.outside.emplace();
+  return asked;
+}
+
 /// Null: the lens' own camera counts.
 Result<double> PixelOf(const Json& parameters) {
   const Json* pixel = Given(parameters, "pixelUm");
@@ -207,7 +214,7 @@ void FrameSessions::Begin(const ExchangePointer& exchange) {
   };
   lens->Ask<rig::AutofocusOutcome>(std::move(run), [this, lens, session](const Result<rig::AutofocusOutcome>& outcome) {
     if (outcome) {
-      NoteFocusFound(*lens, *outcome);
+      NoteFocusFound(*lens, FramesDoNotComeAgain(), *outcome);
       lens->watchers().Announce(*lens, "autofocus", AutofocusJson(lens->name(), *outcome));
     }
     session->end = outcome;

@@ -258,7 +258,8 @@ void Forget(ServedLens& lens, const ExchangePointer& exchange) {
 
 }  // namespace
 
-void NoteFocusFound(ServedLens& lens, const rig::AutofocusOutcome& outcome) {
+void NoteFocusFound(ServedLens& lens, const rig::AutofocusRequest& request, const rig::AutofocusOutcome& outcome) {
+  lens.users().refocus->Found(request, outcome);
   if (!outcome.focused) return;
   lens.users().found = FocusFound{outcome.position, outcome.sigma,
                                   rig::FocusAtConditionsOf(lens.status(), lens.config().rig.wavelength)};

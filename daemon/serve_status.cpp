@@ -31,8 +31,9 @@ void ListAsKnown(LensService& service, const ExchangePointer& exchange) {
   std::string reply = "{\"lenses\":[";
   for (const auto& lens : service.lenses()) reply += (lens == service.lenses().front() ? "" : ",") + lens->info();
   // What was added since 1.0, each under a name that the comment of what was added gives.
-  exchange->Finish(reply + R"(],"instance":")" + service.watchers().instance() +
-                   R"(","features":["focusAt","focusMap","hold","searchConditions","stars","stateBounds","undo"]})");
+  exchange->Finish(
+      reply + R"(],"instance":")" + service.watchers().instance() +
+      R"(","features":["focusAt","focusMap","hold","refocus","searchConditions","stars","stateBounds","undo"]})");
 }
 
 void List(LensService& service, const ExchangePointer& exchange) {

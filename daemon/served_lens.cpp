@@ -53,6 +53,7 @@ ServedLens::ServedLens(LensConfig config, const LensSurroundings& surroundings, 
       open_(std::move(open)),
       users_(std::make_unique<LensUsers>(config_.name, surroundings.loop, surroundings.clock,
                                          [this](const Json& change) { TellLease(change); })) {
+  users_->refocus = std::make_unique<LensRefocus>(*this);
   shown_.info = varlink::WriteJson(AbsentInfoJson(config_.name, config_.device.driver->name));
   shown_.told_connection = "connecting";
   if (before != nullptr) {
@@ -121,6 +122,7 @@ bool ServedLens::TryToOpen(const std::shared_ptr<Tenure>& tenure) {
     if (!warning.empty()) rig->notes.warnings.push_back(warning);
     presets = kept ? Result<std::vector<rig::Preset>>(std::move(kept->content)) : PassOn(kept);
   }
+  if (rig && config_.rig.refocus) LoadDrift(*rig);
   tenure->NotOpening();
   if (tenure->over()) return true;  // another thread has the device: what was opened here is closed here
   const bool opened = rig.has_value();
@@ -179,6 +181,7 @@ void ServedLens::StartRig(Made made, Result<std::vector<rig::Preset>> presets) {
   worker_ = std::make_unique<Worker>(std::move(rig), surroundings_.clock, stop_signal_, std::move(listener));
   ++users_->work.openings;
   users_->holds = {};
+  users_->refocus->Opened(std::move(made.drift));
   KeepUnwritten(std::move(made.unwritten));
   if (config_.home_at_start) HomeAtStart();
 }
@@ -246,6 +249,7 @@ void ServedLens::Update(std::shared_ptr<const rig::Status> status, std::string t
       Log(Severity::Warning, Event::LensLost, shown_.status->problem, name());
     }
   }
+  users_->refocus->Look();
   if (before->unkept.has_value() != shown_.status->unkept.has_value()) TellKept("its positions", shown_.status->unkept);
   if (!changed) return;
   TellChange();

@@ -19,6 +19,7 @@
 #include "lens_work.h"
 #include "planning.h"
 #include "plug_signal.h"
+#include "refocus.h"
 #include "retry.h"
 #include "rig/calibration.h"
 #include "rig/presets.h"
@@ -66,6 +67,7 @@ struct LensUsers {
   LensWork work{};
   StateHistory history{};
   std::optional<FocusFound> found{};  ///< by the newest autofocus that was sure; event loop thread
+  std::unique_ptr<LensRefocus> refocus{};
 };
 
 /// What is to be known of the files that are kept of a lens.
@@ -250,6 +252,7 @@ class ServedLens {
     std::shared_ptr<drivers::Simulation> simulation;
     FileNotes notes;
     FileMark calibration;                                    ///< as it was before it was read
+    Result<std::vector<rig::DriftSample>> drift{};           ///< that was learned
     std::optional<UnwrittenCalibration::Content> unwritten;  ///< in force, whatever the file says
   };
   /// The command that has the rig answer.
@@ -266,6 +269,7 @@ class ServedLens {
   }
   Result<drivers::Device> OpenUnder(const std::shared_ptr<Tenure>& tenure) const;
   Result<Made> MakeRig(const std::shared_ptr<Tenure>& tenure);
+  void LoadDrift(Made& made) const;
   Result<Made> RigOf(drivers::Device device, std::shared_ptr<const rig::Calibration> calibration) const;
   std::unique_ptr<rig::PositionMemory> Memory(const std::string& serial, std::vector<std::string>& warnings) const;
   void OpenAfter(Duration delay);

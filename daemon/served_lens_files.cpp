@@ -87,6 +87,15 @@ Result<ServedLens::Made> ServedLens::MakeRig(const std::shared_ptr<Tenure>& tenu
   return made;
 }
 
+/// On the thread of Retry.
+void ServedLens::LoadDrift(Made& made) const {
+  auto kept = LoadFocusDrift(RefocusFile(config_, surroundings_.state));
+  const std::string warning =
+      kept ? kept->warning : kept.error().message + ": nothing is learned of it until that is mended";
+  if (!warning.empty()) made.notes.warnings.push_back(warning);
+  made.drift = kept ? Result<std::vector<rig::DriftSample>>(std::move(kept->content)) : PassOn(kept);
+}
+
 Result<ServedLens::Made> ServedLens::RigOf(drivers::Device device,
                                            std::shared_ptr<const rig::Calibration> calibration) const {
   Made made;

@@ -21,6 +21,13 @@ Json ServedLens::StateJson(const rig::Status& status) const {
         "the temperature is not compensated, because no coefficient is known: give um_per_c in [lens.temperature], or "
         "a calibration with [temperature]");
   }
+  if (config_.rig.refocus && status.connected) {
+    const rig::RefocusMeans means{.thermometer = status.temperature.has_value(),
+                                  .filter = status.axes[drivers::Axis::Filter].has_value(),
+                                  .camera = status.has_camera};
+    for (std::string& lacks : rig::WhatRefocusLacks(*config_.rig.refocus, means))
+      json["warnings"].push_back(std::move(lacks));
+  }
   return json;
 }
 

@@ -106,7 +106,8 @@ void SimulatorService::Inject(drivers::Simulation& simulation, const ExchangePoi
                                 .axis = {},
                                 .lasts = {},
                                 .steps = NumberOf(exchange, "steps"),
-                                .factor = NumberOf(exchange, "factor")};
+                                .factor = NumberOf(exchange, "factor"),
+                                .by_c = NumberOf(exchange, "byC")};
   if (const auto axis = exchange->view().Given("axis")) fault.axis = drivers::AxisFromName(axis->text());
   const double ms = NumberOf(exchange, "forMs").value_or(0.0);
   if (!(ms >= 0.0 && ms <= kLongestFaultMs)) {

@@ -106,6 +106,29 @@ Result<TemperatureConfig> ReadTemperature(const Settings& table) {
   return config;
 }
 
+Duration Seconds(double seconds) {
+  return Milliseconds(1e3 * seconds);
+}
+
+Result<RefocusConfig> ReadRefocus(const Settings& table) {
+  constexpr Range kAWeek{1.0, 604800.0};
+  SettingsReader read(table, "[lens.refocus]");
+  RefocusConfig config;
+  if (const auto every = read.OptionalNumber("every_s", kAWeek)) config.every = Seconds(*every);
+  if (const auto by = read.OptionalNumber("temperature_c", {0.1, 1e3})) config.temperature = Celsius{*by};
+  config.filter = static_cast<RefocusConfig::OnFilter>(read.Choice("filter", {"ignore", "shift", "search"}, 0));
+  config.sharpness_loss = read.OptionalNumber("sharpness_loss", {0.05, 0.95});
+  config.look_every = Seconds(read.Number("look_every_s", 10.0, {0.1, 3600.0}));
+  config.minimum_interval = Seconds(read.Number("minimum_interval_s", 60.0, kAWeek));
+  if (const auto um = read.OptionalNumber("move_within_um", kPositive)) config.move_within = Metres{*um * 1e-6};
+  if (!config.every && !config.temperature && config.filter == RefocusConfig::OnFilter::Ignore &&
+      !config.sharpness_loss) {
+    read.Reject("", "says nothing that starts a refocus: every_s, temperature_c, filter or sharpness_loss");
+  }
+  if (auto done = read.Finish(); !done) return PassOn(done);
+  return config;
+}
+
 /// Of a liquid lens: the extensions, sensor distance minus focal length, at the ends of its power.
 std::optional<std::pair<double, double>> ReadPower(SettingsReader& read, double sensor_mm) {
   const auto power_d = ReadRange(read, "power_d", kPositive);
@@ -168,6 +191,9 @@ Result<RigConfig> ReadRigConfig(SettingsReader& lens, NominalFrom nominal) {
   if (const Settings* table = lens.Table("optics")) keep(ReadOptics(*table, nominal, config));
   if (const Settings* table = lens.Table("temperature")) {
     if (const auto read = ReadTemperature(*table); keep(read)) config.temperature = *read;
+  }
+  if (const Settings* table = lens.Table("refocus")) {
+    if (const auto read = ReadRefocus(*table); keep(read)) config.refocus = *read;
   }
   for (const Axis axis : drivers::kAxes) {
     const Settings* table = lens.Table(AxisName(axis));

@@ -332,6 +332,8 @@ Status Rig::Impl::GetStatus() const {
   status.streaming = frames.streaming();
   status.activity = CurrentActivity();
   if (clock.Now() < held_until) status.held_until = held_until;
+  const CommandCount& focus = commands.of[Axis::Focus];
+  status.focus_commands = {focus.given + commands.searches, focus.stops};
   if (!reader.sampled_at()) return status;
   status.sampled_at = *reader.sampled_at();
   status.temperature = reader.temperature();

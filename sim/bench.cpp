@@ -17,6 +17,7 @@ using drivers::Axis;
 
 constexpr double kMostSteps = 1e8;
 constexpr double kMostFactor = 1e3;
+constexpr double kMostDegrees = 1e3;
 
 std::unexpected<Error> Wrong(const char* parameter, std::string why) {
   return Fail(Code::InvalidArgument, std::move(why), {.parameter = parameter});
@@ -32,12 +33,17 @@ Result<Fault> FaultOf(const drivers::SimulatedFault& wanted) {
   if (wanted.factor && *kind != FaultKind::WrongExposure && *kind != FaultKind::MissedSteps) {
     return Wrong("factor", "only wrong-exposure and missed-steps have a factor");
   }
+  if (wanted.by_c && *kind != FaultKind::Warmth && *kind != FaultKind::WrongTemperature) {
+    return Wrong("byC", "only warmth and wrong-temperature go by degrees");
+  }
   Fault fault;
   fault.kind = *kind;
   fault.axis = wanted.axis.value_or(Axis::Focus);
   if (wanted.lasts) fault.for_ms = std::chrono::duration<double, std::milli>(*wanted.lasts).count();
   fault.steps = wanted.steps.value_or(fault.steps);
   fault.factor = wanted.factor.value_or(fault.factor);
+  fault.by_c = wanted.by_c.value_or(fault.by_c);
+  if (!(std::abs(fault.by_c) <= kMostDegrees)) return Wrong("byC", "byC is from -1000 to 1000");
   if (!(std::abs(fault.steps) <= kMostSteps)) return Wrong("steps", "steps is from -1e8 to 1e8");
   if (!(fault.factor >= 0.0 && fault.factor <= kMostFactor)) return Wrong("factor", "factor is from 0 to 1000");
   if (fault.kind == FaultKind::MissedSteps && fault.factor > 1.0) {

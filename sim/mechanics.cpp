@@ -191,7 +191,10 @@ drivers::LensState Mechanics::Report(const drivers::PerAxis<std::optional<Durati
   const Duration now = Advance();
   drivers::LensState state;
   state.sampled_at = InstantOf(now);
-  state.temperature = Celsius{scene_->lens.temperature_c};
+  if (scene_->lens.thermometer) {
+    const auto wrong = faults_.ActiveAt(FaultKind::WrongTemperature, now);
+    state.temperature = Celsius{TemperatureAt(now) + (wrong ? wrong->by_c : 0.0)};
+  }
   for (const Axis axis : drivers::kAxes) {
     if (!motors_[axis]) continue;
     const Motor& motor = *motors_[axis];
@@ -265,12 +268,17 @@ void Mechanics::LosePower(Duration at) {
   }
 }
 
+double Mechanics::TemperatureAt(Duration at) const {
+  const auto warmth = faults_.ActiveAt(FaultKind::Warmth, at);
+  return scene_->lens.temperature_c + (warmth ? warmth->by_c : 0.0);
+}
+
 TrueState Mechanics::StateOf(Duration at) const {
   const LensSettings& lens = scene_->lens;
   TrueState state;
   state.focus_steps = motors_[Axis::Focus]->PlaceAt(at);
   const double along = state.focus_steps / (lens.steps - 1.0);
-  state.extension_m = ExtensionAlong(lens, along) + 1e-6 * lens.drift_um_per_c * (lens.temperature_c - kCalibration_c);
+  state.extension_m = ExtensionAlong(lens, along) + 1e-6 * lens.drift_um_per_c * (TemperatureAt(at) - kCalibration_c);
   if (motors_[Axis::Filter]) {
     state.filter = motors_[Axis::Filter]->PlaceAt(at);
     const double place = std::clamp(std::round(*state.filter), 1.0, static_cast<double>(lens.filter_focus_um.size()));

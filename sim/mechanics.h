@@ -53,6 +53,7 @@ class Mechanics {
   Duration Advance();
   void Happen(const FaultLine::Event& event);
   TrueState StateOf(Duration at) const;
+  double TemperatureAt(Duration at) const;  ///< degrees Celsius
   double Grid(drivers::Axis axis) const;
   double PositionAt(drivers::Axis axis, Duration at) const;
 

@@ -12,9 +12,10 @@ namespace {
 constexpr Range kFraction{0.0, 1.0};
 constexpr double kMostPixels = 1 << 26;
 /// In the order of FaultKind.
-constexpr std::array<std::string_view, 11> kFaultKinds = {
-    "stall",          "jump",          "disconnect",  "reconnect",      "drop-reply",  "late-reply",
-    "stale-readback", "freeze-frames", "lose-frames", "wrong-exposure", "missed-steps"};
+constexpr std::array<std::string_view, 13> kFaultKinds = {
+    "stall",        "jump",           "disconnect",       "reconnect",   "drop-reply",
+    "late-reply",   "stale-readback", "freeze-frames",    "lose-frames", "wrong-exposure",
+    "missed-steps", "warmth",         "wrong-temperature"};
 
 /// A number, or an array of two in rising order.
 std::pair<double, double> ReadSpan(SettingsReader& read, std::string_view key, std::pair<double, double> fallback,
@@ -135,6 +136,7 @@ void ReadOptics(SettingsReader& read, LensSettings& lens) {
   }
   lens.vignetting = read.Number("vignetting", lens.vignetting, {0.0, 0.99});
   lens.temperature_c = read.Number("temperature_c", lens.temperature_c, {-273.15, 1000.0});
+  lens.thermometer = read.Boolean("thermometer", lens.thermometer);
   lens.drift_um_per_c = read.Number("drift_um_per_c", lens.drift_um_per_c, {-1e4, 1e4});
 }
 
@@ -200,6 +202,7 @@ Result<Fault> ReadFault(const Settings& table) {
   fault.for_ms = read.Number("for_ms", fault.for_ms, {0.0, 1e12});
   fault.steps = read.Number("steps", fault.steps, {-1e8, 1e8});
   fault.factor = read.Number("factor", fault.factor, {0.0, 1e3});
+  fault.by_c = read.Number("by_c", fault.by_c, {-1e3, 1e3});
   static constexpr drivers::Axis kMotors[] = {drivers::Axis::Focus, drivers::Axis::Iris, drivers::Axis::Zoom};
   fault.axis = kMotors[read.Choice("axis", {"focus", "iris", "zoom"}, 0)];
   if (fault.kind == FaultKind::MissedSteps && fault.factor > 1.0) {

@@ -158,7 +158,7 @@ std::string CookieOf(std::string_view token) {
 bool IsForViewers(std::string_view method, const varlink::Json& parameters) {
   static constexpr std::array kLooks{"List",        "Status",  "Metrics",    "Monitor",        "Stop",
                                      "GetExposure", "Devices", "PresetList", "GetCalibration", "ListFocusShifts",
-                                     "Snapshot",    "View",    "FocusAtGet"};
+                                     "Snapshot",    "View",    "FocusAtGet", "GetRefocus"};
   if (method == "Plan") return !parameters.contains("apply") || parameters["apply"] == false;
   return std::ranges::find(kLooks, method) != kLooks.end();
 }

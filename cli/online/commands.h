@@ -26,6 +26,7 @@ void AddCalibrate(CLI::App& root, Run& run);
 void AddBacklash(CLI::App& root, Run& run);
 void AddFocusShift(CLI::App& root, Run& run);
 void AddFocusAt(CLI::App& root, Run& run);
+void AddRefocus(CLI::App& root, Run& run);
 void AddPreset(CLI::App& root, Run& run);
 void AddUndo(CLI::App& root, Run& run);
 void AddStop(CLI::App& root, Run& run);

@@ -106,7 +106,7 @@ class SignalWatch {
 }  // namespace
 
 Json WithLease(std::string_view method, Json parameters) {
-  constexpr std::array<std::string_view, 20> kDriving = {"SetExposure",
+  constexpr std::array<std::string_view, 21> kDriving = {"SetExposure",
                                                          "Move",
                                                          "Home",
                                                          "Plan",
@@ -125,7 +125,8 @@ Json WithLease(std::string_view method, Json parameters) {
                                                          "FocusMap",
                                                          "FocusAt",
                                                          "FocusAtAdd",
-                                                         "FocusAtForget"};
+                                                         "FocusAtForget",
+                                                         "ForgetDrift"};
   const char* const key = std::getenv("LENSD_LEASE");
   const auto name = method.substr(method.rfind('.') + 1);
   const bool takes_it =

@@ -82,6 +82,7 @@ std::string EventText(const Json& event) {
     return lens + "preset \"" + TextOf(event["preset"], "label") + "\" " + TextOf(event["preset"], "change");
   }
   if (event.contains("list")) return lens + ListText(event["list"]);
+  if (event.contains("refocus")) return lens + RefocusText(event["refocus"]);
   return varlink::WriteJson(event);  // of a newer daemon
 }
 

@@ -74,6 +74,13 @@ std::string InfoText(const Json& info) {
   return line;
 }
 
+std::string RefocusText(const Json& refocus) {
+  std::string line = "refocus by " + TextOf(refocus, "cause") + ", " + TextOf(refocus, "end");
+  if (refocus["byUm"].is_number()) line += " by " + NumberText(refocus, "byUm", 4, " um of extension");
+  if (refocus["temperatureC"].is_number()) line += " at " + NumberText(refocus, "temperatureC", 4, " C");
+  return line + ": " + TextOf(refocus, "reason");
+}
+
 std::string UntilText(const Json& until_ns) {
   const std::chrono::nanoseconds until(until_ns.get<std::int64_t>());
   const auto left = until - std::chrono::steady_clock::now().time_since_epoch();

@@ -29,6 +29,8 @@ std::string AutofocusProgressText(const varlink::Json& progress);
 std::string AutofocusStepText(const varlink::Json& step);
 /// One line of AutofocusResult, and one for each candidate.
 std::string AutofocusText(const varlink::Json& result);
+/// One line of Refocus.
+std::string RefocusText(const varlink::Json& refocus);
 /// " for another 12 s", to an instant on this machine's CLOCK_MONOTONIC.
 std::string UntilText(const varlink::Json& until_ns);
 /// "12.3 um of extension, sigma 0.8 um", of ShiftSize.

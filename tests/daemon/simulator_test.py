@@ -103,6 +103,7 @@ class SimulatorTest(DaemonTest):
                     ("factor", wrong, {"kind": "wrong-exposure", "factor": -0.5}),
                     ("factor", wrong, {"kind": "stall", "factor": 0.5}),
                     ("steps", wrong, {"kind": "jump", "steps": 1e9}), ("steps", wrong, {"kind": "stall", "steps": 3}),
+                    ("byC", wrong, {"kind": "warmth", "byC": 1e4}), ("byC", wrong, {"kind": "stall", "byC": 3}),
                     ("axis", "org.varlink.service.InvalidParameter", {"kind": "stall", "axis": "nose"}),
                     ("kind", "org.varlink.service.InvalidParameter", {}),
                     ("forMs", "org.varlink.service.InvalidParameter", {"kind": "stall", "forMs": "long"})):

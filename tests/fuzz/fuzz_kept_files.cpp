@@ -1,11 +1,12 @@
-// Calibration and preset files. What is accepted can be written, read again and written the same; a checksum that was
-// put on a text holds, and no longer does once a byte of the text has changed.
+// Calibration and preset files, and those of what was learned of focus. What is accepted can be written, read again and
+// written the same; a checksum that was put on a text holds, and no longer does once a byte of the text has changed.
 #include <string>
 #include <string_view>
 
 #include "io/checked_file.h"
 #include "io/toml.h"
 #include "rig/calibration.h"
+#include "rig/focus_drift.h"
 #include "rig/presets.h"
 
 namespace {
@@ -36,6 +37,20 @@ void Presets(std::string_view text) {
   if (!again || rig::PresetsText(*again) != written) __builtin_trap();
 }
 
+void Drift(std::string_view text) {
+  const auto file = io::ParseToml(text, "fuzz");
+  if (!file) return;
+  auto read = rig::ReadFocusDrift(*file);
+  if (!read) return;
+  (void)rig::FitFocusDrift(*read);
+  const std::string written = rig::FocusDriftText(*read);
+  if (written.empty()) return;
+  const auto reparsed = io::ParseToml(written, "written");
+  if (!reparsed) __builtin_trap();
+  const auto again = rig::ReadFocusDrift(*reparsed);
+  if (!again || again->size() != read->size()) __builtin_trap();
+}
+
 void Checksums(std::string_view text, std::size_t changed) {
   (void)io::IntegrityOfLines(text);
   (void)io::IntegrityOfObject(text);
@@ -57,6 +72,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case 1:
       Presets(text);
+      Drift(text);
       break;
     default:
       Checksums(text, data[0] / 3);

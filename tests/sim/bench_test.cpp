@@ -108,6 +108,33 @@ TEST(Bench, DisconnectsAndReconnects) {
   }
 }
 
+TEST(Bench, GetsWarmAndItsThermometerMayBeWrong) {
+  Scene scene = SmallScene();
+  scene.lens.drift_um_per_c = 2.0;
+  Bench bench(scene);
+  const auto warm = [&](const char* kind, double by_c) {
+    auto fault = FaultFor(kind, 0);
+    fault.by_c = by_c;
+    bench.Inject(fault);
+    bench.stage.Wait(1);
+  };
+  const auto extension = [&] { return bench.simulation().TruthAt({}, {})->extension_m; };
+  const double cold = extension();
+  warm("warmth", 7.0);
+  EXPECT_NEAR(extension() - cold, 14e-6, 1e-12);
+  EXPECT_EQ(bench.stage.lens().Read()->temperature, Celsius{27.0});
+  warm("wrong-temperature", -3.0);
+  EXPECT_NEAR(extension() - cold, 14e-6, 1e-12);
+  EXPECT_EQ(bench.stage.lens().Read()->temperature, Celsius{24.0});
+  const Instant then = bench.stage.clock.Now();
+  bench.stage.Wait(10);
+  warm("warmth", -1.0);  // in place of the one before
+  EXPECT_NEAR(extension() - cold, -2e-6, 1e-12);
+  EXPECT_NEAR(bench.simulation().TruthAt(then, {})->extension_m - cold, 14e-6, 1e-12);
+  scene.lens.thermometer = false;
+  EXPECT_FALSE(Bench(scene).stage.lens().Read()->temperature.has_value());
+}
+
 TEST(Bench, RefusesWhatNoSceneCouldSay) {
   Bench bench;
   EXPECT_EQ(bench.simulation().Inject(FaultFor("sulk", 0)).error().code, Code::InvalidArgument);
@@ -117,6 +144,13 @@ TEST(Bench, RefusesWhatNoSceneCouldSay) {
   auto all = FaultFor("missed-steps", 0);
   all.factor = 1.5;
   EXPECT_EQ(bench.simulation().Inject(all).error().code, Code::InvalidArgument);
+  auto warm = FaultFor("warmth", 0);
+  warm.by_c = 1001.0;
+  EXPECT_EQ(bench.simulation().Inject(warm).error().code, Code::InvalidArgument);
+  all.by_c = 1.0;
+  all.factor.reset();
+  EXPECT_EQ(bench.simulation().Inject(all).error().code, Code::InvalidArgument);
+  all.by_c.reset();
   all.factor = std::nan("");
   EXPECT_EQ(bench.simulation().Inject(all).error().code, Code::InvalidArgument);
 }

@@ -248,6 +248,8 @@ TEST_F(SceneFile, EveryFaultKindHasItsName) {
       {"lose-frames", FaultKind::LoseFrames},
       {"wrong-exposure", FaultKind::WrongExposure},
       {"missed-steps", FaultKind::MissedSteps},
+      {"warmth", FaultKind::Warmth},
+      {"wrong-temperature", FaultKind::WrongTemperature},
   };
   for (const auto& [name, kind] : kinds) {
     const auto scene = Load(std::string("version = 1\n") + kWall + "[[fault]]\nat_ms = 1\nkind = \"" + name + "\"\n");
@@ -306,7 +308,8 @@ TEST_F(SceneFile, NamesTheLineOfWhatIsWrong) {
        "scene.toml:6: [[surface]] region must be x, y, w, h as fractions of the frame, not empty and inside it"},
       {"version = 1\n" + wall + "[[fault]]\nat_ms = 1\nkind = \"explode\"\n",
        "scene.toml:8: [[fault]] kind must be one of stall, jump, disconnect, reconnect, drop-reply, late-reply, "
-       "stale-readback, freeze-frames, lose-frames, wrong-exposure, missed-steps, not \"explode\""},
+       "stale-readback, freeze-frames, lose-frames, wrong-exposure, missed-steps, warmth, wrong-temperature, not "
+       "\"explode\""},
       {"version = 1\n" + wall + "[[fault]]\nkind = \"stall\"\n",
        "scene.toml:6: [[fault]] at_ms is missing: write at_ms = ..."},
       {"version = 1\n", "scene.toml:1: the scene needs a [[surface]] or a [[light]] to look at"},

@@ -18,6 +18,9 @@ struct TrackerSettings {
   double dead_zone = 0.12;                                   ///< relative change of sharpness that is left alone
   Duration shortest_pause = std::chrono::milliseconds(300);  ///< from the end of a search to the next one
   Duration longest_pause = std::chrono::seconds(5);          ///< the same after many refusals
+  /// Loss: sharpness that falls is a change, nothing else is; in another light the reference is taken anew.
+  enum class Watches { AnyChange, Loss };
+  Watches watches = Watches::AnyChange;
 };
 
 class Tracker {

@@ -1614,6 +1614,9 @@ std::optional<PresetChange> Event::preset() const {
 std::optional<ListChange> Event::list() const {
   return Access::Get<std::optional<ListChange>>(*this, "list");
 }
+std::optional<Refocus> Event::refocus() const {
+  return Access::Get<std::optional<Refocus>>(*this, "refocus");
+}
 std::string EventMark::lens() const {
   return Access::Get<std::string>(*this, "lens");
 }
@@ -1866,6 +1869,90 @@ std::optional<double> FocusAtPlace::vergenceD() const {
 }
 std::optional<double> FocusAtPlace::sigmaD() const {
   return Access::Get<std::optional<double>>(*this, "sigmaD");
+}
+std::string Refocus::lens() const {
+  return Access::Get<std::string>(*this, "lens");
+}
+std::int64_t Refocus::atNs() const {
+  return Access::Get<std::int64_t>(*this, "atNs");
+}
+std::string Refocus::cause() const {
+  return Access::Get<std::string>(*this, "cause");
+}
+std::string Refocus::end() const {
+  return Access::Get<std::string>(*this, "end");
+}
+std::string Refocus::reason() const {
+  return Access::Get<std::string>(*this, "reason");
+}
+std::optional<double> Refocus::temperatureC() const {
+  return Access::Get<std::optional<double>>(*this, "temperatureC");
+}
+std::optional<double> Refocus::position() const {
+  return Access::Get<std::optional<double>>(*this, "position");
+}
+std::optional<double> Refocus::byUm() const {
+  return Access::Get<std::optional<double>>(*this, "byUm");
+}
+std::int64_t DriftResult::subject() const {
+  return Access::Get<std::int64_t>(*this, "subject");
+}
+double DriftResult::temperatureC() const {
+  return Access::Get<double>(*this, "temperatureC");
+}
+double DriftResult::extensionUm() const {
+  return Access::Get<double>(*this, "extensionUm");
+}
+double DriftResult::sigmaUm() const {
+  return Access::Get<double>(*this, "sigmaUm");
+}
+double DriftResult::offUm() const {
+  return Access::Get<double>(*this, "offUm");
+}
+bool DriftResult::outlier() const {
+  return Access::Get<bool>(*this, "outlier");
+}
+std::string DriftResult::made() const {
+  return Access::Get<std::string>(*this, "made");
+}
+double FocusDrift::umPerC() const {
+  return Access::Get<double>(*this, "umPerC");
+}
+double FocusDrift::lowUmPerC() const {
+  return Access::Get<double>(*this, "lowUmPerC");
+}
+double FocusDrift::highUmPerC() const {
+  return Access::Get<double>(*this, "highUmPerC");
+}
+double FocusDrift::coldestC() const {
+  return Access::Get<double>(*this, "coldestC");
+}
+double FocusDrift::hottestC() const {
+  return Access::Get<double>(*this, "hottestC");
+}
+std::int64_t FocusDrift::results() const {
+  return Access::Get<std::int64_t>(*this, "results");
+}
+std::string RefocusState::lens() const {
+  return Access::Get<std::string>(*this, "lens");
+}
+bool RefocusState::active() const {
+  return Access::Get<bool>(*this, "active");
+}
+std::optional<std::string> RefocusState::reason() const {
+  return Access::Get<std::optional<std::string>>(*this, "reason");
+}
+std::optional<FocusDrift> RefocusState::drift() const {
+  return Access::Get<std::optional<FocusDrift>>(*this, "drift");
+}
+std::optional<std::string> RefocusState::driftReason() const {
+  return Access::Get<std::optional<std::string>>(*this, "driftReason");
+}
+std::vector<DriftResult> RefocusState::results() const {
+  return Access::Get<std::vector<DriftResult>>(*this, "results");
+}
+std::optional<Refocus> RefocusState::last() const {
+  return Access::Get<std::optional<Refocus>>(*this, "last");
 }
 std::string UndoResult::lens() const {
   return Access::Get<std::string>(*this, "lens");
@@ -2175,6 +2262,25 @@ FocusAtForgetParameters& FocusAtForgetParameters::sample(std::int64_t value) {
   return *this;
 }
 FocusAtForgetParameters& FocusAtForgetParameters::lease(const std::string& value) {
+  Access::Set(*this, "lease", value);
+  return *this;
+}
+RefocusState GetRefocusReply::refocus() const {
+  return Access::Get<RefocusState>(*this, "refocus");
+}
+GetRefocusParameters& GetRefocusParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
+ForgetDriftParameters& ForgetDriftParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
+ForgetDriftParameters& ForgetDriftParameters::result(std::int64_t value) {
+  Access::Set(*this, "result", value);
+  return *this;
+}
+ForgetDriftParameters& ForgetDriftParameters::lease(const std::string& value) {
   Access::Set(*this, "lease", value);
   return *this;
 }

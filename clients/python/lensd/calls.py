@@ -13,8 +13,8 @@ from .types import (
     CalibrationPoint, DaemonMetrics, DistanceFrom, Encoding, Event, ExposureInfo, FailedSearch, FocusAtPlace,
     FocusAtSurface, FocusAtValue, FocusMapResult, FocusRange, FocusShift, FocusShiftProgress, FocusShiftResult,
     FocusStep, FoundDevice, FrameInfo, LensInfo, LensMetrics, LensStatus, MoveProgress, MoveResult, PictureInfo,
-    PixelFormat, PlanAnswer, PlanRequest, Policy, Preset, RecallResult, Region, SearchConditions, Size, Target,
-    UndoResult)
+    PixelFormat, PlanAnswer, PlanRequest, Policy, Preset, RecallResult, RefocusState, Region, SearchConditions, Size,
+    Target, UndoResult)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -284,6 +284,29 @@ def focus_at_forget(*, lens: Optional[str] = None, sample: Optional[int] = None,
     """Feature "focusAt". Forgets all samples, or one of them, by its number from 1. InvalidRequest: there is no such
     sample. NotKept: it is in force, and could not be written."""
     return Call("io.lensd.Lens.FocusAtForget", {"lens": lens, "sample": sample, "lease": lease}, FocusAtForgetReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GetRefocusReply:
+    """The answer to GetRefocus."""
+
+    refocus: RefocusState
+
+
+def get_refocus(*, lens: Optional[str] = None) -> Call[GetRefocusReply]:
+    """Feature "refocus". What lensd does by itself to keep a lens in focus, and what it has learned for that."""
+    return Call("io.lensd.Lens.GetRefocus", {"lens": lens}, GetRefocusReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ForgetDriftReply:
+    """The answer to ForgetDrift."""
+
+
+def forget_drift(*, lens: Optional[str] = None, result: Optional[int] = None, lease: Optional[str] = None) -> Call[ForgetDriftReply]:
+    """Feature "refocus". Forgets what was learned of focus and temperature, or one result of that, by its number from
+    1. InvalidRequest: there is no such result. NotKept: it is in force, and could not be written."""
+    return Call("io.lensd.Lens.ForgetDrift", {"lens": lens, "result": result, "lease": lease}, ForgetDriftReply)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

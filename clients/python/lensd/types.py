@@ -1425,6 +1425,8 @@ class Event:
     preset: Optional[PresetChange] = None
     # Lenses came or went.
     list: Optional[ListChange] = None
+    # Feature "refocus". lensd has corrected focus by itself, or tried to.
+    refocus: Optional[Refocus] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -1645,6 +1647,95 @@ class FocusAtPlace:
     vergence_d: Optional[float] = None
     # Standard deviation of that, null where vergenceD is.
     sigma_d: Optional[float] = None
+
+# Feature "refocus". What starts a correction of focus: a change of temperature, a time that is over, another filter,
+# lost sharpness.
+RefocusCause = Literal["temperature", "time", "filter", "sharpness"]
+
+# Feature "refocus". How one ended: focus was moved by what was learned or measured; searched and found; the search was
+# refused, and the lens is back where it was; or neither, because a stop, a command or a failure of the lens ended it.
+RefocusEnd = Literal["moved", "searched", "refused", "failed"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Refocus:
+    """Feature "refocus". One correction of focus that lensd made by itself, or tried to ([lens.refocus] of the
+    configuration)."""
+
+    # Name of the lens.
+    lens: str
+    # When it ended.
+    at_ns: int
+    # What started it.
+    cause: RefocusCause
+    # How it ended.
+    end: RefocusEnd
+    # Why that way, for people.
+    reason: str
+    # Temperature then, null where there is no thermometer.
+    temperature_c: Optional[float] = None
+    # Where focus stands since, null where that is not known.
+    position: Optional[float] = None
+    # By how much extension it was moved; null where it was searched, or the optics are not known.
+    by_um: Optional[float] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriftResult:
+    """Feature "refocus". What one autofocus has told of focus and temperature."""
+
+    # Results with the same number are of the same thing under the same conditions.
+    subject: int
+    # Temperature then.
+    temperature_c: float
+    # Extension of the position where focus was found, corrected for no temperature.
+    extension_um: float
+    # Standard deviation of that.
+    sigma_um: float
+    # By how much it is off what the coefficient says; 0 where there is none.
+    off_um: float
+    # It does not go with the others, and was left out.
+    outlier: bool
+    # When: date and time, UTC.
+    made: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FocusDrift:
+    """Feature "refocus". How focus goes with the temperature, learned from autofocus results alone."""
+
+    # Micrometres of extension gained per degree at one focus position, as `um_per_c` of [lens.temperature] has it.
+    um_per_c: float
+    # Its 95 % interval.
+    low_um_per_c: float
+    # Its upper end.
+    high_um_per_c: float
+    # Lowest temperature that it was learned at.
+    coldest_c: float
+    # Highest temperature that it was learned at.
+    hottest_c: float
+    # Number of results that it was learned from.
+    results: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RefocusState:
+    """Feature "refocus". What lensd does by itself to keep a lens in focus."""
+
+    # Name of the lens.
+    lens: str
+    # An autofocus has reached focus, and lensd looks after it.
+    active: bool
+    # Why it does not, or what a correction that is due waits for; null where neither is so.
+    reason: Optional[str] = None
+    # What was learned; null where that is too little.
+    drift: Optional[FocusDrift] = None
+    # What is missing then.
+    drift_reason: Optional[str] = None
+    # What it was learned from, oldest first; at most 200. The first has the number 1.
+    results: list[DriftResult]
+    # The newest correction since the lens was configured; null where there was none.
+    last: Optional[Refocus] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -55,6 +55,18 @@ struct TemperatureConfig {
   double minimum_move = 4.0;                ///< native units of focus: smaller corrections wait
 };
 
+/// When focus is corrected by itself, once an autofocus has reached it: [lens.refocus].
+struct RefocusConfig {
+  std::optional<Duration> every;       ///< since the last search
+  std::optional<Celsius> temperature;  ///< a change of so much since the last correction
+  enum class OnFilter { Ignore, Shift, Search };
+  OnFilter filter = OnFilter::Ignore;                    ///< what another filter calls for
+  std::optional<double> sharpness_loss;                  ///< the share of the sharpness reached
+  Duration look_every = std::chrono::seconds(10);        ///< frames for that
+  Duration minimum_interval = std::chrono::seconds(60);  ///< between two corrections
+  std::optional<Metres> move_within;  ///< extension: moves by what was learned where that is so sure; nothing: searches
+};
+
 /// Everything a rig is told.
 struct RigConfig {
   std::optional<drivers::NominalOptics> optics;  ///< from [lens.optics]; otherwise the driver's, if it knows
@@ -64,15 +76,16 @@ struct RigConfig {
   std::optional<Metres> wavelength;              ///< of the light in use, where the calibration depends on it
   std::optional<std::string> calibration_path;   ///< of [lens.optics]; the rig's maker reads it
   TemperatureConfig temperature;
+  std::optional<RefocusConfig> refocus;  ///< for who drives the rig
   drivers::PerAxis<AxisConfig> axes;
 };
 
 /// Who has to say what optics a lens has: [lens.optics], where there is one, or the driver, which knows.
 enum class NominalFrom { Configuration, Driver };
 
-/// Takes the keys of RigConfig (distance_from, optics, focus, iris, zoom, filter, temperature) out of a [[lens]] table,
-/// leaving the others to the caller, who calls lens.Finish(). What is wrong inside a sub-table is the error; what is
-/// wrong with the keys themselves is recorded in `lens`.
+/// Takes the keys of RigConfig (distance_from, optics, focus, iris, zoom, filter, temperature, refocus) out of a
+/// [[lens]] table, leaving the others to the caller, who calls lens.Finish(). What is wrong inside a sub-table is the
+/// error; what is wrong with the keys themselves is recorded in `lens`.
 Result<RigConfig> ReadRigConfig(SettingsReader& lens, NominalFrom nominal = NominalFrom::Configuration);
 
 }  // namespace lensd::rig

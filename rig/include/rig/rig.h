@@ -222,6 +222,13 @@ struct Activity {
   int of = 0;    ///< y; 0: not known
 };
 
+/// Motions, homings, stops and autofocus runs that callers have asked for.
+struct CommandCount {
+  std::uint64_t given = 0;  ///< all of them
+  std::uint64_t stops = 0;
+  bool operator==(const CommandCount&) const = default;
+};
+
 /// A copy of everything known about the rig at one moment.
 struct Status {
   bool connected = false;
@@ -243,17 +250,11 @@ struct Status {
   bool compensates = false;  ///< positions are worked out for it: that is wanted, and a coefficient is known
   Activity activity;
   std::optional<Instant> held_until{};  ///< lensd's own corrections wait until then
+  CommandCount focus_commands{};        ///< as Rig::commands_given() has them
   bool has_camera = false;
   bool streaming = false;
   drivers::Counters counters;    ///< of camera and lens
   std::optional<Unkept> unkept;  ///< positions on disk are older than these
-};
-
-/// Motions, homings, stops and autofocus runs that callers have asked for.
-struct CommandCount {
-  std::uint64_t given = 0;  ///< all of them
-  std::uint64_t stops = 0;
-  bool operator==(const CommandCount&) const = default;
 };
 
 /// The rig. One thread calls everything but Interrupt(). A command acts at once, but motors start and all callbacks

@@ -179,22 +179,25 @@ struct LensSettings {
   double focus_shift_um = 0.0;              ///< extension that the widest opening needs more than a very small one
   std::vector<double> filter_focus_um{};  ///< extension that each place of its filter wheel needs more; empty: no wheel
   bool telecentric = true;                ///< the picture keeps its size; else it grows with 1 + extension/focal length
+  bool thermometer = true;                ///< the lens tells its temperature
 
   bool zooms() const { return max_focal_length_mm > min_focal_length_mm; }
 };
 
 enum class FaultKind {
-  Stall,          ///< the axis stands still while it is counted on; it complains of "stalled"
-  Jump,           ///< the mechanism is knocked `steps` away from where the count says
-  Disconnect,     ///< every call fails with Disconnected
-  Reconnect,      ///< ends a disconnect
-  DropReply,      ///< calls fail with Timeout, though commands have been obeyed
-  LateReply,      ///< a call fails with Timeout and its answer arrives as the answer to the next one
-  StaleReadback,  ///< reads repeat what was true when the fault began
-  FreezeFrames,   ///< the camera repeats its last picture under new time stamps
-  LoseFrames,     ///< exposed frames never arrive
-  WrongExposure,  ///< exposures last `factor` times what was asked, unreported
-  MissedSteps,    ///< the mechanism loses `factor` of every move, which is counted all the same
+  Stall,             ///< the axis stands still while it is counted on; it complains of "stalled"
+  Jump,              ///< the mechanism is knocked `steps` away from where the count says
+  Disconnect,        ///< every call fails with Disconnected
+  Reconnect,         ///< ends a disconnect
+  DropReply,         ///< calls fail with Timeout, though commands have been obeyed
+  LateReply,         ///< a call fails with Timeout and its answer arrives as the answer to the next one
+  StaleReadback,     ///< reads repeat what was true when the fault began
+  FreezeFrames,      ///< the camera repeats its last picture under new time stamps
+  LoseFrames,        ///< exposed frames never arrive
+  WrongExposure,     ///< exposures last `factor` times what was asked, unreported
+  MissedSteps,       ///< the mechanism loses `factor` of every move, which is counted all the same
+  Warmth,            ///< the lens is `by_c` warmer than the scene says
+  WrongTemperature,  ///< its thermometer reads `by_c` too high
 };
 
 /// As scene files name them: "stall", "drop-reply"; none: no such kind.
@@ -210,6 +213,7 @@ struct Fault {
   double for_ms = 0.0;   ///< 0: from then on
   double steps = 100.0;  ///< of a jump, native units
   double factor = 0.5;   ///< of a wrong exposure, or the part of each move that missed-steps loses
+  double by_c = 5.0;     ///< of warmth and of a wrong temperature, degrees
 };
 
 /// A picture that the camera gives as it is, instead of one rendered and exposed.

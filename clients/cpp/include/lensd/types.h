@@ -84,6 +84,10 @@ class FocusAtValue;
 class FocusAtSample;
 class FocusAtSurface;
 class FocusAtPlace;
+class Refocus;
+class DriftResult;
+class FocusDrift;
+class RefocusState;
 class UndoResult;
 class ListReply;
 class ListParameters;
@@ -119,6 +123,10 @@ class FocusAtReply;
 class FocusAtParameters;
 class FocusAtForgetReply;
 class FocusAtForgetParameters;
+class GetRefocusReply;
+class GetRefocusParameters;
+class ForgetDriftReply;
+class ForgetDriftParameters;
 class PresetSaveReply;
 class PresetSaveParameters;
 class PresetListReply;
@@ -1491,6 +1499,8 @@ class LENSD_API Event : public Value {
   std::optional<PresetChange> preset() const;
   /// Lenses came or went.
   std::optional<ListChange> list() const;
+  /// Feature "refocus". lensd has corrected focus by itself, or tried to.
+  std::optional<Refocus> refocus() const;
 };
 
 /// Up to where a stream has told of a lens, as in Event.
@@ -1707,6 +1717,83 @@ class LENSD_API FocusAtPlace : public Value {
   std::optional<double> vergenceD() const;
   /// Standard deviation of that, null where vergenceD is.
   std::optional<double> sigmaD() const;
+};
+
+/// Feature "refocus". One correction of focus that lensd made by itself, or tried to ([lens.refocus] of the
+/// configuration).
+class LENSD_API Refocus : public Value {
+ public:
+  /// Name of the lens.
+  std::string lens() const;
+  /// When it ended.
+  std::int64_t atNs() const;
+  /// What started it.
+  std::string cause() const;
+  /// How it ended.
+  std::string end() const;
+  /// Why that way, for people.
+  std::string reason() const;
+  /// Temperature then, null where there is no thermometer.
+  std::optional<double> temperatureC() const;
+  /// Where focus stands since, null where that is not known.
+  std::optional<double> position() const;
+  /// By how much extension it was moved; null where it was searched, or the optics are not known.
+  std::optional<double> byUm() const;
+};
+
+/// Feature "refocus". What one autofocus has told of focus and temperature.
+class LENSD_API DriftResult : public Value {
+ public:
+  /// Results with the same number are of the same thing under the same conditions.
+  std::int64_t subject() const;
+  /// Temperature then.
+  double temperatureC() const;
+  /// Extension of the position where focus was found, corrected for no temperature.
+  double extensionUm() const;
+  /// Standard deviation of that.
+  double sigmaUm() const;
+  /// By how much it is off what the coefficient says; 0 where there is none.
+  double offUm() const;
+  /// It does not go with the others, and was left out.
+  bool outlier() const;
+  /// When: date and time, UTC.
+  std::string made() const;
+};
+
+/// Feature "refocus". How focus goes with the temperature, learned from autofocus results alone.
+class LENSD_API FocusDrift : public Value {
+ public:
+  /// Micrometres of extension gained per degree at one focus position, as `um_per_c` of [lens.temperature] has it.
+  double umPerC() const;
+  /// Its 95 % interval.
+  double lowUmPerC() const;
+  /// Its upper end.
+  double highUmPerC() const;
+  /// Lowest temperature that it was learned at.
+  double coldestC() const;
+  /// Highest temperature that it was learned at.
+  double hottestC() const;
+  /// Number of results that it was learned from.
+  std::int64_t results() const;
+};
+
+/// Feature "refocus". What lensd does by itself to keep a lens in focus.
+class LENSD_API RefocusState : public Value {
+ public:
+  /// Name of the lens.
+  std::string lens() const;
+  /// An autofocus has reached focus, and lensd looks after it.
+  bool active() const;
+  /// Why it does not, or what a correction that is due waits for; null where neither is so.
+  std::optional<std::string> reason() const;
+  /// What was learned; null where that is too little.
+  std::optional<FocusDrift> drift() const;
+  /// What is missing then.
+  std::optional<std::string> driftReason() const;
+  /// What it was learned from, oldest first; at most 200. The first has the number 1.
+  std::vector<DriftResult> results() const;
+  /// The newest correction since the lens was configured; null where there was none.
+  std::optional<Refocus> last() const;
 };
 
 /// A lens brought back.
@@ -2047,6 +2134,36 @@ class LENSD_API FocusAtForgetParameters : public Value {
   FocusAtForgetParameters& lens(const std::string& value);
   FocusAtForgetParameters& sample(std::int64_t value);
   FocusAtForgetParameters& lease(const std::string& value);
+};
+
+/// The answer to GetRefocus.
+class LENSD_API GetRefocusReply : public Value {
+ public:
+  RefocusState refocus() const;
+};
+
+/// Feature "refocus". What lensd does by itself to keep a lens in focus, and what it has learned for that.
+class LENSD_API GetRefocusParameters : public Value {
+ public:
+  using Reply = GetRefocusReply;
+  static const char* Method() { return "GetRefocus"; }
+  GetRefocusParameters& lens(const std::string& value);
+};
+
+/// The answer to ForgetDrift.
+class LENSD_API ForgetDriftReply : public Value {
+ public:
+};
+
+/// Feature "refocus". Forgets what was learned of focus and temperature, or one result of that, by its number from 1.
+/// InvalidRequest: there is no such result. NotKept: it is in force, and could not be written.
+class LENSD_API ForgetDriftParameters : public Value {
+ public:
+  using Reply = ForgetDriftReply;
+  static const char* Method() { return "ForgetDrift"; }
+  ForgetDriftParameters& lens(const std::string& value);
+  ForgetDriftParameters& result(std::int64_t value);
+  ForgetDriftParameters& lease(const std::string& value);
 };
 
 /// The answer to PresetSave.

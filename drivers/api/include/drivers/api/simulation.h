@@ -33,6 +33,7 @@ struct SimulatedFault {
   std::optional<Duration> lasts;  ///< > 0; none: from now on
   std::optional<double> steps;    ///< of a jump, in native units
   std::optional<double> factor;   ///< of a wrong exposure (>= 0), or the part of each move that is lost (0 to 1)
+  std::optional<double> by_c{};   ///< of warmth and of a wrong temperature, in degrees
 };
 
 /// Outlives its device; any thread. Nothing that a device with faults does not tell depends on it.
