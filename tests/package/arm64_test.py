@@ -17,8 +17,9 @@ import unittest
 sys.dont_write_bytecode = True
 from machine import Machine  # noqa: E402
 
-ARM64 = os.path.abspath(sys.argv.pop(1)) if len(sys.argv) > 1 else ""
-AMD64 = os.path.abspath(sys.argv.pop(1)) if len(sys.argv) > 1 and os.path.isdir(sys.argv[1]) else ""
+if len(sys.argv) < 3:
+    sys.exit("usage: arm64_test.py FOLDER-OF-ARM64-PACKAGES FOLDER-OF-AMD64-PACKAGES")
+ARM64, AMD64 = (os.path.abspath(sys.argv.pop(1)) for _ in range(2))
 README = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "README.md")
 PROGRAMS = ("lensd", "lensctl", "lens-web", "lens-bench")
 OPTICS = "--focal-length 50mm --f-number 1.4..16 --extension 0mm..2.8mm --pixel 5um"
@@ -81,7 +82,10 @@ class Arm64(unittest.TestCase):
         self.assertTrue(json.loads(focused.splitlines()[-1])["focused"], focused)
         with open(os.path.join(self.machine.root, "root/wall.png"), "rb") as file:
             self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n", picture)
-        print(stands)
+        stands = json.loads(stands.splitlines()[1])
+        wall_d, pixel_d = 1 / 1.2, 3.45e-6 * stands["fNumber"] / 0.025**2  # where the wall is; what blurs it by a pixel
+        print(f"focused {abs(stands['focalPlaneD'] - wall_d) / pixel_d:.2f} px of blur from the wall")
+        self.assertLess(abs(stands["focalPlaneD"] - wall_d), pixel_d, stands)
 
     def test_clients(self):
         example = "/usr/share/doc/liblensd-dev/examples/list_and_status.cpp"
