@@ -65,7 +65,7 @@ class Packages(unittest.TestCase):
         self.assertIn("feasible", machine.run("lensctl plan --focal-length 50mm --f-number 1.4..16 --extension 0mm..3mm --pixel 5um "
                                               "--sharp 2m..2.2m:2px --json"))
         self.assertIn("lensctl.1", machine.run("ls /usr/share/man/man1"))
-        self.assertEqual(machine.run("lensctl completion words foc").strip(), "focus")
+        self.assertIn("focus", machine.run("lensctl completion words foc").split())
         self.assertIn("lens-bench", machine.run("lens-bench --help"))
         self.assertIn("lens-web", machine.run("lens-web --help"))
         self.assertIn("Lens", machine.run("python3 -c 'import lensd; print(lensd.Lens)'"))
