@@ -114,9 +114,7 @@ Result<AutofocusRunResult> RunOnce(std::shared_ptr<sim::Pictures> pictures, cons
   auto rig = rig::Rig::Create(std::move(believed), std::move(world->device), clock);
   if (!rig) return PassOn(rig);
 
-  rig::AutofocusRequest request;
-  request.method = wanted.method;
-  request.slope = wanted.slope;
+  rig::AutofocusRequest request{.method = wanted.method, .slope = wanted.slope};
   if (wanted.whole_frame) request.regions = {{0.0, 0.0, 1.0, 1.0}};
   const auto note = [&](const rig::AutofocusProgress& now) {
     result.blurs_px.push_back(BlurAt(*world->truth, scene, now.position.value));
