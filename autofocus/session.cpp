@@ -183,13 +183,11 @@ Result<Advice> Session::Next(const Place& place, const drivers::Frame& frame, co
 }
 
 Advice Session::NextScore(double position, const Sharpness& sharpness) {
-  FocusScore score;
-  score.gradient_energy = sharpness.value;
-  score.energy_sigma = sharpness.sigma;
-  score.mean = 1.0;
   Look look;
   look.position = position;
-  look.score = score;
+  look.score.gradient_energy = sharpness.value;
+  look.score.energy_sigma = sharpness.sigma;
+  look.score.mean = 1.0;
   curve_->Add(look);
   return Follow(look);
 }
@@ -228,6 +226,7 @@ Advice Session::Follow(const Look& look) {
   if (auto* verdict = std::get_if<Verdict>(&advice); verdict != nullptr && earlier_) {
     verdict->reason += "; before that, " + std::string(names_[running_ - 1]) + ": " + earlier_->reason;
     if (!verdict->focused && verdict->candidates.empty()) verdict->candidates = earlier_->candidates;
+    if (!verdict->log_slope) verdict->log_slope = earlier_->log_slope;
   }
   if (auto* verdict = std::get_if<Verdict>(&advice)) {
     if (names_.size() > 1 && !verdict->focused && ShowsStars(look)) {

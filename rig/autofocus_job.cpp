@@ -65,6 +65,7 @@ autofocus::Setup AutofocusJob::SetupFor(const AutofocusRequest& request) const {
     setup.blur_px = f_number->value * pixel_m;
     setup.focal_length = scale.optics->FocalLengthAt(Metres{0.5 * (setup.lowest + setup.highest)}).value;
   }
+  if (setup.blur_px && request.slope) autofocus::GoBy(*request.slope, setup);
   return setup;
 }
 
@@ -204,7 +205,7 @@ Result<AutofocusRun::Plan> AutofocusJob::SearchFor(const AutofocusRequest& reque
   }
   auto search = AutofocusRun::SearchOf(request, setup, Scale(), *std::move(regions));
   if (!search) return PassOn(search);
-  AutofocusRun::Plan plan{.regions = *std::move(search), .setup = setup};
+  AutofocusRun::Plan plan{.regions = *std::move(search), .setup = setup, .known_slope = request.slope};
   if (request.range) {
     plan.range = std::minmax(Native{request.range->from.value}, Native{request.range->to.value});
   }

@@ -308,6 +308,10 @@ AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const 
   outcome.regions = regions();
   outcome.stars = verdict.stars;
   if (verdict.focused) outcome.subject = SubjectOf(verdict);
+  if (verdict.log_slope) {
+    const auto& known = search_.plan.known_slope;
+    outcome.log_slope = *verdict.log_slope + (known ? known->log_factor : 0.0);
+  }
   if (const autofocus::FocusMap* map = search_.plan.regions->map()) {
     outcome.map = FocusMapOutcomeOf(*map, *scale_.optics, search_.plan.setup);
   }

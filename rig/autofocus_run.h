@@ -36,9 +36,10 @@ class AutofocusRun {
   struct Plan {
     std::unique_ptr<autofocus::RegionSearch> regions;
     autofocus::Setup setup{};
-    Duration limit{};                                  ///< until its answer
-    Duration usual{};                                  ///< what a search of the whole range may take
-    std::optional<std::pair<Native, Native>> range{};  ///< frames are taken from here to there; nothing: anywhere
+    Duration limit{};                                    ///< until its answer
+    Duration usual{};                                    ///< what a search of the whole range may take
+    std::optional<std::pair<Native, Native>> range{};    ///< frames are taken from here to there; nothing: anywhere
+    std::optional<autofocus::KnownSlope> known_slope{};  ///< that `setup` goes by
   };
 
   /// What a run needs that goes on after its answer.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "autofocus/peak_fit.h"
+#include "autofocus/slope_learner.h"
 
 namespace lensd::autofocus {
 namespace {
@@ -260,19 +261,6 @@ std::optional<double> Defocus::ToSeeAgain(const CurvePoint& centre) const {
   return earliest;
 }
 
-const CurvePoint* Defocus::NearestTo(const std::vector<CurvePoint>& points, double position) const {
-  const CurvePoint* nearest = nullptr;
-  for (const CurvePoint& point : points) {
-    const bool open = std::ranges::any_of(
-        taken_, [&](const Taken& taken) { return taken.backlash_open && taken.position == point.position; });
-    if (open) continue;
-    if (nearest == nullptr || std::abs(point.position - position) < std::abs(nearest->position - position)) {
-      nearest = &point;
-    }
-  }
-  return nearest != nullptr ? nearest : &points.front();
-}
-
 /// The lens stands at a top that was seen on both sides: whether it is the one, and how well it is known.
 Advice Defocus::Judge(const CurvePoint& centre, double vertex, double apart, const RingStack& stack,
                       const Posterior& posterior) {
@@ -288,8 +276,15 @@ Advice Defocus::Judge(const CurvePoint& centre, double vertex, double apart, con
     const double rest = std::ranges::min_element(points, {}, &CurvePoint::value)->value;
     if (centre.value < kClearTop * rest) return WhyNot(stack, posterior);
   }
+  const double log_slope = ShownSlope(stack, posterior, vertex);
+  if (setup_.slope_sigma > 0 && IsOfAnotherLens(log_slope, setup_.slope_sigma)) {
+    Verdict refusal = Refuse({Cause::Unclear, "blur grows otherwise than earlier runs showed: is it another lens?"});
+    refusal.log_slope = log_slope;
+    return refusal;
+  }
   Verdict verdict;
   verdict.focused = true;
+  verdict.log_slope = log_slope;
   verdict.position = centre.position;
   const double disagree = agrees ? apart : kHalfDepthOfFieldPx * px;
   // Optics with another slope than was told are others in more than that: no disk, best elsewhere for each texture.

@@ -64,6 +64,7 @@ class Defocus final : public Method {
   std::pair<double, double> WidestGap(const std::vector<CurvePoint>& points) const;
   std::optional<double> VertexAt(const std::vector<CurvePoint>& points, const CurvePoint& best) const;
   std::optional<double> GapBeside(const std::vector<CurvePoint>& points, const CurvePoint& best) const;
+  double ShownSlope(const defocus::RingStack& stack, const defocus::Posterior& posterior, double focus) const;
   std::optional<double> SlopeNear(const CurvePoint& centre) const;
   std::optional<double> ToSeeAgain(const CurvePoint& centre) const;
   const CurvePoint* NearestTo(const std::vector<CurvePoint>& points, double position) const;

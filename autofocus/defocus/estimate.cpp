@@ -125,10 +125,30 @@ Posterior Defocus::PosteriorOf(const RingStack& stack, const std::vector<const T
   for (const Taken* frame : frames) positions.push_back(frame->at);
   const defocus::Range range{setup_.lowest / *setup_.blur_px - kBeyond, setup_.highest / *setup_.blur_px + kBeyond};
   const double bend = setup_.focal_length > 0 ? *setup_.blur_px / setup_.focal_length : 0.0;
-  Posterior posterior(defocus::Likelihood(stack, positions), range, bend);
+  Posterior posterior(defocus::Likelihood(stack, positions), range, bend, setup_.slope_sigma);
   // What is left of a sideways motion would be taken for blur at this precision.
   if (!(moved_ > 0)) posterior.Refine(defocus::Likelihood(stack, positions), range);
   return posterior;
+}
+
+const CurvePoint* Defocus::NearestTo(const std::vector<CurvePoint>& points, double position) const {
+  const CurvePoint* nearest = nullptr;
+  for (const CurvePoint& point : points) {
+    const bool open = std::ranges::any_of(
+        taken_, [&](const Taken& taken) { return taken.backlash_open && taken.position == point.position; });
+    if (open) continue;
+    if (nearest == nullptr || std::abs(point.position - position) < std::abs(nearest->position - position)) {
+      nearest = &point;
+    }
+  }
+  return nearest != nullptr ? nearest : &points.front();
+}
+
+/// Logarithm of the slope of blur that the frames show about a place that was proved.
+double Defocus::ShownSlope(const RingStack& stack, const Posterior& posterior, double focus) const {
+  std::vector<double> positions;
+  for (const Taken* frame : Nearest(focus_)) positions.push_back(frame->at);
+  return posterior.LogSlopeAt(defocus::Likelihood(stack, positions), focus / *setup_.blur_px);
 }
 
 /// The slope of blur that the frames near `centre` come to alone, where there are others as well: one lens has one.

@@ -15,12 +15,6 @@ constexpr double kKnownBadly = 0.30;  // and of the others: of its logarithm
 constexpr double kFineReach = 3.0;    // px
 constexpr double kFineStep = 0.25;    // px
 
-double LogSlopePrior(double slope) {
-  const double off = std::log(slope);
-  const auto bell = [&](double sigma) { return std::exp(-0.5 * std::pow(off / sigma, 2)) / sigma; };
-  return std::log(bell(kKnownWell) + bell(kKnownBadly));
-}
-
 /// How much of the slope's axis a grid point stands for.
 double SlopeWidth(double slope) {
   const auto at = std::ranges::find(kSlopes, slope);
@@ -45,7 +39,14 @@ std::vector<double> CoarseGrid(std::span<const double> positions, Range range) {
 
 }  // namespace
 
-Posterior::Posterior(const Likelihood& likelihood, Range range, double bend) : bend_(bend) {
+double Posterior::LogSlopePrior(double slope) const {
+  const double off = std::log(slope);
+  const auto bell = [&](double sigma) { return std::exp(-0.5 * std::pow(off / sigma, 2)) / sigma; };
+  return std::log(bell(known_well_) + bell(kKnownBadly));
+}
+
+Posterior::Posterior(const Likelihood& likelihood, Range range, double bend, double slope_sigma)
+    : bend_(bend), known_well_(slope_sigma > 0 ? slope_sigma : kKnownWell) {
   Evaluate(likelihood, CoarseGrid(likelihood.positions(), range));
   const auto better = [](const Sample& a, const Sample& b) {
     return a.fit.log_likelihood + a.fit.log_prior + a.log_slope_prior <
@@ -197,6 +198,25 @@ void Posterior::Refine(const Likelihood& likelihood, Range range) {
   sigma_ = best->sigma;
   relative_slope_ = best->slope;
   slope_ = best->slope / (1.0 + bend_ * best->focus);
+}
+
+double Posterior::LogSlopeAt(const Likelihood& likelihood, double focus) const {
+  constexpr double kReach = 1.2, kFirstStep = 0.1, kLastStep = 0.005;
+  double best = 0.0;
+  double top = -std::numeric_limits<double>::infinity();
+  const auto look = [&](double log) {
+    const Fit fit = likelihood.At(focus, std::exp(log) / (1.0 + bend_ * focus));
+    if (fit.log_likelihood + fit.log_prior <= top) return false;
+    top = fit.log_likelihood + fit.log_prior;
+    best = log;
+    return true;
+  };
+  for (int i = 0; i <= static_cast<int>(2.0 * kReach / kFirstStep); ++i) look(-kReach + i * kFirstStep);
+  for (double step = 0.5 * kFirstStep; step >= kLastStep; step *= 0.5) {
+    const double middle = best;
+    if (!look(middle - step)) look(middle + step);
+  }
+  return best;
 }
 
 double Posterior::MassNear(double position, double reach) const {

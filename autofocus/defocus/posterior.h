@@ -20,8 +20,9 @@ struct Range {
 
 class Posterior {
  public:
-  /// Over `range`, in pixels of blur. `bend`: focused at x, the nominal slope is 1/(1 + bend x).
-  Posterior(const Likelihood& likelihood, Range range, double bend = 0.0);
+  /// Over `range`, in pixels of blur. `bend`: focused at x, the nominal slope is 1/(1 + bend x). `slope_sigma`:
+  /// standard deviation of its logarithm where it was measured; 0: it was told.
+  Posterior(const Likelihood& likelihood, Range range, double bend = 0.0, double slope_sigma = 0.0);
 
   /// Places focus(), sigma() and slope() between the grid's points.
   void Refine(const Likelihood& likelihood, Range range);
@@ -31,6 +32,9 @@ class Posterior {
   double slope() const { return slope_; }  ///< of blur against position: the most likely at the highest peak
   double relative_slope() const { return relative_slope_; }  ///< to the nominal one
   double misfit() const { return misfit_; }                  ///< Fit::excess at the best place
+  /// Logarithm of the slope, relative to the nominal one, that explains the frames best with the focus at `focus`,
+  /// whatever was believed of it before.
+  double LogSlopeAt(const Likelihood& likelihood, double focus) const;
   /// Probability that the focus is within `reach` of `position`.
   double MassNear(double position, double reach) const;
   /// Probability that it is below `position`.
@@ -58,6 +62,7 @@ class Posterior {
     double width = 0.0;
     double mass = 0.0;
   };
+  double LogSlopePrior(double slope) const;
   void Evaluate(const Likelihood& likelihood, const std::vector<double>& places);
   std::vector<Cell> Cells() const;
   void Describe();
@@ -72,6 +77,7 @@ class Posterior {
   };
   std::vector<Sample> samples_;
   double bend_ = 0.0;
+  double known_well_ = 0.0;  ///< standard deviation of the logarithm of most slopes
   double weakening_ = 1.0;
   std::vector<Cell> cells_;
   double focus_ = 0.0;

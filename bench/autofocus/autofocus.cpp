@@ -39,6 +39,7 @@ struct Options {
   int runs = 100;
   std::uint64_t seed = 1;
   double f_number_error = 1.0;
+  int learn = 0;
   bool draw_distance = false;
   bool track = false;
   bool as_json = false;
@@ -126,14 +127,16 @@ Result<SceneRuns> RunScene(const std::string& path, const Options& options) {
   if (!pictures) return PassOn(pictures);
   SceneRuns done;
   done.name = std::filesystem::path(path).stem().string();
-  const SubjectDistance distance = options.draw_distance ? SubjectDistance::DrawnAnew : SubjectDistance::OfTheScene;
+  if (options.draw_distance) like.distance = SubjectDistance::DrawnAnew;
   like.after = options.track ? AfterAnswer::Track : AfterAnswer::End;
   // None where there are several subjects, or no light; and it is worked out for one place of the subject.
   if (auto floor = FocusFloor::Create(**pictures); floor && !options.draw_distance) done.floor = *std::move(floor);
   for (const std::string& method : MethodsFrom(options.method)) {
     AutofocusRuns wanted = like;
     wanted.method = method;
-    wanted.distance = distance;
+    auto slope = LearnedFrom(*pictures, wanted, options.learn);
+    if (!slope) return PassOn(slope);
+    wanted.slope = *slope;
     auto runs = RunAutofocus(*pictures, wanted);
     if (!runs) return PassOn(runs);
     done.methods.emplace_back(method, *std::move(runs));
@@ -333,6 +336,8 @@ int RunAutofocusCommand(int argc, char** argv) {
   app.add_option("--f-number-error", options.f_number_error, "what the lens believes of its f-numbers over the truth")
       ->check(CLI::Range(0.5, 2.0))
       ->capture_default_str();
+  app.add_option("--learn", options.learn, "with --scene: runs before these that teach the slope of blur, not scored")
+      ->check(CLI::Range(0, 1000));
   app.add_flag("--draw-distance", options.draw_distance,
                "another distance of the subject in every run, over the middle four fifths of the travel; for scenes of "
                "walls alone");

@@ -44,6 +44,7 @@ void Note(const rig::AutofocusOutcome& outcome, AutofocusRunResult& result) {
   result.elapsed = outcome.elapsed;
   result.cpu = outcome.cpu;
   result.reason = outcome.reason;
+  result.log_slope = outcome.log_slope;
   result.candidates = outcome.candidates.size();
 }
 
@@ -163,8 +164,7 @@ Result<AutofocusRunResult> RunOnce(std::shared_ptr<sim::Pictures> pictures, cons
   auto rig = rig::Rig::Create(std::move(believed), std::move(world->device), clock);
   if (!rig) return PassOn(rig);
 
-  rig::AutofocusRequest request;
-  request.method = wanted.method;
+  rig::AutofocusRequest request{.method = wanted.method, .slope = wanted.slope};
   if (wanted.whole_frame) request.regions = {{0.0, 0.0, 1.0, 1.0}};
   const auto note = [&](const rig::AutofocusProgress& now) {
     result.blurs_px.push_back(BlurAt(*world->truth, scene, now.position.value));
@@ -217,6 +217,20 @@ Result<std::vector<AutofocusRunResult>> RunAutofocus(const std::shared_ptr<sim::
   }
   if (error) return PassOn(*error);
   return results;
+}
+
+Result<std::optional<autofocus::KnownSlope>> LearnedFrom(const std::shared_ptr<sim::Pictures>& pictures,
+                                                         AutofocusRuns like, int runs) {
+  constexpr std::uint64_t kOther = 1000003;
+  like.runs = runs;
+  like.seed += kOther;
+  auto taught = RunAutofocus(pictures, like);
+  if (!taught) return PassOn(taught);
+  autofocus::SlopeLearner learner;
+  for (const AutofocusRunResult& run : *taught) {
+    if (run.log_slope) learner.Add(*run.log_slope);
+  }
+  return learner.Known();
 }
 
 }  // namespace lensd::bench

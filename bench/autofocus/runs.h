@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "autofocus/slope_learner.h"
 #include "base/clock.h"
 #include "base/result.h"
 #include "sim/pictures.h"
@@ -26,6 +27,7 @@ struct AutofocusRunResult {
   Duration known{};                  ///< what one who knew the answer takes: the move there, its settling, two frames
   double error_d = 0.0;              ///< |U - U_true| where the lens stands, against the nearest subject of the region
   double half_dof_d = 0.0;           ///< the vergence step that costs two pixels of blur there
+  std::optional<double> log_slope;   ///< that it showed, over the told one
   std::optional<double> subject_px;  ///< blur diameter that the answer's own place of the subject is off by, signed
   std::optional<double> off_sigmas;  ///< the same over its own standard deviation, where it tells one
   std::size_t candidates = 0;        ///< distances that the answer names
@@ -57,12 +59,13 @@ struct AutofocusRuns {
   std::uint64_t seed = 1;
   int threads = 2;
   SubjectDistance distance = SubjectDistance::OfTheScene;
-  AfterAnswer after = AfterAnswer::End;           ///< scored is the first answer
-  bool whole_frame = false;                       ///< look at all of the frame instead of the scene's region
-  double f_number_error = 1.0;                    ///< what the rig believes of f-numbers, over the truth
-  double focal_length_error = 1.0;                ///< the same of the focal length
-  std::optional<double> start = {};               ///< steps: every run's, instead of one of its own
-  Duration patience = std::chrono::seconds(100);  ///< no run may last longer, on the simulated clock
+  AfterAnswer after = AfterAnswer::End;             ///< scored is the first answer
+  bool whole_frame = false;                         ///< look at all of the frame instead of the scene's region
+  std::optional<autofocus::KnownSlope> slope = {};  ///< that earlier runs have shown
+  double f_number_error = 1.0;                      ///< what the rig believes of f-numbers, over the truth
+  double focal_length_error = 1.0;                  ///< the same of the focal length
+  std::optional<double> start = {};                 ///< steps: every run's, instead of one of its own
+  Duration patience = std::chrono::seconds(100);    ///< no run may last longer, on the simulated clock
   Duration late{};  ///< readings of the lens are so much older than they say, which the rig is told
 };
 
@@ -70,5 +73,9 @@ struct AutofocusRuns {
 /// the same starts and the result does not depend on threads. The first error of any run ends them all.
 Result<std::vector<AutofocusRunResult>> RunAutofocus(const std::shared_ptr<sim::Pictures>& pictures,
                                                      const AutofocusRuns& wanted);
+
+/// What so many runs like these, with starts and noise of their own, teach of the lens.
+Result<std::optional<autofocus::KnownSlope>> LearnedFrom(const std::shared_ptr<sim::Pictures>& pictures,
+                                                         AutofocusRuns like, int runs);
 
 }  // namespace lensd::bench

@@ -43,6 +43,8 @@ struct Setup {
   /// What is known of its depth: that it stands, so what looks like motion is refused; or that it may move, and is met
   /// where it will be, at the price of a frame or two.
   enum class Subject { Stands, MayMove } subject = Subject::Stands;
+  /// Standard deviation of the logarithm of blur_px where runs of this lens have shown it; 0: it was told.
+  double slope_sigma = 0.0;
 };
 
 /// One frame.
@@ -109,6 +111,7 @@ struct Verdict {
   std::vector<Candidate> candidates;  ///< what there was to choose from, where it was more than one
   bool final = false;                 ///< a refusal that no other method could turn into an answer
   bool proven = false;                ///< the method has seen worse frames on both sides, and the last one there
+  std::optional<double> log_slope;    ///< of blur, over Setup::blur_px: as the frames about a proved top show it
   std::optional<StarFigures> stars;   ///< of the last frame, where it was found by them
 };
 

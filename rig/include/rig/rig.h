@@ -12,6 +12,7 @@
 
 #include "autofocus/method.h"
 #include "autofocus/regions.h"
+#include "autofocus/slope_learner.h"
 #include "base/clock.h"
 #include "base/result.h"
 #include "base/units.h"
@@ -140,6 +141,7 @@ struct AutofocusRequest {
   /// Goes on after each answer or refusal, which it is told of, and holds focus on the one region until it is stopped,
   /// superseded or fails: only then the run ends. The deadline is one for each search.
   std::function<void(const AutofocusOutcome&)> track{};
+  std::optional<autofocus::KnownSlope> slope{};  ///< of this lens, as earlier runs have shown it
   std::optional<SearchConditions> conditions{};  ///< of the search alone; not with `track` or `outside`
   std::optional<OutsideCamera> outside{};  ///< instead of the lens's own camera; `regions` are of its frames then,
                                            ///< all of them by default
@@ -189,6 +191,7 @@ struct AutofocusOutcome {
   std::vector<AutofocusSample> samples{};              ///< the newest kMostSamples, those of the last search
   std::vector<drivers::Region> regions{};              ///< that were looked at
   std::optional<autofocus::StarFigures> stars{};       ///< in the last frame, where it was focused by them
+  std::optional<double> log_slope{};                   ///< of blur, over the told one: see autofocus::Verdict
   std::optional<FocusMapOutcome> map{};                ///< where one was asked for and the search came to its end
   std::optional<SearchedUnder> under{};                ///< of a search under conditions of its own
 };
