@@ -64,8 +64,6 @@ Advice Defocus::Next(const Look& look) {
   Take(look);
   if (LeftOut() > kMostLeftOut) return Refuse(kTooBright);
   Register();
-  if (unlike_) return RefuseForGood(kMoved);
-
   const std::vector<const Taken*> frames = Nearest(focus_);
   registered_ = false;
   RingStack stack = StackOf(frames);
@@ -81,6 +79,8 @@ Advice Defocus::Next(const Look& look) {
       posterior = std::move(moved);
     }
   }
+  // Of one period, or next to nothing, what lies at another contrast looks like another picture: a search can tell.
+  if (unlike_) return defocus::HasTexture(stack) ? RefuseForGood(kMoved) : WhyNot(stack, posterior);
   focus_ = posterior.focus();
   if (taken_.size() == 1) return GoToSecond(posterior);
   if (taken_[taken_.size() - 2].followed || Restless()) return may_move() ? Follow(look) : RefuseForGood(kRestless);

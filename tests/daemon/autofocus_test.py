@@ -5,6 +5,7 @@ import os
 import signal
 import struct
 import subprocess
+import tempfile
 import time
 import unittest
 import zlib
@@ -328,6 +329,28 @@ class Session(DaemonTest):
             for wrong in (0, 1e9):
                 answer = client.call(LENS + "AutofocusBegin", {"lens": "a", "deadlineMs": wrong})
                 self.assertEqual(answer["error"], LENS + "InvalidRequest")
+
+
+
+class Stripes(unittest.TestCase):
+    def test_one_period_at_any_contrast_is_no_subject_that_moved(self):
+        """The wall of testing-your-program.md: far from focus its stripes turn round, or vanish, and it stands still."""
+        with open(os.path.join(HERE, "..", "..", "docs", "testing-your-program.md"), encoding="utf-8") as page:
+            text = page.read().split("```toml\n")[2].split("```")[0]
+        self.assertIn("sinusoid_px", text)
+        with tempfile.NamedTemporaryFile("w", suffix=".toml", encoding="utf-8") as scene:
+            scene.write(text)
+            scene.flush()
+            daemon = Daemon(config=f'version = 1\n[[lens]]\nname = "a"\ndriver = "sim"\nscene = "{scene.name}"\n')
+        try:
+            with daemon.client(60 * PATIENCE) as client:
+                for f_number, start in ((2.8, 2551), (5.6, 3860), (8.0, 3178)):
+                    client.call(LENS + "Move", {"axis": "iris", "target": {"fNumber": f_number}})
+                    client.call(LENS + "Move", {"axis": "focus", "target": {"position": start}})
+                    found = client.call(LENS + "Autofocus", {})["parameters"]["autofocus"]
+                    self.assertTrue(found["focused"], found)
+        finally:
+            daemon.stop()
 
 
 if __name__ == "__main__":
