@@ -8,6 +8,9 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <utility>
+
+#include "inverse.h"
 
 namespace lensd::autofocus {
 namespace {
@@ -16,6 +19,7 @@ constexpr double kOutlierSigmas = 4.0;  ///< standard deviations: an outlier
 constexpr double kBowlSigmas = 3.0;     ///< sigmas of the curvature
 constexpr std::size_t kSpareSamples =
     3;  ///< samples more than terms, before one may be left out or a bowl be asked for
+constexpr double kSingular = 1e-9;
 using UsedSamples = std::vector<const SurfaceSample*>;
 using TermMatrix = std::vector<std::vector<double>>;
 
@@ -29,25 +33,6 @@ std::vector<double> BasisOf(const CoordinateSurface& surface, const std::vector<
   }
   if (surface.curved) basis.push_back(squares);
   return basis;
-}
-
-/// Of a symmetric, positive matrix, by Gauss and Jordan; empty: singular.
-TermMatrix InverseOfTerms(TermMatrix m) {
-  const std::size_t count = m.size();
-  TermMatrix inverse(count, std::vector<double>(count, 0.0));
-  const double small = 1e-9 * m[0][0];
-  for (std::size_t i = 0; i < count; ++i) inverse[i][i] = 1.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!(m[i][i] > small)) return {};
-    const double scale = 1.0 / m[i][i];
-    for (std::size_t k = 0; k < count; ++k) m[i][k] *= scale, inverse[i][k] *= scale;
-    for (std::size_t row = 0; row < count; ++row) {
-      if (row == i) continue;
-      const double factor = m[row][i];
-      for (std::size_t k = 0; k < count; ++k) m[row][k] -= factor * m[i][k], inverse[row][k] -= factor * inverse[i][k];
-    }
-  }
-  return inverse;
 }
 
 std::string ShortNumber(double value) {
@@ -79,8 +64,9 @@ std::optional<double> SolveSurface(CoordinateSurface& surface, const UsedSamples
       right[i] += weight * basis[i] * sample->focus;
     }
   }
-  surface.covariance = InverseOfTerms(normal);
-  if (surface.covariance.empty()) return std::nullopt;
+  auto inverse = InverseOf(std::move(normal), count, kSingular);
+  if (!inverse) return std::nullopt;
+  surface.covariance = *std::move(inverse);
   surface.terms.assign(count, 0.0);
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t j = 0; j < count; ++j) surface.terms[i] += surface.covariance[i][j] * right[j];

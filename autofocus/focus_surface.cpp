@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "autofocus/focus_map.h"
+#include "inverse.h"
 
 namespace lensd::autofocus {
 namespace {
@@ -18,35 +19,13 @@ constexpr std::size_t kLeastCurved = 7, kLeastFlat = 4;  ///< regions
 constexpr double kFar = 3.5;                             ///< standard deviations: an outlier
 constexpr double kFloor = 0.25;                          ///< of the unit that shows
 constexpr double kMostOutliers = 1.0 / 3.0;              ///< of the regions in focus
-constexpr double kMostScatter = 2.5;                     ///< of the unit that shows
+constexpr double kLeastPivot = 1e-12;
+constexpr double kMostScatter = 2.5;  ///< of the unit that shows
 using Terms = std::array<double, kTerms>;
 using Square = std::array<Terms, kTerms>;
 
 Terms BasisOf(const MapCell& cell) {
   return {1.0, cell.place.x, cell.place.y, cell.place.square};
-}
-
-/// The inverse of the first `count` rows and columns, which are symmetric and positive; nothing: singular.
-std::optional<Square> Inverse(Square m, std::size_t count) {
-  Square inverse{};
-  for (std::size_t i = 0; i < count; ++i) inverse[i][i] = 1.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    std::size_t pivot = i;
-    for (std::size_t row = i + 1; row < count; ++row) {
-      if (std::abs(m[row][i]) > std::abs(m[pivot][i])) pivot = row;
-    }
-    if (!(std::abs(m[pivot][i]) > 1e-12 * std::abs(m[0][0]))) return std::nullopt;
-    std::swap(m[i], m[pivot]);
-    std::swap(inverse[i], inverse[pivot]);
-    const double scale = 1.0 / m[i][i];
-    for (std::size_t k = 0; k < count; ++k) m[i][k] *= scale, inverse[i][k] *= scale;
-    for (std::size_t row = 0; row < count; ++row) {
-      if (row == i) continue;
-      const double factor = m[row][i];
-      for (std::size_t k = 0; k < count; ++k) m[row][k] -= factor * m[i][k], inverse[row][k] -= factor * inverse[i][k];
-    }
-  }
-  return inverse;
 }
 
 struct Fit {
@@ -73,7 +52,7 @@ std::optional<Fit> Solve(const Cells& cells, const std::vector<double>& weights,
       right[i] += weights[c] * basis[i] * *cells[c]->position;
     }
   }
-  const auto inverse = Inverse(normal, count);
+  const auto inverse = InverseOf(normal, count, kLeastPivot);
   if (!inverse) return std::nullopt;
   Fit fit{.covariance = *inverse};
   for (std::size_t i = 0; i < count; ++i) {
