@@ -1852,6 +1852,9 @@ std::optional<double> FocusAtSurface::correction() const {
 std::vector<FocusAtValue> FocusAtSurface::next() const {
   return Access::Get<std::optional<std::vector<FocusAtValue>>>(*this, "next").value_or(std::vector<FocusAtValue>());
 }
+std::optional<std::string> FocusAtSurface::remark() const {
+  return Access::Get<std::optional<std::string>>(*this, "remark");
+}
 std::vector<FocusAtValue> FocusAtPlace::at() const {
   return Access::Get<std::vector<FocusAtValue>>(*this, "at");
 }
@@ -1866,6 +1869,9 @@ std::optional<double> FocusAtPlace::vergenceD() const {
 }
 std::optional<double> FocusAtPlace::sigmaD() const {
   return Access::Get<std::optional<double>>(*this, "sigmaD");
+}
+std::optional<std::string> FocusAtPlace::remark() const {
+  return Access::Get<std::optional<std::string>>(*this, "remark");
 }
 std::string UndoResult::lens() const {
   return Access::Get<std::string>(*this, "lens");
@@ -2165,6 +2171,9 @@ FocusAtParameters& FocusAtParameters::at(const std::vector<FocusAtValue>& value)
 FocusAtParameters& FocusAtParameters::lease(const std::string& value) {
   Access::Set(*this, "lease", value);
   return *this;
+}
+std::optional<bool> FocusAtForgetReply::removed() const {
+  return Access::Get<std::optional<bool>>(*this, "removed");
 }
 FocusAtForgetParameters& FocusAtForgetParameters::lens(const std::string& value) {
   Access::Set(*this, "lens", value);
