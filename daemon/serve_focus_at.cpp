@@ -97,7 +97,7 @@ Json SurfaceJson(const std::string& lens, const rig::FocusAtSamples& known, cons
   Json samples = Json::array();
   for (std::size_t i = 0; i < known.samples.size(); ++i) samples.push_back(SampleJson(known, i, fit));
   Json json{{"lens", lens}, {"samples", std::move(samples)}, {"fitted", fit != nullptr}, {"reason", nullptr}};
-  for (const char* key : {"low", "high", "curved", "scatter", "correction", "next", "remark"}) json[key] = nullptr;
+  for (const char* key : {"low", "high", "curved", "scatter", "correction", "next", "note"}) json[key] = nullptr;
   if (fit == nullptr) {
     json["reason"] = tried ? tried->why_none : tried.error().message;
     return json;
@@ -107,7 +107,7 @@ Json SurfaceJson(const std::string& lens, const rig::FocusAtSamples& known, cons
   json["curved"] = fit->surface->curved;
   json["scatter"] = fit->surface->scatter;
   json["correction"] = fit->correction.value;
-  json["remark"] = TextOrNull(fit->remark);
+  json["note"] = TextOrNull(fit->remark);
   if (fit->next) json["next"] = PlaceJson(known.coordinates, *fit->next);
   return json;
 }
@@ -131,7 +131,7 @@ Result<Predicted> Predict(const rig::Rig& rig, const Place& place, std::optional
             {"sigma", there->sigma},
             {"vergenceD", nullptr},
             {"sigmaD", nullptr},
-            {"remark", TextOrNull(fit->remark)}};
+            {"note", TextOrNull(fit->remark)}};
   if (const rig::OpticsTable* optics = rig.optics(); optics != nullptr && optics->has_focus()) {
     const auto vergence = [&](double native) {
       return optics->VergenceFromExtension(optics->ExtensionFromNative(Native{native})).value;

@@ -103,7 +103,7 @@ std::string PredictionText(const Json& place) {
   if (place["vergenceD"].is_number()) {
     text += " (" + NumberText(place, "vergenceD", 6, " D, sigma ") + NumberText(place, "sigmaD", 3, " D)");
   }
-  if (!TextOf(place, "remark").empty()) text += "\nnote: " + TextOf(place, "remark");
+  if (!TextOf(place, "note").empty()) text += "\nnote: " + TextOf(place, "note");
   return text;
 }
 
@@ -135,7 +135,7 @@ void ShowSurface(Session& session, const Json& surface) {
   session.PrintText(line);
   std::size_t number = 0;
   for (const Json& sample : surface["samples"]) session.PrintText(SampleText(sample, ++number));
-  if (!TextOf(surface, "remark").empty()) session.PrintText("note: " + TextOf(surface, "remark"));
+  if (!TextOf(surface, "note").empty()) session.PrintText("note: " + TextOf(surface, "note"));
   if (surface["next"].is_array()) session.PrintText("next: " + PlaceText(surface["next"]));
 }
 

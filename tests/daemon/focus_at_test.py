@@ -208,12 +208,12 @@ class OverAStage(DaemonTest):
 
     def test_what_samples_cannot_tell_is_said(self):
         four = self.tell(*((f"x={x}mm y={y}mm", 1100 + 10 * x) for x in (-1, 1) for y in (-1, 1)))
-        self.assertIn("do not tell curvature", four["remark"])
+        self.assertIn("do not tell curvature", four["note"])
         self.assertEqual([value["value"] for value in four["next"]], [0, 0])
         shown = self.daemon.lensctl("focus-at", "show", "a", "x=0mm", "y=0mm")
         self.assertIn("note: so few places", shown.stdout)
         nine = self.tell(*((f"x={x}mm y={y}mm", 1100 + 10 * x) for x, y in ((0, 0), (0, 1), (1, 0), (0, -1), (-1, 0))))
-        self.assertIsNone(nine["remark"])
+        self.assertIsNone(nine["note"])
 
     def test_beyond_the_cloud_is_refused(self):
         self.tell(*((f"x={x}mm y={y}mm", 900) for x, y in ((0, 0), (2, 0), (4, 0), (0, 2), (0, 4))))
@@ -227,7 +227,7 @@ class OverAStage(DaemonTest):
         self.assertEqual([value["value"] for value in wrong["next"] or []], [1], wrong)
         again = self.tell(("x=1mm", 900))
         self.assertNotEqual([value["value"] for value in again["next"] or []], [1])
-        self.assertIn("sample 5 was measured again: forget it", again["remark"])
+        self.assertIn("sample 5 was measured again: forget it", again["note"])
 
     def test_coordinates_are_read_strictly(self):
         for word in ("x=1.2.3mm", "x=0x10mm", "x=1e", "x=1_000mm", "x=nan", "x=inf", "x=", "x=--5mm", "x=+-5mm", "x=mm"):

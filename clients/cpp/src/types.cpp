@@ -1852,8 +1852,8 @@ std::optional<double> FocusAtSurface::correction() const {
 std::vector<FocusAtValue> FocusAtSurface::next() const {
   return Access::Get<std::optional<std::vector<FocusAtValue>>>(*this, "next").value_or(std::vector<FocusAtValue>());
 }
-std::optional<std::string> FocusAtSurface::remark() const {
-  return Access::Get<std::optional<std::string>>(*this, "remark");
+std::optional<std::string> FocusAtSurface::note() const {
+  return Access::Get<std::optional<std::string>>(*this, "note");
 }
 std::vector<FocusAtValue> FocusAtPlace::at() const {
   return Access::Get<std::vector<FocusAtValue>>(*this, "at");
@@ -1870,8 +1870,8 @@ std::optional<double> FocusAtPlace::vergenceD() const {
 std::optional<double> FocusAtPlace::sigmaD() const {
   return Access::Get<std::optional<double>>(*this, "sigmaD");
 }
-std::optional<std::string> FocusAtPlace::remark() const {
-  return Access::Get<std::optional<std::string>>(*this, "remark");
+std::optional<std::string> FocusAtPlace::note() const {
+  return Access::Get<std::optional<std::string>>(*this, "note");
 }
 std::string UndoResult::lens() const {
   return Access::Get<std::string>(*this, "lens");

@@ -1630,7 +1630,7 @@ class FocusAtSurface:
     # or there is no surface.
     next: Optional[list[FocusAtValue]] = None
     # What the samples do not tell, and which to forget; null where there is nothing to say.
-    remark: Optional[str] = None
+    note: Optional[str] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -1648,7 +1648,7 @@ class FocusAtPlace:
     # Standard deviation of that, null where vergenceD is.
     sigma_d: Optional[float] = None
     # What the samples do not tell, null where there is nothing to say.
-    remark: Optional[str] = None
+    note: Optional[str] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1693,7 +1693,7 @@ class LENSD_API FocusAtSurface : public Value {
   /// or there is no surface.
   std::vector<FocusAtValue> next() const;
   /// What the samples do not tell, and which to forget; null where there is nothing to say.
-  std::optional<std::string> remark() const;
+  std::optional<std::string> note() const;
 };
 
 /// Feature "focusAt". Focus as the surface has it at one place.
@@ -1710,7 +1710,7 @@ class LENSD_API FocusAtPlace : public Value {
   /// Standard deviation of that, null where vergenceD is.
   std::optional<double> sigmaD() const;
   /// What the samples do not tell, null where there is nothing to say.
-  std::optional<std::string> remark() const;
+  std::optional<std::string> note() const;
 };
 
 /// A lens brought back.
