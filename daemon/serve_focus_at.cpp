@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <memory>
 #include <utility>
 
 #include "autofocus_request.h"
@@ -96,7 +97,7 @@ Json SurfaceJson(const std::string& lens, const rig::FocusAtSamples& known, cons
   Json samples = Json::array();
   for (std::size_t i = 0; i < known.samples.size(); ++i) samples.push_back(SampleJson(known, i, fit));
   Json json{{"lens", lens}, {"samples", std::move(samples)}, {"fitted", fit != nullptr}, {"reason", nullptr}};
-  for (const char* key : {"low", "high", "curved", "scatter", "correction", "next"}) json[key] = nullptr;
+  for (const char* key : {"low", "high", "curved", "scatter", "correction", "next", "note"}) json[key] = nullptr;
   if (fit == nullptr) {
     json["reason"] = tried ? tried->why_none : tried.error().message;
     return json;
@@ -106,6 +107,7 @@ Json SurfaceJson(const std::string& lens, const rig::FocusAtSamples& known, cons
   json["curved"] = fit->surface->curved;
   json["scatter"] = fit->surface->scatter;
   json["correction"] = fit->correction.value;
+  json["note"] = TextOrNull(fit->remark);
   if (fit->next) json["next"] = PlaceJson(known.coordinates, *fit->next);
   return json;
 }
@@ -120,8 +122,7 @@ Result<Predicted> Predict(const rig::Rig& rig, const Place& place, std::optional
   const auto fit = FitNow(rig, wavelength);
   if (!fit) return PassOn(fit);
   if (!fit->coordinates.empty() && fit->coordinates != place.coordinates) {
-    return PassOn(
-        Wrong("the focus surface has other coordinates or units: FocusAtGet tells them", {.parameter = "at"}));
+    return PassOn(Wrong(rig::OtherCoordinates(fit->coordinates, place.coordinates), {.parameter = "at"}));
   }
   const auto there = fit->At(place.at);
   if (!there) return PassOn(there);
@@ -129,7 +130,8 @@ Result<Predicted> Predict(const rig::Rig& rig, const Place& place, std::optional
             {"position", there->focus},
             {"sigma", there->sigma},
             {"vergenceD", nullptr},
-            {"sigmaD", nullptr}};
+            {"sigmaD", nullptr},
+            {"note", TextOrNull(fit->remark)}};
   if (const rig::OpticsTable* optics = rig.optics(); optics != nullptr && optics->has_focus()) {
     const auto vergence = [&](double native) {
       return optics->VergenceFromExtension(optics->ExtensionFromNative(Native{native})).value;
@@ -240,19 +242,22 @@ void Go(ServedLens& lens, const ExchangePointer& exchange) {
 void Forget(ServedLens& lens, const ExchangePointer& exchange) {
   std::optional<std::int64_t> which;
   if (const Json* number = Given(exchange->parameters(), "sample")) which = number->get<std::int64_t>();
-  const auto forget = [which](rig::Calibration now, const rig::Rig&) -> Result<std::optional<rig::Calibration>> {
+  const auto removed = std::make_shared<bool>(false);
+  const auto forget = [which, removed](rig::Calibration now,
+                                       const rig::Rig&) -> Result<std::optional<rig::Calibration>> {
     const auto count = now.focus_at ? static_cast<std::int64_t>(now.focus_at->samples.size()) : 0;
     if (which && (*which < 1 || *which > count)) {
       return PassOn(Wrong("there is no sample " + std::to_string(*which) + ": there are " + std::to_string(count),
                           {.parameter = "sample"}));
     }
     if (which) now.focus_at->samples.erase(now.focus_at->samples.begin() + (*which - 1));
+    *removed = count > 0;
     if (!which || count == 1) now.focus_at.reset();
     return now;
   };
-  lens.ChangeCalibration(forget, [&lens, exchange](const Result<void>& kept) {
+  lens.ChangeCalibration(forget, [&lens, exchange, removed](const Result<void>& kept) {
     if (!kept) return Refuse(exchange, lens, kept.error());
-    exchange->Finish("{}");
+    exchange->Finish(varlink::WriteJson(Json{{"removed", *removed}}));
   });
 }
 

@@ -18,8 +18,10 @@ using drivers::Axis;
 constexpr double kUncorrected = 2.0;  ///< degrees that are let pass where the lens' coefficient is not known
 constexpr double kStepSigma = 0.29;   ///< standard deviation of what is rounded to whole steps: 1 / sqrt(12)
 constexpr double kSameZoomSteps = 2.0;
+constexpr double kEdge = 1e-9;  ///< of a coordinate's range: its end
 constexpr double kSamePlace = 0.5;
-constexpr double kNear = 0.25;  ///< of a coordinate's range: a sample so near tells the same
+constexpr double kAgain = 0.02;  ///< of a coordinate's range: the same place
+constexpr double kNear = 0.25;   ///< of a coordinate's range: a sample so near tells the same
 
 /// Why a sample of `then` says nothing of `now`; empty: it does.
 std::string WhyOther(const Rig& rig, const FocusAtConditions& then, const FocusAtConditions& now) {
@@ -89,10 +91,37 @@ std::optional<double> UnsureAt(const FocusAtFit& fit, const std::vector<double>&
   return there ? std::optional(there->sigma) : std::nullopt;
 }
 
-/// An outlier again; else, of the corners and middles of the range, the one with no sample near it where the surface is
-/// least sure.
+/// A sample that is no outlier was found at the place of this one, or as good as there.
+bool MeasuredAgain(const FocusAtFit& fit, const autofocus::SurfaceSample& outlier) {
+  return std::ranges::any_of(fit.samples, [&](const autofocus::SurfaceSample& sample) {
+    if (sample.outlier) return false;
+    for (std::size_t i = 0; i < outlier.at.size(); ++i) {
+      const double range = fit.surface->high[i] - fit.surface->low[i];
+      if (std::abs(sample.at[i] - outlier.at[i]) > kAgain * range) return false;
+    }
+    return true;
+  });
+}
+
+std::string RemarkOn(const FocusAtFit& fit) {
+  std::string remark;
+  if (!fit.surface->curvature_seen) {
+    remark = "so few places do not tell curvature in every direction: sigma allows for what they hint at, no more";
+  }
+  for (std::size_t i = 0; i < fit.samples.size(); ++i) {
+    if (!fit.samples[i].outlier || !MeasuredAgain(fit, fit.samples[i])) continue;
+    remark += (remark.empty() ? "" : "; ") + ("sample " + std::to_string(i + 1)) + " was measured again: forget it";
+  }
+  return remark;
+}
+
+/// An outlier again, once; else, of the corners and middles of the range, the one with no sample near it where the
+/// surface is least sure.
 std::optional<std::vector<double>> NextPlace(const FocusAtFit& fit) {
-  const auto outlier = std::ranges::find_if(fit.samples, &autofocus::SurfaceSample::outlier);
+  const auto once = [&](const autofocus::SurfaceSample& sample) {
+    return sample.outlier && !MeasuredAgain(fit, sample);
+  };
+  const auto outlier = std::ranges::find_if(fit.samples, once);
   if (outlier != fit.samples.end()) return outlier->at;
   const std::size_t coordinates = fit.surface->low.size();
   std::optional<std::vector<double>> best;
@@ -128,6 +157,18 @@ FocusAtConditions FocusAtConditionsOf(const Status& status, std::optional<Metres
           .wavelength = wavelength};
 }
 
+std::string OtherCoordinates(const std::vector<FocusAtCoordinate>& known, const std::vector<FocusAtCoordinate>& asked) {
+  const auto text = [](const std::vector<FocusAtCoordinate>& coordinates) {
+    std::string words;
+    for (const FocusAtCoordinate& each : coordinates) {
+      words += (words.empty() ? "" : ", ") + each.name + (each.unit.empty() ? "" : " in " + each.unit);
+    }
+    return words;
+  };
+  return "the focus surface has other coordinates or units: it has " + text(known) + ", and " + text(asked) +
+         " was asked";
+}
+
 std::optional<Native> NativeSigma(const Rig& rig, Native position, Dioptres sigma) {
   const OpticsTable* optics = rig.optics();
   if (optics == nullptr || !optics->has_focus()) return std::nullopt;
@@ -155,7 +196,7 @@ Result<void> AddFocusAt(FocusAtSamples& known, const std::vector<FocusAtCoordina
   if (known.samples.empty()) known.coordinates = coordinates;
   if (known.coordinates != coordinates) {
     return Fail(Code::InvalidArgument,
-                "the focus surface has other coordinates or units: forget it first, or say the same",
+                OtherCoordinates(known.coordinates, coordinates) + ": forget it first, or say the same",
                 {.parameter = "at"});
   }
   if (known.samples.size() >= FocusAtSamples::kMost) {
@@ -164,6 +205,15 @@ Result<void> AddFocusAt(FocusAtSamples& known, const std::vector<FocusAtCoordina
   if (auto other = RefuseOther(rig, known, sample.under); !other) return other;
   known.samples.push_back(std::move(sample));
   return {};
+}
+
+std::string PlaceText(const std::vector<FocusAtCoordinate>& coordinates, const std::vector<double>& at) {
+  constexpr int kDigits = 6;
+  std::string text;
+  for (std::size_t i = 0; i < coordinates.size() && i < at.size(); ++i) {
+    text += (i == 0 ? "" : " ") + coordinates[i].name + "=" + Short(at[i], kDigits) + coordinates[i].unit;
+  }
+  return text;
 }
 
 Result<FocusAtFit> FitFocusAt(const FocusAtSamples& known, const Rig& rig, FocusAtConditions now) {
@@ -190,6 +240,7 @@ Result<FocusAtFit> FitFocusAt(const FocusAtSamples& known, const Rig& rig, Focus
   }
   fit.surface = *std::move(surface);
   fit.next = NextPlace(fit);
+  fit.remark = RemarkOn(fit);
   return fit;
 }
 
@@ -197,7 +248,7 @@ Result<autofocus::SurfaceFocus> FocusAtFit::At(const std::vector<double>& at) co
   if (!surface) return Fail(Code::OutOfRange, why_none, {.parameter = "at"});
   for (std::size_t i = 0; i < at.size() && i < coordinates.size(); ++i) {
     const double low = surface->low[i], high = surface->high[i];
-    if (at[i] >= low && at[i] <= high) continue;
+    if (std::max(low - at[i], at[i] - high) <= kEdge * (high - low)) continue;
     const auto& [name, unit] = coordinates[i];
     const std::string in = unit.empty() ? "" : " " + unit;
     return Fail(Code::OutOfRange,
@@ -205,6 +256,13 @@ Result<autofocus::SurfaceFocus> FocusAtFit::At(const std::vector<double>& at) co
                     " outside the samples (" + Short(low, 6) + " to " + Short(high, 6) + in +
                     "): focus there and add the sample",
                 {.parameter = "at", .minimum = low, .maximum = high, .unit = unit});
+  }
+  if (at.size() == coordinates.size() && surface->Nearest(at) != at) {
+    return Fail(Code::OutOfRange,
+                PlaceText(coordinates, at) +
+                    " does not lie between the samples, of whose bounds the nearest place is " +
+                    PlaceText(coordinates, surface->Nearest(at)) + ": focus there and add the sample",
+                {.parameter = "at"});
   }
   auto there = surface->At(at);
   if (there) there->sigma = std::hypot(there->sigma, correction_sigma.value);

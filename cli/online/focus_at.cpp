@@ -1,6 +1,7 @@
 // focus-at go, add, show, forget: focus by coordinates that are not the lens's own.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <memory>
 
@@ -30,16 +31,35 @@ struct LensAndPlace {
   Json at = Json::array();
 };
 
+/// Letters, with what units have between and after them: "mm", "um/s", "mm^2", "%", "°". Not 'e' and 'x', which are
+/// what is left of a number that was cut or is not decimal.
+bool IsUnit(const std::string& unit) {
+  if (unit.empty()) return true;
+  const auto letter = [](unsigned char c) { return std::isalpha(c) != 0 || c == '%' || c >= 0x80; };
+  const auto part = [&](unsigned char c) {
+    return letter(c) || c == '/' || c == '^' || c == '*' || std::isdigit(c) != 0;
+  };
+  const bool exponent = (unit[0] == 'e' || unit[0] == 'E' || unit[0] == 'x' || unit[0] == 'X') &&
+                        (unit.size() == 1 || std::isdigit(static_cast<unsigned char>(unit[1])) != 0 || unit[0] == 'x');
+  return letter(static_cast<unsigned char>(unit[0])) && !exponent && std::ranges::all_of(unit, part);
+}
+
 /// "x=12.5mm": a name, a number and a unit.
 Result<Json> CoordinateOf(const std::string& word) {
   const std::size_t equals = word.find('=');
   const char* const end = word.data() + word.size();
+  const char* begin = word.data() + equals + 1;
+  // A sign before a number that starts with a digit or a point: from_chars knows no plus, and takes nan and inf.
+  const bool plus = begin != end && *begin == '+';
+  const char* const digits = begin + (begin != end && (plus || *begin == '-') ? 1 : 0);
+  const bool number = digits != end && (*digits == '.' || (*digits >= '0' && *digits <= '9'));
   double value = 0.0;
-  const auto read = std::from_chars(word.data() + equals + 1, end, value);
-  if (equals == 0 || read.ec != std::errc()) {
-    return Fail(Code::InvalidArgument, "'" + word + "': a coordinate is NAME=VALUE, such as x=12.5mm");
-  }
+  const auto read = std::from_chars(plus ? digits : begin, end, value);
   const std::string unit(read.ptr, end);
+  if (equals == 0 || !number || read.ec != std::errc() || !IsUnit(unit)) {
+    return Fail(Code::InvalidArgument,
+                "'" + word + "': a coordinate is NAME=VALUE, a number and then its unit, such as x=12.5mm");
+  }
   return Json{{"name", word.substr(0, equals)}, {"value", value}, {"unit", unit.empty() ? Json(nullptr) : Json(unit)}};
 }
 
@@ -83,6 +103,7 @@ std::string PredictionText(const Json& place) {
   if (place["vergenceD"].is_number()) {
     text += " (" + NumberText(place, "vergenceD", 6, " D, sigma ") + NumberText(place, "sigmaD", 3, " D)");
   }
+  if (!TextOf(place, "note").empty()) text += "\nnote: " + TextOf(place, "note");
   return text;
 }
 
@@ -101,7 +122,7 @@ std::string SampleText(const Json& sample, std::size_t number) {
 void ShowSurface(Session& session, const Json& surface) {
   std::string line = TextOf(surface, "lens") + ": ";
   if (surface.value("fitted", false)) {
-    line += surface.value("curved", false) ? "a plane with a bowl" : "a plane";
+    line += surface.value("curved", false) ? "a curved surface" : "a plane";
     line += " through " + std::to_string(surface["samples"].size()) + " samples from " + PlaceText(surface["low"]) +
             " to " + PlaceText(surface["high"]);
     line += ", scatter beyond their own sigmas " + NumberText(surface, "scatter", 3, "");
@@ -114,6 +135,7 @@ void ShowSurface(Session& session, const Json& surface) {
   session.PrintText(line);
   std::size_t number = 0;
   for (const Json& sample : surface["samples"]) session.PrintText(SampleText(sample, ++number));
+  if (!TextOf(surface, "note").empty()) session.PrintText("note: " + TextOf(surface, "note"));
   if (surface["next"].is_array()) session.PrintText("next: " + PlaceText(surface["next"]));
 }
 
@@ -135,6 +157,15 @@ Outcome AddSample(Session& session, const FocusAtOptions& options) {
   return Exit::Done;
 }
 
+/// A lens without samples may have lost them with its calibration: what its status says of the files.
+void ShowWarnings(Session& session, DaemonClient& link, const Json& lens) {
+  const auto status = link.Ask(MethodOfLens("Status"), {{"lens", lens}});
+  if (!status) return;
+  for (const Json& each : status->at("lenses")) {
+    for (const Json& warning : each["warnings"]) session.PrintText("note: " + warning.get<std::string>());
+  }
+}
+
 Outcome ShowFocusAt(Session& session, const FocusAtOptions& options) {
   const auto place = PlaceIn(options.words);
   if (!place) return PassOn(place);
@@ -150,6 +181,7 @@ Outcome ShowFocusAt(Session& session, const FocusAtOptions& options) {
     session.PrintText(PredictionText((*reply)["place"]));
   } else {
     ShowSurface(session, (*reply)["surface"]);
+    if ((*reply)["surface"]["samples"].empty()) ShowWarnings(session, *link, place->lens);
   }
   return Exit::Done;
 }
@@ -181,9 +213,11 @@ Outcome ForgetSamples(Session& session, const FocusAtOptions& options) {
   if (!link) return PassOn(link);
   auto reply = link->Ask(MethodOfLens("FocusAtForget"), parameters);
   if (!reply) return PassOn(reply);
-  session.json() ? session.PrintJson({{"removed", true}})
-                 : session.PrintText(options.sample > 0 ? "forgot sample " + std::to_string(options.sample)
-                                                        : "forgot the focus surface");
+  const bool removed = reply->value("removed", true);
+  session.json() ? session.PrintJson({{"removed", removed}})
+                 : session.PrintText(!removed             ? "there is no focus surface to forget"
+                                     : options.sample > 0 ? "forgot sample " + std::to_string(options.sample)
+                                                          : "forgot the focus surface");
   return Exit::Done;
 }
 

@@ -125,6 +125,9 @@ class Commands(unittest.TestCase):
     def test_tutorial(self):
         self.assertGreaterEqual(self.run_page("docs/tutorial.md", "docs/demo/lensd.toml"), 12)
 
+    def test_focus_at(self):
+        self.assertEqual(self.run_page("docs/focus-at.md", "docs/demo/lensd.toml"), 7)
+
     def test_the_first_configuration_shown_is_taken(self):
         text = re.search(r"^```toml\n(.*?)^```", read("docs/configuration.md"), re.M | re.S).group(1)
         with tempfile.NamedTemporaryFile("w", suffix=".toml", encoding="utf-8") as file:

@@ -1855,6 +1855,9 @@ std::optional<double> FocusAtSurface::correction() const {
 std::vector<FocusAtValue> FocusAtSurface::next() const {
   return Access::Get<std::optional<std::vector<FocusAtValue>>>(*this, "next").value_or(std::vector<FocusAtValue>());
 }
+std::optional<std::string> FocusAtSurface::note() const {
+  return Access::Get<std::optional<std::string>>(*this, "note");
+}
 std::vector<FocusAtValue> FocusAtPlace::at() const {
   return Access::Get<std::vector<FocusAtValue>>(*this, "at");
 }
@@ -1869,6 +1872,9 @@ std::optional<double> FocusAtPlace::vergenceD() const {
 }
 std::optional<double> FocusAtPlace::sigmaD() const {
   return Access::Get<std::optional<double>>(*this, "sigmaD");
+}
+std::optional<std::string> FocusAtPlace::note() const {
+  return Access::Get<std::optional<std::string>>(*this, "note");
 }
 std::string Refocus::lens() const {
   return Access::Get<std::string>(*this, "lens");
@@ -2252,6 +2258,9 @@ FocusAtParameters& FocusAtParameters::at(const std::vector<FocusAtValue>& value)
 FocusAtParameters& FocusAtParameters::lease(const std::string& value) {
   Access::Set(*this, "lease", value);
   return *this;
+}
+std::optional<bool> FocusAtForgetReply::removed() const {
+  return Access::Get<std::optional<bool>>(*this, "removed");
 }
 FocusAtForgetParameters& FocusAtForgetParameters::lens(const std::string& value) {
   Access::Set(*this, "lens", value);

@@ -279,10 +279,12 @@ def focus_at(*, at: list[FocusAtValue], lens: Optional[str] = None, lease: Optio
 class FocusAtForgetReply:
     """The answer to FocusAtForget."""
 
+    removed: Optional[bool] = None
+
 
 def focus_at_forget(*, lens: Optional[str] = None, sample: Optional[int] = None, lease: Optional[str] = None) -> Call[FocusAtForgetReply]:
     """Feature "focusAt". Forgets all samples, or one of them, by its number from 1. InvalidRequest: there is no such
-    sample. NotKept: it is in force, and could not be written."""
+    sample. NotKept: it is in force, and could not be written. `removed` says that there was something to forget."""
     return Call("io.lensd.Lens.FocusAtForget", {"lens": lens, "sample": sample, "lease": lease}, FocusAtForgetReply)
 
 

@@ -1622,15 +1622,17 @@ class FocusAtSurface:
     low: Optional[list[FocusAtValue]] = None
     # The greatest of each.
     high: Optional[list[FocusAtValue]] = None
-    # It is a plane with a bowl on it, not a plane; null where there is none.
+    # It is curved, not a plane; null where there is none.
     curved: Optional[bool] = None
     # Standard deviation by which samples are off the surface beyond their own; null where there is none.
     scatter: Optional[float] = None
     # What the temperature has added to the samples since, on average; null where there is no surface.
     correction: Optional[float] = None
-    # Where another sample would tell most: an outlier again, else where the surface is least sure. Null: nowhere, or
-    # there is no surface.
+    # Where another sample would tell most: an outlier again, once, else where the surface is least sure. Null: nowhere,
+    # or there is no surface.
     next: Optional[list[FocusAtValue]] = None
+    # What the samples do not tell, and which to forget; null where there is nothing to say.
+    note: Optional[str] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -1647,6 +1649,8 @@ class FocusAtPlace:
     vergence_d: Optional[float] = None
     # Standard deviation of that, null where vergenceD is.
     sigma_d: Optional[float] = None
+    # What the samples do not tell, null where there is nothing to say.
+    note: Optional[str] = None
 
 # Feature "refocus". What starts a correction of focus: a change of temperature, a time that is over, another filter,
 # lost sharpness.

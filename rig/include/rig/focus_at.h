@@ -57,6 +57,7 @@ struct FocusAtFit {
   Native correction{};                      ///< mean of what the temperature has added to the samples
   Native correction_sigma{};                ///< of that: one error for all of them
   std::optional<std::vector<double>> next;  ///< where another sample would tell most
+  std::string remark{};                     ///< what the samples do not tell, and which to forget; empty: nothing
   /// OutOfRange: outside the samples, or no surface.
   Result<autofocus::SurfaceFocus> At(const std::vector<double>& at) const;
 };
@@ -73,6 +74,11 @@ Result<void> AddFocusAt(FocusAtSamples& known, const std::vector<FocusAtCoordina
                         const Rig& rig);
 /// Unsupported: the samples are of other conditions than `now`, and cannot be corrected for that.
 Result<FocusAtFit> FitFocusAt(const FocusAtSamples& known, const Rig& rig, FocusAtConditions now);
+
+/// "x=12.5mm y=3mm".
+std::string PlaceText(const std::vector<FocusAtCoordinate>& coordinates, const std::vector<double>& at);
+/// What is wrong with coordinates that are not those of the surface.
+std::string OtherCoordinates(const std::vector<FocusAtCoordinate>& known, const std::vector<FocusAtCoordinate>& asked);
 
 /// Name and unit are words of at most 32 plain characters; a unit may be empty.
 bool IsFocusAtCoordinate(const FocusAtCoordinate& coordinate);

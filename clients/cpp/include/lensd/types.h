@@ -1693,15 +1693,17 @@ class LENSD_API FocusAtSurface : public Value {
   std::vector<FocusAtValue> low() const;
   /// The greatest of each.
   std::vector<FocusAtValue> high() const;
-  /// It is a plane with a bowl on it, not a plane; null where there is none.
+  /// It is curved, not a plane; null where there is none.
   std::optional<bool> curved() const;
   /// Standard deviation by which samples are off the surface beyond their own; null where there is none.
   std::optional<double> scatter() const;
   /// What the temperature has added to the samples since, on average; null where there is no surface.
   std::optional<double> correction() const;
-  /// Where another sample would tell most: an outlier again, else where the surface is least sure. Null: nowhere, or
-  /// there is no surface.
+  /// Where another sample would tell most: an outlier again, once, else where the surface is least sure. Null: nowhere,
+  /// or there is no surface.
   std::vector<FocusAtValue> next() const;
+  /// What the samples do not tell, and which to forget; null where there is nothing to say.
+  std::optional<std::string> note() const;
 };
 
 /// Feature "focusAt". Focus as the surface has it at one place.
@@ -1717,6 +1719,8 @@ class LENSD_API FocusAtPlace : public Value {
   std::optional<double> vergenceD() const;
   /// Standard deviation of that, null where vergenceD is.
   std::optional<double> sigmaD() const;
+  /// What the samples do not tell, null where there is nothing to say.
+  std::optional<std::string> note() const;
 };
 
 /// Feature "refocus". One correction of focus that lensd made by itself, or tried to ([lens.refocus] of the
@@ -2123,10 +2127,11 @@ class LENSD_API FocusAtParameters : public Value {
 /// The answer to FocusAtForget.
 class LENSD_API FocusAtForgetReply : public Value {
  public:
+  std::optional<bool> removed() const;
 };
 
 /// Feature "focusAt". Forgets all samples, or one of them, by its number from 1. InvalidRequest: there is no such
-/// sample. NotKept: it is in force, and could not be written.
+/// sample. NotKept: it is in force, and could not be written. `removed` says that there was something to forget.
 class LENSD_API FocusAtForgetParameters : public Value {
  public:
   using Reply = FocusAtForgetReply;
