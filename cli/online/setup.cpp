@@ -12,6 +12,7 @@
 #include "cli/online/drive.h"
 #include "cli/online/lens_info.h"
 #include "cli/online/progress.h"
+#include "cli/online/setup_direction.h"
 #include "cli/online/setup_text.h"
 #include "cli/online/texts.h"
 #include "cli/quantity.h"
@@ -26,7 +27,6 @@ constexpr Duration kFocusBudget = std::chrono::seconds(25), kOtherBudget = std::
 constexpr double kSearchAtMostMs = 30e3;
 constexpr int kPairs = 3;             ///< of sweeps: enough for an interval
 constexpr double kOpticsApart = 0.1;  ///< beyond the interval of the blur: optics are told in round numbers
-constexpr double kClearlyNearer = 3;  ///< times: which of two explanations of a distance is the better one
 
 struct SetupOptions {
   std::string name;
@@ -54,7 +54,7 @@ std::optional<Failure> NotNow(const Json& status, const Json& info, bool home) {
 }
 
 /// One axis, and what is to be told of it.
-std::expected<Json, Failure> SetUpAxis(Session& session, DaemonClient& link, const std::string& lens, const Json& info,
+std::expected<Json, Failure> SetUpAxis(DaemonClient& link, const std::string& lens, const Json& info,
                                        const Json& status) {
   Json found{{"axis", info["axis"]},
              {"unit", info["unit"]},
@@ -63,8 +63,7 @@ std::expected<Json, Failure> SetUpAxis(Session& session, DaemonClient& link, con
              {"feedback", info["feedback"]}};
   const bool focus = info["axis"] == "focus";
   if (info["unit"] == "position") return found;  // places of a wheel: nothing lies between them
-  auto motion =
-      MeasureMotion(session, link, lens, info, status["position"].get<double>(), focus ? kFocusBudget : kOtherBudget);
+  auto motion = MeasureMotion(link, lens, info, status["position"].get<double>(), focus ? kFocusBudget : kOtherBudget);
   if (!motion) return PassOn(motion);
   found["moves"] = motion->moves.size();
   found["speed"] = JsonOf(motion->speed);
@@ -95,32 +94,40 @@ double BlurPerStep(const Json& info, const Json& status) {
 
 /// The curve that slope and distance make, where the optics are known well enough for it.
 void MakeCurve(const Json& status, std::optional<double> vergence, SetupFindings& found) {
-  const Json &optics = found.info["optics"], &camera = found.info["camera"];
-  if (!found.slope.px_per_step || !vergence || found.direction == "undecided") return;
+  const Json &optics = found.info["optics"], &camera = found.info["camera"], &subject = found.autofocus["subject"];
+  if (!found.slope.px_per_step || !vergence || !subject.is_object() || found.direction == "undecided") return;
   if (!optics.is_object() || !optics["focalLengthMaxMm"].is_null() || !found.slope.near_positive) return;
   if (!camera["pixelUm"].is_number() || !status["fNumber"].is_number()) return;
   const auto axis = std::ranges::find_if(found.info["axes"], [](const Json& a) { return a["axis"] == "focus"; });
-  found.curve =
-      CurveOf({.minimum = axis->at("minimum").get<double>(),
-               .maximum = axis->at("maximum").get<double>(),
-               .near_positive = *found.slope.near_positive == (found.direction != "reversed"),
-               .focus = found.autofocus["position"].get<double>(),
-               .vergence = *vergence,
-               .vergence_sigma = found.autofocus["sigmaD"].is_number() ? found.autofocus["sigmaD"].get<double>() : 0.0,
-               .focal_length_mm = optics["focalLengthMm"].get<double>(),
-               .f_number = status["fNumber"].get<double>(),
-               .pixel_um = camera["pixelUm"].get<double>()},
-              *found.slope.px_per_step);
+  found.curve = CurveOf({.minimum = axis->at("minimum").get<double>(),
+                         .maximum = axis->at("maximum").get<double>(),
+                         .near_positive = *found.slope.near_positive == (found.direction != "reversed"),
+                         .focus = subject["position"].get<double>(),
+                         .vergence = *vergence,
+                         .vergence_sigma = subject["sigmaD"].is_number() ? subject["sigmaD"].get<double>() : 0.0,
+                         .focal_length_mm = optics["focalLengthMm"].get<double>(),
+                         .f_number = status["fNumber"].get<double>(),
+                         .pixel_um = camera["pixelUm"].get<double>()},
+                        *found.slope.px_per_step);
 }
 
-/// A lens whose focus turns the other way stands where the mirrored extension says.
-std::string DirectionBy(const Json& optics, const Json& status, double vergence) {
-  if (!status["extensionMm"].is_number() || !status["focalLengthMm"].is_number()) return "untried";
-  const double f = status["focalLengthMm"].get<double>(), e = status["extensionMm"].get<double>();
-  const double mirrored = optics["extensionMinMm"].get<double>() + optics["extensionMaxMm"].get<double>() - e;
-  const auto off = [&](double extension) { return std::abs(1e3 * extension / (f * (f + extension)) - vergence); };
-  if (off(mirrored) > kClearlyNearer * off(e)) return "right";
-  return off(e) > kClearlyNearer * off(mirrored) ? "reversed" : "undecided";
+/// Which way focus turns, where the optics and what autofocus found are told.
+void TellDirection(const Json& status, double vergence, SetupFindings& found) {
+  const Json &optics = found.info["optics"], &subject = found.autofocus["subject"];
+  if (!optics.is_object() || !status["focalLengthMm"].is_number()) return;
+  if (!subject.is_object() || !subject["vergenceD"].is_number() || !subject["sigmaD"].is_number()) return;
+  const auto axis = std::ranges::find_if(found.info["axes"], [](const Json& a) { return a["axis"] == "focus"; });
+  const double low = optics["extensionMinMm"].get<double>(), high = optics["extensionMaxMm"].get<double>();
+  const double steps = axis->at("maximum").get<double>() - axis->at("minimum").get<double>();
+  const Json& lost = found.backlash;
+  const double backlash = lost.is_object() && lost["sizeHigh"].is_number() ? lost["sizeHigh"].get<double>() : 0.0;
+  found.direction = DirectionBy({.given = vergence,
+                                 .found = subject["vergenceD"].get<double>(),
+                                 .found_sigma = subject["sigmaD"].get<double>(),
+                                 .backlash_mm = backlash * (high - low) / std::max(steps, 1.0),
+                                 .focal_length = status["focalLengthMm"].get<double>(),
+                                 .extension_min = low,
+                                 .extension_max = high});
 }
 
 std::expected<Json, Failure> StatusOf(DaemonClient& link, const std::string& lens) {
@@ -129,48 +136,43 @@ std::expected<Json, Failure> StatusOf(DaemonClient& link, const std::string& len
   return (*reply)["lenses"][0];
 }
 
-/// Focus by the camera, and what a reversal loses there.
-std::expected<void, Failure> SetUpFocus(Session& session, DaemonClient& link, const std::string& lens,
-                                        const Json& region, std::optional<double> vergence, SetupFindings& found) {
-  const auto stop = [&] { StopAndTell(session, lens, nullptr); };
-  const auto with_region = [&](Json parameters) {
-    if (!region.is_null()) parameters["region"] = region;
-    return parameters;
-  };
-  auto focused = link.Follow(MethodOfLens("Autofocus"), with_region({{"lens", lens}, {"deadlineMs", kSearchAtMostMs}}),
-                             nullptr, stop);
-  if (!focused) {
-    if (focused.error().status == Exit::Interrupted) return PassOn(focused);
-    found.remarks.push_back("autofocus: " + focused.error().message);
-    return {};
-  }
-  found.autofocus = (*focused)["autofocus"];
+/// A long call of `parameters` and the region. Nothing: it was refused, and why is among the remarks.
+std::expected<std::optional<Json>, Failure> Measure(DaemonClient& link, const char* what, std::string_view method,
+                                                    Json parameters, const Json& region, SetupFindings& found) {
+  if (!region.is_null()) parameters["region"] = region;
+  auto reply = link.Follow(MethodOfLens(method), std::move(parameters), [](const Json&) { return true; });
+  if (reply) return *std::move(reply);
+  if (reply.error().status == Exit::Interrupted) return PassOn(reply);
+  found.remarks.push_back(std::string(what) + ": " + reply.error().message);
+  return std::nullopt;
+}
+
+/// Focus by the camera, what a reversal loses there, and which way it turns.
+std::expected<void, Failure> SetUpFocus(DaemonClient& link, const std::string& lens, const Json& region,
+                                        std::optional<double> vergence, SetupFindings& found) {
+  auto focused =
+      Measure(link, "autofocus", "Autofocus", {{"lens", lens}, {"deadlineMs", kSearchAtMostMs}}, region, found);
+  if (!focused) return PassOn(focused);
+  if (!*focused) return {};
+  found.autofocus = (**focused)["autofocus"];
   if (!found.autofocus.value("focused", false)) return {};
   auto status = StatusOf(link, lens);
   if (!status) return PassOn(status);
   found.blur_px_per_step = BlurPerStep(found.info, *status);
-  if (vergence && found.info["optics"].is_object()) {
-    found.direction = DirectionBy(found.info["optics"], *status, *vergence);
-  }
-  auto backlash = link.Follow(
-      MethodOfLens("MeasureBacklash"), with_region({{"lens", lens}, {"pairs", kPairs}}),
-      [](const Json&) { return true; }, stop);
-  if (!backlash) {
-    if (backlash.error().status == Exit::Interrupted) return PassOn(backlash);
-    found.remarks.push_back("backlash: " + backlash.error().message);
-    return {};
-  }
-  found.backlash = (*backlash)["backlash"];
+  auto backlash = Measure(link, "backlash", "MeasureBacklash", {{"lens", lens}, {"pairs", kPairs}}, region, found);
+  if (!backlash) return PassOn(backlash);
+  if (*backlash) found.backlash = (**backlash)["backlash"];
+  if (vergence) TellDirection(*status, *vergence, found);
   return {};
 }
 
 /// How much blur a step is, and what follows from it; after the backlash, which is known to lensd from then on.
-std::expected<void, Failure> SetUpBlur(Session& session, DaemonClient& link, const std::string& lens,
-                                       const Json& region, std::optional<double> vergence, SetupFindings& found) {
+std::expected<void, Failure> SetUpBlur(DaemonClient& link, const std::string& lens, const Json& region,
+                                       std::optional<double> vergence, SetupFindings& found) {
   if (!found.autofocus.is_object() || !found.autofocus.value("focused", false)) return {};
   const auto axis = std::ranges::find_if(found.info["axes"], [](const Json& a) { return a["axis"] == "focus"; });
   if (axis == found.info["axes"].end()) return {};
-  auto slope = MeasureBlurSlope(session, link, lens, *axis, region, found.autofocus["position"].get<double>());
+  auto slope = MeasureBlurSlope(link, lens, *axis, region, found.autofocus["position"].get<double>());
   if (!slope && slope.error().status == Exit::Interrupted) return PassOn(slope);
   if (!slope) {
     found.slope.why_not = slope.error().message;
@@ -206,6 +208,7 @@ std::expected<Json, Failure> Begin(Session& session, DaemonClient& link, const S
   if (!info) return PassOn(info);
   found.info = *std::move(info);
   const std::string lens = TextOf(found.info, "name");
+  link.WatchSignals([&session, lens] { StopAndTell(session, lens, nullptr); });
   auto status = StatusOf(link, lens);
   if (!status) return PassOn(status);
   if (auto not_now = NotNow(*status, found.info, text.home)) return std::unexpected(*std::move(not_now));
@@ -237,13 +240,13 @@ Outcome Setup(Session& session, const SetupOptions& text) {
   {
     const ActivityLine line(session, lens);
     for (std::size_t i = 0; i < found.info["axes"].size(); ++i) {
-      auto axis = SetUpAxis(session, *link, lens, found.info["axes"][i], (*status)["axes"][i]);
+      auto axis = SetUpAxis(*link, lens, found.info["axes"][i], (*status)["axes"][i]);
       if (!axis) return PassOn(axis);
       found.axes.push_back(*std::move(axis));
     }
     if (!found.info["camera"].is_null()) {
-      if (auto done = SetUpFocus(session, *link, lens, region, vergence, found); !done) return PassOn(done);
-      if (auto done = SetUpBlur(session, *link, lens, region, vergence, found); !done) return PassOn(done);
+      if (auto done = SetUpFocus(*link, lens, region, vergence, found); !done) return PassOn(done);
+      if (auto done = SetUpBlur(*link, lens, region, vergence, found); !done) return PassOn(done);
     }
   }
   const double elapsed_ms = std::chrono::duration<double, std::milli>(MonotonicClock().Now() - began).count();

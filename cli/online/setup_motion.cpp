@@ -12,8 +12,6 @@
 #include <span>
 #include <utility>
 
-#include "cli/online/drive.h"
-
 namespace lensd::cli {
 namespace {
 
@@ -83,8 +81,8 @@ std::optional<Measured> Between(const std::vector<TimedMove>& moves, double Time
 }
 
 /// One move, its reports watched. A result that is not reached is trouble.
-std::expected<void, Failure> MoveOnce(Session& session, DaemonClient& link, const std::string& lens, const Json& info,
-                                      double& position, double target, AxisMotion& motion) {
+std::expected<void, Failure> MoveOnce(DaemonClient& link, const std::string& lens, const Json& info, double& position,
+                                      double target, AxisMotion& motion) {
   const Json& axis = info["axis"];
   Watch watch(position, info["resolution"].get<double>());
   const Instant began = MonotonicClock().Now();
@@ -94,8 +92,8 @@ std::expected<void, Failure> MoveOnce(Session& session, DaemonClient& link, cons
     }
     return true;
   };
-  auto reply = link.Follow(MethodOfLens("Move"), {{"lens", lens}, {"axis", axis}, {"target", {{"position", target}}}},
-                           see, [&] { StopAndTell(session, lens, axis); });
+  auto reply =
+      link.Follow(MethodOfLens("Move"), {{"lens", lens}, {"axis", axis}, {"target", {{"position", target}}}}, see);
   if (!reply) return PassOn(reply);
   const Json& move = (*reply)["move"];
   const double from = std::exchange(position, move["position"].get<double>());
@@ -189,14 +187,14 @@ void FitMoves(AxisMotion& motion) {
       Measured{1e3 / line->slope, 1e3 / (line->slope + line->slope_half), 1e3 / (line->slope - line->slope_half)};
 }
 
-std::expected<AxisMotion, Failure> MeasureMotion(Session& session, DaemonClient& link, const std::string& lens,
-                                                 const Json& info, double position, Duration budget) {
+std::expected<AxisMotion, Failure> MeasureMotion(DaemonClient& link, const std::string& lens, const Json& info,
+                                                 double position, Duration budget) {
   const double minimum = info["minimum"].get<double>(), range = info["maximum"].get<double>() - minimum;
   const double low = minimum + kSetupMargin * range, span = range * (1.0 - 2.0 * kSetupMargin);
   const double resolution = info["resolution"].get<double>(), home = position;
   const Instant began = MonotonicClock().Now();
   AxisMotion motion;
-  const auto go = [&](double target) { return MoveOnce(session, link, lens, info, position, target, motion); };
+  const auto go = [&](double target) { return MoveOnce(link, lens, info, position, target, motion); };
   if (auto moved = go(low + span / 4); !moved) return PassOn(moved);
   motion.moves.clear();  // from anywhere: its backlash is not that of the others
   const auto enough = [&] {
@@ -213,7 +211,7 @@ std::expected<AxisMotion, Failure> MeasureMotion(Session& session, DaemonClient&
   }
   FitMoves(motion);
   AxisMotion back;
-  if (auto moved = MoveOnce(session, link, lens, info, position, home, back); !moved) return PassOn(moved);
+  if (auto moved = MoveOnce(link, lens, info, position, home, back); !moved) return PassOn(moved);
   return motion;
 }
 

@@ -55,8 +55,8 @@ struct AxisMotion {
 /// Moves the axis of `info` (an AxisInfo) to and fro within the middle four fifths of its range, over several lengths,
 /// and back to where it was, for about `budget`: never nearer to an end than a tenth. Failure: the daemon is gone or
 /// refused, or Control-C.
-std::expected<AxisMotion, Failure> MeasureMotion(Session& session, DaemonClient& link, const std::string& lens,
-                                                 const varlink::Json& info, double position, Duration budget);
+std::expected<AxisMotion, Failure> MeasureMotion(DaemonClient& link, const std::string& lens, const varlink::Json& info,
+                                                 double position, Duration budget);
 
 /// What the times say: least squares over the distances that are long enough for the motor to reach its speed, with
 /// Student's 95 % intervals. Fewer than four moves, or one length alone, tell no speed.

@@ -4,12 +4,15 @@ import json
 import os
 import random
 import re
+import signal
 import socket
+import subprocess
 import tempfile
 import threading
+import time
 import unittest
 
-from harness import HERE, PATIENCE, Daemon
+from harness import BIN, HERE, PATIENCE, Daemon
 
 LONG = os.environ.get("LENSD_TEST_LEVEL") == "long"
 SCENES = os.path.realpath(os.path.join(HERE, "../../scenes"))
@@ -194,6 +197,23 @@ class Setup(unittest.TestCase):
             self.assertIn("nominal curve", told.stdout)
         with Lens(more=lines, backlash=12) as lens:
             self.assertEqual(lens.call("io.lensd.Lens.Status", {})["lenses"][0]["connection"], "connected")
+
+    def test_control_c_is_told_in_its_last_part_too(self):
+        """While pictures are compared no call is under way: the key strikes at the next one."""
+        with Lens() as lens:
+            running = subprocess.Popen([os.path.join(BIN, "lensctl"), "--json", "--socket", lens.daemon.socket, "setup", "cam"],
+                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            deadline = time.monotonic() + 60 * PATIENCE
+            for measuring in (True, False):  # the backlash, and after it
+                while (lens.call("io.lensd.Lens.Status", {})["lenses"][0]["activity"] == "backlash") != measuring:
+                    self.assertLess(time.monotonic(), deadline)
+                    time.sleep(0.02)
+            time.sleep(0.5)
+            running.send_signal(signal.SIGINT)
+            out, err = running.communicate(timeout=30 * PATIENCE)
+            self.assertEqual(running.returncode, 130, (out, err))
+            self.assertEqual(json.loads(out)["error"], "interrupted")
+            self.assertIn("stopped: cam", err)
 
     def test_what_cannot_be_set_up_says_why(self):
         with Lens() as lens:
