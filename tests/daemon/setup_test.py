@@ -91,7 +91,7 @@ class Setup(unittest.TestCase):
                 # The clock of the moves has steps of its own, of a thousandth; and 95 % leave one in twenty outside.
                 covered += speed["low"] * 0.999 <= drawn["speed"] <= speed["high"] * 1.001
                 half = (speed["high"] - speed["low"]) / 2
-                self.assertLessEqual(abs(speed["value"] - drawn["speed"]), 2 * half + 0.001 * drawn["speed"])
+                self.assertLessEqual(abs(speed["value"] - drawn["speed"]), 1.5 * half + 0.001 * drawn["speed"])
                 print(f"{drawn}: {speed['value']:.1f} ({speed['low']:.1f} to {speed['high']:.1f}) steps a second")
                 self.assertGreaterEqual(focus["overheadMs"]["high"], drawn["settle"])
                 self.assertEqual(said["direction"], "right")
