@@ -1,10 +1,11 @@
-// setup: the first hour with an unknown lens, in under two minutes: how its axes move, where focus is, what a reversal
+// setup: the first hour with an unknown lens, in a few minutes: how its axes move, where focus is, what a reversal
 // loses, how much blur a step makes, whether focus turns the way that is configured. It writes nothing: it prints the
 // lines to put into the configuration. The backlash alone is kept, as `lensctl backlash` does it.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <thread>
 #include <utility>
 
 #include "cli/online/arguments.h"
@@ -75,6 +76,20 @@ std::expected<Json, Failure> SetUpAxis(DaemonClient& link, const std::string& le
   return found;
 }
 
+/// A slow lens has its patience asked for, as soon as its speed is known.
+void SayHowLong(Session& session, const Json& axis) {
+  constexpr double kOthersS = 35.0, kTravels = 15.0, kMoves = 150.0;  // by the run times of simulated lenses
+  constexpr double kWorthSayingS = 100.0;
+  if (axis["axis"] != "focus" || !axis.contains("speed") || !axis["speed"].is_object()) return;
+  const double range = axis["maximum"].get<double>() - axis["minimum"].get<double>();
+  const double travel_s = range / axis["speed"]["value"].get<double>();
+  const double overhead_s = 1e-3 * axis["overheadMs"]["value"].get<double>();
+  const double whole_s = kOthersS + kTravels * travel_s + kMoves * overhead_s;
+  if (whole_s < kWorthSayingS) return;
+  session.Remark("focus takes " + Short(travel_s, 2) + " s for its whole travel: setup takes about " +
+                 Short(std::ceil(whole_s / 60.0), 2) + " minutes in all");
+}
+
 /// Diameter of the blur that one step away from here makes, in pixels, by the configured optics.
 double BlurPerStep(const Json& info, const Json& status) {
   const Json& optics = info["optics"];
@@ -134,6 +149,28 @@ std::expected<Json, Failure> StatusOf(DaemonClient& link, const std::string& len
   auto reply = link.Ask(MethodOfLens("Status"), {{"lens", lens}});
   if (!reply) return PassOn(reply);
   return (*reply)["lenses"][0];
+}
+
+/// The same, once it is known whether the device is there: lensd may have just begun.
+std::expected<Json, Failure> StatusOnceOpened(DaemonClient& link, const std::string& lens) {
+  constexpr Duration kAtMost = std::chrono::seconds(15), kAskEvery = std::chrono::milliseconds(50);
+  const Instant deadline = MonotonicClock().Now() + kAtMost;
+  for (;;) {
+    auto status = StatusOf(link, lens);
+    if (!status || (*status)["connection"] != "connecting" || MonotonicClock().Now() >= deadline) return status;
+    std::this_thread::sleep_for(kAskEvery);
+  }
+}
+
+/// Finds the references. The iris goes back to its f-number: pictures that were well exposed stay so.
+std::expected<void, Failure> GoHome(Session& session, DaemonClient& link, const std::string& lens,
+                                    const Json& f_number) {
+  if (auto homed = Drive(session, link, MethodOfLens("Home"), {{"lens", lens}}); !homed) return PassOn(homed);
+  if (!f_number.is_number()) return {};
+  auto back = Drive(session, link, MethodOfLens("Move"),
+                    {{"lens", lens}, {"axis", "iris"}, {"target", {{"fNumber", f_number}}}});
+  if (!back) return PassOn(back);
+  return {};
 }
 
 /// A long call of `parameters` and the region. Nothing: it was refused, and why is among the remarks.
@@ -209,11 +246,17 @@ std::expected<Json, Failure> Begin(Session& session, DaemonClient& link, const S
   found.info = *std::move(info);
   const std::string lens = TextOf(found.info, "name");
   link.WatchSignals([&session, lens] { StopAndTell(session, lens, nullptr); });
-  auto status = StatusOf(link, lens);
+  auto status = StatusOnceOpened(link, lens);
   if (!status) return PassOn(status);
+  if (auto opened = FindInfo(link, lens)) found.info = *std::move(opened);  // as its device says
   if (auto not_now = NotNow(*status, found.info, text.home)) return std::unexpected(*std::move(not_now));
   if (!text.home) return status;
-  if (auto homed = Drive(session, link, MethodOfLens("Home"), {{"lens", lens}}); !homed) return PassOn(homed);
+  const bool has_iris = std::ranges::any_of(found.info["axes"], [](const Json& a) { return a["axis"] == "iris"; });
+  const Json f_number = has_iris ? (*status)["fNumber"] : Json();
+  if (auto homed = GoHome(session, link, lens, f_number); !homed) return PassOn(homed);
+  if (has_iris && f_number.is_null()) {
+    found.remarks.emplace_back("where the iris stood was not known: it is where homing has put it");
+  }
   return StatusOf(link, lens);
 }
 
@@ -243,6 +286,7 @@ Outcome Setup(Session& session, const SetupOptions& text) {
       auto axis = SetUpAxis(*link, lens, found.info["axes"][i], (*status)["axes"][i]);
       if (!axis) return PassOn(axis);
       found.axes.push_back(*std::move(axis));
+      SayHowLong(session, found.axes.back());
     }
     if (!found.info["camera"].is_null()) {
       if (auto done = SetUpFocus(*link, lens, region, vergence, found); !done) return PassOn(done);
@@ -260,13 +304,15 @@ void AddSetup(CLI::App& root, Run& run) {
   auto text = std::make_shared<SetupOptions>();
   auto* command = root.add_subcommand("setup",
                                       "measure an unknown lens by moving it: speed, latency, backlash, blur of a step, "
-                                      "direction, nominal curve")
+                                      "direction, nominal curve; ends with 1 where focus or backlash was not found, a "
+                                      "move failed or the direction is reversed, else with 0")
                       ->group(kOnline);
   command->add_option("NAME", text->name, "lens");
   command->add_option("--roi", text->region, "the part of the picture to focus on; the camera's own when left out")
       ->type_name("X,Y,W,H");
   command
-      ->add_option("--at", text->at, "how far away that is: then the direction of focus is tried, and its curve told")
+      ->add_option("--at", text->at,
+                   "how far away that is, to 2 %: then the direction of focus is tried, and its curve told")
       ->type_name("DEPTH");
   command->add_flag("--home", text->home, "search the references first, which may go to an end of the travel");
   command->callback([&run, text] { run = [text](Session& session) { return Setup(session, *text); }; });

@@ -215,12 +215,20 @@ class Setup(unittest.TestCase):
             self.assertEqual(json.loads(out)["error"], "interrupted")
             self.assertIn("stopped: cam", err)
 
+    def test_homing_leaves_the_f_number_as_it_was(self):
+        with Lens(speed=20000, f_number=4.0) as lens:
+            lens.setup("--home")
+            self.assertAlmostEqual(lens.call("io.lensd.Lens.Status", {})["lenses"][0]["fNumber"], 4.0, delta=0.1)
+
     def test_what_cannot_be_set_up_says_why(self):
         with Lens() as lens:
             lens.call("io.lensd.Lens.Stop", {"lens": "cam", "latch": True})
             done = lens.daemon.lensctl("setup", "cam")
             self.assertEqual((done.returncode, "lensctl reset cam" in done.stderr), (4, True), done.stderr)
-            self.assertEqual(lens.daemon.lensctl("setup", "nobody").returncode, 68)
+            nobody = lens.daemon.lensctl("--json", "setup", "nobody")
+            self.assertEqual((nobody.returncode, json.loads(nobody.stdout)["lens"]), (68, "nobody"))
+            beyond = lens.daemon.lensctl("setup", "cam", "--roi", "0.5,0.5,0.6,0.1")
+            self.assertEqual((beyond.returncode, "not within the frame" in beyond.stderr), (64, True), beyond.stderr)
             self.assertEqual(lens.daemon.lensctl("setup", "cam", "--at", "near").returncode, 64)
 
 
