@@ -27,6 +27,11 @@ std::expected<Json, Failure> FindInfo(DaemonClient& link, const std::string& len
   return Refuse(Exit::Usage, "say which lens; see lensctl list");
 }
 
+bool IsLens(const Session& session, const std::string& name) {
+  auto link = DaemonClient::Open(session);
+  return !name.empty() && link && FindInfo(*link, name);
+}
+
 std::optional<Failure> NothingToPlan(const Json& info) {
   const auto optics = info.find("optics");
   if (optics != info.end() && optics->is_object()) return std::nullopt;

@@ -208,7 +208,9 @@ std::expected<BlurSlope, Failure> MeasureBlurSlope(DaemonClient& link, const std
   if (!seen) return PassOn(seen);
   if (auto back = looker.Go(focus); !back) return PassOn(back);
   if (*rough == 0.0)
-    return because("no blur was seen on either step from focus: open the iris, or look at more detail");
+    return because(
+        "no blur was seen on either step from focus: it takes more light, a wider opening, or more detail in the "
+        "picture");
   if (places.size() < 4) return because("too few steps make a blur that can be measured");
   return SlopeOf(*seen, focus);
 }
