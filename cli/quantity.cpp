@@ -9,7 +9,13 @@
 namespace lensd::cli {
 
 std::unexpected<Error> Wrong(std::string_view option, std::string_view text, std::string_view why) {
-  return Fail(Code::InvalidArgument, std::string(option) + " '" + std::string(text) + "': " + std::string(why));
+  constexpr std::size_t kShown = 60;  // of a word that makes no sense, the rest adds nothing
+  std::string word(text.substr(0, kShown));
+  if (text.size() > kShown) {
+    while (!word.empty() && (text[word.size()] & 0xC0) == 0x80) word.pop_back();  // no half of a letter
+    word += "...";
+  }
+  return Fail(Code::InvalidArgument, std::string(option) + " '" + word + "': " + std::string(why));
 }
 
 namespace {

@@ -221,6 +221,17 @@ void Calibrate(ServedLens& lens, const ExchangePointer& exchange) {
 /// How the backlash in an outcome came to be known: what was measured counts though an axis moves again already.
 enum class Origin { Measured, Said };
 
+/// A reversal that lost more than a tenth of the travel would be no lens to work with: a slip of the pen.
+Result<void> FitsTravel(double backlash, const drivers::AxisCapabilities& axis) {
+  const double most = 0.1 * (axis.maximum.value - axis.minimum.value);
+  if (backlash <= most) return {};
+  const std::string unit(UnitName(axis.unit));
+  return Fail(Code::OutOfRange,
+              "a backlash of more than a tenth of the travel is refused: " + std::to_string(std::lround(most)) + " " +
+                  unit + " at most",
+              {.parameter = "size", .minimum = 0.0, .maximum = most, .unit = unit});
+}
+
 /// Keeps what is known now, and answers with it.
 void FinishBacklash(ServedLens& lens, const ExchangePointer& exchange, Axis axis, rig::BacklashOutcome outcome,
                     Origin origin) {
@@ -247,6 +258,7 @@ void FinishBacklash(ServedLens& lens, const ExchangePointer& exchange, Axis axis
           Wrong("size must not be negative",
                 {.parameter = "size", .minimum = 0.0, .unit = std::string(UnitName(rig.lens().axes[axis]->unit))}));
     }
+    if (auto fits = FitsTravel(backlash.steps, *rig.lens().axes[axis]); !fits) return PassOn(fits);
     now.backlash[axis] = backlash;
     return now;
   };

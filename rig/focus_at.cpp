@@ -41,7 +41,7 @@ std::string WhyOther(const Rig& rig, const FocusAtConditions& then, const FocusA
   const bool known = then.temperature && now.temperature;
   if (!rig.GetStatus().compensates && known && other(then.temperature, now.temperature, kUncorrected)) {
     return "at " + text(then.temperature) + " C, it is " + text(now.temperature) +
-           " C now, and how focus goes with the temperature is not known of this lens";
+           " C now, and positions are not worked out for that (compensate = false, or no coefficient is known)";
   }
   return "";
 }

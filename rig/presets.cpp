@@ -155,7 +155,8 @@ bool IsPresetLabel(std::string_view label) {
 
 Result<Preset> TakePreset(const Rig& rig, std::string label) {
   if (!IsPresetLabel(label)) {
-    return Fail(Code::InvalidArgument, "a label has letters, digits, '-', '_', '.' and spaces inside, at most 64",
+    return Fail(Code::InvalidArgument,
+                "a label has letters (a to z, A to Z), digits, '-', '_', '.' and spaces inside, at most 64",
                 {.parameter = "label"});
   }
   const Status status = rig.GetStatus();

@@ -39,6 +39,15 @@ Result<varlink::Json> ParseRegion(std::string_view text, const std::string& opti
     region[kKeys[i]] = *number->Nearest();
     text.remove_prefix(comma == text.npos ? text.size() : comma + 1);
   }
+  const auto inside = [&](const char* from, const char* size) {
+    constexpr double kRounding = 1e-9;  // as the daemon has it
+    const double start = region[from].get<double>(), share = region[size].get<double>();
+    return start >= 0.0 && share > 0.0 && start + share <= 1.0 + kRounding;
+  };
+  if (!inside("x", "w") || !inside("y", "h")) {
+    return Fail(Code::InvalidArgument,
+                option + ": it is not within the frame: W and H are above 0, X + W and Y + H at most 1");
+  }
   return region;
 }
 

@@ -246,6 +246,7 @@ void AddAutofocus(CLI::App& root, Run& run) {
   command->add_flag("--track", options->track,
                     "go on: hold focus on the region until Control-C; its subject may move while it is searched for");
   command->add_option("--policy", options->policy, "which of several regions: nearest (default), farthest or widest")
+      ->check(CLI::IsMember({"nearest", "farthest", "widest"}))
       ->type_name("NAME");
   command->add_option("--method", options->method, "method; the daemon chooses when left out")->type_name("NAME");
   command

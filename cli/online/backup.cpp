@@ -130,8 +130,17 @@ void AddBackupCommand(CLI::App& root, Run& run, const char* name, const char* ab
   command->add_option("--state", options->folders.state, "the daemon's state folder")
       ->capture_default_str()
       ->type_name("DIR");
-  command->callback(
-      [&run, options, act] { run = [options, act](Session& session) { return act(session, *options); }; });
+  command->callback([&run, options, act] {
+    run = [options, act](Session& session) -> Outcome {
+      if (options->file.empty()) return Refuse(Exit::Usage, "FILE is empty: name the backup, such as rig.lensd");
+      std::string& config = options->folders.config;
+      if (config.empty() || options->folders.state.empty()) {
+        return Refuse(Exit::Usage, "--config and --state name a file and a folder: they cannot be empty");
+      }
+      if (!config.contains('/')) config = "./" + config;  // its folder has a name then
+      return act(session, *options);
+    };
+  });
 }
 
 }  // namespace

@@ -77,6 +77,8 @@ std::string MessageOf(const varlink::Reply& refused) {
   return "the daemon answered " + refused.error + " " + varlink::WriteJson(refused.parameters);
 }
 
+}  // namespace
+
 /// Becomes readable on Control-C or SIGTERM while it lives.
 class SignalWatch {
  public:
@@ -102,8 +104,6 @@ class SignalWatch {
   sigset_t before_;
   int descriptor_;
 };
-
-}  // namespace
 
 Json WithLease(std::string_view method, Json parameters) {
   constexpr std::array<std::string_view, 21> kDriving = {"SetExposure",
@@ -161,20 +161,31 @@ std::expected<DaemonClient, Failure> DaemonClient::Open(const Session& session) 
 std::expected<Json, Failure> DaemonClient::Ask(std::string_view method, Json parameters, Duration patience) {
   client_.SetDeadline(MonotonicClock().Now() + timeout_.value_or(patience));
   auto reply = client_.Invoke(method, WithLease(method, std::move(parameters)));
+  if (!reply && signals_ && reply.error().code == Code::Cancelled) {
+    if (interrupted_) interrupted_();
+    return Refuse(Exit::Interrupted, reply.error().message);
+  }
   if (!reply) return PassOn(reply);
   if (!reply->error.empty()) return std::unexpected(FailureOf(*reply));
   return std::move(reply->parameters);
 }
 
+void DaemonClient::WatchSignals(std::function<void()> interrupted) {
+  signals_ = std::make_shared<const SignalWatch>();
+  interrupted_ = std::move(interrupted);
+  client_.SetInterrupt(signals_->descriptor());
+}
+
 std::expected<Json, Failure> DaemonClient::Follow(std::string_view method, Json parameters, const Progress& progress,
                                                   const std::function<void()>& interrupted) {
-  const SignalWatch signals;
-  // The descriptor goes with `signals`: calls after this one must not look at it.
+  const auto signals = signals_ ? signals_ : std::make_shared<const SignalWatch>();
+  // A descriptor that goes with this call must not be looked at by those after it.
   const struct Watching {
     varlink::Client& client;
-    ~Watching() { client.SetInterrupt(-1); }
-  } watching{client_};
-  client_.SetInterrupt(signals.descriptor());
+    int after;
+    ~Watching() { client.SetInterrupt(after); }
+  } watching{client_, signals_ ? signals_->descriptor() : -1};
+  client_.SetInterrupt(signals->descriptor());
   client_.SetDeadline(timeout_ ? std::optional(MonotonicClock().Now() + *timeout_) : std::nullopt);
   varlink::Call call;
   call.method = method;
@@ -186,6 +197,7 @@ std::expected<Json, Failure> DaemonClient::Follow(std::string_view method, Json 
     const bool by_signal = !reply && reply.error().code == Code::Cancelled;
     const bool given_up = by_signal || (!reply && reply.error().code == Code::Timeout);
     if (given_up && interrupted) interrupted();
+    if (given_up && !interrupted && interrupted_) interrupted_();
     if (by_signal) return Refuse(Exit::Interrupted, reply.error().message);
     if (!reply) return PassOn(reply);
     if (!reply->error.empty()) return std::unexpected(FailureOf(*reply));

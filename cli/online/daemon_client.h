@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,6 +14,8 @@ namespace lensd::cli {
 
 /// What an error of the daemon means for a person: its own message, and the status to end with.
 Failure FailureOf(const varlink::Reply& refused);
+
+class SignalWatch;
 
 /// One connection to the daemon.
 class DaemonClient {
@@ -32,12 +35,18 @@ class DaemonClient {
   std::expected<varlink::Json, Failure> Follow(std::string_view method, varlink::Json parameters,
                                                const Progress& progress, const std::function<void()>& interrupted = {});
 
+  /// For commands of many calls: from now on Control-C and SIGTERM strike at no other time than in a call, under way or
+  /// next, which then fails as in `Follow`, after `interrupted` where it has none of its own.
+  void WatchSignals(std::function<void()> interrupted);
+
  private:
   DaemonClient(varlink::Client client, std::optional<Duration> timeout)
       : client_(std::move(client)), timeout_(timeout) {}
 
   varlink::Client client_;
   std::optional<Duration> timeout_;
+  std::shared_ptr<const SignalWatch> signals_;  ///< null: calls watch for themselves
+  std::function<void()> interrupted_;
 };
 
 /// Methods that move or change a lens, or renew its lease, take the key of it, which $LENSD_LEASE hands from one

@@ -25,6 +25,7 @@ struct HoldOptions {
 Outcome Hold(Session& session, const HoldOptions& options) {
   const auto time = ParseTime(options.time, "--for");
   if (!time) return PassOn(time);
+  if (*time > std::chrono::hours(1)) return Refuse(Exit::Usage, "--for '" + options.time + "': an hour at most");
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
   const Instant until = MonotonicClock().Now() + *time;

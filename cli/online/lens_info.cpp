@@ -1,6 +1,7 @@
 // Finding the lens that a command means in what the daemon lists.
 #include "cli/online/lens_info.h"
 
+#include <memory>
 #include <utility>
 
 namespace lensd::cli {
@@ -14,12 +15,21 @@ std::expected<Json, Failure> FindInfo(DaemonClient& link, const std::string& len
   for (const Json& info : lenses) {
     if (lens.empty() ? lenses.size() == 1 : info.value("name", "") == lens) return info;
   }
-  if (!lens.empty()) return Refuse(Exit::NotFound, "there is no lens \"" + lens + "\"; see lensctl list");
+  if (!lens.empty()) {
+    Failure unknown(Exit::NotFound, "there is no lens \"" + lens + "\"; see lensctl list");
+    unknown.details = std::make_shared<Json>(Json{{"lens", lens}});
+    return std::unexpected(std::move(unknown));
+  }
   if (lenses.empty())
     return Refuse(Exit::NotFound,
                   "no lens is configured; for a plan without one give "
                   "--focal-length");
   return Refuse(Exit::Usage, "say which lens; see lensctl list");
+}
+
+bool IsLens(const Session& session, const std::string& name) {
+  auto link = DaemonClient::Open(session);
+  return !name.empty() && link && FindInfo(*link, name);
 }
 
 std::optional<Failure> NothingToPlan(const Json& info) {

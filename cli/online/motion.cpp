@@ -81,6 +81,11 @@ Outcome Focus(Session& session, const FocusText& text) {
   }
   if (!text.blur_limit.empty()) return Refuse(Exit::Usage, "--blur-limit is of the target hyperfocal alone");
   auto target = ParseFocusTarget(given.value);
+  if (!target && text.words.size() == 1 && IsLens(session, given.value)) {
+    return Refuse(Exit::Usage, "'" + given.value +
+                                   "' is a lens, and the TARGET is missing: say where to, as in focus " + given.value +
+                                   " 1.2m");
+  }
   if (!target) return PassOn(target);
   return Move(session, given.lens, "focus", *std::move(target));
 }
@@ -112,6 +117,10 @@ Outcome Zoom(Session& session, const ZoomText& text) {
   if (!focal_length) return PassOn(focal_length);
   if (given.value.starts_with('+')) {
     return Refuse(Exit::Usage, "F '" + given.value + "': a focal length has no sign; +N and -N are counts of steps");
+  }
+  if (text.free && !text.tolerance.empty()) {
+    return Refuse(Exit::Usage,
+                  "--tolerance is of a focus that follows, which --free leaves where it is: say one of them");
   }
   Json extra{{"keepFocus", !text.free}};
   if (!text.tolerance.empty()) {

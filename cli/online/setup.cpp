@@ -1,10 +1,11 @@
-// setup: the first hour with an unknown lens, in under two minutes: how its axes move, where focus is, what a reversal
+// setup: the first hour with an unknown lens, in a few minutes: how its axes move, where focus is, what a reversal
 // loses, how much blur a step makes, whether focus turns the way that is configured. It writes nothing: it prints the
 // lines to put into the configuration. The backlash alone is kept, as `lensctl backlash` does it.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <thread>
 #include <utility>
 
 #include "cli/online/arguments.h"
@@ -12,6 +13,7 @@
 #include "cli/online/drive.h"
 #include "cli/online/lens_info.h"
 #include "cli/online/progress.h"
+#include "cli/online/setup_direction.h"
 #include "cli/online/setup_text.h"
 #include "cli/online/texts.h"
 #include "cli/quantity.h"
@@ -26,7 +28,6 @@ constexpr Duration kFocusBudget = std::chrono::seconds(25), kOtherBudget = std::
 constexpr double kSearchAtMostMs = 30e3;
 constexpr int kPairs = 3;             ///< of sweeps: enough for an interval
 constexpr double kOpticsApart = 0.1;  ///< beyond the interval of the blur: optics are told in round numbers
-constexpr double kClearlyNearer = 3;  ///< times: which of two explanations of a distance is the better one
 
 struct SetupOptions {
   std::string name;
@@ -54,7 +55,7 @@ std::optional<Failure> NotNow(const Json& status, const Json& info, bool home) {
 }
 
 /// One axis, and what is to be told of it.
-std::expected<Json, Failure> SetUpAxis(Session& session, DaemonClient& link, const std::string& lens, const Json& info,
+std::expected<Json, Failure> SetUpAxis(DaemonClient& link, const std::string& lens, const Json& info,
                                        const Json& status) {
   Json found{{"axis", info["axis"]},
              {"unit", info["unit"]},
@@ -63,8 +64,7 @@ std::expected<Json, Failure> SetUpAxis(Session& session, DaemonClient& link, con
              {"feedback", info["feedback"]}};
   const bool focus = info["axis"] == "focus";
   if (info["unit"] == "position") return found;  // places of a wheel: nothing lies between them
-  auto motion =
-      MeasureMotion(session, link, lens, info, status["position"].get<double>(), focus ? kFocusBudget : kOtherBudget);
+  auto motion = MeasureMotion(link, lens, info, status["position"].get<double>(), focus ? kFocusBudget : kOtherBudget);
   if (!motion) return PassOn(motion);
   found["moves"] = motion->moves.size();
   found["speed"] = JsonOf(motion->speed);
@@ -74,6 +74,20 @@ std::expected<Json, Failure> SetUpAxis(Session& session, DaemonClient& link, con
   found["seenOnTheWay"] = std::ranges::any_of(motion->moves, &TimedMove::SeenOnTheWay);
   found["trouble"] = motion->trouble.empty() ? Json(nullptr) : Json(motion->trouble);
   return found;
+}
+
+/// A slow lens has its patience asked for, as soon as its speed is known.
+void SayHowLong(Session& session, const Json& axis) {
+  constexpr double kOthersS = 35.0, kTravels = 15.0, kMoves = 150.0;  // by the run times of simulated lenses
+  constexpr double kWorthSayingS = 100.0;
+  if (axis["axis"] != "focus" || !axis.contains("speed") || !axis["speed"].is_object()) return;
+  const double range = axis["maximum"].get<double>() - axis["minimum"].get<double>();
+  const double travel_s = range / axis["speed"]["value"].get<double>();
+  const double overhead_s = 1e-3 * axis["overheadMs"]["value"].get<double>();
+  const double whole_s = kOthersS + kTravels * travel_s + kMoves * overhead_s;
+  if (whole_s < kWorthSayingS) return;
+  session.Remark("focus takes " + Short(travel_s, 2) + " s for its whole travel: setup takes about " +
+                 Short(std::ceil(whole_s / 60.0), 2) + " minutes in all");
 }
 
 /// Diameter of the blur that one step away from here makes, in pixels, by the configured optics.
@@ -95,32 +109,40 @@ double BlurPerStep(const Json& info, const Json& status) {
 
 /// The curve that slope and distance make, where the optics are known well enough for it.
 void MakeCurve(const Json& status, std::optional<double> vergence, SetupFindings& found) {
-  const Json &optics = found.info["optics"], &camera = found.info["camera"];
-  if (!found.slope.px_per_step || !vergence || found.direction == "undecided") return;
+  const Json &optics = found.info["optics"], &camera = found.info["camera"], &subject = found.autofocus["subject"];
+  if (!found.slope.px_per_step || !vergence || !subject.is_object() || found.direction == "undecided") return;
   if (!optics.is_object() || !optics["focalLengthMaxMm"].is_null() || !found.slope.near_positive) return;
   if (!camera["pixelUm"].is_number() || !status["fNumber"].is_number()) return;
   const auto axis = std::ranges::find_if(found.info["axes"], [](const Json& a) { return a["axis"] == "focus"; });
-  found.curve =
-      CurveOf({.minimum = axis->at("minimum").get<double>(),
-               .maximum = axis->at("maximum").get<double>(),
-               .near_positive = *found.slope.near_positive == (found.direction != "reversed"),
-               .focus = found.autofocus["position"].get<double>(),
-               .vergence = *vergence,
-               .vergence_sigma = found.autofocus["sigmaD"].is_number() ? found.autofocus["sigmaD"].get<double>() : 0.0,
-               .focal_length_mm = optics["focalLengthMm"].get<double>(),
-               .f_number = status["fNumber"].get<double>(),
-               .pixel_um = camera["pixelUm"].get<double>()},
-              *found.slope.px_per_step);
+  found.curve = CurveOf({.minimum = axis->at("minimum").get<double>(),
+                         .maximum = axis->at("maximum").get<double>(),
+                         .near_positive = *found.slope.near_positive == (found.direction != "reversed"),
+                         .focus = subject["position"].get<double>(),
+                         .vergence = *vergence,
+                         .vergence_sigma = subject["sigmaD"].is_number() ? subject["sigmaD"].get<double>() : 0.0,
+                         .focal_length_mm = optics["focalLengthMm"].get<double>(),
+                         .f_number = status["fNumber"].get<double>(),
+                         .pixel_um = camera["pixelUm"].get<double>()},
+                        *found.slope.px_per_step);
 }
 
-/// A lens whose focus turns the other way stands where the mirrored extension says.
-std::string DirectionBy(const Json& optics, const Json& status, double vergence) {
-  if (!status["extensionMm"].is_number() || !status["focalLengthMm"].is_number()) return "untried";
-  const double f = status["focalLengthMm"].get<double>(), e = status["extensionMm"].get<double>();
-  const double mirrored = optics["extensionMinMm"].get<double>() + optics["extensionMaxMm"].get<double>() - e;
-  const auto off = [&](double extension) { return std::abs(1e3 * extension / (f * (f + extension)) - vergence); };
-  if (off(mirrored) > kClearlyNearer * off(e)) return "right";
-  return off(e) > kClearlyNearer * off(mirrored) ? "reversed" : "undecided";
+/// Which way focus turns, where the optics and what autofocus found are told.
+void TellDirection(const Json& status, double vergence, SetupFindings& found) {
+  const Json &optics = found.info["optics"], &subject = found.autofocus["subject"];
+  if (!optics.is_object() || !status["focalLengthMm"].is_number()) return;
+  if (!subject.is_object() || !subject["vergenceD"].is_number() || !subject["sigmaD"].is_number()) return;
+  const auto axis = std::ranges::find_if(found.info["axes"], [](const Json& a) { return a["axis"] == "focus"; });
+  const double low = optics["extensionMinMm"].get<double>(), high = optics["extensionMaxMm"].get<double>();
+  const double steps = axis->at("maximum").get<double>() - axis->at("minimum").get<double>();
+  const Json& lost = found.backlash;
+  const double backlash = lost.is_object() && lost["sizeHigh"].is_number() ? lost["sizeHigh"].get<double>() : 0.0;
+  found.direction = DirectionBy({.given = vergence,
+                                 .found = subject["vergenceD"].get<double>(),
+                                 .found_sigma = subject["sigmaD"].get<double>(),
+                                 .backlash_mm = backlash * (high - low) / std::max(steps, 1.0),
+                                 .focal_length = status["focalLengthMm"].get<double>(),
+                                 .extension_min = low,
+                                 .extension_max = high});
 }
 
 std::expected<Json, Failure> StatusOf(DaemonClient& link, const std::string& lens) {
@@ -129,48 +151,65 @@ std::expected<Json, Failure> StatusOf(DaemonClient& link, const std::string& len
   return (*reply)["lenses"][0];
 }
 
-/// Focus by the camera, and what a reversal loses there.
-std::expected<void, Failure> SetUpFocus(Session& session, DaemonClient& link, const std::string& lens,
-                                        const Json& region, std::optional<double> vergence, SetupFindings& found) {
-  const auto stop = [&] { StopAndTell(session, lens, nullptr); };
-  const auto with_region = [&](Json parameters) {
-    if (!region.is_null()) parameters["region"] = region;
-    return parameters;
-  };
-  auto focused = link.Follow(MethodOfLens("Autofocus"), with_region({{"lens", lens}, {"deadlineMs", kSearchAtMostMs}}),
-                             nullptr, stop);
-  if (!focused) {
-    if (focused.error().status == Exit::Interrupted) return PassOn(focused);
-    found.remarks.push_back("autofocus: " + focused.error().message);
-    return {};
+/// The same, once it is known whether the device is there: lensd may have just begun.
+std::expected<Json, Failure> StatusOnceOpened(DaemonClient& link, const std::string& lens) {
+  constexpr Duration kAtMost = std::chrono::seconds(15), kAskEvery = std::chrono::milliseconds(50);
+  const Instant deadline = MonotonicClock().Now() + kAtMost;
+  for (;;) {
+    auto status = StatusOf(link, lens);
+    if (!status || (*status)["connection"] != "connecting" || MonotonicClock().Now() >= deadline) return status;
+    std::this_thread::sleep_for(kAskEvery);
   }
-  found.autofocus = (*focused)["autofocus"];
+}
+
+/// Finds the references. The iris goes back to its f-number: pictures that were well exposed stay so.
+std::expected<void, Failure> GoHome(Session& session, DaemonClient& link, const std::string& lens,
+                                    const Json& f_number) {
+  if (auto homed = Drive(session, link, MethodOfLens("Home"), {{"lens", lens}}); !homed) return PassOn(homed);
+  if (!f_number.is_number()) return {};
+  auto back = Drive(session, link, MethodOfLens("Move"),
+                    {{"lens", lens}, {"axis", "iris"}, {"target", {{"fNumber", f_number}}}});
+  if (!back) return PassOn(back);
+  return {};
+}
+
+/// A long call of `parameters` and the region. Nothing: it was refused, and why is among the remarks.
+std::expected<std::optional<Json>, Failure> Measure(DaemonClient& link, const char* what, std::string_view method,
+                                                    Json parameters, const Json& region, SetupFindings& found) {
+  if (!region.is_null()) parameters["region"] = region;
+  auto reply = link.Follow(MethodOfLens(method), std::move(parameters), [](const Json&) { return true; });
+  if (reply) return *std::move(reply);
+  if (reply.error().status == Exit::Interrupted) return PassOn(reply);
+  found.remarks.push_back(std::string(what) + ": " + reply.error().message);
+  return std::nullopt;
+}
+
+/// Focus by the camera, what a reversal loses there, and which way it turns.
+std::expected<void, Failure> SetUpFocus(DaemonClient& link, const std::string& lens, const Json& region,
+                                        std::optional<double> vergence, SetupFindings& found) {
+  auto focused =
+      Measure(link, "autofocus", "Autofocus", {{"lens", lens}, {"deadlineMs", kSearchAtMostMs}}, region, found);
+  if (!focused) return PassOn(focused);
+  if (!*focused) return {};
+  found.autofocus = (**focused)["autofocus"];
   if (!found.autofocus.value("focused", false)) return {};
   auto status = StatusOf(link, lens);
   if (!status) return PassOn(status);
   found.blur_px_per_step = BlurPerStep(found.info, *status);
-  if (vergence && found.info["optics"].is_object()) {
-    found.direction = DirectionBy(found.info["optics"], *status, *vergence);
-  }
-  auto backlash = link.Follow(
-      MethodOfLens("MeasureBacklash"), with_region({{"lens", lens}, {"pairs", kPairs}}),
-      [](const Json&) { return true; }, stop);
-  if (!backlash) {
-    if (backlash.error().status == Exit::Interrupted) return PassOn(backlash);
-    found.remarks.push_back("backlash: " + backlash.error().message);
-    return {};
-  }
-  found.backlash = (*backlash)["backlash"];
+  auto backlash = Measure(link, "backlash", "MeasureBacklash", {{"lens", lens}, {"pairs", kPairs}}, region, found);
+  if (!backlash) return PassOn(backlash);
+  if (*backlash) found.backlash = (**backlash)["backlash"];
+  if (vergence) TellDirection(*status, *vergence, found);
   return {};
 }
 
 /// How much blur a step is, and what follows from it; after the backlash, which is known to lensd from then on.
-std::expected<void, Failure> SetUpBlur(Session& session, DaemonClient& link, const std::string& lens,
-                                       const Json& region, std::optional<double> vergence, SetupFindings& found) {
+std::expected<void, Failure> SetUpBlur(DaemonClient& link, const std::string& lens, const Json& region,
+                                       std::optional<double> vergence, SetupFindings& found) {
   if (!found.autofocus.is_object() || !found.autofocus.value("focused", false)) return {};
   const auto axis = std::ranges::find_if(found.info["axes"], [](const Json& a) { return a["axis"] == "focus"; });
   if (axis == found.info["axes"].end()) return {};
-  auto slope = MeasureBlurSlope(session, link, lens, *axis, region, found.autofocus["position"].get<double>());
+  auto slope = MeasureBlurSlope(link, lens, *axis, region, found.autofocus["position"].get<double>());
   if (!slope && slope.error().status == Exit::Interrupted) return PassOn(slope);
   if (!slope) {
     found.slope.why_not = slope.error().message;
@@ -206,11 +245,18 @@ std::expected<Json, Failure> Begin(Session& session, DaemonClient& link, const S
   if (!info) return PassOn(info);
   found.info = *std::move(info);
   const std::string lens = TextOf(found.info, "name");
-  auto status = StatusOf(link, lens);
+  link.WatchSignals([&session, lens] { StopAndTell(session, lens, nullptr); });
+  auto status = StatusOnceOpened(link, lens);
   if (!status) return PassOn(status);
+  if (auto opened = FindInfo(link, lens)) found.info = *std::move(opened);  // as its device says
   if (auto not_now = NotNow(*status, found.info, text.home)) return std::unexpected(*std::move(not_now));
   if (!text.home) return status;
-  if (auto homed = Drive(session, link, MethodOfLens("Home"), {{"lens", lens}}); !homed) return PassOn(homed);
+  const bool has_iris = std::ranges::any_of(found.info["axes"], [](const Json& a) { return a["axis"] == "iris"; });
+  const Json f_number = has_iris ? (*status)["fNumber"] : Json();
+  if (auto homed = GoHome(session, link, lens, f_number); !homed) return PassOn(homed);
+  if (has_iris && f_number.is_null()) {
+    found.remarks.emplace_back("where the iris stood was not known: it is where homing has put it");
+  }
   return StatusOf(link, lens);
 }
 
@@ -237,13 +283,14 @@ Outcome Setup(Session& session, const SetupOptions& text) {
   {
     const ActivityLine line(session, lens);
     for (std::size_t i = 0; i < found.info["axes"].size(); ++i) {
-      auto axis = SetUpAxis(session, *link, lens, found.info["axes"][i], (*status)["axes"][i]);
+      auto axis = SetUpAxis(*link, lens, found.info["axes"][i], (*status)["axes"][i]);
       if (!axis) return PassOn(axis);
       found.axes.push_back(*std::move(axis));
+      SayHowLong(session, found.axes.back());
     }
     if (!found.info["camera"].is_null()) {
-      if (auto done = SetUpFocus(session, *link, lens, region, vergence, found); !done) return PassOn(done);
-      if (auto done = SetUpBlur(session, *link, lens, region, vergence, found); !done) return PassOn(done);
+      if (auto done = SetUpFocus(*link, lens, region, vergence, found); !done) return PassOn(done);
+      if (auto done = SetUpBlur(*link, lens, region, vergence, found); !done) return PassOn(done);
     }
   }
   const double elapsed_ms = std::chrono::duration<double, std::milli>(MonotonicClock().Now() - began).count();
@@ -257,13 +304,15 @@ void AddSetup(CLI::App& root, Run& run) {
   auto text = std::make_shared<SetupOptions>();
   auto* command = root.add_subcommand("setup",
                                       "measure an unknown lens by moving it: speed, latency, backlash, blur of a step, "
-                                      "direction, nominal curve")
+                                      "direction, nominal curve; ends with 1 where focus or backlash was not found, a "
+                                      "move failed or the direction is reversed, else with 0")
                       ->group(kOnline);
   command->add_option("NAME", text->name, "lens");
   command->add_option("--roi", text->region, "the part of the picture to focus on; the camera's own when left out")
       ->type_name("X,Y,W,H");
   command
-      ->add_option("--at", text->at, "how far away that is: then the direction of focus is tried, and its curve told")
+      ->add_option("--at", text->at,
+                   "how far away that is, to 2 %: then the direction of focus is tried, and its curve told")
       ->type_name("DEPTH");
   command->add_flag("--home", text->home, "search the references first, which may go to an end of the travel");
   command->callback([&run, text] { run = [text](Session& session) { return Setup(session, *text); }; });

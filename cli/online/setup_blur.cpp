@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cli/online/drive.h"
 #include "cli/online/picture_blur.h"
 #include "cli/online/pictures.h"
 
@@ -24,14 +23,13 @@ constexpr double kDiskError = 0.02;  ///< of the slope: what a disk is not, and 
 /// Moves and looks.
 class Looker {
  public:
-  Looker(Session& session, DaemonClient& link, const std::string& lens, Json region)
-      : session_(session), link_(link), lens_(lens), region_(std::move(region)) {}
+  Looker(DaemonClient& link, const std::string& lens, Json region)
+      : link_(link), lens_(lens), region_(std::move(region)) {}
 
   /// Where it then is.
   std::expected<double, Failure> Go(double position) {
-    auto reply =
-        link_.Follow(MethodOfLens("Move"), {{"lens", lens_}, {"axis", "focus"}, {"target", {{"position", position}}}},
-                     nullptr, [this] { StopAndTell(session_, lens_, "focus"); });
+    auto reply = link_.Follow(MethodOfLens("Move"),
+                              {{"lens", lens_}, {"axis", "focus"}, {"target", {{"position", position}}}}, nullptr);
     if (!reply) return PassOn(reply);
     return (*reply)["move"]["position"].get<double>();
   }
@@ -72,7 +70,6 @@ class Looker {
   }
 
  private:
-  Session& session_;
   DaemonClient& link_;
   const std::string lens_;
   const Json region_;
@@ -185,8 +182,8 @@ BlurSlope SlopeOf(const Seen& seen, double focus) {
 
 }  // namespace
 
-std::expected<BlurSlope, Failure> MeasureBlurSlope(Session& session, DaemonClient& link, const std::string& lens,
-                                                   const Json& info, const Json& region, double focus) {
+std::expected<BlurSlope, Failure> MeasureBlurSlope(DaemonClient& link, const std::string& lens, const Json& info,
+                                                   const Json& region, double focus) {
   const double minimum = info["minimum"].get<double>(), range = info["maximum"].get<double>() - minimum;
   const Reach reach{minimum + kSetupMargin * range, minimum + (1.0 - kSetupMargin) * range,
                     info["resolution"].get<double>()};
@@ -196,7 +193,7 @@ std::expected<BlurSlope, Failure> MeasureBlurSlope(Session& session, DaemonClien
     return none;
   };
   if (!reach.Has(focus)) return because("focus is in the last tenth of the travel, where setup does not go");
-  Looker looker(session, link, lens, region.is_null() ? Json{{"x", 0.3}, {"y", 0.3}, {"w", 0.4}, {"h", 0.4}} : region);
+  Looker looker(link, lens, region.is_null() ? Json{{"x", 0.3}, {"y", 0.3}, {"w", 0.4}, {"h", 0.4}} : region);
   const auto first = looker.LookOften();
   if (!first) return PassOn(first);
   if (std::min(first->width, first->height) < SharpPicture::kSmallest) {
@@ -211,7 +208,9 @@ std::expected<BlurSlope, Failure> MeasureBlurSlope(Session& session, DaemonClien
   if (!seen) return PassOn(seen);
   if (auto back = looker.Go(focus); !back) return PassOn(back);
   if (*rough == 0.0)
-    return because("no blur was seen on either step from focus: open the iris, or look at more detail");
+    return because(
+        "no blur was seen on either step from focus: it takes more light, a wider opening, or more detail in the "
+        "picture");
   if (places.size() < 4) return because("too few steps make a blur that can be measured");
   return SlopeOf(*seen, focus);
 }

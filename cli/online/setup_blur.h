@@ -20,7 +20,7 @@ struct BlurSlope {
 /// Takes pictures of `region` (null: the middle) at `focus`, where the lens is in focus, and on both sides of it, all
 /// reached moving the same way, within the middle four fifths of the range of `info` (an AxisInfo); then goes back to
 /// where it was. No optics are asked for. Failure: the daemon is gone or refused, or Control-C.
-std::expected<BlurSlope, Failure> MeasureBlurSlope(Session& session, DaemonClient& link, const std::string& lens,
+std::expected<BlurSlope, Failure> MeasureBlurSlope(DaemonClient& link, const std::string& lens,
                                                    const varlink::Json& info, const varlink::Json& region,
                                                    double focus);
 

@@ -1,6 +1,6 @@
 // The time a move takes over its length is a straight line where the motor has one speed: its slope is the speed, what
-// is left at no length at all is what a move takes beside travelling. Acceleration bends the line, and widens its
-// intervals.
+// is left at no length at all is what a move takes beside travelling. Acceleration bends the line at its short end,
+// which is fitted with it.
 #include "cli/online/setup_motion.h"
 
 #include <algorithm>
@@ -9,20 +9,16 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <span>
 #include <utility>
-
-#include "cli/online/drive.h"
 
 namespace lensd::cli {
 namespace {
 
 using varlink::Json;
 
-/// Of the rest, each there and back: short ones tell what a move takes at all, long ones the speed. The short ones come
-/// first, for a motor so slow that there is no time for the others.
+/// Of the rest, each there and back, up and down: short ones tell what a move takes at all, long ones the speed. The
+/// short ones come first, for a motor so slow that there is no time for the others.
 constexpr std::array kLengths = {1.0 / 32, 1.0 / 16, 1.0 / 8, 1.0 / 4, 1.0 / 2};
-constexpr int kRounds = 2;
 constexpr std::size_t kFewest = 4;
 
 double MillisecondsSince(Instant began) {
@@ -83,8 +79,8 @@ std::optional<Measured> Between(const std::vector<TimedMove>& moves, double Time
 }
 
 /// One move, its reports watched. A result that is not reached is trouble.
-std::expected<void, Failure> MoveOnce(Session& session, DaemonClient& link, const std::string& lens, const Json& info,
-                                      double& position, double target, AxisMotion& motion) {
+std::expected<void, Failure> MoveOnce(DaemonClient& link, const std::string& lens, const Json& info, double& position,
+                                      double target, AxisMotion& motion) {
   const Json& axis = info["axis"];
   Watch watch(position, info["resolution"].get<double>());
   const Instant began = MonotonicClock().Now();
@@ -94,8 +90,8 @@ std::expected<void, Failure> MoveOnce(Session& session, DaemonClient& link, cons
     }
     return true;
   };
-  auto reply = link.Follow(MethodOfLens("Move"), {{"lens", lens}, {"axis", axis}, {"target", {{"position", target}}}},
-                           see, [&] { StopAndTell(session, lens, axis); });
+  auto reply =
+      link.Follow(MethodOfLens("Move"), {{"lens", lens}, {"axis", axis}, {"target", {{"position", target}}}}, see);
   if (!reply) return PassOn(reply);
   const Json& move = (*reply)["move"];
   const double from = std::exchange(position, move["position"].get<double>());
@@ -109,41 +105,65 @@ std::expected<void, Failure> MoveOnce(Session& session, DaemonClient& link, cons
   return {};
 }
 
-/// Time over distance, in ms and native units.
-std::optional<Line> Fit(const std::vector<TimedMove>& moves) {
-  std::vector<std::pair<double, double>> points;
-  for (const TimedMove& move : moves) points.emplace_back(move.distance, move.elapsed_ms);
-  return FitLine(points);
-}
+/// What the times of moves allow.
+struct MoveTimes {
+  Measured per_unit;     ///< ms a native unit, at speed
+  Measured overhead_ms;  ///< beside the travel, of moves that reach the speed
+  bool speed_reached = true;
+};
 
-/// Those of the shortest length among moves in the order of their distances.
-std::span<const TimedMove> Shortest(const std::vector<TimedMove>& moves, double alike) {
-  const auto longer = std::ranges::find_if(
-      moves, [&](const TimedMove& move) { return move.distance > moves.front().distance + alike; });
-  return {moves.begin(), longer};
-}
-
-/// A motor that is still accelerating when it has to brake takes longer than the line of the others says: such lengths
-/// are left out, the shortest first, as long as two lengths remain.
-std::optional<Line> FitThatHolds(std::vector<TimedMove> moves) {
-  constexpr double kClearly = 3.0;  // standard errors
+/// A motor that accelerates evenly takes c + (d + k) / v over a distance d, and c + 2 sqrt(d k) / v where d is below
+/// the distance k = v^2 / a, within which it has to brake before it has its speed: a straight line in either case once
+/// k is chosen. Every k that the times do not contradict has its say in the intervals (profile likelihood).
+std::optional<MoveTimes> FitTimes(const std::vector<TimedMove>& moves) {
   constexpr double kTimerMs = 0.5;  // what a time is not known better than
-  constexpr double kAlike = 1.5;    // native units: rounding
-  std::ranges::sort(moves, {}, &TimedMove::distance);
-  for (;;) {
-    const auto line = Fit(moves);
-    if (!line) return line;
-    const auto few = Shortest(moves, kAlike);
-    const std::vector<TimedMove> longer(moves.begin() + static_cast<std::ptrdiff_t>(few.size()), moves.end());
-    const auto without = Fit(longer);
-    if (!without || longer.back().distance <= Shortest(longer, kAlike).back().distance + kAlike) return line;
-    double off = 0.0, scatter = 0.0;
-    const auto n = static_cast<double>(few.size());
-    for (const TimedMove& move : few) off += (move.elapsed_ms - without->At(move.distance)) / n;
-    for (const TimedMove& move : few) scatter += std::pow(move.elapsed_ms - without->At(move.distance) - off, 2) / n;
-    if (std::abs(off) <= kClearly * std::hypot(kTimerMs, std::sqrt(scatter / n), without->zero_half / 2)) return line;
-    moves = longer;
+  constexpr int kTried = 160;       // values of k, each 6 % above the one before
+  if (moves.size() < kFewest) return std::nullopt;
+  const auto n = static_cast<double>(moves.size());
+  const double longest = std::ranges::max(moves, {}, &TimedMove::distance).distance;
+  struct Try {
+    double knee, rest, mean_x, xx;
+    Line line;
+  };
+  std::vector<Try> tries;
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i <= kTried; ++i) {
+    const double knee = i == 0 ? 0.0 : longest * std::pow(1.06, i - kTried);
+    std::vector<std::pair<double, double>> points;
+    for (const TimedMove& move : moves) {
+      const double d = move.distance;
+      points.emplace_back(d >= knee ? d + knee : 2.0 * std::sqrt(d * knee), move.elapsed_ms);
+    }
+    const auto line = FitLine(points);
+    if (!line) continue;
+    Try tried{.knee = knee, .rest = 0.0, .mean_x = 0.0, .xx = 0.0, .line = *line};
+    for (const auto& [x, y] : points) tried.mean_x += x / n;
+    for (const auto& [x, y] : points) tried.xx += std::pow(x - tried.mean_x, 2);
+    for (const auto& [x, y] : points) tried.rest += std::pow(y - line->At(x), 2);
+    least = std::min(least, tried.rest);
+    tries.push_back(tried);
   }
+  if (tries.empty()) return std::nullopt;
+  const double freedom = std::max(1.0, n - 3.0);
+  const double t = boost::math::quantile(boost::math::students_t(freedom), 0.975);
+  const double allowed = least + t * t * std::max(least / freedom, kTimerMs * kTimerMs);
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  MoveTimes times{.per_unit = {0.0, kFar, -kFar}, .overhead_ms = {0.0, kFar, -kFar}};
+  for (const Try& tried : tries) {
+    if (tried.rest > allowed) continue;
+    const double slope_half = std::sqrt((allowed - tried.rest) / tried.xx);
+    const double zero_half =
+        std::sqrt((allowed - tried.rest) * (1.0 / n + std::pow(tried.knee - tried.mean_x, 2) / tried.xx));
+    const double overhead = tried.line.At(tried.knee);
+    times.per_unit.low = std::min(times.per_unit.low, tried.line.slope - slope_half);
+    times.per_unit.high = std::max(times.per_unit.high, tried.line.slope + slope_half);
+    times.overhead_ms.low = std::min(times.overhead_ms.low, overhead - zero_half);
+    times.overhead_ms.high = std::max(times.overhead_ms.high, overhead + zero_half);
+    if (tried.rest == least) times.per_unit.value = tried.line.slope;
+    if (tried.rest == least) times.overhead_ms.value = overhead;
+    if (tried.knee >= longest) times.speed_reached = false;
+  }
+  return times;
 }
 
 }  // namespace
@@ -180,40 +200,53 @@ Json JsonOf(const std::optional<Measured>& measured) {
 void FitMoves(AxisMotion& motion) {
   motion.latency_ms = Between(motion.moves, &TimedMove::still_ms, &TimedMove::started_ms);
   motion.rest_ms = Between(motion.moves, &TimedMove::rest_least_ms, &TimedMove::rest_most_ms);
-  const auto line = FitThatHolds(motion.moves);
-  if (!line) return;
-  motion.overhead_ms =
-      Measured{line->at_zero, std::max(0.0, line->at_zero - line->zero_half), line->at_zero + line->zero_half};
-  if (line->slope - line->slope_half <= 0.0) return;  // the time says nothing of the travel
-  motion.speed =
-      Measured{1e3 / line->slope, 1e3 / (line->slope + line->slope_half), 1e3 / (line->slope - line->slope_half)};
+  const auto times = FitTimes(motion.moves);
+  if (!times) return;
+  motion.overhead_ms = times->overhead_ms;
+  motion.overhead_ms->low = std::max(0.0, motion.overhead_ms->low);
+  // Either the time says nothing of the travel, or the motor may never have come to its speed.
+  if (times->per_unit.low <= 0.0 || !times->speed_reached) return;
+  motion.speed = Measured{1e3 / times->per_unit.value, 1e3 / times->per_unit.high, 1e3 / times->per_unit.low};
 }
 
-std::expected<AxisMotion, Failure> MeasureMotion(Session& session, DaemonClient& link, const std::string& lens,
-                                                 const Json& info, double position, Duration budget) {
+std::vector<double> MotionTargets(double low, double span, double resolution) {
+  constexpr double kGoldenRatio = 0.6180339887498949, kVaried = 0.3;
+  std::vector<double> targets;
+  double turn = 0.0;
+  const auto varied = [&] {
+    turn += kGoldenRatio;
+    return kVaried * (turn - std::floor(turn) - 0.5);
+  };
+  std::vector<double> lengths(kLengths.begin(), kLengths.end());
+  lengths.insert(lengths.end(), kLengths.rbegin(), kLengths.rend());
+  for (const double length : lengths) {
+    if (span * length < 2.0 * resolution) continue;
+    targets.push_back(low + span * (0.25 + length * (1.0 + varied())));
+    targets.push_back(low + span * (0.25 + length * varied()));
+  }
+  return targets;
+}
+
+std::expected<AxisMotion, Failure> MeasureMotion(DaemonClient& link, const std::string& lens, const Json& info,
+                                                 double position, Duration budget) {
   const double minimum = info["minimum"].get<double>(), range = info["maximum"].get<double>() - minimum;
   const double low = minimum + kSetupMargin * range, span = range * (1.0 - 2.0 * kSetupMargin);
   const double resolution = info["resolution"].get<double>(), home = position;
   const Instant began = MonotonicClock().Now();
   AxisMotion motion;
-  const auto go = [&](double target) { return MoveOnce(session, link, lens, info, position, target, motion); };
+  const auto go = [&](double target) { return MoveOnce(link, lens, info, position, target, motion); };
   if (auto moved = go(low + span / 4); !moved) return PassOn(moved);
   motion.moves.clear();  // from anywhere: its backlash is not that of the others
   const auto enough = [&] {
     return !motion.trouble.empty() || (motion.moves.size() >= kFewest && MonotonicClock().Now() - began > budget);
   };
-  for (int round = 0; round < kRounds; ++round) {
-    for (const double length : kLengths) {
-      if (span * length < 2.0 * resolution) continue;
-      for (const double target : {low + span / 4 + span * length, low + span / 4}) {
-        if (enough()) break;
-        if (auto moved = go(target); !moved) return PassOn(moved);
-      }
-    }
+  for (const double target : MotionTargets(low, span, resolution)) {
+    if (enough()) break;
+    if (auto moved = go(target); !moved) return PassOn(moved);
   }
   FitMoves(motion);
   AxisMotion back;
-  if (auto moved = MoveOnce(session, link, lens, info, position, home, back); !moved) return PassOn(moved);
+  if (auto moved = MoveOnce(link, lens, info, position, home, back); !moved) return PassOn(moved);
   return motion;
 }
 

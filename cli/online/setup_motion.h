@@ -55,11 +55,15 @@ struct AxisMotion {
 /// Moves the axis of `info` (an AxisInfo) to and fro within the middle four fifths of its range, over several lengths,
 /// and back to where it was, for about `budget`: never nearer to an end than a tenth. Failure: the daemon is gone or
 /// refused, or Control-C.
-std::expected<AxisMotion, Failure> MeasureMotion(Session& session, DaemonClient& link, const std::string& lens,
-                                                 const varlink::Json& info, double position, Duration budget);
+std::expected<AxisMotion, Failure> MeasureMotion(DaemonClient& link, const std::string& lens, const varlink::Json& info,
+                                                 double position, Duration budget);
 
-/// What the times say: least squares over the distances that are long enough for the motor to reach its speed, with
-/// Student's 95 % intervals. Fewer than four moves, or one length alone, tell no speed.
+/// Where it goes in turn, from a quarter of `span` above `low`. No length comes twice: the times are read at intervals,
+/// and moves of one length would all be rounded the same way, which no scatter shows.
+std::vector<double> MotionTargets(double low, double span, double resolution);
+
+/// What the times say: least squares over the distances, for a motor that accelerates evenly, with 95 % intervals by
+/// Student's t. Fewer than four moves, one length alone, or a speed that may never have been reached tell none.
 void FitMoves(AxisMotion& motion);
 
 }  // namespace lensd::cli

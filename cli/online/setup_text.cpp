@@ -25,8 +25,10 @@ std::string AxisText(const Json& axis) {
                      (axis["feedback"] == "none" ? "not told" : TextOf(axis, "feedback"));
   if (!axis.contains("speed")) return text + "\n";
   if (!axis["trouble"].is_null()) text += "\n  moves ended early: " + TextOf(axis, "trouble");
-  text += "\n  speed      " + (axis["speed"].is_object() ? IntervalText(axis["speed"], 4, (unit + "/s").c_str())
-                                                         : "not seen: its moves take as long whatever their length");
+  text += "\n  speed      " +
+          (axis["speed"].is_object()
+               ? IntervalText(axis["speed"], 4, (unit + "/s").c_str())
+               : "not seen: its moves take as long whatever their length, or are over before it is reached");
   text += "\n  each move  " + IntervalText(axis["overheadMs"], 3, " ms") + " beside its travel, of " +
           NumberText(axis, "moves", 3, " moves");
   if (axis.value("seenOnTheWay", false)) {

@@ -52,7 +52,7 @@ Result<Json> ParseFocusTarget(std::string_view text, std::string_view option) {
   if (depth->IsDistance() && text.find_first_of("+-") == 0) {
     return Fail(Code::InvalidArgument,
                 std::string(option) + " '" + std::string(text) +
-                    "': a distance has no sign; +N and -N are counts of steps, ext:2.6mm an extension");
+                    "': a distance has no sign; +N, -N, near:N and far:N move by N steps, ext:2.6mm is an extension");
   }
   return Json{{depth->IsDistance() ? "distanceM" : "vergenceD", depth->value}};
 }

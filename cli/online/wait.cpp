@@ -7,6 +7,7 @@
 #include "cli/online/arguments.h"
 #include "cli/online/commands.h"
 #include "cli/online/daemon_client.h"
+#include "cli/online/lens_info.h"
 #include "cli/online/texts.h"
 
 namespace lensd::cli {
@@ -38,6 +39,10 @@ constexpr std::array kStates = {State{"idle", Idle}, State{"connected", Connecte
 Outcome Wait(Session& session, const std::vector<std::string>& words) {
   const NameAndValue given = SplitNameAndValue(words);
   const auto* const state = std::ranges::find(kStates, given.value, &State::name);
+  if (state == kStates.end() && words.size() == 1 && IsLens(session, given.value)) {
+    return Refuse(Exit::Usage,
+                  "'" + given.value + "' is a lens, and the STATE is missing: say idle, connected or homed");
+  }
   if (state == kStates.end()) {
     return Refuse(Exit::Usage, "STATE '" + given.value + "': say idle, connected or homed");
   }

@@ -207,6 +207,20 @@ class Backup(unittest.TestCase):
         done = self.host.lensctl("backup", "/nowhere/rig.lensd")
         self.assertEqual(done.returncode, 73)
 
+    def test_names_without_a_folder_are_those_of_the_one_here(self):
+        with tempfile.TemporaryDirectory(prefix="lensd-backup-here-") as here:
+            done = subprocess.run([LENSCTL, "--socket", here + "/none", "restore", self.file, "--config", "conf.toml", "--state", "state"],
+                                  capture_output=True, text=True, timeout=120, check=False, cwd=here)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertTrue(os.path.exists(os.path.join(here, "conf.toml")))
+            done = subprocess.run([LENSCTL, "backup", "rig.lensd", "--config", "conf.toml", "--state", "state"],
+                                  capture_output=True, text=True, timeout=120, check=False, cwd=here)
+            self.assertEqual(done.returncode, 0, done.stderr)
+        for name in ("backup", "restore"):
+            done = self.host.lensctl(name, "")
+            self.assertEqual(done.returncode, 64)
+            self.assertIn("FILE is empty", done.stderr)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -161,6 +161,12 @@ class CalibrationTest(unittest.TestCase):
         self.assertLess(measured["sizeHigh"] - measured["sizeLow"], 6)
         said = self.ask("backlash", "a", "focus", "--steps", "77")
         self.assertEqual((said["size"], said["measured"]), (77, False))
+        for size, status in (("400", 0), ("401", 6), ("1e9", 6)):  # of 4001 steps
+            done = self.daemon.lensctl("--json", "backlash", "a", "focus", "--steps", size)
+            self.assertEqual(done.returncode, status, done.stdout)
+        told = json.loads(done.stdout)
+        self.assertEqual((told["parameter"], told["minimum"], told["maximum"], told["unit"]), ("size", 0, 400, "steps"), told)
+        self.ask("backlash", "a", "focus", "--steps", "77")
         self.start()
         self.assertIn("[backlash.focus]", self.daemon.lensctl("calibrate", "--show").stdout)
         self.assertEqual(self.daemon.lensctl("backlash", "a", "iris").returncode, 8)

@@ -175,8 +175,8 @@ def measure_backlash(*, lens: Optional[str] = None, axis: Optional[Axis] = None,
                      Optional[int] = None, region: Optional[Region] = None, lease: Optional[str] = None) -> Call[MeasureBacklashReply]:
     """Measures the backlash of focus on a region of the picture (the camera's own when left out), by 3 to 100 pairs of
     sweeps (5 when left out), or takes that of any axis from `size`, in native units: then pairs and region do not
-    count, and the size is believed, however large. It is kept with the calibration. With `more`, `progress` comes until
-    `backlash` ends the call. Busy: an axis moves, or an autofocus is under way."""
+    count. It is kept with the calibration. With `more`, `progress` comes until `backlash` ends the call. Busy: an axis
+    moves, or an autofocus is under way. OutOfRange: a size above a tenth of the travel."""
     return Call("io.lensd.Lens.MeasureBacklash", {"lens": lens, "axis": axis, "size": size, "pairs": pairs, "region":
                 region, "lease": lease}, MeasureBacklashReply)
 
