@@ -21,6 +21,17 @@ std::vector<double> Values(const std::vector<AutofocusRunResult>& results,
   return values;
 }
 
+/// Of the answers with a sigma, how many 95 % intervals hold the truth.
+std::optional<double> ClaimHolds(const std::vector<AutofocusRunResult>& results) {
+  double claims = 0, held = 0;
+  for (const AutofocusRunResult& run : results) {
+    if (!run.off_sigmas) continue;
+    ++claims;
+    held += std::abs(*run.off_sigmas) <= kTwoSided95;
+  }
+  return claims > 0 ? std::optional(held / claims) : std::nullopt;
+}
+
 }  // namespace
 
 double WilsonLow(int hits, int runs) {
@@ -77,13 +88,7 @@ AutofocusSummary Summarise(const std::string& method, const std::vector<Autofocu
   summary.known_ms_p50 = Percentile(known, 0.50);
   summary.times_known_p50 = Percentile(ratios, 0.50);
 
-  double claims = 0, held = 0;
-  for (const AutofocusRunResult& run : results) {
-    if (!run.off_sigmas) continue;
-    ++claims;
-    held += std::abs(*run.off_sigmas) <= kTwoSided95;
-  }
-  if (claims > 0) summary.claim_holds = held / claims;
+  summary.claim_holds = ClaimHolds(results);
   std::vector<double> errors;
   for (const AutofocusRunResult& run : results) {
     if (run.focused) errors.push_back(run.error_dof());
