@@ -26,6 +26,8 @@ void RunAutofocus(ServedLens& lens, const ExchangePointer& exchange, rig::Autofo
                   AutofocusAnswer answer);
 /// Keeps what was found for FocusAtAdd, where it was sure, and looks after it from now on. Event loop thread.
 void NoteFocusFound(ServedLens& lens, const rig::AutofocusRequest& request, const rig::AutofocusOutcome& outcome);
+/// The same of an answer after which the search goes on: no correction follows it, since the search holds focus itself.
+void NoteFocusTracked(ServedLens& lens, const rig::AutofocusOutcome& outcome);
 /// No client is left to be told of the autofocus whose end sets `ended` on the worker's thread: stops it, never the
 /// motion of another client.
 void StopUnlessEnded(ServedLens& lens, std::shared_ptr<const bool> ended, std::vector<drivers::Axis> axes);

@@ -140,7 +140,7 @@ using WeakExchange = std::weak_ptr<Exchange>;
 std::function<void(const rig::AutofocusOutcome&)> TrackTo(ServedLens& lens, WeakExchange call) {
   return [&lens, call](const rig::AutofocusOutcome& outcome) {
     Worker::Later([&lens, call, outcome, result = AutofocusJson(lens.name(), outcome)] {
-      NoteFocusFound(lens, outcome);
+      NoteFocusTracked(lens, outcome);
       if (const auto exchange = call.lock()) exchange->Continue(Wrap("autofocus", varlink::WriteJson(result)));
       lens.watchers().Announce(lens, "autofocus", result);
     });

@@ -265,6 +265,10 @@ void Forget(ServedLens& lens, const ExchangePointer& exchange) {
 
 void NoteFocusFound(ServedLens& lens, const rig::AutofocusRequest& request, const rig::AutofocusOutcome& outcome) {
   lens.users().refocus->Found(request, outcome);
+  NoteFocusTracked(lens, outcome);
+}
+
+void NoteFocusTracked(ServedLens& lens, const rig::AutofocusOutcome& outcome) {
   if (!outcome.focused) return;
   lens.users().found = FocusFound{outcome.position, outcome.sigma,
                                   rig::FocusAtConditionsOf(lens.status(), lens.config().rig.wavelength)};
