@@ -28,8 +28,7 @@ Router::Router(const ServiceInfo& info)
       info_(varlink::WriteJson({{"vendor", info.vendor},
                                 {"product", info.product},
                                 {"version", info.version},
-                                {"url", info.url},
-                                {"interfaces", Json::array({own_.name()})}})) {}
+                                {"url", info.url}})) {}
 
 void Router::Add(Service& service) {
   Served served{&service, {}};
@@ -117,13 +116,11 @@ bool Router::Allows(const Method& method, const ExchangePointer& exchange) const
 
 void Router::ServeOwn(std::string_view method, const ExchangePointer& exchange) const {
   if (method == "GetInfo") {
-    // Names of interfaces need no escaping: they are put in front of the array's end, which is the text's.
-    constexpr std::string_view kEnd = "]}";
-    std::string answer = info_.substr(0, info_.size() - kEnd.size());
+    std::string answer = "{\"interfaces\":[\"" + own_.name() + "\"";  // names of interfaces need no escaping
     for (const auto& [name, served] : services_) {
       if (served.service->Offered()) answer.append(",\"").append(name).append("\"");
     }
-    return exchange->Finish(answer.append(kEnd));
+    return exchange->Finish(answer.append("],").append(info_, 1));
   }
   const auto interface = exchange->parameters()["interface"].get<std::string>();
   const varlink::InterfaceDefinition* definition = FindDefinition(interface);

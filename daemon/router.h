@@ -59,7 +59,7 @@ class Router {
   void ServeOwn(std::string_view method, const ExchangePointer& exchange) const;
 
   varlink::InterfaceDefinition own_;
-  std::string info_;  // GetInfo's answer with no interface but its own, which comes last
+  std::string info_;  // GetInfo's answer, an object, without the interfaces
   std::optional<Access> access_;
   std::vector<std::string> act_when_read_;  // full names
   struct Served {
