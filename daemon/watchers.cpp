@@ -27,8 +27,12 @@ std::string_view FieldOf(Procedure procedure) {
 
 }  // namespace
 
+bool Watchers::ByName::operator()(const ServedLens* a, const ServedLens* b) const {
+  return a->name() < b->name();
+}
+
 void Watchers::Add(Watcher watcher) {
-  const Exchange* const key = watcher.exchange.get();
+  const std::uint64_t key = watcher.exchange->number();
   watcher.exchange->OnGone([this, key] { loop_.Post([this, key] { watching_.erase(key); }); });
   watching_.emplace(key, Watching{.watcher = std::move(watcher)});
 }
@@ -75,7 +79,7 @@ void Watchers::SendAbout(Watching& watching, const ServedLens& lens) {
 }
 
 void Watchers::TellNow(const ExchangePointer& exchange, const ServedLens& lens) {
-  const auto found = watching_.find(exchange.get());
+  const auto found = watching_.find(exchange->number());
   if (found == watching_.end()) return;
   SendEvent(found->second, lens, counts_.Of(lens.name()), "status", lens.text());
 }
@@ -184,7 +188,7 @@ void Watchers::AnnounceMoves(const ServedLens& lens, const varlink::Json& moves)
 
 /// Who reads too slowly is told up to where it heard everything.
 void Watchers::Drop(const ExchangePointer& exchange) {
-  const Watching& watching = watching_.at(exchange.get());
+  const Watching& watching = watching_.at(exchange->number());
   varlink::Json last = varlink::Json::array();
   for (const auto& [lens, number] : watching.last) {
     last.push_back({{"lens", lens}, {"sequence", number.sequence}, {"lasting", number.lasting}});

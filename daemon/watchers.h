@@ -43,7 +43,7 @@ class Watchers {
 
   /// Until its client goes or Remove().
   void Add(Watcher watcher);
-  void Remove(const ExchangePointer& exchange) { watching_.erase(exchange.get()); }
+  void Remove(const ExchangePointer& exchange) { watching_.erase(exchange->number()); }
   /// Tells a call that hears of events how a lens stands, whether that is new or not.
   void TellNow(const ExchangePointer& exchange, const ServedLens& lens);
   /// The state of `lens` is another one.
@@ -66,6 +66,9 @@ class Watchers {
   const std::string& instance() const { return counts_.instance(); }
 
  private:
+  struct ByName {
+    bool operator()(const ServedLens* a, const ServedLens* b) const;
+  };
   /// What a call has not been told of a lens yet; of each kind the newest. A number of 0: nothing.
   struct Waiting {
     EventNumber state{};
@@ -74,7 +77,7 @@ class Watchers {
   };
   struct Watching {
     Watcher watcher;
-    std::map<const ServedLens*, Waiting> waiting{};
+    std::map<const ServedLens*, Waiting, ByName> waiting{};
     Instant next{};  ///< when it may be told
     std::int64_t sent = 0;
     std::map<std::string, EventNumber> last{};  ///< told, by lens
@@ -91,7 +94,7 @@ class Watchers {
   EventLoop& loop_;
   const Clock& clock_;
   EventCounts counts_;
-  std::map<const Exchange*, Watching> watching_;
+  std::map<std::uint64_t, Watching> watching_;  // by the number of the call: who asked first is told first
   std::map<const ServedLens*, Tally> tallies_;
   bool ticking_ = false;
 };
