@@ -178,10 +178,10 @@ std::vector<EvidenceJob> AutofocusJobs(Counts counts, const EvidenceSources& sou
                   .rows = StackRows});
   for (const char* folder : {"/regimes", "/score"}) {
     for (const std::string& file : FilesIn(sources.scenes + folder)) {
-      jobs.push_back(SceneJob(file, kCharted, small ? 4 : 100));
+      jobs.push_back(SceneJob(file, kCharted, sources.runs > 0 ? sources.runs : small ? 4 : 100));
     }
   }
-  AddSweeps(jobs, sources.scenes, kSwept, small ? 20 : 100);
+  AddSweeps(jobs, sources.scenes, kSwept, sources.runs > 0 ? sources.runs : small ? 20 : 100);
   return jobs;
 }
 

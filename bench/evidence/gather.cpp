@@ -138,6 +138,12 @@ struct Scratch {
   fs::path path;
 };
 
+bool IsWanted(const EvidenceJob& job, const GatherOptions& options) {
+  const auto begins = [&](const std::string& scene) { return job.scene.starts_with(scene); };
+  return (options.families.empty() || std::ranges::find(options.families, job.family) != options.families.end()) &&
+         (options.scenes.empty() || std::ranges::any_of(options.scenes, begins));
+}
+
 }  // namespace
 
 std::string EvidenceJob::Settings() const {
@@ -155,8 +161,7 @@ Result<void> Gather(const std::vector<EvidenceJob>& jobs, const GatherOptions& o
   const Scratch scratch;
   if (scratch.path.empty()) return Fail(Code::Io, "cannot make a folder for what processes print");
   for (const EvidenceJob& job : jobs) {
-    if (!options.families.empty() && std::ranges::find(options.families, job.family) == options.families.end())
-      continue;
+    if (!IsWanted(job, options)) continue;
     const fs::path path = fs::path(options.directory) / job.family / (FileNameOf(job.scene) + ".csv");
     std::vector<EvidenceRow> rows;
     if (fs::exists(path)) {

@@ -12,6 +12,7 @@ namespace lensd::bench {
 struct GatherOptions {
   std::string directory;
   std::vector<std::string> families{};  ///< only these; empty: all
+  std::vector<std::string> scenes{};    ///< only jobs whose scene begins with one of these; empty: all
   std::chrono::seconds patience{3600};  ///< the longest time for one process
 };
 

@@ -30,10 +30,11 @@ struct EvidenceJob {
   std::string Settings() const;
 };
 
-/// Where scenes and stacks are, and which families are wanted (empty: all).
+/// Where scenes and stacks are, and how often autofocus searches each scene (0: as the counts say).
 struct EvidenceSources {
   std::string scenes = "scenes";
   std::string stacks = "tests/bench/stacks";
+  int runs = 0;
 };
 
 /// Every job at these counts, the quick ones first.

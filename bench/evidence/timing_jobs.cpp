@@ -117,7 +117,8 @@ Rows RpcRows(const EvidenceRow& like, const Answers& answers) {
     const json& line = answers.front()[i];
     EvidenceRow row = like;
     row.method = line["way"];
-    const bool ours = row.method.starts_with("lensd") || row.method.starts_with("the plan");
+    const bool ours =
+        row.method.starts_with("lensd") || row.method.starts_with("the plan") || row.method.starts_with("Status");
     row.role = line["peer"].get<bool>() ? "peer" : ours ? "ours" : "floor";
     for (const auto& [measure, key] : {std::pair{"time", "roundTripUsP50"},
                                        {"time, 95 % of calls", "roundTripUsP95"},

@@ -40,9 +40,9 @@ constexpr RatioGoal kRatioGoals[] = {
      "4x a read, 8 times as fast as OpenCV", 4, 0.125},
     {"Laplacian, 1080p, cold", "measure", "1080p, 8 bits", "lensd Laplacian", kMemory, nullptr, "3x a read", 3, 0},
     {"Brenner, 1080p, cold", "measure", "1080p, 8 bits", "lensd Brenner", kMemory, nullptr, "1.3x a read", 1.3, 0},
-    {"one socket request", "rpc", "one client", "lensd GetInfo", "socket echo, the plan's bytes",
+    {"one socket request", "rpc", "one client", "lensd GetInfo", "epoll echo, GetInfo's bytes",
      "sd-bus, the plan's text", "1.5x a bare socket", 1.5, 0},
-    {"one socket request, 99.9 % of calls", "rpc", "one client", "lensd GetInfo", "socket echo, the plan's bytes",
+    {"one socket request, 99.9 % of calls", "rpc", "one client", "lensd GetInfo", "epoll echo, GetInfo's bytes",
      nullptr, "2x a bare socket", 2, 0, "time, 99.9 % of calls"}};
 
 Verdict Judge(const Evidence& rows, const RatioGoal& goal) {

@@ -30,15 +30,16 @@ void Say(const std::string& line) {
 
 struct EvidenceOptions {
   std::string directory = "docs/evidence/runs";
-  std::vector<std::string> families;
+  std::vector<std::string> families, scenes;
   EvidenceSources sources;
   bool quick = false, long_runs = false;
 };
 
 int MakeEvidence(const EvidenceOptions& options) {
   const Counts counts = options.quick ? Counts::Quick : options.long_runs ? Counts::Long : Counts::Small;
-  const auto done = Gather(EvidenceJobs(counts, options.sources),
-                           {.directory = options.directory, .families = options.families}, Say);
+  const auto done =
+      Gather(EvidenceJobs(counts, options.sources),
+             {.directory = options.directory, .families = options.families, .scenes = options.scenes}, Say);
   return done ? EX_OK : Complain("evidence", done.error());
 }
 
@@ -111,6 +112,9 @@ int RunEvidence(int argc, char** argv) {
   EvidenceOptions options;
   app.add_option("-o,--output", options.directory, "folder of the CSV files")->capture_default_str();
   app.add_option("--family", options.families, "only these: autofocus, drivers, measure, move, plan, render, rpc");
+  app.add_option("--only", options.scenes, "only what begins so, as the files are named: \"regimes\", \"score page\"");
+  app.add_option("--runs", options.sources.runs, "searches of autofocus a method and scene, instead of the counts'")
+      ->check(CLI::PositiveNumber);
   app.add_option("--scenes", options.sources.scenes, "folder with score/ and regimes/")->capture_default_str();
   app.add_option("--stacks", options.sources.stacks, "folder of focal stacks")->capture_default_str();
   app.add_flag("--quick", options.quick, "as little as a guard needs: a minute");

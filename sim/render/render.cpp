@@ -12,6 +12,7 @@
 #include "render/canvas.h"
 #include "render/disk_kernel.h"
 #include "render/ray_tracer.h"
+#include "render/short_periods.h"
 #include "render/view.h"
 
 namespace lensd::sim {
@@ -110,6 +111,14 @@ std::vector<Canvas> VisibleOf(std::vector<Canvas> canvases) {
     if (!hidden) visible.push_back(canvases[i]);
   }
   return visible;
+}
+
+/// The surfaces in a picture so many times as large; none where they may stay as they are.
+std::vector<Canvas> MagnifiedOf(const std::vector<Canvas>& canvases, double magnification) {
+  std::vector<Canvas> magnified;
+  if (magnification == 1.0) return magnified;
+  for (const Canvas& canvas : canvases) magnified.push_back(canvas.Magnified(magnification));
+  return magnified;
 }
 
 /// A point of light spreads its energy evenly over its disk, one pixel wide at least, wherever nothing stands between.
@@ -229,10 +238,7 @@ Result<Rendered> Renderer::Render(const OpticalState& state, const RenderOptions
   const Result<PixelRect> region = RegionOf(prepared_->camera, options);
   if (!region) return PassOn(region);
   const CameraSettings& camera = prepared_->camera;
-  std::vector<Canvas> magnified;
-  if (state.magnification != 1.0) {
-    for (const Canvas& canvas : prepared_->canvases) magnified.push_back(canvas.Magnified(state.magnification));
-  }
+  const std::vector<Canvas> magnified = MagnifiedOf(prepared_->canvases, state.magnification);
   const Pupil pupil(prepared_->lens, camera, state);
   const View view{magnified.empty() ? prepared_->canvases : magnified,
                   BlurLineOf(camera, state),
@@ -256,6 +262,18 @@ Result<Rendered> Renderer::Render(const OpticalState& state, const RenderOptions
                   .region = *region,
                   .algorithm = (*way)->algorithm,
                   .error_bound = made.bound};
+}
+
+double Renderer::ShortPeriodError(const OpticalState& state) const {
+  const CameraSettings& camera = prepared_->camera;
+  const std::vector<Canvas> magnified = MagnifiedOf(prepared_->canvases, state.magnification);
+  const Pupil pupil(prepared_->lens, camera, state);
+  return sim::ShortPeriodError({magnified.empty() ? prepared_->canvases : magnified,
+                                BlurLineOf(camera, state),
+                                {0, 0, camera.width, camera.height},
+                                prepared_->shape,
+                                pupil,
+                                {}});
 }
 
 }  // namespace lensd::sim

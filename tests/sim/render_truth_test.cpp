@@ -120,5 +120,52 @@ TEST(Render, AutoMatchesRaysOnTiltedPlanes) {
   }
 }
 
+/// A mirrored picture blurred by the disk's transform: its cosines one by one, each times what the disk leaves of it.
+LightImage BlurredByTransform(const LightImage& sharp, double diameter) {
+  const int w = sharp.width, h = sharp.height;
+  const auto wave = [](int k, int at, int size) { return std::cos(std::numbers::pi * k * (at + 0.5) / size); };
+  LightImage blurred{w, h, std::vector<float>(sharp.light.size())};
+  std::vector<double> sums(sharp.light.size());
+  for (int ky = 0; ky < h; ++ky) {
+    for (int kx = 0; kx < w; ++kx) {
+      double coefficient = (kx > 0 ? 2.0 : 1.0) * (ky > 0 ? 2.0 : 1.0) / (w * h);
+      double sum = 0.0;
+      for (int y = 0; y < h; ++y) {
+        for (int x = 0; x < w; ++x)
+          sum +=
+              static_cast<double>(sharp.light[static_cast<std::size_t>(y * w + x)]) * wave(kx, x, w) * wave(ky, y, h);
+      }
+      coefficient *= sum * DiskTransferByIntegral(std::numbers::pi * diameter * std::hypot(0.5 * kx / w, 0.5 * ky / h));
+      for (int y = 0; y < h; ++y) {
+        for (int x = 0; x < w; ++x)
+          sums[static_cast<std::size_t>(y * w + x)] += coefficient * wave(kx, x, w) * wave(ky, y, h);
+      }
+    }
+  }
+  for (std::size_t i = 0; i < sums.size(); ++i) blurred.light[i] = static_cast<float>(std::max(sums[i], 0.0));
+  return blurred;
+}
+
+TEST(Render, NoiseAsFineAsThePixelsIsOffByWhatIsStated) {
+  Scene scene = EmptyScene(32, 24);
+  scene.surfaces.push_back(Wall(1.0, WhiteNoise(32, 24, 11)));
+  const LightImage sharp = Render(scene, Blurred(scene, 0.0, 1.0));
+  const auto renderer = Renderer::Create(scene);
+  for (const double diameter : {0.7, 2.1, 4.4, 7.9, 8.3, 9.6, 12.7, 19.2, 31.0}) {
+    const OpticalState state = Blurred(scene, diameter, 1.0);
+    const auto rendered = renderer->Render(state);
+    ASSERT_TRUE(rendered);
+    ASSERT_EQ(rendered->algorithm, Algorithm::Wall);
+    const double stated = rendered->error_bound + renderer->ShortPeriodError(state);
+    const double off = Percentile(BlurredByTransform(sharp, diameter), rendered->image, 0.999);
+    EXPECT_LT(off, stated) << diameter;
+    EXPECT_GT(off, 0.1 * stated) << diameter << ": stated so wide, it says nothing";
+  }
+  scene.surfaces.front().paint = TexturePaint(std::get<TexturePaint>(Wall(1.0, Noise(2, 2, 1)).paint));
+  const auto smooth = Renderer::Create(scene);
+  EXPECT_LT(smooth->ShortPeriodError(Blurred(scene, 12.0, 1.0)),
+            0.1 * renderer->ShortPeriodError(Blurred(scene, 12.0, 1.0)));
+}
+
 }  // namespace
 }  // namespace lensd::sim

@@ -71,7 +71,8 @@ struct Rendered {
   LightImage image;                       ///< of the region asked for
   PixelRect region;                       ///< which part of the frame it is
   Algorithm algorithm = Algorithm::Auto;  ///< the one used
-  double error_bound = 0.0;  ///< of full scale, against converged rays; beside what docs say of short periods
+  double error_bound =
+      0.0;  ///< of full scale, against converged rays; of light as fine as the pixels see ShortPeriodError()
 };
 
 /// A scene made ready for rendering: textures laid on the sensor's grid once. Const calls may come from any thread.
@@ -86,6 +87,11 @@ class Renderer {
   /// The light on the sensor. InvalidArgument: a length of `state` is not finite or not above 0, or the region is empty
   /// or leaves the frame. Unsupported: the algorithm asked for cannot render this scene. Cancelled: options.stop came.
   Result<Rendered> Render(const OpticalState& state, const RenderOptions& options = {}) const;
+
+  /// Of full scale: what one pixel in a thousand of a picture of all the frame may be off by beyond `error_bound` where
+  /// light changes from pixel to pixel, since kernels on a grid do not have a disk's transform exactly. Not of rays nor
+  /// formulas. The state must be one that Render() takes. Takes as long as looking at every pixel of every surface.
+  double ShortPeriodError(const OpticalState& state) const;
 
  private:
   struct Prepared;
