@@ -161,7 +161,9 @@ TEST(Render, NoiseAsFineAsThePixelsIsOffByWhatIsStated) {
     EXPECT_LT(off, stated) << diameter;
     EXPECT_GT(off, 0.1 * stated) << diameter << ": stated so wide, it says nothing";
   }
-  scene.surfaces.front().paint = TexturePaint(std::get<TexturePaint>(Wall(1.0, Noise(2, 2, 1)).paint));
+  TexturePaint coarse = Noise(8, 6, 1);
+  coarse.texture_px_per_image_px = 0.1;
+  scene.surfaces.front().paint = coarse;
   const auto smooth = Renderer::Create(scene);
   EXPECT_LT(smooth->ShortPeriodError(Blurred(scene, 12.0, 1.0)),
             0.1 * renderer->ShortPeriodError(Blurred(scene, 12.0, 1.0)));
