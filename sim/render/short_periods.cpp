@@ -25,23 +25,24 @@ double WorstTransformError(double smallest, double largest) {
   return TransformError(std::min(largest, kLargestFitted));
 }
 
-/// Root mean square of what changes from pixel to pixel, of the part of the picture where it is largest.
+/// Root mean square of what changes within a few pixels, of the part of the picture where it is largest.
 double FineContrast(const Raster& light) {
-  constexpr int kPart = 32;
+  constexpr int kPart = 32, kReach = 2;
+  constexpr double kCells = (2 * kReach + 1) * (2 * kReach + 1);
   const PixelRect all = light.rect;
   double most = 0.0;
-  for (int top = all.y + 1; top + 1 < all.y + all.height; top += kPart) {
-    for (int left = all.x + 1; left + 1 < all.x + all.width; left += kPart) {
-      const int bottom = std::min(top + kPart, all.y + all.height - 1);
-      const int right = std::min(left + kPart, all.x + all.width - 1);
+  for (int top = all.y + kReach; top + kReach < all.y + all.height; top += kPart) {
+    for (int left = all.x + kReach; left + kReach < all.x + all.width; left += kPart) {
+      const int bottom = std::min(top + kPart, all.y + all.height - kReach);
+      const int right = std::min(left + kPart, all.x + all.width - kReach);
       double squares = 0.0;
       for (int y = top; y < bottom; ++y) {
         for (int x = left; x < right; ++x) {
           double around = 0.0;
-          for (int dy = -1; dy <= 1; ++dy) {
-            for (int dx = -1; dx <= 1; ++dx) around += static_cast<double>(light.At(x + dx, y + dy));
+          for (int dy = -kReach; dy <= kReach; ++dy) {
+            for (int dx = -kReach; dx <= kReach; ++dx) around += static_cast<double>(light.At(x + dx, y + dy));
           }
-          const double fine = static_cast<double>(light.At(x, y)) - around / 9.0;
+          const double fine = static_cast<double>(light.At(x, y)) - around / kCells;
           squares += fine * fine;
         }
       }
