@@ -7,7 +7,6 @@
 #include <functional>
 #include <utility>
 
-#include "optics/conjugates.h"
 #include "optics/framing.h"
 #include "plan_reach.h"
 #include "zoom_choice.h"
@@ -35,38 +34,6 @@ FocusPosition PositionAt(const rig::OpticsTable& optics, Native native) {
   FocusPosition position = StandsAt(optics, optics.ExtensionFromNative(native));
   position.bound = optics.VergenceError(native);
   return position;
-}
-
-/// The f-numbers an iris within `bound` of a place may have.
-IrisPosition OpenAt(const rig::OpticsTable& optics, Native native, Native bound) {
-  const FNumber low = optics.FNumberFromNative(native - bound), high = optics.FNumberFromNative(native + bound);
-  const double error = optics.FNumberError();
-  return {.f_number = optics.FNumberFromNative(native),
-          .lowest = std::min(low, high) * (1.0 - error),
-          .highest = std::max(low, high) * (1.0 + error)};
-}
-
-/// Relative: how far the focal length may be off with the zoom within `bound` of a place.
-double ZoomError(const rig::OpticsTable& optics, Native native, Native bound) {
-  const double middle = optics.FocalLengthFromNative(native).value;
-  const double low = optics.FocalLengthFromNative(native - bound).value;
-  const double high = optics.FocalLengthFromNative(native + bound).value;
-  return std::max(std::abs(low - middle), std::abs(high - middle)) / middle;
-}
-
-/// What a focal length that may be off by a ratio does to the plane in focus.
-Dioptres ZoomShift(const FocusPosition& position, double error) {
-  if (error == 0.0) return {};
-  const auto shift = [&](double factor) {
-    return std::abs(
-        (optics::FocalPlane(position.focal_length * factor, position.extension) - position.focal_plane).value);
-  };
-  return Dioptres{std::max(shift(1.0 + error), shift(1.0 - error))};
-}
-
-double ZoomErrorNow(const rig::OpticsTable& optics, const rig::Status& now) {
-  const auto& zoom = now.axes[Axis::Zoom];
-  return optics.has_zoom() && zoom ? ZoomError(optics, zoom->position, zoom->bound) : 0.0;
 }
 
 /// Sorts positions by what they mean.
@@ -123,44 +90,6 @@ void StateTolerances(Planning& planning) {
   planning.defaults.sensor_tolerance = step;
   planning.defaults.f_number_tolerance = std::sqrt(ratio) * (1.0 + planning.lens.optics->FNumberError()) - 1.0;
   planning.defaults.calibration_error = Metres{nominal};
-}
-
-/// Where the planes of a rising or falling list lie between its entries, and beyond its ends.
-double PlaneAt(const std::vector<FocusPosition>& focus, double index) {
-  const double last = static_cast<double>(focus.size()) - 1.0;
-  if (last == 0.0) return focus.front().focal_plane.value;
-  const auto below = static_cast<std::size_t>(std::clamp(std::floor(index), 0.0, last - 1.0));
-  return std::lerp(focus[below].focal_plane.value, focus[below + 1].focal_plane.value,
-                   index - static_cast<double>(below));
-}
-
-/// The positions, each within the bound that a motion from `now` ends with.
-optics::LensPositions WithMotors(const Planning& planning, const rig::Status& now) {
-  optics::LensPositions positions = planning.positions;
-  const rig::OpticsTable& optics = *planning.lens.optics;
-  double zoom_error = ZoomErrorNow(optics, now);
-  if (const auto& zoom = now.axes[Axis::Zoom]; zoom && planning.zoom) {
-    zoom_error = ZoomError(optics, *planning.zoom, zoom->arrival.BoundAt(*planning.zoom));
-  }
-  positions.focal_length_error += zoom_error;
-  const auto& focus = now.axes[Axis::Focus];
-  for (std::size_t i = 0; i < positions.focus.size(); ++i) {
-    FocusPosition& position = positions.focus[i];
-    position.bound = position.bound + ZoomShift(position, zoom_error);
-    if (planning.focus.size() < 2 || !focus) continue;
-    const double step = std::abs((planning.focus.back() - planning.focus.front()).value) /
-                        static_cast<double>(planning.focus.size() - 1);
-    const double off = focus->arrival.BoundAt(planning.focus[i]).value / step;
-    const double here = static_cast<double>(i), plane = position.focal_plane.value;
-    const double reach = std::max(std::abs(PlaneAt(planning.positions.focus, here + off) - plane),
-                                  std::abs(PlaneAt(planning.positions.focus, here - off) - plane));
-    position.bound = position.bound + Dioptres{reach};
-  }
-  const auto& iris = now.axes[Axis::Iris];
-  for (std::size_t j = 0; j < planning.iris.size() && iris; ++j) {
-    positions.iris[j] = OpenAt(optics, planning.iris[j], iris->arrival.BoundAt(planning.iris[j]));
-  }
-  return positions;
 }
 
 std::optional<Native> NativeAt(const std::vector<Native>& natives, std::size_t index) {
@@ -250,10 +179,11 @@ std::optional<Metres> FieldWidthAt(const Planning& planning, const proto::LensRe
 }  // namespace
 
 Result<LensPlan> PlanFor(const Planning& planning, const proto::LensRequest& asked, const rig::Status& now) {
-  const optics::LensPositions positions = WithMotors(planning, now);
+  const auto motors = planning.motors.Of(planning, now);
+  const optics::LensPositions& positions = motors->lens;
   if (auto reach = CheckReach(asked.plan, positions, planning.zoom ? Zoomed::Yes : Zoomed::No); !reach)
     return PassOn(reach);
-  auto answer = optics::PlanOnPositions(asked.plan, positions, OriginOf(planning.scale, asked));
+  auto answer = optics::PlanOnPositions(asked.plan, positions, motors->blocks, OriginOf(planning.scale, asked));
   if (!answer) return PassOn(answer);
   LensPlan plan{*std::move(answer), std::nullopt, std::nullopt, planning.zoom, std::nullopt};
   const optics::FocusPosition& there = positions.focus[plan.answer.focus];
@@ -264,10 +194,11 @@ Result<LensPlan> PlanFor(const Planning& planning, const proto::LensRequest& ask
 }
 
 Result<LensStack> StackFor(const Planning& planning, const proto::LensRequest& asked, const rig::Status& now) {
-  const optics::LensPositions positions = WithMotors(planning, now);
+  const auto motors = planning.motors.Of(planning, now);
+  const optics::LensPositions& positions = motors->lens;
   if (auto reach = CheckReach(asked.plan, positions, planning.zoom ? Zoomed::Yes : Zoomed::No); !reach)
     return PassOn(reach);
-  auto answer = optics::StackOnPositions(asked.plan, positions, OriginOf(planning.scale, asked));
+  auto answer = optics::StackOnPositions(asked.plan, positions, motors->blocks, OriginOf(planning.scale, asked));
   if (!answer) return PassOn(answer);
   LensStack stack{.answer = *std::move(answer), .shots = {}, .focus = {}, .iris = std::nullopt};
   for (const std::size_t i : stack.answer.focus) {

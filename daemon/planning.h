@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "motor_positions.h"
 #include "optics/lens_positions.h"
 #include "proto/plan_json.h"
 #include "rig/rig.h"
@@ -38,6 +39,7 @@ struct Planning {
   std::vector<Native> focus;  ///< of the positions; empty: there is no such motor
   std::vector<Native> iris;
   std::optional<Native> zoom;  ///< where it shall go; nothing: it stays
+  MotorPositionsCache motors;  ///< the positions with that added
 };
 
 /// Configured distances with the lens centre where it stands under the conditions of `optics`.
@@ -66,8 +68,8 @@ Result<LensPlan> PlanFor(const Planning& planning, const proto::LensRequest& ask
 struct LensStack {
   optics::PositionStack answer;
   std::vector<optics::FocusPosition> shots;
-  std::vector<Native> focus;   ///< one a shot, or none
-  std::optional<Native> iris;  ///< of all of them
+  std::vector<Native> focus;           ///< one a shot, or none
+  std::optional<Native> iris;          ///< of all of them
   std::vector<Metres> field_widths{};  ///< one a shot, at the distance of the request's field; or none
 };
 Result<LensStack> StackFor(const Planning& planning, const proto::LensRequest& asked, const rig::Status& now);

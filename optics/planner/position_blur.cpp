@@ -38,8 +38,7 @@ double OpeningNeed::Blur(double n) const {
 }
 
 double OpeningNeed::Ratio(double low, double high) const {
-  constexpr double kMostRatio = 1e9;  // no blur at all where there should be some
-  if (!sharp) return std::min(limit * high / geometric, kMostRatio);
+  if (!sharp) return std::min(limit * high / geometric, kMostBlurRatio);
   // Total blur is convex over N: both ends of a stretch suffice.
   return (diffraction > 0.0 ? std::max(Blur(low), Blur(high)) : geometric / low) / limit;
 }

@@ -5,9 +5,14 @@
 #include <utility>
 #include <vector>
 
+#include "optics/focus_blocks.h"
 #include "optics/lens_positions.h"
+#include "planner/index_stretches.h"
 
 namespace lensd::optics {
+
+/// What ratios go up to: no blur at all where there should be some.
+inline constexpr double kMostBlurRatio = 1e9;
 
 /// Everything a limit asks of the opening at one focus position. Blur at f-number N is `geometric`/N and, with
 /// diffraction, its root sum square with `diffraction` times N.
@@ -30,6 +35,11 @@ class PositionBlur {
 
   std::size_t limits() const { return limits_.size(); }
   OpeningNeed Need(std::size_t limit, const FocusPosition& position) const;
+  /// What no position of a sound block asks less than: at most so much blur to be sharp, at least so much to be
+  /// blurred. `at` is not told.
+  OpeningNeed LeastNeed(std::size_t limit, const FocusRange& block) const;
+  /// No position of a sound block focuses nearer to `depth`, in dioptres.
+  double LeastOff(const PlanDepth& depth, const FocusRange& block) const;
   /// Nearest and farthest vergence of a limit's depths, as the lens at this position sees them.
   std::pair<double, double> Depths(std::size_t limit, const FocusPosition& position) const;
   /// From the lens centre at this position.
@@ -68,6 +78,14 @@ class PositionBlur {
   double LeastToEitherSide(const Limit& limit, const FocusPosition& position, double& at) const;
   double Divisor(double vergence, const FocusPosition& position) const;
 
+  using Ends = FocusRange::Ends;
+  Ends Divisors(Ends vergence, const FocusRange& block) const;
+  double LeastBound(Ends vergence, const FocusRange& block) const;
+  double LeastSharp(Ends near, Ends far, const FocusRange& block) const;
+  double MostOff(double off, Ends vergence, const FocusRange& block) const;
+  double MostBlurred(const Limit& limit, Ends near, Ends far, const FocusRange& block) const;
+  double MostToEitherSide(const Limit& limit, const FocusRange& block) const;
+
   const PlanRequest& request_;
   const LensPositions& lens_;
   DistanceOrigin origin_;
@@ -79,10 +97,11 @@ class PositionBlur {
 
 /// The positions a request admits, as indices of LensPositions, rising.
 struct PositionChoice {
-  std::vector<std::size_t> focus;
+  IndexStretches focus;
   std::vector<std::size_t> iris;
   bool focus_reachable = true;  ///< a fixed focus lies between the positions, or half a step beyond their ends
 };
-PositionChoice ChoiceOf(const PlanRequest& request, const LensPositions& lens, const PositionBlur& blur);
+PositionChoice ChoiceOf(const PlanRequest& request, const LensPositions& lens, const FocusBlocks& blocks,
+                        const PositionBlur& blur);
 
 }  // namespace lensd::optics

@@ -150,19 +150,25 @@ StackAnswer WhyNot(const Cover<double>& cover, const std::vector<Need<double>>& 
 
 Result<PositionStack> StackOnPositions(const PlanRequest& request, const LensPositions& lens,
                                        const DistanceOrigin& origin) {
+  return StackOnPositions(request, lens, FocusBlocks(lens.focus), origin);
+}
+
+Result<PositionStack> StackOnPositions(const PlanRequest& request, const LensPositions& lens, const FocusBlocks& blocks,
+                                       const DistanceOrigin& origin) {
   if (auto error = CheckStack(request)) return PassOn(*std::move(error));
   const PositionBlur blur(request, lens, origin);
   PlanRequest checked =
       blur.AtPosition(lens.focus[lens.focus.size() / 2], lens.iris.front(), PositionBlur::Limits::Included);
   if (auto error = Check(checked)) return PassOn(*std::move(error));
   const std::vector<Need<double>> needs = NeedsOf(request, lens, origin);
-  PositionChoice choice = ChoiceOf(request, lens, blur);
-  KeepSteady(choice.focus, lens, blur);
+  const PositionChoice choice = ChoiceOf(request, lens, blocks, blur);
+  std::vector<std::size_t> admitted = choice.focus.All();
+  KeepSteady(admitted, lens, blur);
   PositionStack best;
   std::size_t most = kMostShotsOfALens;
   // From the largest f-number, which mostly needs the fewest.
   for (auto j = choice.iris.rbegin(); j != choice.iris.rend(); ++j) {
-    const PositionReach reach(request, lens, blur, origin, choice.focus, blur.FNumbers(lens.iris[*j]));
+    const PositionReach reach(request, lens, blur, origin, admitted, blur.FNumbers(lens.iris[*j]));
     const Cover<double> cover = GreedyCover(needs, reach, 0.0, reach.last(), most);
     if (cover.end != CoverEnd::Covered) {
       if (j == choice.iris.rbegin()) best.stack = WhyNot(cover, needs, reach);

@@ -6,6 +6,7 @@
 
 #include "base/result.h"
 #include "base/units.h"
+#include "optics/focus_blocks.h"
 #include "optics/planner.h"
 #include "optics/stack.h"
 
@@ -65,6 +66,9 @@ PlanRequest RequestAtFirst(const PlanRequest& request, const LensPositions& lens
 /// Limits hold to a part in 1e12. Errors as Plan().
 Result<PositionPlan> PlanOnPositions(const PlanRequest& request, const LensPositions& lens,
                                      const DistanceOrigin& origin = {});
+/// The same where many requests are solved for a lens: `blocks` are those of its positions.
+Result<PositionPlan> PlanOnPositions(const PlanRequest& request, const LensPositions& lens, const FocusBlocks& blocks,
+                                     const DistanceOrigin& origin = {});
 
 /// How the limits fare at the first position of focus and iris; feasible where all of them hold. Errors as Plan().
 Result<PlanAnswer> CheckPosition(const PlanRequest& request, const LensPositions& lens,
@@ -79,6 +83,9 @@ struct PositionStack {
 
 /// The fewest shots that keep every sharp limit, at the smallest f-number that allows so few. Errors as PlanStack().
 Result<PositionStack> StackOnPositions(const PlanRequest& request, const LensPositions& lens,
+                                       const DistanceOrigin& origin = {});
+/// The same where many requests are solved for a lens: `blocks` are those of its positions.
+Result<PositionStack> StackOnPositions(const PlanRequest& request, const LensPositions& lens, const FocusBlocks& blocks,
                                        const DistanceOrigin& origin = {});
 
 }  // namespace lensd::optics
