@@ -190,7 +190,10 @@ void Rig::Impl::Move(Axis axis, const Target& target, MoveCallback done) {
   if (native) {
     if (auto unknown = axes[axis]->WhyUnknown()) native = PassOn(*std::move(unknown));
   }
-  if (!native) return replies.Add(std::move(done), Result<MoveOutcome>(PassOn(native)));
+  if (!native) {
+    if (axis == Axis::Focus) ++commands.refused;
+    return replies.Add(std::move(done), Result<MoveOutcome>(PassOn(native)));
+  }
   Disturb(axis);
   axes[axis]->Move(*native, target.take_up, std::move(done));
 }
@@ -250,15 +253,15 @@ Result<void> Rig::Impl::PinRange(AutofocusRequest& request) const {
 }
 
 void Rig::Impl::Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done) {
-  if (auto pinned = PinRange(request); !pinned) {
-    return replies.Add(std::move(done), Result<AutofocusOutcome>(PassOn(pinned)));
-  }
+  const auto refuse = [&](const Error& why) {
+    ++commands.refused;
+    replies.Add(std::move(done), Result<AutofocusOutcome>(PassOn(why)));
+  };
+  if (auto pinned = PinRange(request); !pinned) return refuse(pinned.error());
   auto search = autofocus.SearchFor(request);
-  if (!search) return replies.Add(std::move(done), Result<AutofocusOutcome>(PassOn(search)));
+  if (!search) return refuse(search.error());
   if (request.conditions) {
-    if (auto possible = ConditionedSearch::Check(*this, request); !possible) {
-      return replies.Add(std::move(done), Result<AutofocusOutcome>(PassOn(possible)));
-    }
+    if (auto possible = ConditionedSearch::Check(*this, request); !possible) return refuse(possible.error());
     return ConditionedSearch::Begin(*this, std::move(request), std::move(progress), std::move(done));
   }
   const bool focus_under_way = axes[Axis::Focus]->motion() != nullptr;
@@ -333,7 +336,7 @@ Status Rig::Impl::GetStatus() const {
   status.activity = CurrentActivity();
   if (clock.Now() < held_until) status.held_until = held_until;
   const CommandCount& focus = commands.of[Axis::Focus];
-  status.focus_commands = {focus.given + commands.searches, focus.stops};
+  status.focus_commands = {focus.given + commands.searches - commands.refused, focus.stops};
   if (!reader.sampled_at()) return status;
   status.sampled_at = *reader.sampled_at();
   status.temperature = reader.temperature();

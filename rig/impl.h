@@ -21,6 +21,7 @@ struct CallersCommands {
   CommandCount all;                     ///< that displace others; any stop ends a search
   drivers::PerAxis<CommandCount> of{};  ///< those for an axis: moves, homings, and stops that name it
   std::uint64_t searches = 0;           ///< autofocus, which moves the focus by itself
+  std::uint64_t refused = 0;  ///< of those for the focus: answered with an error at once, before anything moved
   bool since_step = false;
 };
 

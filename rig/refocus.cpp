@@ -73,10 +73,9 @@ std::string WhyOver(const FocusReached& reached, const Status& status) {
   return "";
 }
 
-/// Where a move goes, by how much, and why there.
+/// Where a move goes, and why there.
 struct Way {
   Native to;
-  Metres by;
   std::string why;
 };
 
@@ -101,7 +100,7 @@ Result<Way> WayByTemperature(const Rig& rig, const RefocusOrder& order, const St
   }
   const OpticsTable table = Uncorrected(*optics);
   const Metres by{-drift.per_degree.value * warmer};
-  return Way{table.NativeFromExtension(table.ExtensionFromNative(order.from.position) + by), by,
+  return Way{table.NativeFromExtension(table.ExtensionFromNative(order.from.position) + by),
              Short(std::abs(warmer), 3) + (warmer < 0.0 ? " C colder" : " C warmer") + " than when it was found, " +
                  Short(kUm * drift.per_degree.value, 3) + " um a degree, sure to " + Short(kUm * unsure, 2) + " um"};
 }
@@ -118,9 +117,9 @@ Result<Way> WayByFilter(const Rig& rig, const RefocusOrder& order, const Status&
       ShiftBetween(calibration ? calibration->focus_shifts : std::vector<FocusShift>{}, from, to, native);
   if (!shift) return PassOn(shift);
   const Native here = status.axes[Axis::Focus]->position;
-  if (native) return Way{here + Native{shift->value}, Metres{}, "the shift of focus that was measured"};
+  if (native) return Way{here + Native{shift->value}, "the shift of focus that was measured"};
   return Way{optics->NativeFromExtension(optics->ExtensionFromNative(here) + Metres{shift->value}),
-             Metres{shift->value}, "the shift of focus that was measured"};
+             "the shift of focus that was measured"};
 }
 
 Result<Way> WayFor(const Rig& rig, const RefocusOrder& order, const Status& status) {
@@ -137,6 +136,28 @@ Result<Way> WayFor(const Rig& rig, const RefocusOrder& order, const Status& stat
   return Fail(Code::Unsupported, "the region in focus has lost sharpness");
 }
 
+/// By how much extension, as positions mean whatever the temperature; nothing: the optics are not known.
+std::optional<Metres> Moved(const Rig& rig, Native from, Native to) {
+  if (rig.optics() == nullptr || !rig.optics()->has_focus()) return std::nullopt;
+  const OpticsTable table = Uncorrected(*rig.optics());
+  return table.ExtensionFromNative(to) - table.ExtensionFromNative(from);
+}
+
+/// Another axis was commanded in the middle of a search: frames from before and after cannot be compared.
+void PutBack(Rig& rig, Native stood, const std::string& why,
+             std::move_only_function<void(Result<RefocusOutcome>)> done) {
+  const Target target{.kind = Target::Kind::Native, .value = stood.value, .from = {}, .take_up = {}};
+  rig.Move(Axis::Focus, target, [why, done = std::move(done)](Result<MoveOutcome> moved) mutable {
+    if (!moved) return done(PassOn(moved));
+    RefocusOutcome outcome{.end = End::Failed,
+                           .reason = why + "; a command for another axis ended the search, and focus " +
+                                     (moved->reached ? "is back where it was" : "did not get back: " + moved->reason)};
+    outcome.commands = 2;
+    outcome.move = *std::move(moved);
+    done(std::move(outcome));
+  });
+}
+
 }  // namespace
 
 // ---- one correction -----------------------------------------------------------------------------------------------
@@ -151,16 +172,24 @@ void Refocus(Rig& rig, RefocusOrder order, std::move_only_function<void(Result<R
   const auto way = WayFor(rig, order, status);
   if (way) {
     const Target target{.kind = Target::Kind::Native, .value = way->to.value, .from = {}, .take_up = {}};
-    return rig.Move(Axis::Focus, target, [way = *way, done = std::move(done)](Result<MoveOutcome> moved) mutable {
-      if (!moved) return done(PassOn(moved));
-      RefocusOutcome outcome{.end = moved->reached ? End::Moved : End::Failed, .reason = way.why, .by = way.by};
-      if (!moved->reached) outcome.reason = "focus did not get to where it belongs: " + moved->reason;
-      outcome.move = *std::move(moved);
-      done(std::move(outcome));
-    });
+    const Native stood = status.axes[Axis::Focus]->position;
+    return rig.Move(Axis::Focus, target,
+                    [&rig, stood, way = *way, done = std::move(done)](Result<MoveOutcome> moved) mutable {
+                      if (!moved) return done(PassOn(moved));
+                      RefocusOutcome outcome{.end = moved->reached ? End::Moved : End::Failed, .reason = way.why};
+                      if (!moved->reached) outcome.reason = "focus did not get to where it belongs: " + moved->reason;
+                      outcome.by = Moved(rig, stood, moved->position);
+                      outcome.move = *std::move(moved);
+                      done(std::move(outcome));
+                    });
   }
+  const CommandCount with_this{status.focus_commands.given + 1, status.focus_commands.stops};
   rig.Autofocus(std::move(order.from.search), nullptr,
-                [why = way.error().message, done = std::move(done)](Result<AutofocusOutcome> found) mutable {
+                [&rig, with_this, stood = status.axes[Axis::Focus]->position, why = way.error().message,
+                 done = std::move(done)](Result<AutofocusOutcome> found) mutable {
+                  if (!found && found.error().code == Code::Superseded && rig.GetStatus().focus_commands == with_this) {
+                    return PutBack(rig, stood, why, std::move(done));
+                  }
                   if (!found) return done(PassOn(found));
                   RefocusOutcome outcome{.end = found->focused ? End::Searched : End::Refused, .reason = why};
                   if (!found->focused) outcome.reason += "; the search was refused: " + found->reason;
@@ -249,11 +278,13 @@ bool RefocusKeeper::Found(const AutofocusRequest& request, const AutofocusOutcom
   former_.reset();
   tried_ = now;
   failures_ = 0;
-  return Adopt(std::move(reached), outcome, status, std::move(made));
+  // Depth from defocus stops short of where it would end coming from the other side: by less than its sigma, and toward
+  // where it began, so that a coefficient learned from it came out a quarter too small.
+  return Adopt(std::move(reached), outcome, status, request.method == "auto" ? std::nullopt : std::optional(made));
 }
 
 bool RefocusKeeper::Adopt(FocusReached reached, const AutofocusOutcome& outcome, const Status& status,
-                          std::string made) {
+                          std::optional<std::string> made) {
   reached.position = outcome.position;
   reached.temperature = reached.corrected_at = status.temperature;
   reached.filter = PlaceOf(status, Axis::Filter);
@@ -269,10 +300,10 @@ bool RefocusKeeper::Adopt(FocusReached reached, const AutofocusOutcome& outcome,
   why_not_.clear();
   if (watch_) watch_->over = true;
   watch_ = config_.sharpness_loss ? std::make_shared<SharpnessWatch>(*config_.sharpness_loss) : nullptr;
-  auto sample = SampleOf(outcome, status);
+  auto sample = made ? SampleOf(outcome, status) : std::nullopt;
   if (!sample) return false;
   sample->subject = std::max(subject_, 1);
-  sample->made = std::move(made);
+  sample->made = *std::move(made);
   if (learned_.size() >= DriftSample::kMost) learned_.erase(learned_.begin());
   learned_.push_back(*std::move(sample));
   drift_ = FitFocusDrift(learned_);
@@ -332,11 +363,13 @@ bool RefocusKeeper::Ended(const Result<RefocusOutcome>& outcome, const Status& s
     return false;
   }
   if (!outcome) {
-    ++reached_->commands.given;  // it was refused as a command
+    // It was refused at once, and then it is not counted, or failed under way.
+    const CommandCount next{reached_->commands.given + 1, reached_->commands.stops};
+    if (status.focus_commands == next) reached_->commands = next;
     return false;
   }
   FocusReached reached = *reached_;
-  ++reached.commands.given;  // its own
+  reached.commands.given += outcome->commands;
   if (outcome->end == End::Searched) {
     reached.found = now;
     return Adopt(std::move(reached), *outcome->search, status, std::move(made));

@@ -50,13 +50,15 @@ class Kept : public RigOnSim {
   void Warm(double by_c, const char* kind = "warmth") {
     ASSERT_TRUE(simulation->Inject({.kind = kind, .axis = {}, .lasts = {}, .steps = {}, .factor = {}, .by_c = by_c}));
   }
-  void Focus() {
+  void Focus(const std::string& method = "auto") {
     std::optional<Result<AutofocusOutcome>> found;
-    rig->Autofocus({}, nullptr, [&](Result<AutofocusOutcome> outcome) { found = std::move(outcome); });
+    AutofocusRequest request;
+    request.method = method;
+    rig->Autofocus(request, nullptr, [&](Result<AutofocusOutcome> outcome) { found = std::move(outcome); });
     RunUntil([&] { return found.has_value(); }, 5min);
     ASSERT_TRUE(found && *found && (*found)->focused);
     Due();  // as the daemon, which hears of the state before the answer
-    keeper.Found({}, **found, rig->GetStatus(), clock.Now(), "");
+    keeper.Found(request, **found, rig->GetStatus(), clock.Now(), "");
     Watch();
   }
   void Watch() {
@@ -245,12 +247,60 @@ TEST(RefocusEnds, WhereAPersonHasFocused) {
   EXPECT_THAT(lens.keeper.why_not(), ::testing::HasSubstr("moved by a command"));
 }
 
+TEST(RefocusEnds, NotWithACommandThatIsRefused) {
+  Kept lens(ByTemperature(1.0));
+  lens.Focus();
+  const auto refused = [&](auto ask) {
+    bool answered = false, failed = false;
+    ask([&](const auto& outcome) { answered = true, failed = !outcome; });
+    lens.RunUntil([&] { return answered; }, 5s);
+    EXPECT_TRUE(answered && failed);
+  };
+  refused([&](auto done) {
+    lens.rig->Move(Axis::Focus, {.kind = Target::Kind::Native, .value = 1e9, .from = {}, .take_up = {}}, done);
+  });
+  AutofocusRequest nonsense;
+  nonsense.method = "nosuch";
+  refused([&](auto done) { lens.rig->Autofocus(nonsense, nullptr, done); });
+  lens.Warm(4.0);
+  lens.Keep(2min);
+  EXPECT_EQ(lens.causes.size(), 1u);
+  EXPECT_LT(std::abs(lens.OffUm()), 2.0);
+}
+
+TEST(RefocusEnds, NotWithAnotherAxisThatIsMovedInTheMiddle) {
+  Kept lens(ByTemperature(1.0));
+  lens.Focus();
+  lens.Warm(4.0);
+  lens.Run(70s);
+  auto order = lens.Due();
+  ASSERT_TRUE(order);
+  const double stood = lens.rig->GetStatus().axes[Axis::Focus]->position.value;
+  std::optional<Result<RefocusOutcome>> ended;
+  Refocus(*lens.rig, *std::move(order), [&](Result<RefocusOutcome> outcome) { ended = std::move(outcome); });
+  lens.Run(500ms);
+  ASSERT_FALSE(ended);
+  lens.rig->Move(Axis::Iris, {.kind = Target::Kind::FNumber, .value = 4.0, .from = {}, .take_up = {}},
+                 [](const Result<MoveOutcome>&) {});
+  lens.RunUntil([&] { return ended.has_value(); }, 30s);
+  ASSERT_TRUE(ended && *ended);
+  EXPECT_EQ((*ended)->end, RefocusEnd::Failed);
+  EXPECT_THAT((*ended)->reason, ::testing::HasSubstr("back where it was"));
+  EXPECT_NEAR(lens.rig->GetStatus().axes[Axis::Focus]->position.value, stood, 1.0);
+  lens.keeper.Ended(*ended, lens.rig->GetStatus(), lens.clock.Now(), "");
+  lens.Keep(5min);
+  EXPECT_EQ(lens.causes.size(), 1u) << lens.keeper.why_not();
+  EXPECT_LT(std::abs(lens.OffUm()), 2.0);
+}
+
 /// Autofocus that somebody asks for tells as much as lensd's own, as long as nothing else moves focus in between.
 TEST(RefocusLearns, FromAutofocusThatSomebodyAsksFor) {
   Kept lens(ByTemperature(100.0));
   for (const double by_c : {0.0, 1.0, 2.0, 3.0, 4.0, 5.0}) {
     lens.Warm(by_c);
-    lens.Focus();
+    lens.Focus();  // by depth from defocus, which says too little of where focus belongs
+    EXPECT_EQ(lens.keeper.learned().size(), static_cast<std::size_t>(by_c));
+    lens.Focus("sweep");
     lens.Keep(10s);
   }
   ASSERT_EQ(lens.keeper.learned().size(), 6u);

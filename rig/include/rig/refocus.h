@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -54,7 +55,8 @@ struct RefocusOutcome {
   };
   End end = End::Failed;
   std::string reason;                        ///< why that way
-  std::optional<Metres> by{};                ///< of a move: extension
+  std::optional<Metres> by{};                ///< of a move: how much extension it moved, where optics are known
+  std::uint64_t commands = 1;                ///< for the focus, that it took
   std::optional<MoveOutcome> move{};         ///< where it moved
   std::optional<AutofocusOutcome> search{};  ///< where it searched
 };
@@ -110,7 +112,9 @@ class RefocusKeeper {
   const std::shared_ptr<SharpnessWatch>& watch() const { return watch_; }
 
  private:
-  bool Adopt(FocusReached reached, const AutofocusOutcome& outcome, const Status& status, std::string made);
+  /// `made`: when, of an outcome that says where focus belongs at its temperature; nothing: it says too little.
+  bool Adopt(FocusReached reached, const AutofocusOutcome& outcome, const Status& status,
+             std::optional<std::string> made);
   std::optional<RefocusCause> CauseOf(const Status& status, Instant now) const;
 
   RefocusConfig config_;
