@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 namespace lensd::autofocus {
@@ -95,13 +96,14 @@ class Mixture {
 
   /// Goes towards `wanted` as far as no share falls below 0, and drops what has none left.
   void LetGo(const std::vector<double>& wanted) {
-    double part = 1.0;
+    double part = std::numeric_limits<double>::infinity();
     std::size_t first = 0;
     for (std::size_t k = 0; k < wanted.size(); ++k) {
       if (wanted[k] > kNoShare) continue;
       const double reach = shares_[k] > wanted[k] ? shares_[k] / (shares_[k] - wanted[k]) : 0.0;
-      if (reach <= part) part = reach, first = k;
+      if (reach < part) part = reach, first = k;
     }
+    part = std::min(part, 1.0);
     double sum = 0.0;
     for (std::size_t k = 0; k < wanted.size(); ++k) {
       shares_[k] = k == first ? 0.0 : shares_[k] + part * (wanted[k] - shares_[k]);

@@ -44,7 +44,8 @@ std::optional<KnownSlope> SlopeLearner::Known() const {
   double squares = 0.0;
   for (const double shown : shown_) squares += (shown - mean) * (shown - mean);
   const double next = std::sqrt(squares / (runs - 1.0) * (1.0 + 1.0 / runs));
-  return KnownSlope{mean, std::max(next * kQuantile[shown_.size() - 2] / 1.96, kLeastSigma)};
+  return KnownSlope{mean, std::max(next * kQuantile[shown_.size() - 2] / 1.96, kLeastSigma),
+                    static_cast<int>(shown_.size())};
 }
 
 }  // namespace lensd::autofocus

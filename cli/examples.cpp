@@ -85,6 +85,8 @@ constexpr auto kExamples = std::to_array<OfCommand>({
     {"lensctl focus-at", {"lensctl focus-at forget cam --sample 3", "without --sample: all of it"}},
     {"lensctl refocus", {"lensctl refocus show cam", "whether focus is looked after, and what was learned"}},
     {"lensctl refocus", {"lensctl refocus forget cam --result 3", "without --result: all of it"}},
+    {"lensctl learned", {"lensctl learned show cam", "how blur grows with focus, as autofocus has seen it"}},
+    {"lensctl learned", {"lensctl learned forget cam", "another lens is mounted"}},
     {"lensctl preset", {"lensctl preset save wide", "keep this state"}},
     {"lensctl preset", {"lensctl preset recall wide", "come back to it"}},
     {"lensctl preset", {"lensctl preset list", "what is kept"}},

@@ -4,6 +4,7 @@
 
 #include "json_values.h"
 #include "lens_json.h"
+#include "lens_slope.h"
 #include "search_conditions_json.h"
 
 namespace lensd::daemon {
@@ -89,6 +90,7 @@ Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome
             {"samples", SamplesJson(outcome.samples)},
             {"regions", RegionsJson(outcome.regions)},
             {"stars", StarsJson(outcome.stars)},
+            {"slope", AutofocusSlopeJson(outcome)},
             {"conditions", outcome.under ? SearchedUnderJson(*outcome.under) : Json(nullptr)}};
   if (!candidates.empty()) json["candidates"] = std::move(candidates);
   return json;

@@ -24,7 +24,8 @@ using AutofocusAnswer = std::function<void(const rig::AutofocusOutcome&)>;
 /// called on the event loop's thread with how it ended, before watchers are told.
 void RunAutofocus(ServedLens& lens, const ExchangePointer& exchange, rig::AutofocusRequest request,
                   AutofocusAnswer answer);
-/// Keeps what was found for FocusAtAdd, where it was sure, and looks after it from now on. Event loop thread.
+/// Keeps what was found for FocusAtAdd, where it was sure, learns from it, and looks after it from now on. Event loop
+/// thread.
 void NoteFocusFound(ServedLens& lens, const rig::AutofocusRequest& request, const rig::AutofocusOutcome& outcome);
 /// The same of an answer after which the search goes on: no correction follows it, since the search holds focus itself.
 void NoteFocusTracked(ServedLens& lens, const rig::AutofocusOutcome& outcome);

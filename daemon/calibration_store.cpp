@@ -21,6 +21,14 @@ std::string Plain(std::string serial) {
   return serial;
 }
 
+/// NAME[-SERIAL] with this ending in the state folder; empty without one.
+std::string FileOfDevice(const LensConfig& config, const std::string& state, const std::string& serial,
+                         const std::string& ending) {
+  if (state.empty()) return "";
+  const std::string whose = serial.empty() ? "" : "-" + Plain(serial);
+  return (std::filesystem::path(state) / (config.name + whose + ending)).string();
+}
+
 }  // namespace
 
 Error Damaged(const std::string& file, const std::string& why) {
@@ -63,9 +71,7 @@ Result<Kept<Content>> Load(const std::string& file, Writer writer, const Read& r
 
 std::string CalibrationFile(const LensConfig& config, const std::string& state, const std::string& serial) {
   if (config.rig.calibration_path) return *config.rig.calibration_path;
-  if (state.empty()) return "";
-  const std::string whose = serial.empty() ? "" : "-" + Plain(serial);
-  return (std::filesystem::path(state) / (config.name + whose + ".calibration.toml")).string();
+  return FileOfDevice(config, state, serial, ".calibration.toml");
 }
 
 std::string PresetsFile(const LensConfig& config, const std::string& state) {
@@ -74,6 +80,10 @@ std::string PresetsFile(const LensConfig& config, const std::string& state) {
 
 std::string RefocusFile(const LensConfig& config, const std::string& state) {
   return state.empty() ? "" : (std::filesystem::path(state) / (config.name + ".refocus.toml")).string();
+}
+
+std::string SlopeFile(const LensConfig& config, const std::string& state, const std::string& serial) {
+  return FileOfDevice(config, state, serial, ".slope.toml");
 }
 
 Result<Kept<std::shared_ptr<const rig::Calibration>>> LoadCalibration(const std::string& file, Writer writer) {
@@ -103,6 +113,11 @@ Result<Kept<std::vector<rig::Preset>>> LoadPresets(const std::string& file) {
 Result<Kept<std::vector<rig::DriftSample>>> LoadFocusDrift(const std::string& file) {
   return Load<std::vector<rig::DriftSample>>(file, Writer::Lensd,
                                              [](const Settings& settings) { return rig::ReadFocusDrift(settings); });
+}
+
+Result<Kept<std::vector<rig::SlopeRun>>> LoadLearnedSlope(const std::string& file) {
+  return Load<std::vector<rig::SlopeRun>>(file, Writer::Lensd,
+                                          [](const Settings& settings) { return rig::ReadLearnedSlope(settings); });
 }
 
 Result<void> Keep(const std::string& file, const std::string& text) {

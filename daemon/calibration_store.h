@@ -1,4 +1,4 @@
-// Calibrations and presets on disk.
+// Calibrations, presets and what was learned, on disk.
 #pragma once
 
 #include <memory>
@@ -9,6 +9,7 @@
 #include "config.h"
 #include "rig/calibration.h"
 #include "rig/focus_drift.h"
+#include "rig/learned_slope.h"
 #include "rig/presets.h"
 
 namespace lensd::daemon {
@@ -21,6 +22,8 @@ std::string PresetsFile(const LensConfig& config, const std::string& state);
 
 /// NAME.refocus.toml there.
 std::string RefocusFile(const LensConfig& config, const std::string& state);
+/// NAME[-SERIAL].slope.toml there.
+std::string SlopeFile(const LensConfig& config, const std::string& state, const std::string& serial);
 
 /// What a kept file holds, and what its reader should know of it.
 template <class Content>
@@ -42,6 +45,7 @@ Result<Kept<std::shared_ptr<const rig::Calibration>>> LoadCalibration(const std:
 Result<void> CheckNamedCalibration(const std::string& file);
 Result<Kept<std::vector<rig::Preset>>> LoadPresets(const std::string& file);
 Result<Kept<std::vector<rig::DriftSample>>> LoadFocusDrift(const std::string& file);
+Result<Kept<std::vector<rig::SlopeRun>>> LoadLearnedSlope(const std::string& file);
 
 /// Replaces the file by `text` with a checksum, or removes it where `text` is empty; nothing where `file` is empty. On
 /// return that outlives a crash. Io.

@@ -41,7 +41,7 @@ LensService::LensService(EventLoop& loop, const Clock& clock, std::string state)
   for (const auto rows :
        {StatusMethods, DeviceMethods, MotionMethods, LeaseMethods, PlanMethods, AutofocusMethods, FocusMapMethods,
         SessionMethods, PictureMethods, ExposureMethods, CalibrationMethods, FocusShiftMethods, FocusAtMethods,
-        HoldMethods, PresetMethods, ReloadMethods, RefocusMethods}) {
+        HoldMethods, PresetMethods, ReloadMethods, RefocusMethods, LearnedMethods}) {
     for (Method& method : rows(*this)) methods_.push_back(std::move(method));
   }
 }

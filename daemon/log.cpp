@@ -78,6 +78,8 @@ const char* MessageId(Event event) {
       return "19f6c3b2d8054e7fa4be96d1705c8a2e";
     case Event::Refocused:
       return "52c1e7f09b3d4a68b7f4d0a39e6c8125";
+    case Event::SlopeForgotten:
+      return "a7e2409d5c1b4f83960d7be4f1c8a352";
   }
   return "";
 }
@@ -220,11 +222,11 @@ void OnFailure(std::function<void(Failure)> told) {
 }
 
 std::string_view EventName(Event event) {
-  static constexpr std::array<std::string_view, 19> kNames = {
-      "started",      "reloaded",   "stopping",         "lensReady",  "lensLost",  "calibrationMissing",
-      "stateDamaged", "notHomed",   "lensFailed",       "moveFailed", "axisFault", "autofocusRefused",
-      "dropped",      "callFailed", "motorsNotStopped", "notKept",    "notParked", "failureNotTold",
-      "refocused"};
+  static constexpr std::array<std::string_view, 20> kNames = {
+      "started",      "reloaded",      "stopping",         "lensReady",  "lensLost",  "calibrationMissing",
+      "stateDamaged", "notHomed",      "lensFailed",       "moveFailed", "axisFault", "autofocusRefused",
+      "dropped",      "callFailed",    "motorsNotStopped", "notKept",    "notParked", "failureNotTold",
+      "refocused",    "slopeForgotten"};
   return kNames[static_cast<std::size_t>(event)];
 }
 

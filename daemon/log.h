@@ -28,7 +28,8 @@ enum class Event {
   StateNotKept,
   NotParked,
   FailureNotTold,
-  Refocused
+  Refocused,
+  SlopeForgotten
 };
 
 enum class Severity { Info, Warning, Error };

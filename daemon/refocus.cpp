@@ -3,16 +3,15 @@
 #include "refocus.h"
 
 #include <array>
-#include <ctime>
 #include <memory>
 #include <utility>
 
 #include "calibration_store.h"
 #include "json_values.h"
 #include "lens_json.h"
-#include "log.h"
 #include "refusal.h"
 #include "served_lens.h"
+#include "state_file.h"
 
 namespace lensd::daemon {
 namespace {
@@ -22,14 +21,6 @@ using End = rig::RefocusOutcome::End;
 
 constexpr std::array<std::string_view, 4> kRefocusCauses = {"temperature", "time", "filter", "sharpness"};
 constexpr std::array<std::string_view, 4> kRefocusEnds = {"moved", "searched", "refused", "failed"};
-
-std::string RefocusMoment() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc)};
-}
 
 Json DriftJson(const rig::FocusDrift& drift) {
   return {{"umPerC", kUmPerMetre * drift.per_degree.value},
@@ -63,7 +54,7 @@ void LensRefocus::Opened(Result<std::vector<rig::DriftSample>> learned) {
 void LensRefocus::Found(const rig::AutofocusRequest& request, const rig::AutofocusOutcome& outcome) {
   if (!keeper_) return;
   const bool learned =
-      keeper_->Found(request, outcome, lens_.status(), lens_.surroundings().clock.Now(), RefocusMoment());
+      keeper_->Found(request, outcome, lens_.status(), lens_.surroundings().clock.Now(), StateFileMoment());
   if (learned) Keep([](const Result<void>&) {});
   if (outcome.focused) Watch();
 }
@@ -90,6 +81,7 @@ void LensRefocus::Look() {
   auto order = keeper_->Due(lens_.status(), lens_.surroundings().clock.Now(), WhyWait());
   if (!order) return;
   under_way_ = true;
+  order->from.search.slopes = lens_.users().slope->ForSearches();
   const rig::RefocusCause cause = order->cause;
   auto correct = [order = *std::move(order)](rig::Rig& rig, auto done) mutable {
     rig::Refocus(rig, std::move(order), std::move(done));
@@ -101,8 +93,9 @@ void LensRefocus::Look() {
 void LensRefocus::Ended(rig::RefocusCause cause, const Result<rig::RefocusOutcome>& outcome) {
   under_way_ = false;
   if (!keeper_) return;
-  const bool learned = keeper_->Ended(outcome, lens_.status(), lens_.surroundings().clock.Now(), RefocusMoment());
+  const bool learned = keeper_->Ended(outcome, lens_.status(), lens_.surroundings().clock.Now(), StateFileMoment());
   if (learned) Keep([](const Result<void>&) {});
+  if (outcome && outcome->search) lens_.users().slope->Found(*outcome->search);
   if (outcome && outcome->end == End::Searched) Watch();
   if (outcome || outcome.error().code != Code::Busy) Tell(cause, outcome);
 }
@@ -156,20 +149,10 @@ void LensRefocus::Forget(std::optional<std::int64_t> sample, const std::function
   Keep(done);
 }
 
-/// On disk, by the thread for files.
 void LensRefocus::Keep(const std::function<void(const Result<void>&)>& then) {
   if (unreadable_) return then(PassOn(*unreadable_));
-  const LensSurroundings& around = lens_.surroundings();
-  const auto ended = [name = lens_.name(), then](const Result<void>& kept) {
-    if (!kept) Log(Severity::Warning, Event::StateNotKept, "what was learned of focus: " + kept.error().message, name);
-    then(kept ? kept : Fail(Code::NotKept, "in force, but not kept: " + kept.error().message));
-  };
-  const bool taken = around.files.Submit([&loop = around.loop, ended, file = RefocusFile(lens_.config(), around.state),
-                                          text = rig::FocusDriftText(keeper_->learned())] {
-    auto kept = daemon::Keep(file, text);
-    loop.Post([ended, kept = std::move(kept)] { ended(kept); });
-  });
-  if (!taken) ended(Fail(Code::Busy, "too much waits to be written"));
+  KeepStateFile(lens_, RefocusFile(lens_.config(), lens_.surroundings().state), rig::FocusDriftText(keeper_->learned()),
+                "what was learned of focus", then);
 }
 
 }  // namespace lensd::daemon

@@ -16,6 +16,7 @@ MethodTable HoldMethods(LensService& service);         ///< serve_hold.cpp
 MethodTable PlanMethods(LensService& service);         ///< serve_plan.cpp
 MethodTable AutofocusMethods(LensService& service);    ///< serve_autofocus.cpp
 MethodTable FocusAtMethods(LensService& service);      ///< serve_focus_at.cpp
+MethodTable LearnedMethods(LensService& service);      ///< serve_learned.cpp
 MethodTable RefocusMethods(LensService& service);      ///< serve_refocus.cpp
 MethodTable FocusMapMethods(LensService& service);     ///< serve_focus_map.cpp
 MethodTable SessionMethods(LensService& service);      ///< serve_autofocus_session.cpp

@@ -176,6 +176,7 @@ void Autofocus(ServedLens& lens, const ExchangePointer& exchange) {
 void RunAutofocus(ServedLens& lens, const ExchangePointer& exchange, rig::AutofocusRequest request,
                   AutofocusAnswer answer) {
   auto ended = std::make_shared<bool>(false);  // the worker's thread
+  request.slopes = lens.users().slope->ForSearches();
   auto run = [request = std::move(request), progress = ProgressTo(lens, exchange), ended](rig::Rig& rig,
                                                                                           auto done) mutable {
     if (auto busy = rig.WhyNotFocused()) {

@@ -188,8 +188,8 @@ void FrameSessions::Begin(const ExchangePointer& exchange) {
   sessions_[session->number] = session;
   exchange->AtClose(static_cast<std::uint64_t>(session->number), [this, session] { EndSession(session); });
 
-  request->outside.emplace();
-  request->outside->pixel_um = *pixel;
+  request->slopes = lens->users().slope->ForSearches();
+  request->outside.emplace().pixel_um = *pixel;
   if (const Json* scores = Given(parameters, "scores")) request->outside->scores_only = scores->get<bool>();
   request->outside->wanted = [session](const rig::FrameWanted& wanted) {
     Worker::Later([session, json = FrameWantedJson(wanted)] { TellWish(session, json); });

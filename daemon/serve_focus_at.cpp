@@ -270,6 +270,7 @@ void NoteFocusFound(ServedLens& lens, const rig::AutofocusRequest& request, cons
 
 void NoteFocusTracked(ServedLens& lens, const rig::AutofocusOutcome& outcome) {
   if (!outcome.focused) return;
+  lens.users().slope->Found(outcome);
   lens.users().found = FocusFound{outcome.position, outcome.sigma,
                                   rig::FocusAtConditionsOf(lens.status(), lens.config().rig.wavelength)};
 }

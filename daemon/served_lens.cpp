@@ -54,6 +54,7 @@ ServedLens::ServedLens(LensConfig config, const LensSurroundings& surroundings, 
       users_(std::make_unique<LensUsers>(config_.name, surroundings.loop, surroundings.clock,
                                          [this](const Json& change) { TellLease(change); })) {
   users_->refocus = std::make_unique<LensRefocus>(*this);
+  users_->slope = std::make_unique<LensSlope>(*this);
   shown_.info = varlink::WriteJson(AbsentInfoJson(config_.name, config_.device.driver->name));
   shown_.told_connection = "connecting";
   if (before != nullptr) {
@@ -122,7 +123,7 @@ bool ServedLens::TryToOpen(const std::shared_ptr<Tenure>& tenure) {
     if (!warning.empty()) rig->notes.warnings.push_back(warning);
     presets = kept ? Result<std::vector<rig::Preset>>(std::move(kept->content)) : PassOn(kept);
   }
-  if (rig && config_.rig.refocus) LoadDrift(*rig);
+  if (rig) LoadLearned(*rig);
   tenure->NotOpening();
   if (tenure->over()) return true;  // another thread has the device: what was opened here is closed here
   const bool opened = rig.has_value();
@@ -163,6 +164,7 @@ void ServedLens::StartRig(Made made, Result<std::vector<rig::Preset>> presets) {
   plans_.planning = SharedPlanning(*rig, config_.rig);
   shown_.info = varlink::WriteJson(InfoJson(name(), *rig, config_.rig, plans_.planning.get(), kept_.calibration.path));
   const rig::Status now = rig->GetStatus();
+  const std::string serial = rig->lens().serial;
   const std::string_view connection = ConnectionOf(now);
   Show(std::make_shared<const rig::Status>(now), StatusText(StateJson(now), connection, now), connection);
   opening_.left_moving = false;
@@ -182,6 +184,7 @@ void ServedLens::StartRig(Made made, Result<std::vector<rig::Preset>> presets) {
   ++users_->work.openings;
   users_->holds = {};
   users_->refocus->Opened(std::move(made.drift));
+  users_->slope->Opened(std::move(made.slopes), SlopeFile(config_, surroundings_.state, serial));
   KeepUnwritten(std::move(made.unwritten));
   if (config_.home_at_start) HomeAtStart();
 }

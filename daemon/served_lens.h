@@ -16,6 +16,7 @@
 #include "event_loop.h"
 #include "lens_holds.h"
 #include "lens_lease.h"
+#include "lens_slope.h"
 #include "lens_work.h"
 #include "planning.h"
 #include "plug_signal.h"
@@ -68,6 +69,7 @@ struct LensUsers {
   StateHistory history{};
   std::optional<FocusFound> found{};  ///< by the newest autofocus that was sure; event loop thread
   std::unique_ptr<LensRefocus> refocus{};
+  std::unique_ptr<LensSlope> slope{};
 };
 
 /// What is to be known of the files that are kept of a lens.
@@ -253,6 +255,7 @@ class ServedLens {
     FileNotes notes;
     FileMark calibration;                                    ///< as it was before it was read
     Result<std::vector<rig::DriftSample>> drift{};           ///< that was learned
+    Result<std::vector<rig::SlopeRun>> slopes{};             ///< likewise
     std::optional<UnwrittenCalibration::Content> unwritten;  ///< in force, whatever the file says
   };
   /// The command that has the rig answer.
@@ -269,7 +272,7 @@ class ServedLens {
   }
   Result<drivers::Device> OpenUnder(const std::shared_ptr<Tenure>& tenure) const;
   Result<Made> MakeRig(const std::shared_ptr<Tenure>& tenure);
-  void LoadDrift(Made& made) const;
+  void LoadLearned(Made& made) const;
   Result<Made> RigOf(drivers::Device device, std::shared_ptr<const rig::Calibration> calibration) const;
   std::unique_ptr<rig::PositionMemory> Memory(const std::string& serial, std::vector<std::string>& warnings) const;
   void OpenAfter(Duration delay);

@@ -88,12 +88,16 @@ Result<ServedLens::Made> ServedLens::MakeRig(const std::shared_ptr<Tenure>& tenu
 }
 
 /// On the thread of Retry.
-void ServedLens::LoadDrift(Made& made) const {
-  auto kept = LoadFocusDrift(RefocusFile(config_, surroundings_.state));
-  const std::string warning =
-      kept ? kept->warning : kept.error().message + ": nothing is learned of it until that is mended";
-  if (!warning.empty()) made.notes.warnings.push_back(warning);
-  made.drift = kept ? Result<std::vector<rig::DriftSample>>(std::move(kept->content)) : PassOn(kept);
+void ServedLens::LoadLearned(Made& made) const {
+  const auto take = [&]<class Content>(Result<daemon::Kept<Content>> kept, Result<Content>& learned) {
+    const std::string warning =
+        kept ? kept->warning : kept.error().message + ": nothing more is kept of it until that is mended";
+    if (!warning.empty()) made.notes.warnings.push_back(warning);
+    learned = kept ? Result<Content>(std::move(kept->content)) : PassOn(kept);
+  };
+  const std::string& state = surroundings_.state;
+  if (config_.rig.refocus) take(LoadFocusDrift(RefocusFile(config_, state)), made.drift);
+  take(LoadLearnedSlope(SlopeFile(config_, state, made.rig->lens().serial)), made.slopes);
 }
 
 Result<ServedLens::Made> ServedLens::RigOf(drivers::Device device,

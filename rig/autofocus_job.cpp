@@ -65,7 +65,6 @@ autofocus::Setup AutofocusJob::SetupFor(const AutofocusRequest& request) const {
     setup.blur_px = f_number->value * pixel_m;
     setup.focal_length = scale.optics->FocalLengthAt(Metres{0.5 * (setup.lowest + setup.highest)}).value;
   }
-  if (setup.blur_px && request.slope) autofocus::GoBy(*request.slope, setup);
   return setup;
 }
 
@@ -193,6 +192,9 @@ Result<AutofocusRun::Plan> AutofocusJob::SearchFor(const AutofocusRequest& reque
                 {.parameter = "track"});
   }
   autofocus::Setup setup = SetupFor(request);
+  const SlopeConditions under = Under(request.outside);
+  const auto known = setup.blur_px && request.slopes ? request.slopes(under, *means_.optics.table()) : std::nullopt;
+  if (known) autofocus::GoBy(*known, setup);
   if (request.track) setup.subject = autofocus::Setup::Subject::MayMove;
   if (!(setup.highest - setup.lowest > 0.5 * setup.resolution)) {
     return Fail(Code::InvalidArgument, "the range is a single position: there is nothing to search",
@@ -205,7 +207,7 @@ Result<AutofocusRun::Plan> AutofocusJob::SearchFor(const AutofocusRequest& reque
   }
   auto search = AutofocusRun::SearchOf(request, setup, Scale(), *std::move(regions));
   if (!search) return PassOn(search);
-  AutofocusRun::Plan plan{.regions = *std::move(search), .setup = setup, .known_slope = request.slope};
+  AutofocusRun::Plan plan{.regions = *std::move(search), .setup = setup, .under = under, .known_slope = known};
   if (request.range) {
     plan.range = std::minmax(Native{request.range->from.value}, Native{request.range->to.value});
   }
@@ -242,6 +244,7 @@ void AutofocusJob::Cancel(const Error& why) {
 
 void AutofocusJob::End(Result<AutofocusOutcome> outcome) {
   ended_ = true;
+  if (outcome && !HeldThroughout(*outcome)) outcome->slope.reset();
   // A liquid lens is searched in its own units, and still focuses somewhere that is known.
   const OpticsTable* optics = means_.optics.table();
   if (outcome && !outcome->vergence && optics != nullptr && optics->has_focus()) {
@@ -275,7 +278,10 @@ void AutofocusJob::Report(const AutofocusProgress& progress, std::move_only_func
 }
 
 void AutofocusJob::Tell(const AutofocusOutcome& answer) {
-  means_.replies.Add([tell = tell_, answer] { tell(answer); });
+  means_.replies.Add([tell = tell_, answer = answer, held = HeldThroughout(answer)]() mutable {
+    if (!held) answer.slope.reset();
+    tell(answer);
+  });
 }
 
 // ---- what it may do with the lens ---------------------------------------------------------------------------------

@@ -70,6 +70,8 @@ class AutofocusJob final : private FocusActuator {
   AxisController& focus() const { return *means_.axes[drivers::Axis::Focus]; }
   AutofocusRun::Scale Scale() const;
   autofocus::Setup SetupFor(const AutofocusRequest& request) const;
+  SlopeConditions Under(const std::optional<OutsideCamera>& outside) const;
+  bool HeldThroughout(const AutofocusOutcome& outcome) const;
   Result<double> StepFor(const SearchStep& step, const autofocus::Setup& setup) const;
   Result<std::vector<drivers::Region>> RegionsFor(const AutofocusRequest& request) const;
   Result<void> AllowTime(const AutofocusRequest& request, AutofocusRun::Plan& plan) const;

@@ -308,10 +308,8 @@ AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const 
   outcome.regions = regions();
   outcome.stars = verdict.stars;
   if (verdict.focused) outcome.subject = SubjectOf(verdict);
-  if (verdict.log_slope) {
-    const auto& known = search_.plan.known_slope;
-    outcome.log_slope = *verdict.log_slope + (known ? known->log_factor : 0.0);
-  }
+  outcome.known_slope = search_.plan.known_slope;
+  outcome.slope = ShownSlope(verdict);
   if (const autofocus::FocusMap* map = search_.plan.regions->map()) {
     outcome.map = FocusMapOutcomeOf(*map, *scale_.optics, search_.plan.setup);
   }

@@ -39,6 +39,7 @@ class AutofocusRun {
     Duration limit{};                                    ///< until its answer
     Duration usual{};                                    ///< what a search of the whole range may take
     std::optional<std::pair<Native, Native>> range{};    ///< frames are taken from here to there; nothing: anywhere
+    SlopeConditions under{};                             ///< at its beginning
     std::optional<autofocus::KnownSlope> known_slope{};  ///< that `setup` goes by
   };
 
@@ -100,6 +101,7 @@ class AutofocusRun {
   Result<bool> Watch(const Observation& seen);
   AutofocusOutcome Outcome(const autofocus::Verdict& verdict) const;
   AutofocusSubject SubjectOf(const autofocus::Verdict& verdict) const;
+  std::optional<SlopeRun> ShownSlope(const autofocus::Verdict& verdict) const;
   AutofocusOutcome Missed(const MoveOutcome& moved) const;
   AutofocusOutcome Refusal(autofocus::Cause cause, std::string reason) const;
 

@@ -40,6 +40,7 @@ struct Options {
   std::uint64_t seed = 1;
   double f_number_error = 1.0;
   int learn = 0;
+  double other_lens = 1.0;
   bool draw_distance = false;
   bool track = false;
   bool as_json = false;
@@ -137,6 +138,7 @@ Result<SceneRuns> RunScene(const std::string& path, const Options& options) {
     auto slope = LearnedFrom(*pictures, wanted, options.learn);
     if (!slope) return PassOn(slope);
     wanted.slope = *slope;
+    if (wanted.slope) wanted.slope->log_factor += std::log(options.other_lens);
     auto runs = RunAutofocus(*pictures, wanted);
     if (!runs) return PassOn(runs);
     done.methods.emplace_back(method, *std::move(runs));
@@ -274,7 +276,9 @@ int BenchReplay(const Options& options) {
     auto runs = Replay(*stacks, {.method = method,
                                  .starts = options.starts,
                                  .crop = options.crop,
-                                 .slope_error = 1.0 / options.f_number_error});
+                                 .slope_error = 1.0 / options.f_number_error,
+                                 .learn = options.learn > 0,
+                                 .other_lens = options.other_lens});
     if (!runs) return Complain(runs.error(), StatusOf(runs.error().code));
     if (!options.as_json) {
       std::printf("%-16s %-28s %5s %8s %5s %6s %8s %12s %12s\n", "method", "regions", "runs", "within", "off", "false",
@@ -336,8 +340,14 @@ int RunAutofocusCommand(int argc, char** argv) {
   app.add_option("--f-number-error", options.f_number_error, "what the lens believes of its f-numbers over the truth")
       ->check(CLI::Range(0.5, 2.0))
       ->capture_default_str();
-  app.add_option("--learn", options.learn, "with --scene: runs before these that teach the slope of blur, not scored")
+  app.add_option(
+         "--learn", options.learn,
+         "with --scene: runs before these that teach the slope of blur, not scored; with --replay, above 0: what the "
+         "stack's other regions have shown is gone by")
       ->check(CLI::Range(0, 1000));
+  app.add_option("--other-lens", options.other_lens,
+                 "with --learn: it was learned of a lens whose blur grows so many times as fast")
+      ->check(CLI::Range(0.2, 5.0));
   app.add_flag("--draw-distance", options.draw_distance,
                "another distance of the subject in every run, over the middle four fifths of the travel; for scenes of "
                "walls alone");

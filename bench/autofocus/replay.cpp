@@ -61,12 +61,13 @@ ReplayEnd Judge(const ReplayRun& run, double off, double px) {
 }
 
 Result<ReplayRun> RunOnce(const Stack& stack, const std::vector<drivers::Frame>& frames, const StackRegion& region,
-                          int start, const ReplayOptions& options) {
+                          int start, const ReplayOptions& options, const std::optional<autofocus::KnownSlope>& slope) {
   ReplayRun run{.stack = stack.name, .region = region, .start = start, .method = {}, .reason = {}};
   autofocus::Setup setup;
   setup.highest = static_cast<double>(frames.size()) - 1.0;
   setup.resolution = 1.0;
   setup.blur_px = 1.0 / (stack.blur_px_per_frame * options.slope_error);
+  if (slope) autofocus::GoBy(*slope, setup);
   const drivers::Region shown = options.crop ? drivers::Region{0.0, 0.0, 1.0, 1.0} : region.region;
   auto session = autofocus::Regions::Create(options.method, setup, {shown}, autofocus::Policy::Nearest);
   if (!session) return PassOn(session);
@@ -86,6 +87,7 @@ Result<ReplayRun> RunOnce(const Stack& stack, const std::vector<drivers::Frame>&
     run.sigma = verdict.sigma;
     run.method = session->method();
     run.reason = verdict.reason;
+    if (verdict.focused && verdict.log_slope) run.log_slope = *verdict.log_slope + (slope ? slope->log_factor : 0.0);
     const double off = region.kind == "several depths" ? std::max({region.lowest - at, at - region.highest, 0.0})
                                                        : std::abs(at - region.best);
     run.off_px = off * stack.blur_px_per_frame;
@@ -120,26 +122,57 @@ Result<std::vector<Stack>> LoadStacks(const std::string& directory, double gamma
   return stacks;
 }
 
-Result<std::vector<ReplayRun>> Replay(const std::vector<Stack>& stacks, const ReplayOptions& options) {
+namespace {
+
+/// What the answers in other regions of one stack have shown, one from each region in turn.
+std::optional<autofocus::KnownSlope> TaughtElsewhere(const std::vector<ReplayRun>& runs, std::size_t region,
+                                                     std::size_t starts) {
+  autofocus::SlopeLearner learner;
+  for (std::size_t start = 0; start < starts; ++start) {
+    for (std::size_t other = 0; other * starts < runs.size(); ++other) {
+      const ReplayRun& run = runs[other * starts + start];
+      if (other != region && run.log_slope) learner.Add(*run.log_slope);
+    }
+  }
+  return learner.Known();
+}
+
+/// Every region of one stack from every start; `taught` by earlier runs of the same, where not empty.
+Result<std::vector<ReplayRun>> ReplayStack(const Stack& stack, const ReplayOptions& options,
+                                           const std::vector<ReplayRun>& taught) {
   std::vector<ReplayRun> runs;
-  for (const Stack& stack : stacks) {
-    for (const StackRegion& region : stack.regions) {
-      std::vector<drivers::Frame> frames = stack.frames;
-      if (options.crop) {
-        auto window = autofocus::WindowOf(region.region, frames.front().width, frames.front().height);
-        if (!window) return PassOn(window);
-        for (drivers::Frame& frame : frames) frame = Cropped(frame, *window);
-      }
-      for (int i = 0; i < options.starts; ++i) {
-        const auto last = static_cast<double>(frames.size()) - 1.0;
-        const int start = static_cast<int>(std::lround(last * (i + 0.5) / options.starts));
-        auto run = RunOnce(stack, frames, region, start, options);
-        if (!run) return PassOn(run);
-        runs.push_back(*std::move(run));
-      }
+  for (std::size_t at = 0; at < stack.regions.size(); ++at) {
+    const StackRegion& region = stack.regions[at];
+    auto slope = TaughtElsewhere(taught, at, static_cast<std::size_t>(options.starts));
+    if (slope) slope->log_factor += std::log(options.other_lens);
+    std::vector<drivers::Frame> frames = stack.frames;
+    if (options.crop) {
+      auto window = autofocus::WindowOf(region.region, frames.front().width, frames.front().height);
+      if (!window) return PassOn(window);
+      for (drivers::Frame& frame : frames) frame = Cropped(frame, *window);
+    }
+    for (int i = 0; i < options.starts; ++i) {
+      const auto last = static_cast<double>(frames.size()) - 1.0;
+      const int start = static_cast<int>(std::lround(last * (i + 0.5) / options.starts));
+      auto run = RunOnce(stack, frames, region, start, options, slope);
+      if (!run) return PassOn(run);
+      runs.push_back(*std::move(run));
     }
   }
   return runs;
+}
+
+}  // namespace
+
+Result<std::vector<ReplayRun>> Replay(const std::vector<Stack>& stacks, const ReplayOptions& options) {
+  std::vector<ReplayRun> all;
+  for (const Stack& stack : stacks) {
+    auto runs = ReplayStack(stack, options, {});
+    if (runs && options.learn) runs = ReplayStack(stack, options, *runs);
+    if (!runs) return PassOn(runs);
+    all.insert(all.end(), runs->begin(), runs->end());
+  }
+  return all;
 }
 
 }  // namespace lensd::bench

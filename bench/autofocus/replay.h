@@ -2,9 +2,11 @@
 // product's own; only the lens is a list of pictures.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "autofocus/slope_learner.h"
 #include "base/result.h"
 #include "drivers/api/camera.h"
 
@@ -41,6 +43,7 @@ struct ReplayRun {
   double off_px = 0.0;  ///< of blur
   int frames = 0;
   ReplayEnd how = ReplayEnd::Refused;
+  std::optional<double> log_slope{};  ///< that an answer showed, over the told one
   std::string method;
   std::string reason;
 };
@@ -50,6 +53,8 @@ struct ReplayOptions {
   int starts = 6;            ///< of each region, spread evenly
   bool crop = false;         ///< the region alone is shown instead of the whole frame
   double slope_error = 1.0;  ///< what is told of blur per frame, over what stacks.json says
+  bool learn = false;        ///< what is scored goes by what the answers in the stack's other regions have shown
+  double other_lens = 1.0;   ///< that was of a lens whose blur grows so many times as fast
 };
 
 /// Every region of every stack from every start. Within: at most one frame or 2 px of blur from `best` (with several

@@ -44,7 +44,7 @@ void Note(const rig::AutofocusOutcome& outcome, AutofocusRunResult& result) {
   result.elapsed = outcome.elapsed;
   result.cpu = outcome.cpu;
   result.reason = outcome.reason;
-  result.log_slope = outcome.log_slope;
+  if (outcome.slope) result.log_slope = outcome.slope->log_factor;
   result.candidates = outcome.candidates.size();
 }
 
@@ -164,7 +164,8 @@ Result<AutofocusRunResult> RunOnce(std::shared_ptr<sim::Pictures> pictures, cons
   auto rig = rig::Rig::Create(std::move(believed), std::move(world->device), clock);
   if (!rig) return PassOn(rig);
 
-  rig::AutofocusRequest request{.method = wanted.method, .slope = wanted.slope};
+  rig::AutofocusRequest request{.method = wanted.method};
+  if (wanted.slope) request.slopes = [known = wanted.slope](const auto&, const auto&) { return known; };
   if (wanted.whole_frame) request.regions = {{0.0, 0.0, 1.0, 1.0}};
   const auto note = [&](const rig::AutofocusProgress& now) {
     result.blurs_px.push_back(BlurAt(*world->truth, scene, now.position.value));

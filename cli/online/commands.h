@@ -27,6 +27,7 @@ void AddBacklash(CLI::App& root, Run& run);
 void AddFocusShift(CLI::App& root, Run& run);
 void AddFocusAt(CLI::App& root, Run& run);
 void AddRefocus(CLI::App& root, Run& run);
+void AddLearned(CLI::App& root, Run& run);
 void AddPreset(CLI::App& root, Run& run);
 void AddUndo(CLI::App& root, Run& run);
 void AddStop(CLI::App& root, Run& run);

@@ -242,6 +242,18 @@ std::string ShiftSizeText(const Json& size) {
   return NumberText(size, "size", 4, " steps, sigma ") + NumberText(size, "sizeSigma", 2, "");
 }
 
+/// Where it went by what was learned, or that contradicts it.
+static std::string LearnedSlopeText(const Json& result) {
+  if (!Has(result, "slope") || !Has(result["slope"], "known")) return "";
+  const Json& known = result["slope"]["known"];
+  std::string text = "\n  blur: " + NumberText(known, "factor", 3, " times what is told, as ") +
+                     NumberText(known, "runs", 3, " runs have shown");
+  if (True(result["slope"], "anotherLens")) {
+    text += "; it is " + NumberText(result["slope"], "shown", 3, " times now: is it another lens?");
+  }
+  return text;
+}
+
 std::string AutofocusText(const Json& result) {
   std::string line = TextOf(result, "lens") + ": ";
   const std::string focus = FocusText(result);
@@ -260,6 +272,7 @@ std::string AutofocusText(const Json& result) {
   if (!TextOf(result, "reason").empty()) {
     line += (True(result, "focused") ? "\n  why: " : "\n  why not: ") + TextOf(result, "reason");
   }
+  line += LearnedSlopeText(result);
   if (Has(result, "stars")) {
     const Json& stars = result["stars"];
     const int clipped = stars.value("clipped", 0);

@@ -175,6 +175,7 @@ REFERENCES = {
     "drivers/modbus/profiles/generic.toml": ["drivers/modbus/profile.cpp"],
     "docs/calibration.md": ["rig/calibration.cpp", "rig/focus_shift.cpp", "rig/focus_at_file.cpp"],
     "docs/refocus.md": ["rig/focus_drift.cpp"],
+    "docs/autofocus.md": ["rig/learned_slope.cpp"],
     "scenes/README.md": ["sim/scene.cpp", "sim/scene_lens.cpp", "sim/scene_surfaces.cpp", "sim/scene_parts.h"],
 }
 # Read from files that lensd alone writes, or between rooms of lensd.

@@ -1,5 +1,6 @@
-// Calibration and preset files, and those of what was learned of focus. What is accepted can be written, read again and
-// written the same; a checksum that was put on a text holds, and no longer does once a byte of the text has changed.
+// Calibration and preset files, and those of what was learned of focus and blur. What is accepted can be written, read
+// again and written the same; a checksum that was put on a text holds, and no longer does once a byte of the text has
+// changed.
 #include <string>
 #include <string_view>
 
@@ -7,6 +8,7 @@
 #include "io/toml.h"
 #include "rig/calibration.h"
 #include "rig/focus_drift.h"
+#include "rig/learned_slope.h"
 #include "rig/presets.h"
 
 namespace {
@@ -51,6 +53,19 @@ void Drift(std::string_view text) {
   if (!again || again->size() != read->size()) __builtin_trap();
 }
 
+void Slope(std::string_view text) {
+  const auto file = io::ParseToml(text, "fuzz");
+  if (!file) return;
+  const auto read = rig::ReadLearnedSlope(*file);
+  if (!read) return;
+  const std::string written = rig::LearnedSlopeText(*read);
+  if (written.empty()) return;
+  const auto reparsed = io::ParseToml(written, "written");
+  if (!reparsed) __builtin_trap();
+  const auto again = rig::ReadLearnedSlope(*reparsed);
+  if (!again || rig::LearnedSlopeText(*again) != written) __builtin_trap();
+}
+
 void Checksums(std::string_view text, std::size_t changed) {
   (void)io::IntegrityOfLines(text);
   (void)io::IntegrityOfObject(text);
@@ -73,6 +88,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 1:
       Presets(text);
       Drift(text);
+      Slope(text);
       break;
     default:
       Checksums(text, data[0] / 3);

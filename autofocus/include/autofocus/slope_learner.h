@@ -13,6 +13,7 @@ struct Setup;
 struct KnownSlope {
   double log_factor = 0.0;
   double sigma = 0.0;  ///< of what the next run will show: 1.96 of it hold 95 %
+  int runs = 0;        ///< that have shown it
   bool operator==(const KnownSlope&) const = default;
 };
 

@@ -790,6 +790,30 @@ std::optional<AutofocusStars> AutofocusResult::stars() const {
 std::optional<SearchedUnder> AutofocusResult::conditions() const {
   return Access::Get<std::optional<SearchedUnder>>(*this, "conditions");
 }
+std::optional<AutofocusSlope> AutofocusResult::slope() const {
+  return Access::Get<std::optional<AutofocusSlope>>(*this, "slope");
+}
+double KnownSlope::factor() const {
+  return Access::Get<double>(*this, "factor");
+}
+double KnownSlope::low() const {
+  return Access::Get<double>(*this, "low");
+}
+double KnownSlope::high() const {
+  return Access::Get<double>(*this, "high");
+}
+std::int64_t KnownSlope::runs() const {
+  return Access::Get<std::int64_t>(*this, "runs");
+}
+std::optional<double> AutofocusSlope::shown() const {
+  return Access::Get<std::optional<double>>(*this, "shown");
+}
+std::optional<KnownSlope> AutofocusSlope::known() const {
+  return Access::Get<std::optional<KnownSlope>>(*this, "known");
+}
+bool AutofocusSlope::anotherLens() const {
+  return Access::Get<bool>(*this, "anotherLens");
+}
 std::int64_t FocusMapCell::column() const {
   return Access::Get<std::int64_t>(*this, "column");
 }
@@ -1960,6 +1984,45 @@ std::vector<DriftResult> RefocusState::results() const {
 std::optional<Refocus> RefocusState::last() const {
   return Access::Get<std::optional<Refocus>>(*this, "last");
 }
+double LearnedRun::shown() const {
+  return Access::Get<double>(*this, "shown");
+}
+double LearnedRun::position() const {
+  return Access::Get<double>(*this, "position");
+}
+double LearnedRun::blurPxPerUnit() const {
+  return Access::Get<double>(*this, "blurPxPerUnit");
+}
+double LearnedRun::pixelUm() const {
+  return Access::Get<double>(*this, "pixelUm");
+}
+std::optional<double> LearnedRun::irisPosition() const {
+  return Access::Get<std::optional<double>>(*this, "irisPosition");
+}
+std::optional<double> LearnedRun::zoomPosition() const {
+  return Access::Get<std::optional<double>>(*this, "zoomPosition");
+}
+bool LearnedRun::framesFromOutside() const {
+  return Access::Get<bool>(*this, "framesFromOutside");
+}
+bool LearnedRun::holds() const {
+  return Access::Get<bool>(*this, "holds");
+}
+std::string LearnedRun::made() const {
+  return Access::Get<std::string>(*this, "made");
+}
+std::string LearnedState::lens() const {
+  return Access::Get<std::string>(*this, "lens");
+}
+std::optional<KnownSlope> LearnedState::known() const {
+  return Access::Get<std::optional<KnownSlope>>(*this, "known");
+}
+std::optional<std::string> LearnedState::reason() const {
+  return Access::Get<std::optional<std::string>>(*this, "reason");
+}
+std::vector<LearnedRun> LearnedState::runs() const {
+  return Access::Get<std::vector<LearnedRun>>(*this, "runs");
+}
 std::string UndoResult::lens() const {
   return Access::Get<std::string>(*this, "lens");
 }
@@ -2290,6 +2353,21 @@ ForgetDriftParameters& ForgetDriftParameters::result(std::int64_t value) {
   return *this;
 }
 ForgetDriftParameters& ForgetDriftParameters::lease(const std::string& value) {
+  Access::Set(*this, "lease", value);
+  return *this;
+}
+LearnedState GetLearnedReply::learned() const {
+  return Access::Get<LearnedState>(*this, "learned");
+}
+GetLearnedParameters& GetLearnedParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
+ForgetLearnedParameters& ForgetLearnedParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
+ForgetLearnedParameters& ForgetLearnedParameters::lease(const std::string& value) {
   Access::Set(*this, "lease", value);
   return *this;
 }

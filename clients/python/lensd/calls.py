@@ -12,9 +12,9 @@ from .types import (
     AutofocusProgress, AutofocusResult, AutofocusStep, Axis, BacklashProgress, BacklashResult, CalibrationInfo,
     CalibrationPoint, DaemonMetrics, DistanceFrom, Encoding, Event, ExposureInfo, FailedSearch, FocusAtPlace,
     FocusAtSurface, FocusAtValue, FocusMapResult, FocusRange, FocusShift, FocusShiftProgress, FocusShiftResult,
-    FocusStep, FoundDevice, FrameInfo, LensInfo, LensMetrics, LensStatus, MoveProgress, MoveResult, PictureInfo,
-    PixelFormat, PlanAnswer, PlanRequest, Policy, Preset, RecallResult, RefocusState, Region, SearchConditions, Size,
-    Target, UndoResult)
+    FocusStep, FoundDevice, FrameInfo, LearnedState, LensInfo, LensMetrics, LensStatus, MoveProgress, MoveResult,
+    PictureInfo, PixelFormat, PlanAnswer, PlanRequest, Policy, Preset, RecallResult, RefocusState, Region,
+    SearchConditions, Size, Target, UndoResult)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -309,6 +309,30 @@ def forget_drift(*, lens: Optional[str] = None, result: Optional[int] = None, le
     """Feature "refocus". Forgets what was learned of focus and temperature, or one result of that, by its number from
     1. InvalidRequest: there is no such result. NotKept: it is in force, and could not be written."""
     return Call("io.lensd.Lens.ForgetDrift", {"lens": lens, "result": result, "lease": lease}, ForgetDriftReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GetLearnedReply:
+    """The answer to GetLearned."""
+
+    learned: LearnedState
+
+
+def get_learned(*, lens: Optional[str] = None) -> Call[GetLearnedReply]:
+    """Feature "learned". What autofocus has taught lensd of a lens: the blur that a step of focus makes. Disconnected:
+    the lens is not there."""
+    return Call("io.lensd.Lens.GetLearned", {"lens": lens}, GetLearnedReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ForgetLearnedReply:
+    """The answer to ForgetLearned."""
+
+
+def forget_learned(*, lens: Optional[str] = None, lease: Optional[str] = None) -> Call[ForgetLearnedReply]:
+    """Feature "learned". Forgets all of it: the next searches go by what is told, and learn anew. NotKept: it is in
+    force, and could not be written."""
+    return Call("io.lensd.Lens.ForgetLearned", {"lens": lens, "lease": lease}, ForgetLearnedReply)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -757,6 +757,35 @@ class AutofocusResult:
     stars: Optional[AutofocusStars] = None
     # Feature "searchConditions". What became of the conditions of the search; null where it had none of its own.
     conditions: Optional[SearchedUnder] = None
+    # Feature "learned". What it knew of the lens' blur and what it saw of it; null where both is nothing.
+    slope: Optional[AutofocusSlope] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnownSlope:
+    """Feature "learned". The blur that a step of focus makes, over what the configuration and the calibration tell, as
+    earlier autofocus runs have shown it."""
+
+    # Their mean.
+    factor: float
+    # Between this and `high` the next run is expected, with 95 %.
+    low: float
+    # See `low`.
+    high: float
+    # Number of runs that it is learned from: 3 to 10, the newest that were made with iris and zoom where they stand.
+    runs: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AutofocusSlope:
+    """Feature "learned". The blur that a step of focus makes, in one autofocus."""
+
+    # As its frames showed it, over what is told; null where they did not.
+    shown: Optional[float] = None
+    # As earlier runs had shown it: the search went by this instead of what is told. Null: by what is told.
+    known: Optional[KnownSlope] = None
+    # The two contradict each other, as with another lens: what was learned is forgotten, if focus was found.
+    another_lens: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -1740,6 +1769,44 @@ class RefocusState:
     results: list[DriftResult]
     # The newest correction since the lens was configured; null where there was none.
     last: Optional[Refocus] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LearnedRun:
+    """Feature "learned". What one autofocus has shown of the blur that a step of focus makes."""
+
+    # That blur over the one that the configuration and the calibration told at that time.
+    shown: float
+    # Native focus position at the end.
+    position: float
+    # Pixels of blur that a native unit of focus makes there.
+    blur_px_per_unit: float
+    # Pitch of the pixels as it was told.
+    pixel_um: float
+    # Where the iris stood, null where the lens has no motorised one.
+    iris_position: Optional[float] = None
+    # Where the zoom stood, likewise.
+    zoom_position: Optional[float] = None
+    # The frames were those of a client (AutofocusBegin).
+    frames_from_outside: bool
+    # It counts for a search with the lens' own camera as the lens stands now: with iris and zoom there.
+    holds: bool
+    # When that was (UTC), for people.
+    made: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LearnedState:
+    """Feature "learned". What autofocus has taught lensd of a lens."""
+
+    # Name of the lens.
+    lens: str
+    # What the next search with the lens' own camera goes by, as the lens stands now; null: by what is told.
+    known: Optional[KnownSlope] = None
+    # Why that is null, or that the file of it cannot be read and nothing more is kept; null otherwise.
+    reason: Optional[str] = None
+    # What it was learned from, oldest first; at most 200.
+    runs: list[LearnedRun]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

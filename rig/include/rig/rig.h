@@ -12,7 +12,6 @@
 
 #include "autofocus/method.h"
 #include "autofocus/regions.h"
-#include "autofocus/slope_learner.h"
 #include "base/clock.h"
 #include "base/result.h"
 #include "base/units.h"
@@ -22,6 +21,7 @@
 #include "rig/calibration.h"
 #include "rig/config.h"
 #include "rig/focus_map.h"
+#include "rig/learned_slope.h"
 #include "rig/motion.h"
 #include "rig/optics_table.h"
 #include "rig/position_memory.h"
@@ -141,7 +141,7 @@ struct AutofocusRequest {
   /// Goes on after each answer or refusal, which it is told of, and holds focus on the one region until it is stopped,
   /// superseded or fails: only then the run ends. The deadline is one for each search.
   std::function<void(const AutofocusOutcome&)> track{};
-  std::optional<autofocus::KnownSlope> slope{};  ///< of this lens, as earlier runs have shown it
+  KnownSlopes slopes{};                          ///< of this lens, as earlier runs have shown it; null: as told
   std::optional<SearchConditions> conditions{};  ///< of the search alone; not with `track` or `outside`
   std::optional<OutsideCamera> outside{};  ///< instead of the lens's own camera; `regions` are of its frames then,
                                            ///< all of them by default
@@ -191,7 +191,8 @@ struct AutofocusOutcome {
   std::vector<AutofocusSample> samples{};              ///< the newest kMostSamples, those of the last search
   std::vector<drivers::Region> regions{};              ///< that were looked at
   std::optional<autofocus::StarFigures> stars{};       ///< in the last frame, where it was focused by them
-  std::optional<double> log_slope{};                   ///< of blur, over the told one: see autofocus::Verdict
+  std::optional<SlopeRun> slope{};  ///< that its frames showed, where they did and it held throughout
+  std::optional<autofocus::KnownSlope> known_slope{};  ///< that it went by, instead of the told one
   std::optional<FocusMapOutcome> map{};                ///< where one was asked for and the search came to its end
   std::optional<SearchedUnder> under{};                ///< of a search under conditions of its own
 };

@@ -43,6 +43,8 @@ class SearchedUnder;
 class FocusShiftProgress;
 class FocusShiftResult;
 class AutofocusResult;
+class KnownSlope;
+class AutofocusSlope;
 class FocusMapCell;
 class FocusTilt;
 class FocusSurface;
@@ -88,6 +90,8 @@ class Refocus;
 class DriftResult;
 class FocusDrift;
 class RefocusState;
+class LearnedRun;
+class LearnedState;
 class UndoResult;
 class ListReply;
 class ListParameters;
@@ -127,6 +131,10 @@ class GetRefocusReply;
 class GetRefocusParameters;
 class ForgetDriftReply;
 class ForgetDriftParameters;
+class GetLearnedReply;
+class GetLearnedParameters;
+class ForgetLearnedReply;
+class ForgetLearnedParameters;
 class PresetSaveReply;
 class PresetSaveParameters;
 class PresetListReply;
@@ -835,6 +843,33 @@ class LENSD_API AutofocusResult : public Value {
   std::optional<AutofocusStars> stars() const;
   /// Feature "searchConditions". What became of the conditions of the search; null where it had none of its own.
   std::optional<SearchedUnder> conditions() const;
+  /// Feature "learned". What it knew of the lens' blur and what it saw of it; null where both is nothing.
+  std::optional<AutofocusSlope> slope() const;
+};
+
+/// Feature "learned". The blur that a step of focus makes, over what the configuration and the calibration tell, as
+/// earlier autofocus runs have shown it.
+class LENSD_API KnownSlope : public Value {
+ public:
+  /// Their mean.
+  double factor() const;
+  /// Between this and `high` the next run is expected, with 95 %.
+  double low() const;
+  /// See `low`.
+  double high() const;
+  /// Number of runs that it is learned from: 3 to 10, the newest that were made with iris and zoom where they stand.
+  std::int64_t runs() const;
+};
+
+/// Feature "learned". The blur that a step of focus makes, in one autofocus.
+class LENSD_API AutofocusSlope : public Value {
+ public:
+  /// As its frames showed it, over what is told; null where they did not.
+  std::optional<double> shown() const;
+  /// As earlier runs had shown it: the search went by this instead of what is told. Null: by what is told.
+  std::optional<KnownSlope> known() const;
+  /// The two contradict each other, as with another lens: what was learned is forgotten, if focus was found.
+  bool anotherLens() const;
 };
 
 /// Feature "focusMap". One region of a focus map.
@@ -1800,6 +1835,42 @@ class LENSD_API RefocusState : public Value {
   std::optional<Refocus> last() const;
 };
 
+/// Feature "learned". What one autofocus has shown of the blur that a step of focus makes.
+class LENSD_API LearnedRun : public Value {
+ public:
+  /// That blur over the one that the configuration and the calibration told at that time.
+  double shown() const;
+  /// Native focus position at the end.
+  double position() const;
+  /// Pixels of blur that a native unit of focus makes there.
+  double blurPxPerUnit() const;
+  /// Pitch of the pixels as it was told.
+  double pixelUm() const;
+  /// Where the iris stood, null where the lens has no motorised one.
+  std::optional<double> irisPosition() const;
+  /// Where the zoom stood, likewise.
+  std::optional<double> zoomPosition() const;
+  /// The frames were those of a client (AutofocusBegin).
+  bool framesFromOutside() const;
+  /// It counts for a search with the lens' own camera as the lens stands now: with iris and zoom there.
+  bool holds() const;
+  /// When that was (UTC), for people.
+  std::string made() const;
+};
+
+/// Feature "learned". What autofocus has taught lensd of a lens.
+class LENSD_API LearnedState : public Value {
+ public:
+  /// Name of the lens.
+  std::string lens() const;
+  /// What the next search with the lens' own camera goes by, as the lens stands now; null: by what is told.
+  std::optional<KnownSlope> known() const;
+  /// Why that is null, or that the file of it cannot be read and nothing more is kept; null otherwise.
+  std::optional<std::string> reason() const;
+  /// What it was learned from, oldest first; at most 200.
+  std::vector<LearnedRun> runs() const;
+};
+
 /// A lens brought back.
 class LENSD_API UndoResult : public Value {
  public:
@@ -2169,6 +2240,36 @@ class LENSD_API ForgetDriftParameters : public Value {
   ForgetDriftParameters& lens(const std::string& value);
   ForgetDriftParameters& result(std::int64_t value);
   ForgetDriftParameters& lease(const std::string& value);
+};
+
+/// The answer to GetLearned.
+class LENSD_API GetLearnedReply : public Value {
+ public:
+  LearnedState learned() const;
+};
+
+/// Feature "learned". What autofocus has taught lensd of a lens: the blur that a step of focus makes. Disconnected: the
+/// lens is not there.
+class LENSD_API GetLearnedParameters : public Value {
+ public:
+  using Reply = GetLearnedReply;
+  static const char* Method() { return "GetLearned"; }
+  GetLearnedParameters& lens(const std::string& value);
+};
+
+/// The answer to ForgetLearned.
+class LENSD_API ForgetLearnedReply : public Value {
+ public:
+};
+
+/// Feature "learned". Forgets all of it: the next searches go by what is told, and learn anew. NotKept: it is in force,
+/// and could not be written.
+class LENSD_API ForgetLearnedParameters : public Value {
+ public:
+  using Reply = ForgetLearnedReply;
+  static const char* Method() { return "ForgetLearned"; }
+  ForgetLearnedParameters& lens(const std::string& value);
+  ForgetLearnedParameters& lease(const std::string& value);
 };
 
 /// The answer to PresetSave.

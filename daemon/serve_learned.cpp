@@ -1,0 +1,56 @@
+// GetLearned and ForgetLearned: what autofocus has taught lensd of a lens.
+#include <utility>
+
+#include "lens_json.h"
+#include "lens_service.h"
+#include "lens_slope.h"
+#include "serve.h"
+
+namespace lensd::daemon {
+namespace {
+
+using drivers::Axis;
+using varlink::Json;
+
+/// What a search with the lens' own camera would begin under.
+struct SlopeNow {
+  rig::SlopeConditions under;
+  std::shared_ptr<const rig::OpticsTable> optics;
+};
+
+SlopeNow SlopeNowOf(const rig::Rig& rig) {
+  const rig::Status status = rig.GetStatus();
+  SlopeNow now{.under = {}, .optics = status.optics};
+  now.under.pixel_um = rig.camera() != nullptr ? rig.camera()->pixel_um : 0.0;
+  for (const auto& [axis, place] : {std::pair(Axis::Iris, &now.under.iris), std::pair(Axis::Zoom, &now.under.zoom)}) {
+    const auto& motor = status.axes[axis];
+    if (motor && motor->homed) *place = motor->position;
+    if (motor && !motor->homed) now.under.pixel_um = 0.0;
+  }
+  return now;
+}
+
+void GetLearned(ServedLens& lens, const ExchangePointer& exchange) {
+  lens.Ask<SlopeNow>([](rig::Rig& rig, auto done) { done(SlopeNowOf(rig)); },
+                     [&lens, exchange](const Result<SlopeNow>& now) {
+                       if (!now) return Refuse(exchange, lens, now.error());
+                       exchange->Finish(varlink::WriteJson(
+                           {{"learned", lens.users().slope->StateJson(now->under, now->optics.get())}}));
+                     });
+}
+
+void ForgetLearned(ServedLens& lens, const ExchangePointer& exchange) {
+  lens.users().slope->Forget([&lens, exchange](const Result<void>& kept) {
+    if (!kept) return Refuse(exchange, lens, kept.error());
+    exchange->Finish("{}");
+  });
+}
+
+}  // namespace
+
+MethodTable LearnedMethods(LensService& service) {
+  return {{"GetLearned", service.ForLens(GetLearned)},
+          {"ForgetLearned", service.ForLens(ForgetLearned), NeedsLease::ToChange, MayChangeState::Yes}};
+}
+
+}  // namespace lensd::daemon
