@@ -190,10 +190,8 @@ void Rig::Impl::Move(Axis axis, const Target& target, MoveCallback done) {
   if (native) {
     if (auto unknown = axes[axis]->WhyUnknown()) native = PassOn(*std::move(unknown));
   }
-  if (!native) {
-    if (axis == Axis::Focus) ++commands.refused;
-    return replies.Add(std::move(done), Result<MoveOutcome>(PassOn(native)));
-  }
+  if (!native && axis == Axis::Focus) ++commands.refused;
+  if (!native) return replies.Add(std::move(done), Result<MoveOutcome>(PassOn(native)));
   Disturb(axis);
   axes[axis]->Move(*native, target.take_up, std::move(done));
 }

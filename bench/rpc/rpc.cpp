@@ -209,9 +209,8 @@ int Bench(const Outputs& outputs, int rounds, int calls) {
        {std::pair(1, 1), std::pair(1, 64), std::pair(4, 16), std::pair(16, 1), std::pair(16, 64)}) {
     auto us = AskAtRate(lenses, clients, calls);
     if (!us) return fail(us.error());
-    rows->push_back(RowOf(
-        "Status, 1,000 a second: " + Counted(lenses, "lens", "lenses") + ", " + Counted(clients, "client", "clients"),
-        false, *us, get_info));
+    rows->push_back(RowOf("Status: " + Counted(lenses, "lens", "lenses") + ", " + Counted(clients, "client", "clients"),
+                          false, *us, get_info));
   }
   return WriteOutputs("lens-bench rpc", *rows, {}, outputs, [&] { return io::ChartsSvg({ChartOf(*rows)}, 1); });
 }
