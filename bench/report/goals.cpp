@@ -297,7 +297,12 @@ Verdict JudgeRegime(const Evidence& rows, const Regime& regime) {
   }
   const double share = static_cast<double>(right) / runs, lied = static_cast<double>(wrong) / runs;
   const bool met = regime.must_refuse ? right == runs : share >= 0.97 && lied <= 0.001;
-  verdict.kind = met ? Kind::Met : Kind::Missed;
+  const bool proved = ShareOf(right, runs).low >= 0.97;
+  verdict.kind = !met ? Kind::Missed : proved ? Kind::Met : Kind::Open;
+  if (verdict.kind == Kind::Open) {
+    verdict.words = "met as counted; " + std::to_string(runs) + " runs are too few to prove it";
+    return verdict;
+  }
   verdict.words = met ? "" : "the sweeps count here up to where every method fails; the charts show where";
   if (!met && !std::ranges::any_of(regime.scenes,
                                    [](const char* scene) { return std::string_view(scene).starts_with("sweep"); })) {

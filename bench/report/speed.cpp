@@ -25,6 +25,7 @@ std::string ListOf(const std::vector<std::string>& names) {
 
 std::vector<std::string> LabelsOf(const ChartLine& front) {
   std::vector<std::string> labels;
+  labels.reserve(front.marks.size());
   for (const ChartMark& mark : front.marks) {
     labels.push_back(mark.label.ends_with(kUnsure) ? mark.label.substr(0, mark.label.size() - kUnsure.size())
                                                    : mark.label);

@@ -16,7 +16,7 @@ LENS_TABLE = f'[[lens]]\nname = "a"\ndriver = "sim"\nscene = "{os.path.join(HERE
 MOVERS, KEEPERS = "audio", "games"  # groups that every Debian has
 STRANGER = 65534
 # Everything that looks and changes nothing, and what stops.
-FOR_ALL = {"ListFocusShifts", "FocusAtGet", "GetRefocus", "List", "Status", "Metrics", "Monitor", "Devices", "GetCalibration", "GetExposure", "PresetList", "Snapshot", "View",
+FOR_ALL = {"ListFocusShifts", "FocusAtGet", "GetRefocus", "GetLearned", "List", "Status", "Metrics", "Monitor", "Devices", "GetCalibration", "GetExposure", "PresetList", "Snapshot", "View",
            "Stop"}
 FOR_KEEPERS = {"Calibrate", "Reload", "RemoveFocusShift"}
 

@@ -107,7 +107,7 @@ class RepliesTest(DaemonTest):
                     ("FocusAtAdd", {"at": [{"name": "x", "value": 1}]}),
                     ("FocusAtAdd", {"at": [{"name": "x", "value": 3}], "position": 900, "sigma": 2}),
                     ("FocusAtGet", {"at": [{"name": "x", "value": 2}]}), ("FocusAt", {"at": [{"name": "x", "value": 2}]}),
-                    ("FocusAtForget", {"sample": 1}), ("FocusAtGet", {}), ("FocusAtForget", {}), ("GetRefocus", {}), ("ForgetDrift", {}), ("Hold", {"untilNs": time.monotonic_ns() + 600 * 10**9}), ("Release", {}), ("TakeLease", {}),
+                    ("FocusAtForget", {"sample": 1}), ("FocusAtGet", {}), ("FocusAtForget", {}), ("GetRefocus", {}), ("GetLearned", {}), ("ForgetLearned", {}), ("ForgetDrift", {}), ("Hold", {"untilNs": time.monotonic_ns() + 600 * 10**9}), ("Release", {}), ("TakeLease", {}),
                     ("DropLease", {}), ("Stop", {}), ("ResetFaults", {}),
                     ("Plan", {"request": {"limits": [{"kind": "sharp", "limitUm": 20, "depths": [
                         {"oneEnd": {"distanceM": 1}, "otherEnd": {"distanceM": 1.2}}]}]}, "apply": True,
