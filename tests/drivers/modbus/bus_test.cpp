@@ -180,7 +180,7 @@ TEST(ModbusBusRtu, KeepsItsSilentGaps) {
   auto device = bench.Open(FastAz("focus", 1));
   ASSERT_TRUE(device.has_value()) << device.error().message;
   for (int i = 0; i < 100; ++i) EXPECT_TRUE(device->lens->Read().has_value());
-  EXPECT_GE(bench.wire.requests(), 200);  // a status and a position each
+  EXPECT_GE(bench.wire.requests(), 200);                    // a status and a position each
   EXPECT_EQ(bench.wire.GapViolations(milliseconds(3)), 0);  // sheet, section A: at least 3 ms
   std::cout << "shortest silence before a request: " << Ms(bench.wire.ShortestGap()) << " ms\n";
 }
