@@ -11,6 +11,9 @@
 namespace lensd::bench {
 namespace {
 
+constexpr int kFewRuns = 20;       // of aberrations, whose kernels are traced
+constexpr double kCornerPx = 160;  // side of the region where coma is looked for
+
 /// Every texture of the scene with that part of its contrast left.
 void ScaleContrast(sim::Scene& scene, double part) {
   for (sim::Surface& surface : scene.surfaces) {
@@ -72,11 +75,12 @@ void Spherical(sim::Scene& scene, AutofocusRuns&, double path_um) {
   scene.lens.spherical_um = path_um;
 }
 
+/// Seen in a corner: there is none in the middle.
 void Coma(sim::Scene& scene, AutofocusRuns&, double path_um) {
   scene.lens.coma_um = path_um;
+  const double w = kCornerPx / scene.camera.width, h = kCornerPx / scene.camera.height;
+  scene.truth_region = {0.02, 0.02, w, h};
 }
-
-constexpr int kFewRuns = 10;  // of aberrations, whose kernels are traced
 
 const std::vector<Variation>& Table() {
   using sim::Scene;
@@ -89,14 +93,14 @@ const std::vector<Variation>& Table() {
        "contrast of the texture [part of its own]",
        {1, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01},
        [](Scene& scene, AutofocusRuns&, double value) { ScaleContrast(scene, value); }},
-      {"defocus", "blur where the search starts [px]", {2, 5, 10, 20, 40, 80, 160}, StartBlurred},
+      {"defocus", "blur where the search starts [px]", {2, 5, 10, 20, 40, 80, 160, 320}, StartBlurred},
       {"blades",
-       "corners of the aperture [0: a circle]",
-       {0, 8, 6, 5, 4, 3},
+       "corners of the aperture, even [0: a circle]",
+       {0, 8, 6, 4},
        [](Scene& scene, AutofocusRuns&, double value) { scene.lens.aperture_blades = static_cast<int>(value); }},
       {"f-number",
        "f-number believed over the true one",
-       {1, 0.9, 1.1, 0.8, 1.25, 0.65, 1.5, 2},
+       {1, 0.9, 1.1, 0.8, 1.25, 0.65, 1.5, 2, 4, 8},
        [](Scene&, AutofocusRuns& runs, double value) { runs.f_number_error = value; }},
       {"backlash",
        "backlash [steps of the motor]",
@@ -104,17 +108,17 @@ const std::vector<Variation>& Table() {
        [](Scene& scene, AutofocusRuns&, double value) { scene.lens.backlash_steps = value; }},
       {"latency",
        "readings of the lens are late by [ms]",
-       {0, 10, 50, 100, 300, 1000},
+       {0, 10, 50, 100, 300, 1000, 3000},
        [](Scene&, AutofocusRuns& runs, double value) {
          runs.late = std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(value));
        }},
       {"vibration",
        "sideways shake between frames [px, standard deviation]",
-       {0, 1, 2, 4, 8, 16},
+       {0, 1, 2, 4, 8, 16, 32, 64},
        [](Scene& scene, AutofocusRuns&, double value) { scene.camera.shake_px = value; }},
       {"subject-speed",
        "greatest speed of the subject [m/s]",
-       {0, 0.003, 0.01, 0.03, 0.1, 0.3},
+       {0, 0.003, 0.01, 0.03, 0.1, 0.3, 1, 3},
        [](Scene& scene, AutofocusRuns&, double value) { MoveSubject(scene, value); }},
       {"flicker",
        "flicker at 100 Hz [relative amplitude]",
@@ -122,11 +126,11 @@ const std::vector<Variation>& Table() {
        [](Scene& scene, AutofocusRuns&, double value) { scene.camera.flicker = value; }},
       {"window",
        "side of the region [px]",
-       {200, 100, 60, 40, 20, 12, 8},
+       {200, 100, 60, 40, 20, 12, 8, 4, 2},
        [](Scene& scene, AutofocusRuns&, double value) { ShrinkRegion(scene, value); }},
       {"step",
        "positions of the motor over the travel",
-       {4096, 1024, 256, 64, 32, 16},
+       {4096, 1024, 256, 64, 32, 16, 8},
        [](Scene& scene, AutofocusRuns&, double value) { CoarseSteps(scene, value); }},
       {"spherical", "spherical aberration at the rim [um of optical path]", {0, 2, 4, 8, 16, 32}, Spherical, kFewRuns},
       {"coma", "coma at the frame's corners [um of optical path]", {0, 1, 2, 4, 8, 16}, Coma, kFewRuns}};

@@ -173,7 +173,10 @@ std::vector<EvidenceJob> AutofocusJobs(Counts counts, const EvidenceSources& sou
   jobs.push_back({.family = "autofocus",
                   .scene = "real stacks",
                   .arguments = {"--replay", sources.stacks, "--method", small ? kCharted : "all", "--starts",
-                                small ? "2" : "24", "--each"},
+                                sources.runs > 0 ? std::to_string(sources.runs)
+                                : small          ? "2"
+                                                 : "24",
+                                "--each"},
                   .pinned = false,
                   .rows = StackRows});
   for (const char* folder : {"/regimes", "/score"}) {

@@ -113,7 +113,8 @@ int RunEvidence(int argc, char** argv) {
   app.add_option("-o,--output", options.directory, "folder of the CSV files")->capture_default_str();
   app.add_option("--family", options.families, "only these: autofocus, drivers, measure, move, plan, render, rpc");
   app.add_option("--only", options.scenes, "only what begins so, as the files are named: \"regimes\", \"score page\"");
-  app.add_option("--runs", options.sources.runs, "searches of autofocus a method and scene, instead of the counts'")
+  app.add_option("--runs", options.sources.runs,
+                 "searches of autofocus a method and scene, starts a region of stacks, instead of the counts'")
       ->check(CLI::PositiveNumber);
   app.add_option("--scenes", options.sources.scenes, "folder with score/ and regimes/")->capture_default_str();
   app.add_option("--stacks", options.sources.stacks, "folder of focal stacks")->capture_default_str();
