@@ -2,13 +2,18 @@
 #include "bench/rpc/peers.h"
 
 #include <sys/epoll.h>
+#include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/un.h>
+#include <sys/wait.h>
 #include <systemd/sd-bus.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <csignal>
 #include <cstdio>
+#include <optional>
 #include <string_view>
 #include <thread>
 #include <utility>
@@ -33,8 +38,9 @@ bool SendAll(int socket, std::string_view data) {
   return true;
 }
 
-bool ReceiveAll(int socket, std::size_t size) {
-  std::vector<char> buffer(size);
+/// Into the first `size` bytes of `buffer`.
+bool ReceiveAll(int socket, std::vector<char>& buffer, std::size_t size) {
+  if (buffer.size() < size) buffer.resize(size);
   for (std::size_t have = 0; have < size;) {
     const ssize_t got = ::recv(socket, buffer.data() + have, size - have, 0);
     if (got <= 0) return false;
@@ -43,26 +49,49 @@ bool ReceiveAll(int socket, std::size_t size) {
   return true;
 }
 
-/// Ends when the client's side is closed.
-struct Echo {
-  Echo(std::string asked, std::string answered) : request(std::move(asked)), reply(std::move(answered)) {
-    server = std::thread([this] {
-      while (ReceiveAll(pair[1], request.size()) && SendAll(pair[1], reply)) {
-      }
-    });
+/// A server in a process of its own, as the daemon is one: to wake another process costs more than another thread.
+class ServerProcess {
+ public:
+  /// `serve` ends when the client's side is closed, and takes no memory that was not there before.
+  template <class Serve>
+  explicit ServerProcess(Serve serve) : process_(::fork()) {
+    if (process_ != 0) return;
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    serve();
+    ::_exit(0);
   }
+  ServerProcess(const ServerProcess&) = delete;
+  ServerProcess& operator=(const ServerProcess&) = delete;
+  ~ServerProcess() {
+    if (process_ > 0) ::waitpid(process_, nullptr, 0);
+  }
+
+ private:
+  const pid_t process_;
+};
+
+/// Answers over a pair of sockets.
+class Echo {
+ public:
+  Echo(std::string request, std::string reply) : request_(std::move(request)), reply_(std::move(reply)) {}
   Echo(const Echo&) = delete;
   Echo& operator=(const Echo&) = delete;
   ~Echo() {
-    ::shutdown(pair[0], SHUT_RDWR);
-    server.join();
-    ::close(pair[0]);
-    ::close(pair[1]);
+    ::shutdown(pair_[0], SHUT_RDWR);
+    for (const int descriptor : pair_) ::close(descriptor);
+  }
+  bool Ask() { return SendAll(pair_[0], request_) && ReceiveAll(pair_[0], buffer_, reply_.size()); }
+
+ private:
+  void Serve() {
+    while (ReceiveAll(pair_[1], buffer_, request_.size()) && SendAll(pair_[1], reply_)) {
+    }
   }
 
-  const std::string request, reply;
-  const std::array<int, 2> pair = Pair();
-  std::thread server;
+  const std::string request_, reply_;
+  const std::array<int, 2> pair_ = Pair();
+  std::vector<char> buffer_ = std::vector<char>(std::max(request_.size(), reply_.size()));
+  const ServerProcess server_{[this] { Serve(); }};
 };
 
 /// One client of a server that could have many.
@@ -77,17 +106,17 @@ class EpollServer {
     good_ = ::bind(listening_, generic, sizeof address) == 0 && ::listen(listening_, 1) == 0 &&
             ::connect(client_, generic, sizeof address) == 0;
     Watch(listening_);
-    server_ = std::thread([this] { Serve(); });
+    server_.emplace([this] { Serve(); });
   }
   EpollServer(const EpollServer&) = delete;
   EpollServer& operator=(const EpollServer&) = delete;
   ~EpollServer() {
     ::shutdown(client_, SHUT_RDWR);
-    ::shutdown(listening_, SHUT_RDWR);  // where nobody ever came
-    server_.join();
+    ::shutdown(listening_, SHUT_RDWR);  // where nothing was ever accepted
+    server_.reset();
     for (const int descriptor : {client_, listening_, epoll_}) ::close(descriptor);
   }
-  bool Ask() { return good_ && SendAll(client_, request_) && ReceiveAll(client_, reply_.size()); }
+  bool Ask() { return good_ && SendAll(client_, request_) && ReceiveAll(client_, buffer_, reply_.size()); }
 
  private:
   void Watch(int descriptor) const {
@@ -97,7 +126,6 @@ class EpollServer {
     ::epoll_ctl(epoll_, EPOLL_CTL_ADD, descriptor, &event);
   }
   void Serve() {
-    std::vector<char> buffer(std::size_t{16} << 10);
     std::size_t have = 0;
     for (;;) {
       epoll_event event{};
@@ -108,7 +136,7 @@ class EpollServer {
         Watch(accepted);
         continue;
       }
-      const ssize_t got = ::recv(event.data.fd, buffer.data(), buffer.size(), MSG_DONTWAIT);
+      const ssize_t got = ::recv(event.data.fd, buffer_.data(), buffer_.size(), MSG_DONTWAIT);
       if (got <= 0) {
         ::close(event.data.fd);
         return;
@@ -123,8 +151,9 @@ class EpollServer {
   const int epoll_ = ::epoll_create1(EPOLL_CLOEXEC);
   const int listening_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const int client_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  std::vector<char> buffer_ = std::vector<char>(std::size_t{16} << 10);
   bool good_ = false;
-  std::thread server_;
+  std::optional<ServerProcess> server_;
 };
 
 constexpr const char* kPath = "/lens";
@@ -190,7 +219,7 @@ class SdBusPair {
 
 RoundTrip SocketEcho(std::string request, std::string reply) {
   auto echo = std::make_shared<Echo>(std::move(request), std::move(reply));
-  return [echo] { return SendAll(echo->pair[0], echo->request) && ReceiveAll(echo->pair[0], echo->reply.size()); };
+  return [echo] { return echo->Ask(); };
 }
 
 RoundTrip EpollEcho(std::string request, std::string reply) {

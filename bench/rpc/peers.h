@@ -10,8 +10,8 @@ namespace lensd::bench {
 /// One round trip; false when it failed.
 using RoundTrip = std::function<bool()>;
 
-/// A thread that answers `reply` to every message of `request`'s length, over a pair of sockets: nothing on two
-/// descriptors can be faster.
+/// A process that answers `reply` to every message of `request`'s length, over a pair of sockets: no daemon can be
+/// faster.
 RoundTrip SocketEcho(std::string request, std::string reply);
 
 /// The same by a server as a daemon has to be one: it listens, waits by epoll and reads without waiting.
