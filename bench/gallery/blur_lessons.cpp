@@ -15,8 +15,6 @@
 namespace lensd::bench {
 namespace {
 
-constexpr Metres kNormal{0.05};  // the focal length of most lessons
-
 optics::ThinLens FocusedOn(Metres focal_length, double f_number, Dioptres focus) {
   return {focal_length, FNumber{f_number}, optics::Extension(focal_length, focus)};
 }

@@ -18,7 +18,6 @@ namespace {
 
 namespace thin_lens = optics::thin_lens;
 
-constexpr Metres kNormal{0.05};
 constexpr double kUm = 1e6, kMm = 1e3;
 
 double BlurOfHole(Metres diameter, Metres sensor_distance, const thin_lens::AxialPlace<double>& at) {

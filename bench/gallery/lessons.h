@@ -10,6 +10,8 @@
 
 namespace lensd::bench {
 
+inline constexpr Metres kNormal{0.05};  // the focal length of most lessons
+
 /// One page of the gallery.
 struct Lesson {
   std::string name;   ///< of its file, without the ending

@@ -50,11 +50,6 @@ double Microseconds(const std::function<std::uint64_t()>& work) {
   return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
 }
 
-double Median(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
-}
-
 }  // namespace
 
 std::vector<Measured> MeasureDepthMap(std::size_t pixels, std::uint64_t seed, int rounds) {

@@ -15,13 +15,6 @@ double Microseconds(Clock::duration time) {
   return std::chrono::duration<double, std::micro>(time).count();
 }
 
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// One method made ready for a set.
 struct Runner {
   std::string name;
@@ -90,6 +83,13 @@ void Judge(const ProblemSet& set, const std::vector<double>& truth, const Runner
 }
 
 }  // namespace
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
 
 std::vector<Measured> Measure(const ProblemSet& set, const std::vector<Method>& methods, int rounds) {
   std::vector<Runner> runners = Prepare(set, methods);

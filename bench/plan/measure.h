@@ -27,6 +27,9 @@ struct Measured {
   std::size_t over = 0;     ///< meeting every limit with an f-number more than 1e-9 too large
 };
 
+/// The middle value, of an even count the upper one of two; of nothing 0.
+double Median(std::vector<double> values);
+
 /// Times every method on the set in `rounds` rounds, one method after the other within a round, so that what slows the
 /// machine slows all of them.
 std::vector<Measured> Measure(const ProblemSet& set, const std::vector<Method>& methods, int rounds);

@@ -39,7 +39,7 @@ constexpr PlanKind kKinds[] = {
     {"close-up, pupils unlike", {35e-3, 100e-3}, {2.8, 11}, {0.4, 1}, {5e-6, 20e-6}, 3.45e-6, {0.7, 1.4}, {0, 0}},
     {"telephoto, measured", {100e-3, 300e-3}, {2.8, 8}, {5, 50}, {5e-6, 20e-6}, 3.45e-6, {0.8, 1.2}, {1e-6, 50e-6}}};
 
-double Drawn(std::mt19937_64& random, Span span) {
+double DrawnFrom(std::mt19937_64& random, Span span) {
   return span.low == span.high ? span.low
                                : std::exp(std::uniform_real_distribution(std::log(std::max(span.low, 1e-12)),
                                                                          std::log(span.high))(random));
@@ -47,20 +47,21 @@ double Drawn(std::mt19937_64& random, Span span) {
 
 PlanRequest DrawRequest(std::mt19937_64& random, const PlanKind& kind) {
   PlanRequest request;
-  const double f = Drawn(random, kind.f), n = Drawn(random, kind.n);
-  const double far = 1 / Drawn(random, kind.distance), near = far * std::uniform_real_distribution(1.01, 1.3)(random);
+  const double f = DrawnFrom(random, kind.f), n = DrawnFrom(random, kind.n);
+  const double far = 1 / DrawnFrom(random, kind.distance),
+               near = far * std::uniform_real_distribution(1.01, 1.3)(random);
   request.focal_length = f;
   request.f_numbers = {n, n * 1.4};
   const auto extension = [&](double u) { return f * f * u / (1 - f * u); };
   request.extensions = {extension(0.9 * far), extension(1.1 * near)};
   request.wavelength = kWavelength;
-  request.pupil_factor = Drawn(random, kind.pupil);
-  request.calibration_error = {Drawn(random, kind.calibration_error)};
+  request.pupil_factor = DrawnFrom(random, kind.pupil);
+  request.calibration_error = {DrawnFrom(random, kind.calibration_error)};
   request.pixel = Metres{kind.pixel};
   optics::BlurLimit limit{.name = "subject",
                           .kind = optics::LimitKind::Sharp,
                           .depths = {},
-                          .limit = Drawn(random, kind.limit),
+                          .limit = DrawnFrom(random, kind.limit),
                           .side = optics::Side::Either};
   limit.depths = {{optics::PlanDepth::Vergence(far), optics::PlanDepth::Vergence(near)}};
   request.limits.push_back(std::move(limit));

@@ -1,5 +1,4 @@
 // lensd's planner, called as lensctl and lensd call it.
-#include <limits>
 
 #include "bench/plan/peers.h"
 #include "optics/planner.h"
@@ -7,7 +6,6 @@
 namespace lensd::bench {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kMostLimits = 10'000'000;
 
 optics::BlurLimit LimitOf(const Limit& limit, std::size_t index) {

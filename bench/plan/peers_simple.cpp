@@ -8,7 +8,6 @@
 namespace lensd::bench {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// What both recipes look at: the outermost images of what shall be sharp, and the tightest limit.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,8 @@ struct Problem {
   double delta = 0;  ///< sensor tolerance
   std::vector<Limit> limits;
 };
+
+inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// What a method says. Infeasible: NaN.
 struct Answer {

@@ -53,7 +53,6 @@ struct ReferenceNoise {
 /// bins of equal size, each weighed by the line itself. Rounding that is the same in both frames does not show in their
 /// difference: hence the floor, and where it is reached, an error of a half, since rounding is not white then.
 ReferenceNoise NoiseOfMean(const FramesToCompare& frames, const Plane& mean) {
-  constexpr double kQuantisation = 1.0 / 12;
   std::vector<std::size_t> order(mean.values.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::sort(order, {}, [&](std::size_t i) { return mean.values[i]; });
