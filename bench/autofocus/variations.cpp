@@ -108,7 +108,7 @@ const std::vector<Variation>& Table() {
        [](Scene& scene, AutofocusRuns&, double value) { scene.lens.backlash_steps = value; }},
       {"latency",
        "readings of the lens are late by [ms]",
-       {0, 10, 50, 100, 300, 1000, 3000},
+       {0, 10, 50, 100, 300, 1000},
        [](Scene&, AutofocusRuns& runs, double value) {
          runs.late = std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(value));
        }},

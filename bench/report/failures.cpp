@@ -62,20 +62,35 @@ void AddOutcomes(const Evidence& rows, const std::string& id, const std::string&
         worst = WithoutFolder(scene);
       }
     }
-    chart.regimes.emplace_back(WithoutFolder(scene), std::move(cells));
+    const auto counted = std::ranges::find_if(cells, [](const auto& cell) { return cell.has_value(); });
+    const int each = counted != cells.end() ? (*counted)->runs() : 0;
+    chart.regimes.emplace_back(WithoutFolder(scene) + ", n = " + std::to_string(each), std::move(cells));
   }
   figures.push_back(
       {.id = id,
        .title = title,
        .read =
-           "Each bar is all runs of one method in one regime: within half a depth of field, off by more, refused, "
-           "claimed focus where there was none (false); the line below it is the 95 % interval of the first share. In "
-           "gradient and outside, refusing is right.",
-       .means = runs == 0 ? "Auto was not run here."
-                          : "Auto claims focus falsely in " + ShareInWords(wrong, runs) +
-                                " of its runs; its weakest regime is " + worst + " with " + Short(100 * least) +
-                                " % ended rightly.",
+           "Each bar is all runs of one method in one regime, so many as stand behind its name: within half a depth of "
+           "field, off by more, refused, or, higher than the bar, claimed focus where there was none (false). The line "
+           "below is the 95 % interval of what ended rightly; in gradient and outside that is refusing.",
+       .means = runs == 0
+                    ? "Auto was not run here."
+                    : "Auto claims focus falsely in " + ShareInWords(wrong, runs) + " of its runs; " +
+                          (least < 1.0 ? "its weakest is " + worst + " with " + Short(100 * least) + " % ended rightly."
+                                       : "in none did any end wrongly."),
        .chart = std::move(chart)});
+}
+
+/// What runs that did not end within ended as, over all values.
+std::string OtherEndsOf(const Evidence& rows, const std::string& scene, const std::string& method) {
+  std::string text;
+  for (const char* measure : {"off", "refused", "false"}) {
+    const auto [hits, runs] = Counted(Selected(rows, [&](const EvidenceRow& row) {
+      return row.scene == scene && row.method == method && row.measure == measure;
+    }));
+    if (hits > 0) text += (text.empty() ? "" : ", ") + std::to_string(hits) + " " + measure;
+  }
+  return text.empty() ? "" : " (" + text + ")";
 }
 
 /// The values at which a method's share is below nine in ten for certain.
@@ -86,6 +101,11 @@ std::string FailuresOf(const ChartLine& line, const std::vector<double>& values)
       text += (text.empty() ? "" : ", ") + Short(values[i]);
   }
   return text.empty() ? "nowhere here" : "at " + text;
+}
+
+/// The first of a sweep's values is the easy one.
+double EasyEndOf(const Evidence& rows) {
+  return *rows.front().value;
 }
 
 /// A value that a logarithmic axis has no place for stands left of all others.
@@ -112,9 +132,10 @@ void AddSweep(const Evidence& rows, const std::string& scene, std::vector<Figure
   const double aside = std::pow(values.back() / least, 0.008);
   int series = 0, runs = 0;
   std::string edges;
+  bool failed = false;
   for (const std::string& method : MethodsOf(some)) {
     ChartLine line{.marks = {}, .series = series, .label = method},
-        lies{.marks = {}, .series = 5, .label = "auto: false", .dashed = true};
+        lies{.marks = {}, .series = series, .label = method + ": false", .dashed = true};
     for (const double value : values) {
       const EvidenceRow* within = RowOf(some, "autofocus", scene, method, "within", value);
       const EvidenceRow* wrong = RowOf(some, "autofocus", scene, method, "false", value);
@@ -129,21 +150,28 @@ void AddSweep(const Evidence& rows, const std::string& scene, std::vector<Figure
                          .tip = method + " at " + Short(value) + ", " + row.measure + ": " + InWords(row)};
       };
       line.marks.push_back(mark(*within, series));
-      lies.marks.push_back(mark(*wrong, 5));
+      lies.marks.push_back(mark(*wrong, series));
     }
-    edges += (edges.empty() ? "" : "; ") + method + " " + FailuresOf(line, values);
+    failed = failed || !FailuresOf(line, values).starts_with("nowhere") || !OtherEndsOf(some, scene, method).empty();
+    edges += (edges.empty() ? "" : "; ") + method + " " + FailuresOf(line, values) + OtherEndsOf(some, scene, method);
     const bool lied = std::ranges::any_of(lies.marks, [](const ChartMark& mark) { return mark.y > 0.0; });
     chart.lines.push_back(std::move(line));
-    if (method == "auto" && lied) chart.lines.push_back(std::move(lies));
+    if (lied) chart.lines.push_back(std::move(lies));
     ++series;
   }
-  figures.push_back({.id = FileNameOf(scene),
-                     .title = "Until it fails: " + scene.substr(6),
-                     .read = "The further from the easy end, the harder; bars are 95 % Wilson intervals of " +
-                             std::to_string(runs) + " runs on one scene.",
-                     .means = "Certainly below nine runs in ten: " + edges + ".",
-                     .chart = std::move(chart),
-                     .key = kNoKey});
+  figures.push_back(
+      {.id = FileNameOf(scene),
+       .title = "Until it fails: " + some.front().sweep.substr(0, some.front().sweep.find(" [")),
+       .read = std::string(EasyEndOf(some) == values.front()  ? "Harder to the right"
+                           : EasyEndOf(some) == values.back() ? "Harder to the left"
+                                                              : "Harder to both sides of 1") +
+               "; bars are 95 % Wilson intervals of " + std::to_string(runs) +
+               " runs on one scene, dashed lines are false answers.",
+       .means = failed ? "Certainly below nine runs in ten, and in brackets how all runs that were not within ended: " +
+                             edges + "."
+                       : "No method failed in this range.",
+       .chart = std::move(chart),
+       .key = kNoKey});
 }
 
 void AddFrequency(const Evidence& rows, std::vector<Figure>& figures) {

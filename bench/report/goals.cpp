@@ -27,6 +27,7 @@ struct RatioGoal {
 // An absolute goal of one machine is asked as a ratio to the peer that was measured there beside it.
 constexpr const char* kReading = "reading the numbers once";
 constexpr const char* kMemory = "read memory once";
+constexpr double kRounding = 1e-3;  // of 255: what sums of single precision leave
 constexpr RatioGoal kRatioGoals[] = {
     {"plan, up to 8 limits", "plan", "up to 8 limits", "lensd", kReading, "bisection",
      "0.7 us where bisection takes 0.5: 1.4x", 0, 1.4},
@@ -101,6 +102,15 @@ Verdict JudgeDisk(const Evidence& rows, double diameter) {
   const bool met = ratio.middle <= (diameter == 15 ? 0.5 : 1.0);
   verdict.kind = met ? Kind::Met : Kind::Missed;
   verdict.words = met ? "" : "takes " + Short(ratio.middle) + "x of it";
+  for (const char* library : {"OpenCV", "FFTW"}) {
+    const bool there = std::ranges::any_of(rows, [&](const EvidenceRow& row) {
+      return row.family == "render" && row.value == diameter && row.method.find(library) != std::string::npos;
+    });
+    if (!there && met) {
+      verdict.kind = Kind::Open;
+      verdict.words += (verdict.words.empty() ? "" : "; ") + std::string(library) + " was not there to be timed";
+    }
+  }
   return verdict;
 }
 
@@ -181,6 +191,8 @@ Verdict JudgeAutofocus(const Evidence& rows, const char* work, bool (*in)(const 
   verdict.ours = "within " + ShareInWords(within, runs) + ", false " + ShareInWords(wrong, runs) + ", refused " +
                  ShareInWords(refused, runs) + ", " + Short(frames.middle) + " frames (" + Short(frames.low) + " to " +
                  Short(frames.high) + ")";
+  if (const Evidence moves = of("auto", "moves"); !moves.empty())
+    verdict.ours += ", " + Short(Pooled(moves).middle) + " moves (2 after the first frame were aimed at)";
   std::string best;
   double most = -1.0;
   for (const std::string& method : Names(
@@ -238,11 +250,21 @@ Verdict JudgeTime(const Evidence& rows) {
   return verdict;
 }
 
-/// A regime of the list, and where it is run.
+/// A regime of the list, and where it is run: what is counted, and what is swept until it fails.
 struct Regime {
   const char* name;
   std::vector<const char*> scenes;
   bool must_refuse = false;
+  bool may_refuse = false;  ///< a refusal that names the depths is right too
+
+  bool Sweeps(const EvidenceRow& row) const {
+    return row.scene.starts_with("sweep ") && std::ranges::find(scenes, row.scene) != scenes.end();
+  }
+  bool Counts(const EvidenceRow& row) const {
+    const auto swept = [](const std::string_view scene) { return scene.starts_with("sweep "); };
+    return std::ranges::find(scenes, row.scene) != scenes.end() &&
+           (std::ranges::all_of(scenes, swept) || !swept(row.scene));
+  }
 };
 
 const std::vector<Regime>& Regimes() {
@@ -251,7 +273,10 @@ const std::vector<Regime>& Regimes() {
       {"2 low light",
        {"regimes low-light", "score cloth-dim", "score foliage-dim", "score ground-dim", "score leaves-dim",
         "score page-dim", "score plaster-dim"}},
-      {"3 several depths in the window", {"regimes two-depths", "regimes tilted"}},
+      {"3 several depths in the window",
+       {"regimes two-depths", "regimes tilted", "real stacks, several depths"},
+       false,
+       true},
       {"4 saturated lights (false peak)", {"regimes lights"}},
       {"5 periodic texture (spurious resolution)", {"regimes sinusoid"}},
       {"6 texture along one direction only", {"regimes stripes"}},
@@ -260,7 +285,7 @@ const std::vector<Regime>& Regimes() {
       {"9 step much wider than the peak, or below the noise", {"regimes coarse-steps", "regimes fine-steps"}},
       {"10 wrong PSF, wrong A or f, breathing",
        {"score foliage-perturbed", "score ground-perturbed", "score plaster-perturbed", "score foliage-breathing",
-        "sweep f-number", "sweep blades"}},
+        "sweep f-number", "sweep blades", "sweep spherical", "sweep coma"}},
       {"11 flicker and exposure drift", {"regimes flicker", "sweep flicker"}},
       {"12 camera or subject motion", {"regimes shake", "regimes swaying", "sweep vibration", "sweep subject-speed"}},
       {"13 backlash, sampling before settled, latency",
@@ -269,46 +294,71 @@ const std::vector<Regime>& Regimes() {
   return regimes;
 }
 
+/// From where on in each sweep auto is certainly below nine runs in ten.
+std::string EdgesOf(const Evidence& rows, const Regime& regime) {
+  std::string text;
+  const Evidence swept = Selected(rows, [&](const EvidenceRow& row) {
+    return row.method == "auto" && row.measure == "within" && regime.Sweeps(row);
+  });
+  for (const std::string& scene : Names(swept, &EvidenceRow::scene)) {
+    std::string at;
+    for (const EvidenceRow& row : swept) {
+      if (row.scene == scene && row.estimate.high < 0.9) at += (at.empty() ? "" : ", ") + Short(*row.value);
+    }
+    text += (text.empty() ? "swept until it fails: " : "; ") + scene.substr(6) +
+            (at.empty() ? " nowhere in its range" : " at " + at);
+  }
+  return text;
+}
+
 Verdict JudgeRegime(const Evidence& rows, const Regime& regime) {
   const char* const measure = regime.must_refuse ? "refused" : "within";
   const auto counted = [&](const std::string& method, const char* what) {
     return Counted(Selected(rows, [&](const EvidenceRow& row) {
-      return row.family == "autofocus" && row.method == method && row.measure == what &&
-             std::ranges::any_of(regime.scenes, [&](const char* scene) { return row.scene == scene; });
+      return row.family == "autofocus" && row.method == method && row.measure == what && regime.Counts(row);
     }));
   };
   Verdict verdict{.work = regime.name,
                   .ours = "not run",
-                  .goal = regime.must_refuse ? "refused in every run" : "97 % within, false at most 0.1 %",
+                  .goal = regime.must_refuse  ? "refused in every run"
+                          : regime.may_refuse ? "97 % within, or refused with the depths named; false at most 0.1 %"
+                                              : "97 % within, false at most 0.1 %",
                   .words = "no rows of it yet"};
-  const auto [right, runs] = counted("auto", measure);
+  const auto [direct, runs] = counted("auto", measure);
   if (runs == 0) return verdict;
   const auto [wrong, n] = counted("auto", "false");
-  verdict.ours = std::string(measure) + " " + ShareInWords(right, runs) + ", false " + ShareInWords(wrong, runs);
+  const int refused = regime.may_refuse ? counted("auto", "refused").first : 0, right = direct + refused;
+  verdict.ours = std::string(measure) + " " + ShareInWords(direct, runs) +
+                 (regime.may_refuse ? ", refused " + ShareInWords(refused, runs) : "") + ", false " +
+                 ShareInWords(wrong, runs);
   double most = -1.0;
   for (const std::string& method :
        Names(Selected(rows, [](const EvidenceRow& row) { return row.family == "autofocus" && row.role == "peer"; }),
              &EvidenceRow::method)) {
     const auto [hits, tries] = counted(method, measure);
-    if (tries == 0 || static_cast<double>(hits) / tries <= most) continue;
+    // On the same cases alone.
+    if (tries != runs || static_cast<double>(hits) / tries <= most) continue;
     most = static_cast<double>(hits) / tries;
     const auto [lies, all] = counted(method, "false");
     verdict.peer = method + ": " + measure + " " + ShareInWords(hits, tries) + ", false " + ShareInWords(lies, all);
   }
   const double share = static_cast<double>(right) / runs, lied = static_cast<double>(wrong) / runs;
   const bool met = regime.must_refuse ? right == runs : share >= 0.97 && lied <= 0.001;
-  const bool proved = ShareOf(right, runs).low >= 0.97;
+  const bool proved = ShareOf(right, runs).low >= 0.97 && (regime.must_refuse || ShareOf(wrong, runs).high <= 0.001);
+  const std::string edges = EdgesOf(rows, regime);
+  const auto with_edges = [&](std::string words) {
+    return words + (words.empty() || edges.empty() ? "" : "; ") + edges;
+  };
   verdict.kind = !met ? Kind::Missed : proved ? Kind::Met : Kind::Open;
   if (verdict.kind == Kind::Open) {
-    verdict.words = "met as counted; " + std::to_string(runs) + " runs are too few to prove it";
+    verdict.words = with_edges("met as counted; " + std::to_string(runs) + " runs are too few to prove it");
     return verdict;
   }
-  verdict.words = met ? "" : "the sweeps count here up to where every method fails; the charts show where";
-  if (!met && !std::ranges::any_of(regime.scenes,
-                                   [](const char* scene) { return std::string_view(scene).starts_with("sweep"); })) {
+  if (!met) {
     verdict.words = share < (regime.must_refuse ? 1.0 : 0.97) ? "too few runs end rightly"
                                                               : "false focus in " + std::to_string(wrong) + " runs";
   }
+  verdict.words = with_edges(verdict.words);
   return verdict;
 }
 
@@ -317,6 +367,11 @@ Verdict JudgeRegime(const Evidence& rows, const Regime& regime) {
 std::vector<Verdict> GoalVerdicts(const Evidence& rows) {
   std::vector<Verdict> verdicts;
   for (const RatioGoal& goal : kRatioGoals) verdicts.push_back(Judge(rows, goal));
+  verdicts.push_back({.work = "requests with 16 of them under way (stretch)",
+                      .ours = "not run",
+                      .goal = "300,000 a second",
+                      .kind = Kind::Open,
+                      .words = "one client has one call under way in these runs"});
   verdicts.push_back(JudgePlanner(rows));
   for (const double diameter : {5.0, 15.0, 41.0, 101.0}) verdicts.push_back(JudgeDisk(rows, diameter));
   verdicts.push_back(JudgeVarying(rows));
@@ -328,6 +383,11 @@ std::vector<Verdict> GoalVerdicts(const Evidence& rows) {
       JudgeAutofocus(rows, "autofocus, low light", Dim, 0.97, 1.0, 0.001, 5, "97 % within, false 0.1 %, 5 frames"));
   verdicts.push_back(JudgeAutofocus(rows, "autofocus, real stacks, a lens not measured", OnStacks, 0.97, 0.02, 0.0, 5,
                                     "97 % within, refused 2 %, false 0, 5 frames"));
+  verdicts.push_back({.work = "autofocus, real stacks, a lens that was measured",
+                      .ours = "not run",
+                      .goal = "97 % within, refused 2 %, false 0, 3 frames",
+                      .kind = Kind::Open,
+                      .words = "a learned slope does not spare frames on these stacks (docs/autofocus.md)"});
   return verdicts;
 }
 
@@ -347,23 +407,26 @@ std::vector<Verdict> RegimeVerdicts(const Evidence& rows) {
                                              : Kind::Open,
                       .words = with_regimes ? "" : "the regimes were not run"});
   int scenes = 0, held = 0;
+  std::string broken;
   for (const EvidenceRow& row : rows) {
     if (row.family != "render" || row.measure != "bound") continue;
     const EvidenceRow* error = RowOf(rows, "render", row.scene, row.method, "error");
     if (error == nullptr) continue;
     ++scenes;
-    held += error->estimate.middle <= std::max(row.estimate.middle, 1e-3);
+    const bool holds = error->estimate.middle <= std::max(row.estimate.middle, kRounding);
+    held += holds;
+    if (!holds) broken += (broken.empty() ? "" : ", ") + row.method + " on " + row.scene;
   }
   verdicts.push_back(
       {.work = "16 renderer: layers both defocused, thin occluder, tilted plane through focus, depth map",
        .ours = scenes > 0 ? "bound held in " + ShareInWords(held, scenes) : "not run",
-       .goal = "every stated bound holds",
+       .goal = "every stated bound holds, or the error is below 0.001 of 255",
        .kind = scenes == 0      ? Kind::Open
                : held == scenes ? Kind::Met
                                 : Kind::Missed,
        .words = scenes == 0      ? "no rows of it yet"
                 : held == scenes ? ""
-                                 : "a stated bound is exceeded"});
+                                 : "exceeded by " + broken});
   return verdicts;
 }
 

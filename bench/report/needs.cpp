@@ -57,6 +57,8 @@ void AddModelNeeds(const Evidence& rows, std::vector<Figure>& figures) {
   DotChart chart{.x = {.label = "time for one plan [us] (median of the problems)", .log = true},
                  .groups = {{.name = "", .rows = {}}}};
   int simpler = 0, beyond = 0, problems = 0;
+  std::string most_at;
+  double most = 0.0;
   for (const EvidenceRow& row : rows) {
     if (row.family != "plan" || row.measure != "time, chosen model") continue;
     const auto other = [&](const char* measure) { return RowOf(rows, "plan", row.scene, row.method, measure); };
@@ -67,6 +69,10 @@ void AddModelNeeds(const Evidence& rows, std::vector<Figure>& figures) {
     simpler += Counted({*less}).first;
     beyond += Counted({*short_of}).first;
     problems += less->n;
+    if (less->estimate.middle > most) {
+      most = less->estimate.middle;
+      most_at = row.scene.substr(6);
+    }
     chart.groups[0].rows.push_back(
         {.name = row.scene.substr(6),
          .marks = {{row.estimate, 0,
@@ -84,8 +90,10 @@ void AddModelNeeds(const Evidence& rows, std::vector<Figure>& figures) {
            "lens, with diffraction, with the lens' own pupils and calibration. The disk is a plan with only what the "
            "chosen model has, the square with all.",
        .means = "The next simpler model would have been within the tolerance in " + ShareInWords(simpler, problems) +
-                " of the plans; what was chosen was off by more than it states or may be in " +
-                ShareInWords(beyond, problems) + " (0 wanted). The truth is the fullest model, sampled.",
+                " of the plans" +
+                (most > 0.0 ? ", most often for " + most_at + " (" + Short(100 * most, 3) + " %)" : "") +
+                "; what was chosen was off by more than it states or may be in " + ShareInWords(beyond, problems) +
+                " (0 wanted). The truth is the fullest model, sampled.",
        .chart = std::move(chart),
        .key = {{0, "the chosen model"}, {1, "all that is known"}}});
 }

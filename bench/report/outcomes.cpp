@@ -25,18 +25,18 @@ std::string TipOf(const std::string& regime, const std::string& method, const Ou
 void DrawCell(Drawing& drawing, const Box& cell, const std::string& tip, const Outcomes& outcomes) {
   const Box bar{cell.x + 2, cell.y + 4, cell.width - 4, cell.height - 8};
   double at = bar.x;
-  const auto part = [&](int count, const char* style) {
+  // Lies stand out by more than their colour.
+  const auto part = [&](int count, const char* style, double taller = 0.0) {
     if (count == 0) return;
     const double wide = bar.width * count / outcomes.runs();
-    drawing.Rect({at, bar.y, wide, bar.height}, style, tip);
+    drawing.Rect({at, bar.y - taller, wide, bar.height + 2 * taller}, style, tip);
     at += wide;
   };
   part(outcomes.within, "within");
   part(outcomes.off, "off");
   part(outcomes.refused, "refused");
-  part(outcomes.wrong, "false");
+  part(outcomes.wrong, "false", 3.0);
   const Estimate share = ShareOf(outcomes.right_is_refusal ? outcomes.refused : outcomes.within, outcomes.runs());
-  if (outcomes.right_is_refusal) return;
   const double y = bar.bottom() + 2;
   drawing.Line(bar.x + bar.width * share.low, y, bar.x + bar.width * share.high, y, "interval");
 }

@@ -104,17 +104,24 @@ std::string TableOf(const std::vector<Verdict>& verdicts) {
 
 /// Where and when, with the commands: family by family.
 std::string OriginOf(const Evidence& rows) {
-  std::map<std::string, std::set<std::string>> where, commands;
+  std::map<std::string, std::set<std::string>> where, commands, seeds;
+  std::map<std::string, int> counts;
   for (const EvidenceRow& row : rows) {
     where[row.family].insert(row.made.date + ", commit " + row.made.commit + ", " + row.made.machine + ", " +
                              row.made.compiler);
-    if (commands[row.family].size() < 8) commands[row.family].insert(row.settings);
+    commands[row.family].insert(row.settings);
+    ++counts[row.family];
+    if (!row.seed.empty()) seeds[row.family].insert(row.seed);
   }
   std::string html;
   for (const auto& [family, places] : where) {
     html += "<h3>" + Escaped(family) + "</h3><ul>";
     for (const std::string& place : places) html += "<li>" + Escaped(place) + "</li>";
-    html += "</ul><details><summary>commands</summary><ul>";
+    html += "</ul><p>" + std::to_string(counts[family]) + " figures of " + std::to_string(commands[family].size()) +
+            " commands";
+    for (const std::string& seed : seeds[family])
+      html += (&seed == &*seeds[family].begin() ? "; seed " : ", ") + Escaped(seed);
+    html += ".</p><details><summary>commands</summary><ul>";
     for (const std::string& command : commands[family]) html += "<li><code>" + Escaped(command) + "</code></li>";
     html += "</ul></details>\n";
   }
@@ -135,8 +142,10 @@ std::string Opening(const Evidence& rows) {
          ". lensd turns the motors of camera lenses so that pictures are sharp where they must be. This page shows how "
          "fast and how exact its "
          "parts are beside other people's methods, where each of them fails, and how simple a model each case may be "
-         "given. Every mark has its "
-         "count and its 95 % interval; point at one to read them. All figures are in <a "
+         "given. Marks tell their "
+         "count and, where runs were repeated, their 95 % interval when pointed at; pictures that a renderer makes the "
+         "same every "
+         "time have none. n counts runs, or processes where time is measured. All figures are in <a "
          "href=\"evidence.csv\">evidence.csv</a> and "
          "<a href=\"evidence.json\">evidence.json</a>, beside this page, with the command that made each.</p>\n"
          "<p><a href=\"#goals\">Goals</a> · <a href=\"#speed\">Speed against accuracy</a> · <a "
@@ -168,11 +177,19 @@ std::string PageOf(const Evidence& rows) {
          "<h2 id=\"goals\">Goals and regimes</h2>\n<p>Times are of one machine; only ratios to what was measured "
          "beside them carry over. "
          "A goal that was set in microseconds is asked as a ratio to the peer that was measured with "
-         "it.</p>\n<h3>Numbers to beat</h3>\n" +
+         "it. Factors are medians of ratios taken side by side, and it is their interval that decides, also where "
+         "single "
+         "times spread too widely. “auto” is lensd's autofocus (or the renderer that lensd chose), “defocus” its way "
+         "of measuring "
+         "blur in a few frames, “sweep” its search of the whole range; “fibonacci”, “hill-climb”, “coarse-fine” and "
+         "“sweep-parabola” are what others do.</p>\n<h3>Numbers to beat</h3>\n" +
          TableOf(GoalVerdicts(rows)) + "<h3>Regimes of failure</h3>\n" + TableOf(RegimeVerdicts(rows)) +
-         SectionOf("speed", "Speed against accuracy",
-                   "Every method and peer of a family, measured in one run. Floors are what no method can beat.",
-                   SpeedFigures(rows)) +
+         SectionOf(
+             "speed", "Speed against accuracy",
+             "Every method and peer of a family; times of one family in processes that took turns. A floor is what "
+             "cannot be spared: a plain reading, a copy, an exchange, the light and one step of the motor. What is "
+             "left of a floor of reading reads with wider instructions than that.",
+             SpeedFigures(rows)) +
          SectionOf(
              "failures", "Where methods fail",
              "First how runs end in each regime, then one difficulty after the other, turned up until methods fail.",

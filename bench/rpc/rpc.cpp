@@ -163,6 +163,7 @@ ordered_json RowOf(const std::string& way, bool peer, std::vector<double>& us, d
           {"roundTripUsP50", At(us, 0.5)},
           {"roundTripUsP95", At(us, 0.95)},
           {"roundTripUsP99", At(us, 0.99)},
+          {"roundTripUsP999", At(us, 0.999)},
           {"beyondGetInfoUs", At(us, 0.5) - get_info}};
 }
 

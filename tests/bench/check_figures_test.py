@@ -19,20 +19,20 @@ class CheckFiguresTest(unittest.TestCase):
         return len(problems), untraced
 
     def test_right_figures_pass(self):
-        self.assertEqual(self.found("takes 0.31 ms<!-- evidence: measure | 1080p | lensd | time -->"), (0, []))
-        self.assertEqual(self.found("98.8 %<!-- evidence: autofocus | page | auto | within | 30 -->"), (0, []))
+        self.assertEqual(self.found("takes 0.31 ms<!-- evidence: measure :: 1080p :: lensd :: time -->"), (0, []))
+        self.assertEqual(self.found("98.8 %<!-- evidence: autofocus :: page :: auto :: within :: 30 -->"), (0, []))
 
     def test_planted_figures_are_found(self):
-        self.assertEqual(self.found("takes 0.29 ms<!-- evidence: measure | 1080p | lensd | time -->")[0], 1)
-        self.assertEqual(self.found("takes 0.31 ms<!-- evidence: measure | 4k | lensd | time -->")[0], 1)
+        self.assertEqual(self.found("takes 0.29 ms<!-- evidence: measure :: 1080p :: lensd :: time -->")[0], 1)
+        self.assertEqual(self.found("takes 0.31 ms<!-- evidence: measure :: 4k :: lensd :: time -->")[0], 1)
         self.assertEqual(self.found("takes 0.31 ms<!-- evidence: measure -->")[0], 1)
-        self.assertEqual(self.found("quick<!-- evidence: measure | 1080p | lensd | time -->")[0], 1)
+        self.assertEqual(self.found("quick<!-- evidence: measure :: 1080p :: lensd :: time -->")[0], 1)
 
     def test_figures_of_nowhere_are_found(self):
         self.assertEqual(self.found("As `lens-bench measure` says, it takes 0.3 ms.")[1], [1])
         self.assertEqual(self.found("By `lens-bench measure`:\n\n| it | 0.3 ms |")[1], [1])
         self.assertEqual(self.found("`lens-bench measure` prints figures.\n\n```\n0.3 ms\n```")[1], [])
-        self.assertEqual(self.found("`lens-bench measure`: 0.31 ms<!-- evidence: measure | 1080p | lensd | time -->")[1], [])
+        self.assertEqual(self.found("`lens-bench measure`: 0.31 ms<!-- evidence: measure :: 1080p :: lensd :: time -->")[1], [])
 
 
 if __name__ == "__main__":
