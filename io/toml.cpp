@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -51,7 +52,10 @@ Result<Settings> FromNode(const toml::node& node, const std::string& file) {
   }
   if (const auto* text = node.as_string()) return Settings(text->get(), where);
   if (const auto* integer = node.as_integer()) return Settings(integer->get(), where);
-  if (const auto* number = node.as_floating_point()) return Settings(number->get(), where);
+  if (const auto* number = node.as_floating_point()) {
+    if (std::isnan(number->get())) return Fail(Code::BadData, where.Text() + ": nan is no number that is used here");
+    return Settings(number->get(), where);
+  }
   if (const auto* flag = node.as_boolean()) return Settings(flag->get(), where);
   return Fail(Code::BadData, where.Text() + ": dates and times are not used here");
 }

@@ -34,6 +34,7 @@ WRONG = (
     (GOOD + 'bus = "x"\n', [(6, "has no buses")]),
     (GOOD + "[lens.focus]\nlimit = [1, 2]\n", [(7, 'unknown key "limit" in [lens.focus]; did you mean "limits"?')]),
     (GOOD + "[lens.focus]\nlimits = [9, 2]\n", [(7, "smaller number first")]),
+    (GOOD + "[lens.focus]\nbacklash = nan\n", [(7, "nan is no number that is used here")]),
     (GOOD + "[lens.focus]\nbacklash = \"many\"\n", [(7, '"auto" or a number')]),
     (GOOD + "[lens.focus]\nlimits = [200, 300]\npark = 100\n", [(8, "must be within limits")]),
     (GOOD + "[lens.iris]\nshaper = \"zv\"\n", [(6, "where there is a shaper")]),

@@ -15,7 +15,7 @@ import unittest
 from harness import LENS, PATIENCE, Client, Daemon
 
 SECONDS = {"fast": 5, "ci": 25, "long": 3600}[os.environ.get("LENSD_TEST_LEVEL", "ci")]
-WARM_UP = 5
+WARM_UP, LOOKS = 5, 60
 RATE, CALLERS, MONITORS, LENSES = 200, 16, 20, "abcd"
 SIMULATOR = "io.lensd.Simulator."
 FAULTS = ({"kind": "stall", "axis": "focus"}, {"kind": "drop-reply"}, {"kind": "late-reply"}, {"kind": "stale-readback", "axis": "focus"},
@@ -115,6 +115,7 @@ class Soak(unittest.TestCase):
             self.selector.register(client.socket, selectors.EVENT_READ, client)
             self.addCleanup(client.socket.close)
         self.answered = self.left_out = 0
+        self.memory = []  # KiB without pictures, by time
 
     def listen(self, seconds):
         for key, _ in self.selector.select(max(seconds, 0)):
@@ -123,7 +124,7 @@ class Soak(unittest.TestCase):
     def run_for(self, seconds):
         """Calls at the rate, whatever becomes of those before; where all connections wait for answers, one is left out."""
         began = time.monotonic()
-        next_call = next_fault = began
+        next_call = next_fault = next_look = began
         while (now := time.monotonic()) < began + seconds:
             if now >= next_call:
                 next_call += 1 / RATE
@@ -138,6 +139,9 @@ class Soak(unittest.TestCase):
                 if fault["kind"] != "jump":
                     fault["forMs"] = self.chance.choice((20, 100, 300))
                 self.faults.begin("Inject", fault, SIMULATOR)
+            if now >= next_look:
+                next_look = now + seconds / LOOKS
+                self.memory.append(held(self.daemon.process)[2] - pictures(self.daemon))
             self.listen(min(next_call, next_fault if not self.faults.busy else next_call) - time.monotonic())
             slow = [caller for caller in self.callers if caller.busy and now - caller.since > 60 * PATIENCE]
             self.assertFalse(slow, [caller.calls for caller in slow])
@@ -164,6 +168,7 @@ class Soak(unittest.TestCase):
         self.run_for(WARM_UP)
         before, remembered = self.rest(), pictures(self.daemon)
         answered, began = self.answered, time.monotonic()
+        self.memory.clear()
         stopper = subprocess.Popen([sys.executable, __file__, "--stops", self.daemon.socket, str(SECONDS)], stdout=subprocess.PIPE)
         self.addCleanup(stopper.kill)
         self.run_for(SECONDS)
@@ -180,6 +185,8 @@ class Soak(unittest.TestCase):
               f"{took[len(took) // 2]:.1f} ms, p99 {took[len(took) * 99 // 100]:.1f} ms, p99.9 {took[len(took) * 999 // 1000]:.1f} ms; "
               f"descriptors {before[0]} and {after[0]}, threads {before[1]} and {after[1]}, memory {before[2]} and {after[2]} KiB, "
               f"{remembered} of the growth in remembered pictures")
+        fifths = [sorted(part)[len(part) // 2] for part in (self.memory[i * LOOKS // 5:(i + 1) * LOOKS // 5] for i in range(5))]
+        print("memory without pictures, medians of five parts of the time:", *fifths, "KiB")
         self.assertLessEqual(after[0], before[0])
         self.assertLessEqual(after[1], before[1])
         if PATIENCE < 15:  # sanitizers keep what was freed

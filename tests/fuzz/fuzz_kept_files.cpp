@@ -1,6 +1,7 @@
 // Calibration and preset files, and those of what was learned of focus and blur. What is accepted can be written, read
-// again and written the same; a checksum that was put on a text holds, and no longer does once a byte of the text has
-// changed.
+// again and written the same, and what a calibration says of positions can be asked of it; a checksum that was put on a
+// text holds, and no longer does once a byte of the text has changed.
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -9,11 +10,40 @@
 #include "rig/calibration.h"
 #include "rig/focus_drift.h"
 #include "rig/learned_slope.h"
+#include "rig/optics_table.h"
 #include "rig/presets.h"
 
 namespace {
 
 using namespace lensd;
+
+/// As a lens with focus, iris and zoom asks for every move and every status.
+void AskAll(const rig::Calibration& calibration) {
+  using drivers::Axis;
+  const drivers::NominalOptics nominal{.focal_length_m = 8e-3,
+                                       .max_focal_length_m = 50e-3,
+                                       .min_f_number = 1.4,
+                                       .max_f_number = 16,
+                                       .max_extension_m = 2e-3};
+  drivers::Capabilities lens;
+  constexpr double kSteps = 1000.0;
+  for (const Axis axis : {Axis::Focus, Axis::Iris, Axis::Zoom}) {
+    lens.axes[axis] = drivers::AxisCapabilities{.minimum = Native{0.0}, .maximum = Native{kSteps}};
+  }
+  const auto table =
+      rig::OpticsTable::Create(nominal, lens, rig::RigConfig{}, std::make_shared<const rig::Calibration>(calibration));
+  if (!table) return;
+  for (const double steps : {0.0, 1.0, 450.5, kSteps}) {
+    const Native at{steps};
+    const rig::OpticsTable zoomed = table->In({.zoom = at, .filter = {}, .temperature = {}});
+    const Metres extension = zoomed.ExtensionFromNative(at);
+    (void)zoomed.NativeFromExtension(extension);
+    (void)zoomed.VergenceFromExtension(extension);
+    (void)zoomed.ExtensionError(at);
+    (void)zoomed.NativeFromFNumber(zoomed.FNumberFromNative(at));
+    (void)zoomed.NativeFromFocalLength(zoomed.FocalLengthFromNative(at));
+  }
+}
 
 void Calibration(std::string_view text) {
   const auto file = io::ParseToml(text, "fuzz");
@@ -25,6 +55,7 @@ void Calibration(std::string_view text) {
   if (!reparsed) __builtin_trap();
   const auto again = rig::ReadCalibration(*reparsed);
   if (!again || rig::CalibrationText(*again) != written) __builtin_trap();
+  AskAll(*read);
 }
 
 void Presets(std::string_view text) {
