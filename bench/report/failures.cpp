@@ -185,7 +185,10 @@ void AddFrequency(const Evidence& rows, std::vector<Figure>& figures) {
   std::string within;
   for (const std::string& method : Names(some, &EvidenceRow::method)) {
     if (method == "fixed-wait") continue;  // a raw step, looked at later
-    ChartLine line{.marks = {}, .series = series++, .label = method};
+    // As everywhere: what others do in the peers' colour.
+    constexpr int kOurs[] = {0, 3, 4, 2, 5};
+    const auto row_of = std::ranges::find(some, method, &EvidenceRow::method);
+    ChartLine line{.marks = {}, .series = row_of->role == "ours" ? kOurs[series++ % 5] : 1, .label = method};
     double widest = 0.0;
     for (const EvidenceRow& row : some) {
       if (row.method != method) continue;

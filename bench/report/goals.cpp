@@ -28,6 +28,7 @@ struct RatioGoal {
 constexpr const char* kReading = "reading the numbers once";
 constexpr const char* kMemory = "read memory once";
 constexpr double kRounding = 1e-3;  // of 255: what sums of single precision leave
+constexpr double kSameBlur = 0.5;   // of 255: beyond it, it is not the disk that was asked for
 constexpr RatioGoal kRatioGoals[] = {
     {"plan, up to 8 limits", "plan", "up to 8 limits", "lensd", kReading, "bisection",
      "0.7 us where bisection takes 0.5: 1.4x", 0, 1.4},
@@ -87,6 +88,9 @@ Verdict JudgeDisk(const Evidence& rows, double diameter) {
   const EvidenceRow *ours = nullptr, *peer = nullptr, *floor = nullptr;
   for (const EvidenceRow& row : rows) {
     if (row.family != "render" || row.measure != "time" || row.value != diameter) continue;
+    // Blurs of another shape are no peers in this.
+    const EvidenceRow* error = RowOf(rows, "render", row.scene, row.method, "error", diameter);
+    if (row.role == "peer" && error != nullptr && error->estimate.middle > kSameBlur) continue;
     const EvidenceRow*& best = row.role == "ours" ? ours : row.role == "peer" ? peer : floor;
     if (best == nullptr || row.estimate.middle < best->estimate.middle) best = &row;
   }
@@ -99,9 +103,12 @@ Verdict JudgeDisk(const Evidence& rows, double diameter) {
   if (peer == nullptr) return verdict;
   const Estimate ratio = RatioOf(*ours, *peer);
   verdict.peer = peer->method + " " + InWords(*peer) + "; ours is " + Short(ratio.middle) + "x";
-  const bool met = ratio.middle <= (diameter == 15 ? 0.5 : 1.0);
-  verdict.kind = met ? Kind::Met : Kind::Missed;
-  verdict.words = met ? "" : "takes " + Short(ratio.middle) + "x of it";
+  const double goal = diameter == 15 ? 0.5 : 1.0;
+  const bool met = ratio.high <= goal, sure = met || ratio.low > goal;
+  verdict.kind = met ? Kind::Met : sure ? Kind::Missed : Kind::Open;
+  verdict.words = met ? ""
+                      : "takes " + Short(ratio.middle) + "x of it (" + Short(ratio.low) + " to " + Short(ratio.high) +
+                            ")" + (sure ? "" : ", which includes the goal: not to be judged from these runs");
   for (const char* library : {"OpenCV", "FFTW"}) {
     const bool there = std::ranges::any_of(rows, [&](const EvidenceRow& row) {
       return row.family == "render" && row.value == diameter && row.method.find(library) != std::string::npos;
