@@ -32,7 +32,7 @@ class ClosedLoop : public ::testing::TestWithParam<const char*> {};
 
 // 99 % of all runs end within half a depth of field or refuse; and since these scenes are easy, hardly any refuses.
 TEST_P(ClosedLoop, FocusesOrRefuses) {
-  const int runs = static_cast<int>(testing::ByLevel(10, 100, 1000));
+  const int runs = static_cast<int>(testing::ByLevel(10, 50, 1000));
   const auto results = Runs(GetParam(), runs, 4711);
   int wrong = 0, refused = 0;
   for (const AutofocusRunResult& run : results) {
@@ -53,7 +53,7 @@ class Regimes : public ::testing::TestWithParam<const char*> {};
 // Each known way to fool an autofocus: it succeeds or it refuses, and a refusal leaves the lens where it was.
 TEST_P(Regimes, SucceedsOrRefuses) {
   const auto results =
-      Runs(std::string("regimes/") + GetParam() + ".toml", static_cast<int>(testing::ByLevel(2, 10, 200)), 4713);
+      Runs(std::string("regimes/") + GetParam() + ".toml", static_cast<int>(testing::ByLevel(2, 5, 200)), 4713);
   for (const AutofocusRunResult& run : results) {
     EXPECT_FALSE(run.false_focus()) << "from " << run.start_steps << ": " << run.error_dof() << " depths of field off";
     if (!run.focused) {
