@@ -107,6 +107,16 @@ const EvidenceRow* HeaviestOf(const Evidence& rows, const std::string& scene) {
   return heaviest;
 }
 
+/// What auto chose for a scene, beside the most rays.
+DotRow CostOf(const Evidence& rows, const std::string& scene, const EvidenceRow& chosen) {
+  DotRow row{.name = scene,
+             .marks = {{chosen.estimate, 0, "auto took " + chosen.note + ": " + InWords(chosen)}},
+             .figure = chosen.note};
+  if (const EvidenceRow* heaviest = HeaviestOf(rows, scene))
+    row.marks.push_back({heaviest->estimate, 1, heaviest->method + ": " + InWords(*heaviest)});
+  return row;
+}
+
 /// Was anything faster by a fifth and within half a level?
 bool SimplerWouldDo(const Evidence& rows, const std::string& scene, const EvidenceRow& chosen) {
   return std::ranges::any_of(rows, [&](const EvidenceRow& row) {
@@ -156,7 +166,6 @@ std::vector<Figure> RenderNeeds(const Evidence& rows) {
     if (time == nullptr || error == nullptr) continue;
     ++scenes;
     beyond_half += error->estimate.middle > kTolerance;
-    const EvidenceRow* heaviest = HeaviestOf(rows, scene);
     simpler += SimplerWouldDo(rows, scene, *time);
     if (bound != nullptr) {
       const bool beyond = error->estimate.middle > std::max(bound->estimate.middle, 1e-3);
@@ -168,11 +177,7 @@ std::vector<Figure> RenderNeeds(const Evidence& rows) {
                               .tip = scene + ": " + time->note + ", off by " + Short(error->estimate.middle) +
                                      ", bound " + Short(bound->estimate.middle)});
     }
-    DotRow row{.name = scene,
-               .marks = {{time->estimate, 0, "auto took " + time->note + ": " + InWords(*time)}},
-               .figure = time->note};
-    if (heaviest != nullptr) row.marks.push_back({heaviest->estimate, 1, heaviest->method + ": " + InWords(*heaviest)});
-    cost.groups[0].rows.push_back(std::move(row));
+    cost.groups[0].rows.push_back(CostOf(rows, scene, *time));
   }
   std::vector<Figure> figures;
   if (scenes == 0) return figures;

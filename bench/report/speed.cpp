@@ -37,14 +37,19 @@ bool Scoring(const EvidenceRow& row) {
   return row.family == "autofocus" && row.scene.starts_with("score ");
 }
 
-/// Frames (or time, with that of computing) against the blur that is left, over all scoring scenes.
-void AddAutofocus(const Evidence& rows, const std::string& measure, std::vector<Figure>& figures) {
-  // The same runs on both axes.
-  const std::vector<std::string> timed =
+/// The rows of scoring scenes that have `measure`: the same runs on both axes.
+Evidence ScoringWith(const Evidence& rows, const std::string& measure) {
+  const std::vector<std::string> scenes =
       Names(Selected(rows, [&](const EvidenceRow& row) { return Scoring(row) && row.measure == measure; }),
             &EvidenceRow::scene);
-  const Evidence scoring = Selected(
-      rows, [&](const EvidenceRow& row) { return Scoring(row) && std::ranges::find(timed, row.scene) != timed.end(); });
+  return Selected(rows, [&](const EvidenceRow& row) {
+    return Scoring(row) && std::ranges::find(scenes, row.scene) != scenes.end();
+  });
+}
+
+/// Frames (or time, with that of computing) against the blur that is left, over all scoring scenes.
+void AddAutofocus(const Evidence& rows, const std::string& measure, std::vector<Figure>& figures) {
+  const Evidence scoring = ScoringWith(rows, measure);
   if (scoring.empty()) return;
   const bool frames = measure == "frames";
   ScatterChart chart{.x = {.label = frames ? "frames until the answer (median)"
