@@ -31,9 +31,9 @@ function(lensd_join target)
   endif()
 endfunction()
 
-# lensd_test_program(NAME SOURCES ... ROOMS ... [LIBRARIES ...]): the GoogleTest program test_NAME.
+# lensd_test_program(NAME SOURCES ... ROOMS ... [LIBRARIES ...] [COMPUTES]): the GoogleTest program test_NAME.
 function(lensd_test_program name)
-  cmake_parse_arguments(TEST "" "" "SOURCES;ROOMS;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(TEST "COMPUTES" "" "SOURCES;ROOMS;LIBRARIES" ${ARGN})
   list(TRANSFORM TEST_ROOMS PREPEND room_)
   add_executable(test_${name} ${TEST_SOURCES})
   target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
@@ -41,16 +41,19 @@ function(lensd_test_program name)
                                                   LENSD_BINARY_DIR="${PROJECT_BINARY_DIR}")
   target_link_libraries(test_${name} PRIVATE ${TEST_ROOMS} ${TEST_LIBRARIES} GTest::gtest GTest::gmock GTest::gtest_main)
   lensd_join(test_${name})
-  # What a test calls is optimised as what ships; the test itself need not be, and is half of what a release build compiles.
-  target_compile_options(test_${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  # What a test calls is optimised as what ships; the test itself need not be, unless it COMPUTES for seconds, and is half of what a
+  # release build compiles.
+  if(NOT TEST_COMPUTES)
+    target_compile_options(test_${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  endif()
 endfunction()
 
-# lensd_test(NAME SOURCES ... ROOMS ... [LIBRARIES ...] [LABELS ...] [TIMEOUT seconds] [WAITS] [LOCK name])
+# lensd_test(NAME SOURCES ... ROOMS ... [LIBRARIES ...] [LABELS ...] [TIMEOUT seconds] [WAITS] [COMPUTES] [LOCK name])
 # The same; every test in it becomes a ctest. Label `slow` keeps it out of script/test --fast. ctest runs five jobs on two
 # processors: a test counts as two of them, one that mostly WAITS for devices as one. Slow ones begin first. Tests of one LOCK run one after the other,
 # while ctest runs others.
 function(lensd_test name)
-  cmake_parse_arguments(TEST "WAITS" "TIMEOUT;LOCK" "SOURCES;ROOMS;LIBRARIES;LABELS" ${ARGN})
+  cmake_parse_arguments(TEST "WAITS;COMPUTES" "TIMEOUT;LOCK" "SOURCES;ROOMS;LIBRARIES;LABELS" ${ARGN})
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 120)
   endif()
@@ -58,7 +61,11 @@ function(lensd_test name)
   if(TEST_WAITS)
     set(processors 1)
   endif()
-  lensd_test_program(${name} SOURCES ${TEST_SOURCES} ROOMS ${TEST_ROOMS} LIBRARIES ${TEST_LIBRARIES})
+  set(computes)
+  if(TEST_COMPUTES)
+    set(computes COMPUTES)
+  endif()
+  lensd_test_program(${name} SOURCES ${TEST_SOURCES} ROOMS ${TEST_ROOMS} LIBRARIES ${TEST_LIBRARIES} ${computes})
   gtest_discover_tests(test_${name} DISCOVERY_MODE PRE_TEST TEST_PREFIX ${name}. TEST_LIST test_${name}_names)
   # gtest_discover_tests() loses all but the first of several labels, and whatever follows them.
   string(JOIN ";" labels ${name} ${TEST_LABELS})
