@@ -17,7 +17,7 @@ struct Regime {
   const char* name;
   std::vector<const char*> scenes;
   bool must_refuse = false;
-  bool may_refuse = false;  ///< a refusal that names the depths is right too
+  bool may_refuse = false;  ///< a refusal may name the depths, and counts as right
 
   bool Sweeps(const EvidenceRow& row) const {
     return row.scene.starts_with("sweep ") && std::ranges::find(scenes, row.scene) != scenes.end();
@@ -80,12 +80,14 @@ Verdict JudgeRegime(const Evidence& rows, const Regime& regime) {
       return row.family == "autofocus" && row.method == method && row.measure == what && regime.Counts(row);
     }));
   };
-  Verdict verdict{.work = regime.name,
-                  .ours = "not run",
-                  .goal = regime.must_refuse  ? "refused in every run"
-                          : regime.may_refuse ? "97 % within, or refused with the depths named; false at most 0.1 %"
-                                              : "97 % within, false at most 0.1 %",
-                  .words = "no rows of it yet"};
+  Verdict verdict{
+      .work = regime.name,
+      .ours = "not run",
+      .goal = regime.must_refuse ? "refused in every run"
+              : regime.may_refuse
+                  ? "97 % within or refused (the rows do not tell whether it named the depths); false at most 0.1 %"
+                  : "97 % within, false at most 0.1 %",
+      .words = "no rows of it yet"};
   const auto [direct, runs] = counted("auto", measure);
   if (runs == 0) return verdict;
   const auto [wrong, n] = counted("auto", "false");
