@@ -33,13 +33,17 @@ Client::Client(Client&& other) noexcept
     : socket_(std::exchange(other.socket_, -1)),
       interrupt_(other.interrupt_),
       deadline_(other.deadline_),
-      frames_(std::move(other.frames_)) {}
+      frames_(std::move(other.frames_)),
+      unanswered_(other.unanswered_),
+      given_up_(other.given_up_) {}
 
 Client& Client::operator=(Client&& other) noexcept {
   std::swap(socket_, other.socket_);
   interrupt_ = other.interrupt_;
   deadline_ = other.deadline_;
   frames_ = std::move(other.frames_);
+  unanswered_ = other.unanswered_;
+  given_up_ = other.given_up_;
   return *this;
 }
 
@@ -79,6 +83,7 @@ Result<void> Client::WaitFor(short events) {
 Result<void> Client::Send(const Call& call) {
   const std::string message = EncodeCall(call);
   std::size_t sent = 0;
+  if (!call.oneway) given_up_ = unanswered_++;
   while (sent < message.size()) {
     const ssize_t count = send(socket_, message.data() + sent, message.size() - sent, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (count >= 0) {
@@ -98,7 +103,16 @@ Result<Reply> Client::Receive() {
   for (;;) {
     auto message = frames_.Next();
     if (!message) return PassOn(message);
-    if (*message) return ParseReply(**message);
+    if (*message) {
+      auto reply = ParseReply(**message);
+      const bool late = given_up_ > 0;
+      if (reply && !reply->continues) {
+        --unanswered_;
+        if (late) --given_up_;
+      }
+      if (reply && late) continue;
+      return reply;
+    }
     if (auto waited = WaitFor(POLLIN); !waited) return PassOn(waited);
     std::array<char, 65536> bytes;
     const ssize_t count = recv(socket_, bytes.data(), bytes.size(), MSG_DONTWAIT);

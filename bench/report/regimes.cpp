@@ -110,7 +110,7 @@ Verdict JudgeRegime(const Evidence& rows, const Regime& regime) {
   const bool met = regime.must_refuse ? right == runs : share >= 0.97 && lied <= 0.001;
   const bool proved = ShareOf(right, runs).low >= 0.97 && (regime.must_refuse || ShareOf(wrong, runs).high <= 0.001);
   const std::string edges = EdgesOf(rows, regime);
-  const auto with_edges = [&](std::string words) {
+  const auto with_edges = [&](const std::string& words) {
     return words + (words.empty() || edges.empty() ? "" : "; ") + edges;
   };
   verdict.kind = !met ? Kind::Missed : proved ? Kind::Met : Kind::Open;

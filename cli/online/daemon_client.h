@@ -15,6 +15,9 @@ namespace lensd::cli {
 /// What an error of the daemon means for a person: its own message, and the status to end with.
 Failure FailureOf(const varlink::Reply& refused);
 
+/// How long a search for devices may take: buses one after the other, on a busy machine.
+constexpr Duration kDeviceSearch = std::chrono::seconds(30);
+
 class SignalWatch;
 
 /// One connection to the daemon.

@@ -43,7 +43,7 @@ std::string DeviceText(const Json& device) {
 /// The daemon's answer; where none runs, that of lensd's program.
 std::expected<Json, Failure> FindDevices(Session& session) {
   auto link = DaemonClient::Open(session);
-  if (link) return link->Ask(MethodOfLens("Devices"), Json::object());
+  if (link) return link->Ask(MethodOfLens("Devices"), Json::object(), kDeviceSearch);
   if (link.error().status != Exit::Unavailable) return PassOn(link);
   const ProgramEnd end = RunDaemonProgram({"--devices"}, STDOUT_FILENO);
   if (end.status == 127) {

@@ -124,7 +124,7 @@ void CheckRules(Findings& findings) {
 
 /// The nodes of what is plugged in.
 std::vector<std::string> CheckDevices(DaemonClient& link, Findings& findings) {
-  auto reply = link.Ask(MethodOfLens("Devices"), Json::object());
+  auto reply = link.Ask(MethodOfLens("Devices"), Json::object(), kDeviceSearch);
   if (!reply) {
     findings.Problem("devices", reply.error().message, "restart lensd");
     return {};
@@ -143,8 +143,8 @@ std::vector<std::string> CheckDevices(DaemonClient& link, Findings& findings) {
       ++fine;
       continue;
     }
-    findings.Problem("devices", device.value("driver", "") + " " + device.value("model", "") + ": lensd cannot open it",
-                     device["problem"].get<std::string>());
+    findings.Problem("devices", TextOf(device, "driver") + " " + TextOf(device, "model") + ": lensd cannot open it",
+                     TextOf(device, "problem"));
   }
   findings.Ok("devices",
               std::to_string(fine) + (fine == 1 ? " device is" : " devices are") + " plugged in that lensd may open");
@@ -156,7 +156,7 @@ std::set<std::string> DriversOf(DaemonClient& link) {
   std::set<std::string> drivers;
   const auto reply = link.Ask(MethodOfLens("List"), Json::object());
   if (!reply) return drivers;
-  for (const Json& lens : (*reply)["lenses"]) {
+  for (const Json& lens : reply->value("lenses", Json::array())) {
     drivers.insert(TextOf(lens, "driver"));
     if (lens["camera"].is_object()) drivers.insert(TextOf(lens["camera"], "driver"));
   }

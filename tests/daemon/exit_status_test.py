@@ -302,6 +302,20 @@ class ExitStatus(unittest.TestCase):
         with FalseDaemon(self.folder.name, refuse_with("DeviceError")) as path:
             self.ends(74, "list", path=path)
 
+    def test_75_timeout_of_a_question_among_others(self):
+        def answers(client):
+            """Every question but that for the devices at once, that one late."""
+            for name, after, told in (("GetInfo", 0, {"version": "?"}), ("Status", 0, {"lenses": []}),
+                                      ("Devices", 1.5, {"devices": [], "failed": []}), ("List", 0, {"lenses": []})):
+                time.sleep(after)
+                client.sendall(json.dumps({"parameters": told}).encode() + b"\0")
+                client.recv(65536)
+        with FalseDaemon(self.folder.name, answers) as path:
+            code, out, err = self.run_lensctl("--socket", path, "doctor", "--timeout", "1s")
+        self.assertEqual((code, err), (1, ""), out)
+        self.assertIn("did not answer in time", out)
+        self.assertIn("clock: ", out)
+
     def test_76_protocol(self):
         with FalseDaemon(self.folder.name, lambda client: client.sendall(b"what?\0")) as path:
             self.ends(76, "list", path=path)

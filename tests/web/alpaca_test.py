@@ -138,9 +138,10 @@ class AlpacaTest(WebTest):
     def test_another_client_ends_a_move(self):
         self.move_to(0)
         self.assertEqual(self.put("move", Position=4000), 0)
+        self.wait_for(lambda: self.get("position") > 500)
         self.lensd("Stop")
         self.assertEqual(self.failure(), 0x40E)
-        self.assertEqual(self.put("move", Position=0), 0)
+        self.assertEqual(self.put("move", Position=4000), 0)  # takes seconds: the other one comes before its end
         self.lensd("Move", axis="focus", target={"position": 30})
         self.assertEqual(self.failure(), 0x40E)
         self.assertEqual(self.put("connected", Connected="True"), 0)

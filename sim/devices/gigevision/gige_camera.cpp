@@ -159,7 +159,6 @@ Result<void> GigeCamera::Body::Serve() {
   if (!server || !arv_gv_fake_camera_is_running(server.get())) {
     return Fail(Code::Io, "cannot serve a camera at " + options.interface);
   }
-  g_object_set(server.get(), "gvsp-lost-ratio", options.lost_packets, nullptr);
   memory = arv_gv_fake_camera_get_fake_camera(server.get());
   SetRegisters();
   const auto fill = +[](ArvBuffer* buffer, void* body, guint32, guint32 gain, ArvPixelFormat format) {
@@ -311,10 +310,9 @@ void GigeCamera::Body::Fill(ArvBuffer* buffer, std::uint32_t gain_db, std::uint3
   {
     std::unique_lock lock(mutex);
     new_frame.wait_for(lock, kFrameWait, [this] { return frames_taken != frames_sent; });
-    if (!frame) {
-      arv_buffer_set_timestamp(buffer, 1);
-      return;
-    }
+    // Aravis sends what it has whether there is a picture or not: before the first one its packets go nowhere.
+    g_object_set(server.get(), "gvsp-lost-ratio", frame ? options.lost_packets : 1.0, nullptr);
+    if (!frame) return;
     picture = *frame;
     frames_sent = frames_taken;
   }

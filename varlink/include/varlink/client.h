@@ -29,7 +29,8 @@ class Client {
 
   /// Queues one call to the daemon. Code::Timeout, Code::Io.
   Result<void> Send(const Call& call);
-  /// The next reply; an error the service answered with is a Reply too. Code::Timeout, Code::Disconnected (the service
+  /// The next reply to the newest call; those to calls before it, given up on a deadline, are passed over. An error the
+  /// service answered with is a Reply too. Code::Timeout, Code::Disconnected (the service
   /// closed), Code::Io, Code::Protocol, Code::Cancelled.
   Result<Reply> Receive();
   /// Send and one Receive.
@@ -43,6 +44,8 @@ class Client {
   int interrupt_ = -1;
   std::optional<Instant> deadline_;
   FrameReader frames_{kMaxReplyBytes};
+  int unanswered_ = 0;  ///< calls whose last reply has not come
+  int given_up_ = 0;    ///< of these, the ones made before the newest
 };
 
 }  // namespace lensd::varlink
