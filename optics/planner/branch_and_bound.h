@@ -23,10 +23,10 @@ std::optional<T> WidthBound(const DiffractionStrip<T>& strip, const T& a, const 
     if (unbounded || value < high) high = value;
     unbounded = false;
   };
-  for (std::size_t i = lines.upper_sharp; i < lines.upper_p.size(); ++i) {
+  for (std::size_t i = lines.strip.upper.sharp; i < lines.upper_p.size(); ++i) {
     lower(T(lines.upper_p[i] + lines.upper_q[i] * a / r));
   }
-  for (std::size_t i = lines.lower_sharp; i < lines.lower_p.size(); ++i) {
+  for (std::size_t i = lines.strip.lower.sharp; i < lines.lower_p.size(); ++i) {
     low = std::max<T>(low, lines.lower_p[i] + lines.lower_q[i] * a / r);
   }
   for (const SharpCurve<T>& curve : strip.curves) {

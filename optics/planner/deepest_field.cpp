@@ -89,10 +89,10 @@ double DeepestN(const Subproblem& task, double n, double e) {
   LinearProgram<double> lines;
   Write(lines, task, to_double);
   double most = lines.strip.n_high;
-  for (std::size_t i = lines.upper_sharp; i < lines.upper_p.size(); ++i) {
+  for (std::size_t i = lines.strip.upper.sharp; i < lines.upper_p.size(); ++i) {
     most = std::min(most, (e - lines.upper_p[i]) / lines.upper_q[i]);
   }
-  for (std::size_t i = lines.lower_sharp; i < lines.lower_p.size(); ++i) {
+  for (std::size_t i = lines.strip.lower.sharp; i < lines.lower_p.size(); ++i) {
     most = std::min(most, (e - lines.lower_p[i]) / lines.lower_q[i]);
   }
   if (lines.strip.cap) most = std::min(most, *lines.strip.cap);

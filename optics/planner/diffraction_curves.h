@@ -129,11 +129,11 @@ Gap<T> GapAt(const DiffractionStrip<T>& strip, const T& n, const T& r) {
   gap.upper_name = lines.high_name;
   gap.lower_name = lines.low_name;
   const T u = n / r;
-  for (std::size_t i = lines.upper_sharp; i < lines.upper_p.size(); ++i) {
+  for (std::size_t i = lines.strip.upper.sharp; i < lines.upper_p.size(); ++i) {
     const T& q = lines.upper_q[i];
     diffraction_detail::Lower(gap, T(lines.upper_p[i] + q * u), T(q / r), T(-q * u / r), lines.upper_name[i]);
   }
-  for (std::size_t i = lines.lower_sharp; i < lines.lower_p.size(); ++i) {
+  for (std::size_t i = lines.strip.lower.sharp; i < lines.lower_p.size(); ++i) {
     const T& q = lines.lower_q[i];
     diffraction_detail::Raise(gap, T(lines.lower_p[i] + q * u), T(q / r), T(-q * u / r), lines.lower_name[i]);
   }

@@ -89,12 +89,10 @@ struct Attempt {
 };
 
 /// Smallest or largest N, and there the least worst ratio and its e.
-template <class T, class Convert>
-Attempt<Solution> TrySolveForN(const Subproblem& task, WantedN wanted, const Convert& convert) {
+template <class T>
+Attempt<Solution> TrySolveForN(const LinearProgram<T>& programme, WantedN wanted) {
   Attempt<Solution> attempt;
   Solution& solved = attempt.answer;
-  LinearProgram<T> programme;
-  Write(programme, task, convert);
   const WidthError<T> error(programme);
   if (!filter_detail::FocusIsClear(programme, error)) return attempt;
   attempt.certain = true;
@@ -126,11 +124,16 @@ Attempt<Solution> TrySolveForN(const Subproblem& task, WantedN wanted, const Con
   return attempt;
 }
 
-/// The least worst ratio over all N, and where. No solution where no ratio is large enough.
 template <class T, class Convert>
-Attempt<std::optional<Solution>> TrySolveForRatio(const Subproblem& task, const Convert& convert) {
+Attempt<Solution> TrySolveForN(const Subproblem& task, WantedN wanted, const Convert& convert) {
   LinearProgram<T> programme;
   Write(programme, task, convert);
+  return TrySolveForN(programme, wanted);
+}
+
+/// The least worst ratio over all N, and where. No solution where no ratio is large enough.
+template <class T>
+Attempt<std::optional<Solution>> TrySolveForRatio(const LinearProgram<T>& programme) {
   const WidthError<T> error(programme);
   if (programme.ill_conditioned || programme.strip.cap || !filter_detail::FocusIsClear(programme, error)) return {};
   if (programme.unmeetable || programme.focus_outside) return {std::nullopt, true};
@@ -145,6 +148,13 @@ Attempt<std::optional<Solution>> TrySolveForRatio(const Subproblem& task, const 
                    .e = static_cast<double>(least->e),
                    .ratio = static_cast<double>(least->ratio)},
           true};
+}
+
+template <class T, class Convert>
+Attempt<std::optional<Solution>> TrySolveForRatio(const Subproblem& task, const Convert& convert) {
+  LinearProgram<T> programme;
+  Write(programme, task, convert);
+  return TrySolveForRatio(programme);
 }
 
 }  // namespace lensd::optics

@@ -111,42 +111,34 @@ WorstBlurs::WorstBlurs(const PlanRequest& request, FNumber f_number, Metres exte
       n_(f_number.value),
       e_(extension.value),
       delta_(request.sensor_tolerance.value),
-      plain_(!request.wavelength && !request.liquid && request.pupil_factor.value == 1.0) {}
+      plain_(!request.wavelength && !request.liquid && request.pupil_factor.value == 1.0) {
+  const double epsilon = request.f_number_tolerance.value, most = n_ * (1.0 + epsilon);
+  kinds_ = {{{1.0, -1.0, 1.0, n_ * (1.0 - epsilon)}, {-1.0, -1.0, -1.0, most}, {1.0, 1.0, -1.0, most}}};
+}
 
-// Plain doubles, where rounding them is a small part of the limit. Limits of all kinds come in any order, which no
-// processor guesses: what they differ in are factors.
+// Plain doubles, where rounding them is a small part of the limit, for one interval whose ends are of one kind. Limits
+// of all kinds come in any order, which no processor guesses: what they differ in are factors.
 WorstBlur WorstBlurs::Of(const BlurLimit& limit) const {
-  struct Kind {
-    double either, behind;  ///< parts of |blur| and blur in what is judged
-    double sign;            ///< +1: the more the worse
-  };
-  constexpr std::array<Kind, 4> kKinds{{{1.0, 0.0, 1.0}, {1.0, 0.0, -1.0}, {0.0, 1.0, -1.0}, {0.0, -1.0, -1.0}}};
   const bool sharp = limit.kind == LimitKind::Sharp;
-  const Kind& kind = kKinds[sharp ? 0U : 1U + static_cast<unsigned>(limit.side)];
-  const double times_n = n_ * (1.0 - kind.sign * request_.f_number_tolerance.value);
+  if (!plain_ || limit.depths.size() != 1 || (!sharp && limit.side == Side::Either)) return Precisely(limit);
+  const auto& [one, other] = limit.depths.front();
+  const Kind& kind = kinds_[static_cast<unsigned>(limit.kind) * static_cast<unsigned>(limit.side)];
   constexpr double kPart = 5e-13, kUlps = 2.0 * std::numeric_limits<double>::epsilon();
-  const double reach = kPart / kUlps * times_n * limit.limit.value;
-  bool good = plain_;
-  const auto judged = [&](const PlanDepth& depth) {
+  const double reach = kPart / kUlps * kind.n * limit.limit.value;
+  const auto judged = [&](const PlanDepth& depth, bool& good) {
     const double value = depth.number.value;
     const double scale = depth.is_vergence ? 1.0 : value, u = depth.is_vergence ? value : 1.0;
     const double w = scale - f_ * u, v = f_ * f_ * u, moved = w * e_;
-    good &= std::abs(moved) + v < reach * scale;
+    good = std::abs(moved) + v < reach * scale;
     double blur = moved - v, spread = std::abs(w) * delta_;
     if (!depth.is_vergence) blur /= scale, spread /= scale;
-    return kind.sign * (kind.either * std::abs(blur) + kind.behind * blur) + spread;
+    return std::max(kind.behind * blur, kind.front * blur) + spread;
   };
-  double worst = -std::numeric_limits<double>::infinity();
-  const PlanDepth* at = nullptr;
-  for (const DepthInterval& interval : limit.depths) {
-    const double one = judged(interval.one_end), other = judged(interval.other_end);
-    const std::array<const PlanDepth*, 2> ends{&interval.one_end, &interval.other_end};
-    const double more = std::max(one, other);
-    if (at != nullptr && !(more > worst)) continue;
-    worst = more;
-    at = ends[static_cast<std::size_t>(other > one)];
-  }
-  return good ? WorstBlur{{std::max(kind.sign * worst, 0.0) / times_n}, at} : Precisely(limit);
+  bool good = false, other_good = false;
+  const double at_one = judged(one, good), at_other = judged(other, other_good);
+  if (!good || !other_good) return Precisely(limit);
+  const std::array<const PlanDepth*, 2> ends{&one, &other};
+  return {{std::max(kind.sign * std::max(at_one, at_other), 0.0) / kind.n}, ends[at_other > at_one ? 1 : 0]};
 }
 
 WorstBlur WorstBlurs::Precisely(const BlurLimit& limit) const {

@@ -2,9 +2,8 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
-#include <memory_resource>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -57,24 +56,22 @@ struct DepthNumbers {
   T g{};
 };
 
-/// A programme in numbers, with the names of its lines. Some hundred lines need no memory but its own.
+/// A programme in numbers, with the names of its lines.
 template <class T>
 struct LinearProgram {
  private:
-  alignas(std::max_align_t) std::array<std::byte, 8192> arena_;
-  std::pmr::monotonic_buffer_resource pool_{arena_.data(), arena_.size()};
-  std::pmr::vector<T> numbers_{&pool_};
-  std::pmr::vector<int> names_{&pool_};
+  std::unique_ptr<T[]> numbers_;
+  std::unique_ptr<int[]> names_;
 
  public:
-  /// Makes room for so many lines.
+  /// Makes room for so many lines, which are to be written.
   void Resize(std::size_t upper, std::size_t lower) {
-    numbers_.resize(2 * (upper + lower));
-    names_.resize(upper + lower);
-    const std::span<T> numbers(numbers_);
-    upper_p = numbers.first(upper), upper_q = numbers.subspan(upper, upper);
-    lower_p = numbers.subspan(2 * upper, lower), lower_q = numbers.last(lower);
-    upper_name = std::span(names_).first(upper), lower_name = std::span(names_).last(lower);
+    numbers_ = std::make_unique_for_overwrite<T[]>(2 * (upper + lower));
+    names_ = std::make_unique_for_overwrite<int[]>(upper + lower);
+    T* const numbers = numbers_.get();
+    upper_p = {numbers, upper}, upper_q = {numbers + upper, upper};
+    lower_p = {numbers + 2 * upper, lower}, lower_q = {numbers + 2 * upper + lower, lower};
+    upper_name = {names_.get(), upper}, lower_name = {names_.get() + upper, lower};
   }
   /// Leaves only the first lines.
   void Shorten(std::size_t upper, std::size_t lower) {
@@ -82,11 +79,15 @@ struct LinearProgram {
     for (auto* column : {&lower_p, &lower_q}) *column = column->first(lower);
     upper_name = upper_name.first(upper), lower_name = lower_name.first(lower);
   }
+  /// Makes the lines the strip's, the first ones sharp.
+  void Use(std::size_t upper_sharp, std::size_t lower_sharp) {
+    strip.upper = {upper_p, upper_q, upper_sharp};
+    strip.lower = {lower_p, lower_q, lower_sharp};
+  }
 
   LensNumbers<T> lens;
   std::span<T> upper_p, upper_q, lower_p, lower_q;
   std::span<int> upper_name, lower_name;
-  std::size_t upper_sharp = 0, lower_sharp = 0;
   FeasibleStrip<T> strip;  ///< its spans point into this programme
   int low_name = kDomainName, high_name = kExtensionName, cap_name = 0;
   std::optional<int> unmeetable;  ///< a limit that nothing can meet
@@ -95,7 +96,7 @@ struct LinearProgram {
   T focus_margin{};               ///< how far from the nearest bound of the box the focal plane is
   bool ill_conditioned = false;   ///< some line is so close to the focal length that rounding decides its kind
 
-  LinearProgram() {}  // NOLINT(cppcoreguidelines-pro-type-member-init): the room is written before it is read
+  LinearProgram() = default;
   LinearProgram(const LinearProgram&) = delete;
   LinearProgram& operator=(const LinearProgram&) = delete;
 };
@@ -145,15 +146,6 @@ LimitLine<T> LineOf(RowKind kind, const DepthNumbers<T>& depth, const LensNumber
 
 namespace task_detail {
 
-/// The same lines as WriteLines(), column by column, in vectors of what the compiler knows of. False, with nothing
-/// written that counts, where some depth is not a vergence clearly outside the focal length.
-bool WritePlainLines(LinearProgram<double>& programme, std::span<const LimitRow> rows,
-                     const std::array<std::size_t, 4>& of_kind);
-template <class T>
-bool WritePlainLines(LinearProgram<T>&, std::span<const LimitRow>, const std::array<std::size_t, 4>&) {
-  return false;
-}
-
 /// How many lines there are so far.
 struct LineCount {
   std::size_t upper = 0, lower = 0;
@@ -192,15 +184,17 @@ void AddRow(LinearProgram<T>& programme, const LimitRow& row, const DepthNumbers
 
 template <class T, class Convert>
 void WriteLines(LinearProgram<T>& programme, std::span<const LimitRow> rows, const Convert& convert) {
-  LineCount count;
+  programme.Resize(rows.size(), rows.size());
+  LineCount count, sharp_count;
   for (const bool sharp : {true, false}) {  // sharp lines come first
     for (const LimitRow& row : rows) {
       if ((row.kind == RowKind::SharpFar || row.kind == RowKind::SharpNear) != sharp) continue;
       AddRow(programme, row, NumbersOf(*row.depth, programme.lens, convert), convert(*row.limit), count);
     }
-    if (sharp) programme.upper_sharp = count.upper, programme.lower_sharp = count.lower;
+    if (sharp) sharp_count = count;
   }
   programme.Shorten(count.upper, count.lower);
+  programme.Use(sharp_count.upper, sharp_count.lower);
 }
 
 template <class T, class Convert>
@@ -272,24 +266,19 @@ LensNumbers<T> LensOf(const PlanRequest& request, const Convert& convert) {
           T(f * (1 / pupil - 1))};
 }
 
+/// The lens, the box and the range of f-numbers, before the lines are written.
+template <class T, class Convert>
+void WriteLens(LinearProgram<T>& programme, const Subproblem& task, const Convert& convert) {
+  programme.lens = LensOf<T>(*task.request, convert);
+  task_detail::SetBox(programme, task, convert);
+  task_detail::SetFNumbers(programme, task, convert);
+}
+
 /// Fills `programme` from `task` in the numbers that `convert` makes of a request's.
 template <class T, class Convert>
 void Write(LinearProgram<T>& programme, const Subproblem& task, const Convert& convert) {
-  LensNumbers<T>& lens = programme.lens;
-  lens = LensOf<T>(*task.request, convert);
-  task_detail::SetBox(programme, task, convert);
-  task_detail::SetFNumbers(programme, task, convert);
-  std::array<std::size_t, 4> of_kind{};
-  for (const LimitRow& row : task.rows) ++of_kind[static_cast<std::size_t>(row.kind)];
-  const auto [far, near, behind, front] = of_kind;
-  programme.Resize(far + front, near + behind + front);  // what is in front inside the focal length bounds from below
-  if (std::is_same_v<T, double> && task_detail::WritePlainLines(programme, task.rows, of_kind)) {
-    programme.Shorten(far + front, near + behind);
-  } else {
-    task_detail::WriteLines(programme, task.rows, convert);
-  }
-  programme.strip.upper = {programme.upper_p, programme.upper_q, programme.upper_sharp};
-  programme.strip.lower = {programme.lower_p, programme.lower_q, programme.lower_sharp};
+  WriteLens(programme, task, convert);
+  task_detail::WriteLines(programme, task.rows, convert);
 }
 
 }  // namespace lensd::optics

@@ -9,6 +9,7 @@
 #include "optics/model_ladder.h"
 #include "planner/deepest_field.h"
 #include "planner/minimal_conflict.h"
+#include "planner/plain_limits.h"
 #include "planner/report.h"
 #include "planner/request_check.h"
 #include "planner/side_assignments.h"
@@ -122,9 +123,15 @@ std::optional<Solution> Relax(const SideAssignments& cases, const PlanRequest& r
 }  // namespace
 
 Result<PlanAnswer> Plan(const PlanRequest& request) {
-  if (std::optional<Error> error = Check(request)) return PassOn(*std::move(error));
-  const SideAssignments cases(request);
-  const Outcome outcome = SolveAll(cases, request);
+  if (std::optional<Error> error = CheckSetting(request)) return PassOn(*std::move(error));
+  Outcome outcome;
+  std::optional<SideAssignments> cases;
+  if (Attempt<Solution> plain = SolvePlainLimits(request); plain.certain && plain.answer.feasible) {
+    outcome.best = std::move(plain.answer);
+  } else {
+    if (std::optional<Error> error = CheckLimits(request)) return PassOn(*std::move(error));
+    outcome = SolveAll(cases.emplace(request), request);
+  }
   PlanAnswer answer;
   if (outcome.scanned) {
     answer.note =
@@ -136,8 +143,8 @@ Result<PlanAnswer> Plan(const PlanRequest& request) {
     }
   }
   if (!outcome.best) {
-    answer.conflict = Spelled(request, MinimalConflict(cases, request, outcome.suspects));
-    if (const std::optional<Solution> relaxed = Relax(cases, request)) {
+    answer.conflict = Spelled(request, MinimalConflict(*cases, request, outcome.suspects));
+    if (const std::optional<Solution> relaxed = Relax(*cases, request)) {
       answer.relax = relaxed->ratio;
       Describe(request, relaxed->n, relaxed->e, answer);
     }

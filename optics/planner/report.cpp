@@ -17,14 +17,14 @@ namespace {
 /// Adds how one limit fares.
 void AddLimitAnswer(const WorstBlurs& blurs, const BlurLimit& limit, PlanAnswer& answer) {
   const WorstBlur worst = blurs.Of(limit);
-  const bool sharp = limit.kind == LimitKind::Sharp;
-  constexpr std::array<double, 2> kMostRatio{1e9, std::numeric_limits<double>::infinity()};  // 1e9: no blur at all
-  const std::array<double, 2> sizes{limit.limit.value, worst.blur.value};
-  double ratio = std::min(sizes[sharp ? 1 : 0] / sizes[sharp ? 0 : 1], kMostRatio[sharp ? 1 : 0]);
+  constexpr std::array<double, 2> kMostRatio{std::numeric_limits<double>::infinity(), 1e9};  // 1e9: no blur at all
+  const auto kind = static_cast<std::size_t>(limit.kind);  // as an index: a choice that no processor guesses
+  const std::array<double, 3> sizes{worst.blur.value, limit.limit.value, worst.blur.value};
+  double ratio = std::min(sizes[kind] / sizes[kind + 1], kMostRatio[kind]);
   // The verdict is exact; N and e are its nearest doubles, which may touch a limit from the other side.
   constexpr double kRounding = 1.0 + 1e-12;
   if (ratio > 1.0 && ratio <= kRounding) ratio = 1.0;
-  double near = limit.depths.front().one_end.vergence().value, far = near;
+  double near = -std::numeric_limits<double>::infinity(), far = -near;
   for (const DepthInterval& interval : limit.depths) {
     const double one = interval.one_end.vergence().value, other = interval.other_end.vergence().value;
     near = std::max(near, std::max(one, other));

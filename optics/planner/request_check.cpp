@@ -4,14 +4,11 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "planner/limit_names.h"
 #include "planner/solve_exact.h"
 
 namespace lensd::optics {
@@ -187,105 +184,30 @@ Problem CheckLimit(const PlanRequest& request, const BlurLimit& limit) {
   return std::nullopt;
 }
 
-/// Whether a limit is so clearly sound that nothing needs a closer look.
-bool ClearlySound(const PlanRequest& request, const BlurLimit& limit) {
-  if (request.pupil_factor.value != 1.0 || !Positive(limit.limit) || limit.depths.empty()) return false;
-  const double f = request.focal_length.value;
-  constexpr double kClear = 1.0 - 1e-9;
-  return std::ranges::all_of(limit.depths, [&](const DepthInterval& interval) {
-    for (const PlanDepth* depth : {&interval.one_end, &interval.other_end}) {
-      const double value = depth->number.value;
-      if (depth->is_vergence ? !(value >= 0.0 && f * value < kClear) : !(value * kClear > f)) return false;
-    }
-    return true;
-  });
-}
-
-/// The names of the limits so far: a few are compared one by one, more are found by their hash, in a table of hashes
-/// and places that is never more than half full.
-class Names {
- public:
-  explicit Names(const std::vector<BlurLimit>& limits) : limits_(limits) {  // NOLINT(*-member-init): ends_ as they come
-    if (limits.size() > kFew) slots_.resize(2 * std::bit_ceil(limits.size()));
-  }
-  /// Takes the name of the limit at `index`; false if it was taken already. In rising order of index.
-  bool Take(std::size_t index) {
-    const std::string_view name = limits_[index].name;
-    if (std::ranges::find(kReserved, name) != kReserved.end()) return false;
-    if (slots_.empty()) return TakeOneByOne(index, name);
-    const std::uint64_t hash = HashOf(name);
-    for (std::size_t at = hash & (slots_.size() - 1);; at = (at + 1) & (slots_.size() - 1)) {
-      Slot& slot = slots_[at];
-      if (slot.taken_by == 0) {
-        slot = {static_cast<std::uint32_t>(hash >> 32U), static_cast<std::uint32_t>(index + 1)};
-        return true;
-      }
-      if (slot.hash == hash >> 32U && limits_[slot.taken_by - 1].name == name) return false;
-    }
-  }
-
- private:
-  static constexpr std::size_t kFew = 16;
-  /// Eight letters at a time, of the last eight some twice.
-  static std::uint64_t HashOf(std::string_view name) {
-    constexpr std::size_t kWord = sizeof(std::uint64_t);
-    std::uint64_t hash = name.size(), word = 0;
-    const auto mix = [&] {
-      constexpr std::uint64_t kOdd = 0x9E3779B97F4A7C15U;
-      hash = (hash ^ word) * kOdd;
-      hash ^= hash >> 29U;
-    };
-    if (name.size() < kWord) {
-      for (const char letter : name) word = word << 8U | static_cast<unsigned char>(letter);
-      mix();
-      return hash;
-    }
-    for (std::size_t at = 0; at + kWord < name.size(); at += kWord, mix()) std::memcpy(&word, &name[at], kWord);
-    std::memcpy(&word, name.end() - kWord, kWord);
-    mix();
-    return hash;
-  }
-  bool TakeOneByOne(std::size_t index, std::string_view name) {
-    std::uint64_t end = name.size();
-    for (const char letter : name.substr(name.size() - std::min<std::size_t>(name.size(), kEnd))) {
-      end = end << 8U | static_cast<unsigned char>(letter);
-    }
-    for (std::size_t i = 0; i < index; ++i) {
-      if (ends_[i] == end && limits_[i].name == name) return false;
-    }
-    ends_[index] = end;
-    return true;
-  }
-
-  static constexpr std::size_t kEnd = 4;  ///< letters; names that differ mostly do so there
-  static constexpr std::array<std::string_view, 3> kReserved{"focus", "fNumber", "extension"};
-  struct Slot {
-    std::uint32_t hash = 0;
-    std::uint32_t taken_by = 0;  ///< a limit's index and one more; 0: by none
-  };
-
-  const std::vector<BlurLimit>& limits_;
-  std::vector<Slot> slots_;
-  std::array<std::uint64_t, kFew> ends_;  ///< of a few names, with their lengths; set as they are taken
-};
-
 }  // namespace
 
-std::optional<Error> Check(const PlanRequest& request) {
+std::optional<Error> CheckSetting(const PlanRequest& request) {
   for (const auto check : {CheckLens, CheckLiquid, CheckTolerances, CheckFocus}) {
     if (Problem problem = check(request)) return problem;
   }
-  Names names(request.limits);
+  return std::nullopt;
+}
+
+std::optional<Error> CheckLimits(const PlanRequest& request) {
+  LimitNames names(request.limits);
   for (std::size_t i = 0; i < request.limits.size(); ++i) {
     const BlurLimit& limit = request.limits[i];
-    if (!ClearlySound(request, limit)) {
-      if (Problem problem = CheckLimit(request, limit)) return In(Element("limits", i), *problem);
-    }
+    if (Problem problem = CheckLimit(request, limit)) return In(Element("limits", i), *problem);
     if (!names.Take(i))
       return Bad(limit.name + ": this name is taken; every limit needs its own",
                  {.parameter = Element("limits", i) + ".name"});
   }
   return std::nullopt;
+}
+
+std::optional<Error> Check(const PlanRequest& request) {
+  if (Problem problem = CheckSetting(request)) return problem;
+  return CheckLimits(request);
 }
 
 }  // namespace lensd::optics

@@ -48,58 +48,6 @@ void AddExtremes(const std::vector<const PlanDepth*>& depths, Extreme which, Lim
   }
 }
 
-/// Whether the two are the same, or certainly not, by a look at their numbers alone.
-bool SameOrApart(const PlanDepth& a, const PlanDepth& b) {
-  constexpr double kUlps = 8.0 * std::numeric_limits<double>::epsilon();
-  const double one = a.number.value, other = b.number.value;
-  if (a.is_vergence != b.is_vergence) return false;
-  if (one == other) return a.number.decimal == b.number.decimal;
-  return std::abs(one - other) > kUlps * std::max(one, other);
-}
-
-/// The rows of limits of one interval and a given side, a few at a time. Limits of all kinds come in any order, which
-/// no processor guesses: so each writes the rows of both kinds, and keeps those of its own.
-class SimpleRows {
- public:
-  /// `sharp` and `blurred` take the rows.
-  SimpleRows(std::vector<LimitRow>& sharp, std::vector<LimitRow>& blurred)  // NOLINT(*-member-init): room to write in
-      : sharp_(sharp), blurred_(blurred) {}
-  ~SimpleRows() { Flush(); }
-  SimpleRows(const SimpleRows&) = delete;
-  SimpleRows& operator=(const SimpleRows&) = delete;
-
-  /// False for a limit of several intervals, or of one whose ends may be the same or not.
-  bool Add(const BlurLimit& limit, int name) {
-    if (limit.depths.size() != 1 || !SameOrApart(limit.depths.front().one_end, limit.depths.front().other_end))
-      return false;
-    const auto [near, far] = Ordered(limit.depths.front());
-    const bool sharp = limit.kind == LimitKind::Sharp, behind = limit.side == Side::Behind;
-    constexpr std::array<RowKind, 2> kKinds{RowKind::Front, RowKind::Behind};
-    const std::array<const PlanDepth*, 2> ends{far, near};
-    sharp_rows_[sharp_count_] = {RowKind::SharpFar, far, &limit.limit, name};
-    sharp_rows_[sharp_count_ + 1] = {RowKind::SharpNear, near, &limit.limit, name};
-    blurred_rows_[blurred_count_] = {kKinds[behind ? 1 : 0], ends[behind ? 1 : 0], &limit.limit, name};
-    sharp_count_ += sharp ? 2 : 0;
-    blurred_count_ += sharp ? 0 : 1;
-    if (sharp_count_ == 2 * kFew || blurred_count_ == kFew) Flush();
-    return true;
-  }
-
- private:
-  static constexpr std::size_t kFew = 32;
-  void Flush() {
-    sharp_.insert(sharp_.end(), sharp_rows_.begin(), sharp_rows_.begin() + static_cast<std::ptrdiff_t>(sharp_count_));
-    blurred_.insert(blurred_.end(), blurred_rows_.begin(),
-                    blurred_rows_.begin() + static_cast<std::ptrdiff_t>(blurred_count_));
-    sharp_count_ = blurred_count_ = 0;
-  }
-
-  std::vector<LimitRow>&sharp_, &blurred_;
-  std::array<LimitRow, 2 * kFew + 2> sharp_rows_;
-  std::array<LimitRow, kFew + 1> blurred_rows_;
-  std::size_t sharp_count_ = 0, blurred_count_ = 0;
-};
-
 /// `depths` is room to work in, kept from one limit to the next.
 void AddLimit(const BlurLimit& limit, int name, std::vector<const PlanDepth*>& depths, std::vector<LimitRow>& rows) {
   depths.clear();
@@ -195,15 +143,12 @@ SideAssignments::SideAssignments(const PlanRequest& request) : request_(request)
   std::vector<const PlanDepth*> depths;
   std::vector<LimitRow> blurred;  // after the sharp ones: what comes in runs is quicker to tell apart
   rows_.reserve(2 * request.limits.size() + 2);
-  {
-    SimpleRows simple(rows_, blurred);
-    for (std::size_t i = 0; i < request.limits.size(); ++i) {
-      const BlurLimit& limit = request.limits[i];
-      if (limit.kind == LimitKind::Blurred && limit.side == Side::Either) {
-        for (const DepthInterval& interval : limit.depths) open_.push_back({Ordered(interval), static_cast<int>(i)});
-      } else if (!simple.Add(limit, static_cast<int>(i))) {
-        AddLimit(limit, static_cast<int>(i), depths, limit.kind == LimitKind::Sharp ? rows_ : blurred);
-      }
+  for (std::size_t i = 0; i < request.limits.size(); ++i) {
+    const BlurLimit& limit = request.limits[i];
+    if (limit.kind == LimitKind::Blurred && limit.side == Side::Either) {
+      for (const DepthInterval& interval : limit.depths) open_.push_back({Ordered(interval), static_cast<int>(i)});
+    } else {
+      AddLimit(limit, static_cast<int>(i), depths, limit.kind == LimitKind::Sharp ? rows_ : blurred);
     }
   }
   rows_.insert(rows_.end(), blurred.begin(), blurred.end());

@@ -35,8 +35,7 @@ void Copy(const LinearProgram<Rational>& from, LinearProgram<Real>& to) {
   Copy(from.upper_q, to.upper_q);
   Copy(from.lower_p, to.lower_p);
   Copy(from.lower_q, to.lower_q);
-  to.strip.upper = {to.upper_p, to.upper_q, from.upper_sharp};
-  to.strip.lower = {to.lower_p, to.lower_q, from.lower_sharp};
+  to.Use(from.strip.upper.sharp, from.strip.lower.sharp);
   to.strip.low = ToReal(from.strip.low);
   to.strip.high = ToReal(from.strip.high);
   to.strip.n_low = ToReal(from.strip.n_low);
@@ -46,8 +45,6 @@ void Copy(const LinearProgram<Rational>& from, LinearProgram<Real>& to) {
              ToReal(from.lens.widen), from.lens.liquid,        ToReal(from.lens.skew)};
   std::ranges::copy(from.upper_name, to.upper_name.begin());
   std::ranges::copy(from.lower_name, to.lower_name.begin());
-  to.upper_sharp = from.upper_sharp;
-  to.lower_sharp = from.lower_sharp;
   to.low_name = from.low_name;
   to.high_name = from.high_name;
   if (from.strip.cap) to.strip.cap = ToReal(*from.strip.cap);

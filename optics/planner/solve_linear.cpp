@@ -37,10 +37,10 @@ bool CertainlyNeedsMore(const Subproblem& task, double ratio) {
   Write(programme, task, ToDouble);
   if (programme.strip.cap || programme.ill_conditioned) return false;
   for (std::size_t i = 0; i < programme.upper_q.size(); ++i) {
-    programme.upper_q[i] *= i < programme.upper_sharp ? ratio : 1.0 / ratio;
+    programme.upper_q[i] *= i < programme.strip.upper.sharp ? ratio : 1.0 / ratio;
   }
   for (std::size_t i = 0; i < programme.lower_q.size(); ++i) {
-    programme.lower_q[i] *= i < programme.lower_sharp ? ratio : 1.0 / ratio;
+    programme.lower_q[i] *= i < programme.strip.lower.sharp ? ratio : 1.0 / ratio;
   }
   const WidthError<double> error(programme);
   if (programme.unmeetable || programme.focus_outside || !filter_detail::FocusIsClear(programme, error)) return false;

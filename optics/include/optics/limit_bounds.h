@@ -2,6 +2,7 @@
 // report says and what a chart draws of a request.
 #pragma once
 
+#include <array>
 #include <limits>
 
 #include "optics/plan_request.h"
@@ -28,7 +29,13 @@ class WorstBlurs {
 
   const PlanRequest& request_;
   double f_, n_, e_, delta_;
-  bool plain_;  ///< plain doubles may be enough
+  struct Kind {
+    double behind, front;  ///< of factors of the blur, the one that makes it worse
+    double sign;           ///< +1: the more the worse
+    double n;              ///< the worst f-number of the tolerance
+  };
+  std::array<Kind, 3> kinds_;  ///< sharp, blurred behind, blurred in front
+  bool plain_;                 ///< plain doubles may be enough
 };
 
 /// From `low` to `high`; empty where low > high.
