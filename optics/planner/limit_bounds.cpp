@@ -119,10 +119,9 @@ WorstBlurs::WorstBlurs(const PlanRequest& request, FNumber f_number, Metres exte
 // Plain doubles, where rounding them is a small part of the limit, for one interval whose ends are of one kind. Limits
 // of all kinds come in any order, which no processor guesses: what they differ in are factors.
 WorstBlur WorstBlurs::Of(const BlurLimit& limit) const {
-  const bool sharp = limit.kind == LimitKind::Sharp;
-  if (!plain_ || limit.depths.size() != 1 || (!sharp && limit.side == Side::Either)) return Precisely(limit);
+  if (!plain_ || limit.depths.size() != 1 || IsOpen(limit)) return Precisely(limit);
   const auto& [one, other] = limit.depths.front();
-  const Kind& kind = kinds_[static_cast<unsigned>(limit.kind) * static_cast<unsigned>(limit.side)];
+  const Kind& kind = kinds_[KindIndex(limit)];
   constexpr double kPart = 5e-13, kUlps = 2.0 * std::numeric_limits<double>::epsilon();
   const double reach = kPart / kUlps * kind.n * limit.limit.value;
   const auto judged = [&](const PlanDepth& depth, bool& good) {

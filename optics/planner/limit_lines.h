@@ -19,6 +19,17 @@ enum Name : int { kFocusName = -1, kFNumberName = -2, kExtensionName = -3, kDoma
 /// Which bound a depth makes: the far end of a sharp interval bounds e from above, ...
 enum class RowKind { SharpFar, SharpNear, Behind, Front };
 
+/// Whether a limit is blurred on either side, in one comparison: limits of all kinds come in any order, which no
+/// processor guesses.
+inline bool IsOpen(const BlurLimit& limit) {
+  static_assert(LimitKind::Sharp == LimitKind(0) && Side::Either == Side(0));
+  return static_cast<int>(limit.kind) > static_cast<int>(limit.side);
+}
+/// The place of what all limits of its kind have in common: 0 sharp, 1 blurred behind, 2 in front. Not of an open one.
+inline std::size_t KindIndex(const BlurLimit& limit) {
+  return static_cast<std::size_t>(limit.kind) * static_cast<std::size_t>(limit.side);
+}
+
 struct LimitRow {
   RowKind kind;
   const PlanDepth* depth;

@@ -87,12 +87,12 @@ bool WritePlainLimits(const PlanRequest& request, LinearProgram<double>& program
     const BlurLimit& limit = request.limits[i];
     const bool sharp = limit.kind == LimitKind::Sharp;
     const double least = limit.limit.value;
-    if (!names.Take(i) || limit.depths.size() != 1 || (!sharp && limit.side == Side::Either)) return false;
+    if (!names.Take(i) || limit.depths.size() != 1 || IsOpen(limit)) return false;
     if (!(least > 0.0 && least <= std::numeric_limits<double>::max())) return false;
     const std::optional<PlainInterval> depths = PlainIntervalOf(limit.depths.front(), f);
     if (!depths) return false;
     const auto& [far, near] = *depths;
-    const Kind& kind = kinds[static_cast<unsigned>(limit.kind) * static_cast<unsigned>(limit.side)];
+    const Kind& kind = kinds[KindIndex(limit)];
     const double reach = least * kind.reach;
     const double far_w = far.scale - f * far.u, near_w = near.scale - f * near.u;
     const int name = static_cast<int>(i);

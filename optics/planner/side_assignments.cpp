@@ -145,7 +145,7 @@ SideAssignments::SideAssignments(const PlanRequest& request) : request_(request)
   rows_.reserve(2 * request.limits.size() + 2);
   for (std::size_t i = 0; i < request.limits.size(); ++i) {
     const BlurLimit& limit = request.limits[i];
-    if (limit.kind == LimitKind::Blurred && limit.side == Side::Either) {
+    if (IsOpen(limit)) {
       for (const DepthInterval& interval : limit.depths) open_.push_back({Ordered(interval), static_cast<int>(i)});
     } else {
       AddLimit(limit, static_cast<int>(i), depths, limit.kind == LimitKind::Sharp ? rows_ : blurred);
