@@ -120,7 +120,9 @@ std::vector<RenderRow> VaryingDiskRows(const RenderBenchOptions& options) {
   // timed: the rest costs the same.
   const int step = 16;
   std::vector<sim::DiskKernel> kernels;
-  for (int x = 0; x < rect.width; ++x) kernels.emplace_back(static_cast<double>(diameters.At(x, 0)));
+  for (int x = 0; x < rect.width; ++x) {
+    kernels.push_back(sim::DiskKernel::Sparse(static_cast<double>(diameters.At(x, 0))));
+  }
   double error = 0.0;
   const double start = ThreadCpuMs();
   int timed = 0;

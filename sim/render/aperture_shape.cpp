@@ -50,6 +50,10 @@ ApertureShape::ApertureShape(int blades) {
   for (int i = 0; i < blades; ++i) corners_.push_back({reach_ * std::cos(i * turn), reach_ * std::sin(i * turn)});
 }
 
+double ApertureShape::inner_reach() const {
+  return is_circle() ? reach_ : reach_ * std::cos(std::numbers::pi / static_cast<double>(corners_.size()));
+}
+
 AperturePoint ApertureShape::PointAt(double radius, double turns) const {
   if (is_circle()) {
     const double angle = 2.0 * std::numbers::pi * turns;

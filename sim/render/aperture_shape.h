@@ -28,6 +28,8 @@ class ApertureShape {
   bool is_even() const { return corners_.size() % 2 == 0; }
   /// From the centre to the farthest point: 1/2 for a circle.
   double reach() const { return reach_; }
+  /// From the centre to the nearest side.
+  double inner_reach() const;
 
   /// The point of the shape that a point of the circle (length at most 1/2) goes to; equal areas go to equal areas.
   /// `turns` is the circle point's angle, 0 to 1, `radius` its distance from the centre.

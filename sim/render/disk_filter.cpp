@@ -261,10 +261,12 @@ void SummedRaster::SumRows(int first, int count) {
   }
 }
 
+DiskFilter::Method DiskFilter::MethodFor(double diameter_px) {
+  return diameter_px <= kLargestDirect ? Method::Direct : Method::Runs;
+}
+
 DiskFilter::DiskFilter(double diameter_px, Method method, const ApertureShape& shape)
-    : DiskFilter(DiskKernel(diameter_px, shape), method != Method::Auto          ? method
-                                                 : diameter_px <= kLargestDirect ? Method::Direct
-                                                                                 : Method::Runs) {}
+    : DiskFilter(DiskKernel(diameter_px, shape), method == Method::Auto ? MethodFor(diameter_px) : method) {}
 
 DiskFilter::DiskFilter(const DiskKernel& kernel, Method method) : reach_(kernel.reach), method_(method) {
   for (int dy = 0; dy <= reach_; ++dy) {
@@ -276,19 +278,21 @@ DiskFilter::DiskFilter(const DiskKernel& kernel, Method method) : reach_(kernel.
     }
     rows_.push_back(std::move(taps));
   }
+  sum_ = static_cast<float>(std::accumulate(kernel.weights.begin(), kernel.weights.end(), 0.0));
 }
 
 void DiskFilter::BlurRows(const SummedRaster& source, int first, int count, Raster& out) const {
   const PixelRect from = source.cells().rect;
   const std::ptrdiff_t left = out.rect.x - from.x;
   const bool runs = method_ == Method::Runs;
+  const float mean = source.mean() * sum_;
   const std::ptrdiff_t stride = from.width + (runs ? 1 : 0);
   const auto row = [&](int y) { return (runs ? source.Sums(y) : source.cells().Row(y)) + left; };
   if (out.rect.width < kNarrow) {
     const PixelRect block{out.rect.x, first, out.rect.width, count};
     if (runs) {
       HWY_DYNAMIC_DISPATCH(FilterNarrowRuns)
-      (row(first), stride, rows_, source.mean(), block, out.Row(first), out.rect.width);
+      (row(first), stride, rows_, mean, block, out.Row(first), out.rect.width);
     } else {
       HWY_DYNAMIC_DISPATCH(FilterNarrowDirect)(row(first), stride, rows_, 0.0f, block, out.Row(first), out.rect.width);
     }
@@ -302,7 +306,7 @@ void DiskFilter::BlurRows(const SummedRaster& source, int first, int count, Rast
   for (int y = first; y < first + count; ++y) {
     if (runs) {
       HWY_DYNAMIC_DISPATCH(FilterRowRuns)
-      (row(y), stride, rows_, source.mean(), out.rect.width, stream, scratch.data(), folded.data(), out.Row(y));
+      (row(y), stride, rows_, mean, out.rect.width, stream, scratch.data(), folded.data(), out.Row(y));
     } else {
       HWY_DYNAMIC_DISPATCH(FilterRowDirect)(row(y), stride, rows_, out.rect.width, stream, out.Row(y));
     }

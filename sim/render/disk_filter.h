@@ -40,8 +40,10 @@ class SummedRaster {
 class DiskFilter {
  public:
   enum class Method { Auto, Direct, Runs };
+  /// What Auto is for disks of that diameter.
+  static Method MethodFor(double diameter_px);
   explicit DiskFilter(double diameter_px, Method method = Method::Auto, const ApertureShape& shape = {});
-  /// `method` is not Auto.
+  /// `method` is not Auto. Weights may add up to anything.
   DiskFilter(const DiskKernel& kernel, Method method);
 
   int reach() const { return reach_; }
@@ -63,6 +65,7 @@ class DiskFilter {
 
   int reach_;
   Method method_;
+  float sum_ = 0.0f;                    ///< of the weights
   std::vector<std::vector<Tap>> rows_;  ///< by dy = 0..reach
 };
 

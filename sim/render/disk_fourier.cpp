@@ -3,10 +3,6 @@
 #include "render/disk_fourier.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
-
-#include "render/disk_kernel.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "render/disk_fourier.cpp"
@@ -257,15 +253,38 @@ void AllRows(const FourierPlan& plan, float* re, float* im, std::size_t stride, 
   }
 }
 
-/// Forward, times `transfer` where given, and back. `rows` counts the planes' rows, a multiple of 16.
+hwy::AlignedFreeUniquePtr<float[]> SamplesFor(const FourierPlan& down, const FourierPlan& along) {
+  const auto longest = static_cast<std::size_t>(std::max(down.size, along.size));
+  return hwy::AllocateAligned<float>(2 * longest * hn::Lanes(D()));
+}
+
+/// Forward, times `transfer`, and back. `rows` counts the planes' rows, a multiple of 16.
 void Transform(const FourierPlan& down, const FourierPlan& along, float* re, float* im, std::size_t stride,
                std::size_t rows, const float* transfer) {
-  const D d;
-  const auto longest = static_cast<std::size_t>(std::max(down.size, along.size));
-  hwy::AlignedFreeUniquePtr<float[]> samples = hwy::AllocateAligned<float>(2 * longest * hn::Lanes(d));
-  AllColumns<true>(down, re, im, static_cast<std::size_t>(along.size), stride, samples.get());
+  const auto samples = SamplesFor(down, along);
+  const auto columns = static_cast<std::size_t>(along.size);
+  AllColumns<true>(down, re, im, columns, stride, samples.get());
   AllRows(along, re, im, stride, rows, transfer, samples.get());
-  if (transfer != nullptr) AllColumns<false>(down, re, im, static_cast<std::size_t>(along.size), stride, samples.get());
+  AllColumns<false>(down, re, im, columns, stride, samples.get());
+}
+
+/// Forward, of an even kernel in the columns less than `reach` + 1 from the first, both ways round; `im` holds zeros.
+/// Its columns' transforms are real, and its rows' too: two rows travel as one.
+void TransformKernel(const FourierPlan& down, const FourierPlan& along, float* re, float* im, std::size_t stride,
+                     std::size_t rows, std::size_t reach) {
+  constexpr std::size_t kRows = 16;
+  const auto samples = SamplesFor(down, along);
+  const auto columns = static_cast<std::size_t>(along.size);
+  const std::size_t filled = (reach + kRows) / kRows * kRows;
+  if (2 * filled < columns) {
+    AllColumns<true>(down, re, im, filled, stride, samples.get());
+    AllColumns<true>(down, re + columns - filled, im + columns - filled, filled, stride, samples.get());
+  } else {
+    AllColumns<true>(down, re, im, columns, stride, samples.get());
+  }
+  const std::size_t pairs = rows / (2 * kRows) * kRows;
+  AllRows(along, re, re + pairs * stride, stride, pairs, nullptr, samples.get());
+  if (2 * pairs < rows) AllRows(along, re + 2 * pairs * stride, im, stride, kRows, nullptr, samples.get());
 }
 
 }  // namespace lensd::sim::HWY_NAMESPACE
@@ -276,6 +295,7 @@ namespace lensd::sim {
 namespace {
 
 HWY_EXPORT(Transform);
+HWY_EXPORT(TransformKernel);
 
 /// The smallest multiple of 16 at least `least` with no other prime factors than 2, 3 and 5.
 int GoodSize(int least) {
@@ -330,31 +350,16 @@ void Fill(const Raster& source, PixelRect rect, int first, int count, const Plan
 
 }  // namespace
 
-FourierPlan::FourierPlan(int length) : size(length) {
-  int rest = length;
-  while (rest > 1) {
-    const int radix = rest % 5 == 0 ? 5 : rest % 3 == 0 ? 3 : rest % 4 == 0 ? 4 : 2;
-    Stage stage{radix, rest, {}, {}};
-    for (int place = 0; place < rest / radix; ++place) {
-      for (int k = 1; k < radix; ++k) {
-        const double angle = -2.0 * std::numbers::pi * place * k / rest;
-        stage.cos_values.push_back(static_cast<float>(std::cos(angle)));
-        stage.sin_values.push_back(static_cast<float>(std::sin(angle)));
-      }
-    }
-    stages.push_back(std::move(stage));
-    rest /= radix;
-  }
-}
-
 DiskFourier::DiskFourier(double diameter_px, int width, int height, const ApertureShape& shape)
-    : reach_(DiskKernel(diameter_px, shape).reach),
+    : DiskFourier(DiskKernel(diameter_px, shape), width, height) {}
+
+DiskFourier::DiskFourier(const DiskKernel& kernel, int width, int height)
+    : reach_(kernel.reach),
       width_(width),
       height_(height),
       half_((height + 1) / 2),
       down_(GoodSize(half_ + 2 * reach_)),
       along_(GoodSize(width + 2 * reach_)) {
-  const DiskKernel kernel(diameter_px, shape);
   Planes& planes = ScratchFor(down_, along_);
   Fill(Raster(), {}, 0, 0, planes, planes.re.get());
   Fill(Raster(), {}, 0, 0, planes, planes.im.get());
@@ -367,8 +372,8 @@ DiskFourier::DiskFourier(double diameter_px, int width, int height, const Apertu
           static_cast<float>(kernel.At(x, y) / samples);
     }
   }
-  HWY_DYNAMIC_DISPATCH(Transform)
-  (down_, along_, planes.re.get(), planes.im.get(), planes.stride, planes.rows, nullptr);
+  HWY_DYNAMIC_DISPATCH(TransformKernel)
+  (down_, along_, planes.re.get(), planes.im.get(), planes.stride, planes.rows, static_cast<std::size_t>(reach_));
   transfer_.assign(planes.re.get(), planes.re.get() + planes.stride * planes.rows);
 }
 

@@ -4,25 +4,13 @@
 #include <cstddef>
 #include <vector>
 
-#include "render/aperture_shape.h"
+#include "render/disk_kernel.h"
+#include "render/fourier_plan.h"
 #include "render/raster.h"
 
 namespace lensd::sim {
 
-/// One length of a discrete Fourier transform: its factors and the roots of unity each stage multiplies by.
-struct FourierPlan {
-  struct Stage {
-    int radix;
-    int length;                     ///< of the blocks this stage splits
-    std::vector<float> cos_values;  ///< (radix - 1) a place in a part: cos and -sin of 2 pi place k / length, k = 1..
-    std::vector<float> sin_values;
-  };
-  int size;
-  std::vector<Stage> stages;
-  explicit FourierPlan(int length);  ///< a product of 2, 3 and 5
-};
-
-/// Convolution with the area-coverage kernel of a disk or an even polygon for rasters of one size. Two halves of the
+/// Convolution with the kernel of a disk or an even polygon for rasters of one size. Two halves of the
 /// picture travel as the real and imaginary parts of one: the kernel is symmetric, so its transform is real and keeps
 /// them apart. Rows and columns of the spectrum stay in the order the forward transform leaves them in, which the way
 /// back undoes.
@@ -30,6 +18,8 @@ class DiskFourier {
  public:
   /// For results of `width` x `height` px.
   DiskFourier(double diameter_px, int width, int height, const ApertureShape& shape = {});
+
+  DiskFourier(const DiskKernel& kernel, int width, int height);
 
   int reach() const { return reach_; }
   /// Fills `out`, of the size given above, whose rectangle grown by reach() lies within the source's.

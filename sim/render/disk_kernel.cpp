@@ -1,5 +1,6 @@
-// Three kinds of weights: shares of area, from a closed form; for small disks weights fitted to the disk's transform,
-// in a table that is made once a shape and interpolated in; and areas averaged over a pixel.
+// Four kinds of weights: shares of area, from a closed form; for large disks areas of half pixels, brought to whole
+// ones by a filter that is fitted to the band; for small disks weights fitted to the disk's transform, in a table that
+// is made once a shape and interpolated in; and areas averaged over a pixel.
 #include "render/disk_kernel.h"
 
 #include <algorithm>
@@ -42,20 +43,48 @@ double DiskInQuadrant(double r, double x, double y) {
 
 constexpr int kFitsPerPixel = 8;  // of diameter
 
-/// Cover of the cell in column x, row y (both >= 0): exactly 1 or 0 where the circle does not cross it.
-double CellCover(double diameter, const ApertureShape& shape, int x, int y) {
-  const double r = 0.5 * diameter;
-  if (shape.is_circle() && std::hypot(x + 0.5, y + 0.5) <= r) return 1.0;
-  if (std::hypot(std::max(0.0, x - 0.5), std::max(0.0, y - 0.5)) >= shape.reach() * diameter) return 0.0;
-  // Whole cells must be equal to the last bit: the running sums pass over what does not change.
+/// Whole cells must be equal to the last bit: the running sums pass over what does not change.
+double Settled(double share, double least) {
+  return share > 1.0 - least && share < 1.0 + least ? 1.0 : std::abs(share) < least ? 0.0 : share;
+}
+
+/// Share of the square [x, x + size] x [y, y + size] that is covered, none of its middle left of or above the origin:
+/// exactly 1 or 0 where the outline does not cross it.
+double SquareCover(double diameter, const ApertureShape& shape, double x, double y, double size) {
   constexpr double kRounding = 1e-12;
-  const double area = shape.AreaIn(diameter, x - 0.5, y - 0.5, x + 0.5, y + 0.5);
-  return area > 1.0 - kRounding ? 1.0 : area < kRounding ? 0.0 : area;
+  if (std::hypot(x + size, y + size) <= shape.inner_reach() * diameter) return 1.0;
+  if (std::hypot(std::max(0.0, x), std::max(0.0, y)) >= shape.reach() * diameter) return 0.0;
+  return Settled(shape.AreaIn(diameter, x, y, x + size, y + size) / (size * size), kRounding);
 }
 
 /// How far from its middle a fitted kernel has weights: beyond the disk by as much as the fit needs.
 double SupportOf(double diameter, const ApertureShape& shape) {
   return std::max(3.2, shape.reach() * diameter + (diameter < 5.0 ? 1.25 : 0.75));
+}
+
+constexpr int kHalves = 5;  // half pixels to each side of a pixel's middle that count in it
+
+/// What the half pixels at 1/4, 3/4, ... px from a pixel's middle count in it, along one side. Fitted so that light
+/// below half a cycle a pixel passes and light above, which would come back into the band, does not. A disk's transform
+/// falls as frequency^-1.5, and so does the need.
+const std::vector<double>& HalfPixelFilter() {
+  static const std::vector<double> filter = [] {
+    constexpr int kFrequencies = 400;  // to two cycles a pixel, where everything repeats
+    constexpr double kBand = 1.0 / kShortestPeriod + 0.01, kBeyond = 0.3;
+    constexpr double kEven = 1e8;  // light that is the same everywhere stays so
+    LeastSquares fit(kHalves);
+    for (int i = 0; i <= kFrequencies; ++i) {
+      const double f = 2.0 * i / kFrequencies, x = 0.5 * std::numbers::pi * f;
+      std::vector<double> waves;
+      for (int k = 0; k < kHalves; ++k) waves.push_back(2.0 * std::cos((2 * k + 1) * x) * std::sph_bessel(0, x));
+      const double shown_as = std::abs(f - std::round(f));
+      const bool even = i == 0 || 2 * i == kFrequencies;
+      const double importance = even ? kEven : (shown_as <= kBand ? 1.0 : kBeyond) / (f * f * f);
+      fit.Add(waves, f < 0.5 ? 1.0 : 0.0, importance);
+    }
+    return std::move(fit).Solve();
+  }();
+  return filter;
 }
 
 /// A weight and the pixels that share it: (+-x, +-y), under a circle also (+-y, +-x).
@@ -89,7 +118,7 @@ class KernelTable {
   explicit KernelTable(const ApertureShape& shape) {
     const int last = static_cast<int>(kLargestFitted) * kFitsPerPixel;
     for (int i = 0; i <= last; ++i) kernels_.push_back(Fitted(static_cast<double>(i) / kFitsPerPixel, shape));
-    kernels_.push_back(OfAreas(Largest(), shape));  // one more: no step where areas take over
+    kernels_.push_back(OfHalfPixels(Largest(), shape));  // one more: no step where they take over
   }
 
   /// Of the diameters `At` takes.
@@ -98,7 +127,7 @@ class KernelTable {
     const double at = diameter * kFitsPerPixel;
     const std::size_t below = std::min(static_cast<std::size_t>(at), kernels_.size() - 2);
     const double part = at - static_cast<double>(below);
-    return part == 0.0 ? kernels_[below] : Between(kernels_[below], kernels_[below + 1], part);
+    return part == 0.0 ? kernels_[below] : Mixed(1.0 - part, kernels_[below], part, kernels_[below + 1]);
   }
 
   /// Weights for every pixel of the square that `weight(x, y)` has for 0 <= y and 0 <= x, under a circle y <= x.
@@ -128,11 +157,67 @@ class KernelTable {
     return kernel;
   }
 
+  /// So much of the one and so much of the other.
+  static DiskKernel Mixed(double of_a, const DiskKernel& a, double of_b, const DiskKernel& b) {
+    DiskKernel kernel;
+    kernel.reach = std::max(a.reach, b.reach);
+    const auto at = [](const DiskKernel& from, int x, int y) {
+      return std::max(std::abs(x), std::abs(y)) <= from.reach ? from.At(x, y) : 0.0;
+    };
+    for (int y = -kernel.reach; y <= kernel.reach; ++y) {
+      for (int x = -kernel.reach; x <= kernel.reach; ++x) {
+        kernel.weights.push_back(of_a * at(a, x, y) + of_b * at(b, x, y));
+      }
+    }
+    return kernel;
+  }
+
   /// The share of the disk's area in each pixel.
   static DiskKernel OfAreas(double diameter, const ApertureShape& shape) {
     const int reach = std::max(0, static_cast<int>(std::ceil(shape.reach() * diameter - 0.5)));
     if (reach == 0) return Mirrored(0, shape, [](int, int) { return 1.0; });
-    return Mirrored(reach, shape, [&](int x, int y) { return CellCover(diameter, shape, x, y); });
+    return Mirrored(reach, shape, [&](int x, int y) { return SquareCover(diameter, shape, x - 0.5, y - 0.5, 1.0); });
+  }
+
+  /// The disk's area in each half pixel, filtered along both sides to pixels.
+  static DiskKernel OfHalfPixels(double diameter, const ApertureShape& shape) {
+    constexpr double kLeast = 0.02;  // of a pixel; less costs a step of the sums and changes nothing that counts
+    const std::vector<double>& filter = HalfPixelFilter();
+    const int reach = static_cast<int>(shape.reach() * diameter + 0.5 * kHalves);
+    const auto side = static_cast<std::size_t>(reach) + 1, halves = 2 * side + kHalves;
+    std::vector<double> cover(halves * halves);
+    for (std::size_t y = 0; y < halves; ++y) {
+      for (std::size_t x = shape.is_circle() ? y : 0; x < halves; ++x) {
+        const double share =
+            SquareCover(diameter, shape, 0.5 * static_cast<double>(x), 0.5 * static_cast<double>(y), 0.5);
+        cover[y * halves + x] = share;
+        if (shape.is_circle()) cover[x * halves + y] = share;
+      }
+    }
+    // Half pixels are counted from the middle, at both sides alike.
+    const auto filtered = [&](const double* first, std::size_t step, int pixel) {
+      double sum = 0.0;
+      for (int k = 0; k < kHalves; ++k) {
+        const int after = 2 * pixel + k, before = 2 * pixel - 1 - k;
+        const auto at = [&](int half) { return first[static_cast<std::size_t>(half < 0 ? -1 - half : half) * step]; };
+        sum += filter[static_cast<std::size_t>(k)] * (at(after) + at(before));
+      }
+      return sum;
+    };
+    std::vector<double> rows(side * halves);
+    for (std::size_t y = 0; y < side; ++y) {
+      for (std::size_t x = 0; x < halves; ++x) rows[y * halves + x] = filtered(&cover[x], halves, static_cast<int>(y));
+    }
+    std::vector<double> weights(side * side);
+    int needed = 0;
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      const int x = static_cast<int>(i % side), y = static_cast<int>(i / side);
+      weights[i] = Settled(filtered(&rows[i / side * halves], 1, x), kLeast);
+      if (weights[i] != 0.0) needed = std::max({needed, x, y});
+    }
+    return Mirrored(needed, shape, [&](int x, int y) {
+      return weights[static_cast<std::size_t>(y) * side + static_cast<std::size_t>(x)];
+    });
   }
 
  private:
@@ -165,20 +250,6 @@ class KernelTable {
     });
   }
 
-  static DiskKernel Between(const DiskKernel& a, const DiskKernel& b, double part) {
-    DiskKernel kernel;
-    kernel.reach = std::max(a.reach, b.reach);
-    const auto of = [](const DiskKernel& from, int x, int y) {
-      return std::max(std::abs(x), std::abs(y)) <= from.reach ? from.At(x, y) : 0.0;
-    };
-    for (int y = -kernel.reach; y <= kernel.reach; ++y) {
-      for (int x = -kernel.reach; x <= kernel.reach; ++x) {
-        kernel.weights.push_back((1.0 - part) * of(a, x, y) + part * of(b, x, y));
-      }
-    }
-    return kernel;
-  }
-
   std::vector<DiskKernel> kernels_;
 };
 
@@ -189,7 +260,23 @@ double DiskInRectangle(double diameter, double x0, double y0, double x1, double 
 
 DiskKernel::DiskKernel(double diameter_px, const ApertureShape& shape)
     : DiskKernel(diameter_px < KernelTable::Largest() ? KernelTable::Of(shape).At(diameter_px)
-                                                      : KernelTable::OfAreas(diameter_px, shape)) {}
+                                                      : KernelTable::OfHalfPixels(diameter_px, shape)) {}
+
+DiskKernel DiskKernel::Sparse(double diameter_px, const ApertureShape& shape) {
+  if (diameter_px <= kLargestFitted) return DiskKernel(diameter_px, shape);
+  const DiskKernel areas = KernelTable::OfAreas(std::max(diameter_px, KernelTable::Largest()), shape);
+  if (diameter_px >= KernelTable::Largest()) return areas;
+  const double part = (diameter_px - kLargestFitted) / (KernelTable::Largest() - kLargestFitted);
+  return KernelTable::Mixed(1.0 - part, DiskKernel(kLargestFitted, shape), part, areas);  // no step between the two
+}
+
+int DiskKernel::LargestReach(double diameter_px, const ApertureShape& shape) {
+  return static_cast<int>(std::max(SupportOf(0.0, shape), shape.reach() * diameter_px + 0.5 * kHalves));
+}
+
+DiskKernel DiskKernel::operator-(const DiskKernel& other) const {
+  return KernelTable::Mixed(1.0, *this, -1.0, other);
+}
 
 DiskKernel DiskKernel::OfCells(double diameter_px, const ApertureShape& shape) {
   if (diameter_px > kLargestFitted) return KernelTable::OfAreas(diameter_px, shape);

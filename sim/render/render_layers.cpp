@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/disk_filter.h"
+#include "render/disk_blur.h"
 #include "render/march.h"
 #include "render/ray_tracer.h"
 #include "render/view.h"
@@ -20,27 +20,22 @@ struct BlurredLayer {
   bool one_colour;
 };
 
-Raster BlurredBy(const DiskFilter& filter, const Raster& cells, PixelRect rect) {
-  Raster blurred(rect);
-  filter.Blur(cells, blurred);
-  return blurred;
-}
-
 /// A region's outline is sharp and runs between cells: what it cuts off is blurred as cells. A picture is band-limited;
 /// what that makes of the light beyond what cells do is taken as spread evenly over the disk's visible part.
 BlurredLayer BlurLayer(const View& view, const Canvas& canvas) {
   const double diameter = std::abs(view.line.At(canvas.PlaneVergence(0, 0)));
-  const DiskFilter filter(diameter, DiskFilter::Method::Auto, view.shape);
-  const DiskFilter of_cells(DiskKernel::OfCells(diameter, view.shape), filter.method());
-  Raster light = canvas.LightOver(Grown(view.region, std::max(filter.reach(), of_cells.reach())));
-  BlurredLayer layer{BlurredBy(filter, light, view.region), Raster(view.region), diameter,
-                     canvas.CoversAll() && std::holds_alternative<ConstantPaint>(canvas.paint())};
+  BlurredLayer layer{{}, {}, diameter, canvas.CoversAll() && std::holds_alternative<ConstantPaint>(canvas.paint())};
+  const DiskKernel of_picture(diameter, view.shape);
   if (canvas.CoversAll()) {
+    const Raster light = canvas.LightOver(Grown(view.region, of_picture.reach));
+    layer.light = BlurredBy(of_picture, diameter, light, view.region);
+    layer.cover = Raster(view.region);
     std::fill(layer.cover.values.begin(), layer.cover.values.end(), 1.0f);
     return layer;
   }
-  // Large disks do the same to both.
-  const Raster as_cells = diameter > kLargestFitted ? layer.light : BlurredBy(of_cells, light, view.region);
+  const DiskKernel of_cells = DiskKernel::OfCells(diameter, view.shape), of_finer = of_picture - of_cells;
+  Raster light = canvas.LightOver(Grown(view.region, of_finer.reach));
+  const Raster finer = BlurredBy(of_finer, diameter, light, view.region);
   Raster cover(light.rect);
   for (int y = light.rect.y; y < light.rect.y + light.rect.height; ++y) {
     for (int i = 0; i < light.rect.width; ++i) {
@@ -49,11 +44,10 @@ BlurredLayer BlurLayer(const View& view, const Canvas& canvas) {
       if (!covered) light.Row(y)[i] = 0.0f;
     }
   }
-  const Raster visible = BlurredBy(of_cells, light, view.region);
-  layer.cover = BlurredBy(of_cells, cover, view.region);
-  for (std::size_t i = 0; i < visible.values.size(); ++i) {
-    const float finer = layer.light.values[i] - as_cells.values[i];
-    layer.light.values[i] = visible.values[i] + layer.cover.values[i] * finer;
+  layer.light = BlurredBy(of_cells, diameter, light, view.region);
+  layer.cover = BlurredBy(of_cells, diameter, cover, view.region);
+  for (std::size_t i = 0; i < finer.values.size(); ++i) {
+    layer.light.values[i] += layer.cover.values[i] * finer.values[i];
   }
   return layer;
 }

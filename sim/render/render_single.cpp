@@ -6,8 +6,7 @@
 #include <numbers>
 #include <optional>
 
-#include "render/disk_filter.h"
-#include "render/disk_fourier.h"
+#include "render/disk_blur.h"
 #include "render/disk_kernel.h"
 #include "render/varying_blur.h"
 #include "render/view.h"
@@ -74,20 +73,10 @@ bool CanWall(const View& view) {
 }
 
 Raster RenderWall(const View& view) {
-  // Runs cost as the diameter, the transform as the area whatever the diameter, and its kernel as much again.
-  constexpr double kFourierFrom = 24.0;
-  constexpr int kManyPixels = 1 << 17;
   const Canvas& canvas = view.canvases.front();
   const double diameter = std::abs(view.line.At(canvas.PlaneVergence(0, 0)));
-  Raster image(view.region);
-  if (diameter >= kFourierFrom && view.region.width * view.region.height >= kManyPixels) {
-    const DiskFourier fourier(diameter, view.region.width, view.region.height, view.shape);
-    fourier.Blur(canvas.LightOver(Grown(view.region, fourier.reach())), image);
-    return image;
-  }
-  const DiskFilter filter(diameter, DiskFilter::Method::Auto, view.shape);
-  filter.Blur(canvas.LightOver(Grown(view.region, filter.reach())), image);
-  return image;
+  const DiskKernel kernel(diameter, view.shape);
+  return BlurredBy(kernel, diameter, canvas.LightOver(Grown(view.region, kernel.reach)), view.region);
 }
 
 bool CanGather(const View& view) {

@@ -1,6 +1,6 @@
-// Fitted kernels keep to the disk's transform over the band and not in its corners, shares of area lose to the pixel's
-// own transform and to what lies beyond the band. Both are stated as a root mean square over all frequencies, which
-// light with a flat spectrum, the hardest there is, is off by.
+// Kernels keep to the disk's transform over the band and less in its corners; shares of area, where blur varies, lose
+// to the pixel's own transform and to what lies beyond the band. Both are stated as a root mean square over all
+// frequencies, which light with a flat spectrum, the hardest there is, is off by.
 #include "render/short_periods.h"
 
 #include <algorithm>
@@ -12,17 +12,18 @@ namespace lensd::sim {
 namespace {
 
 /// Root mean square, over the square of all frequencies, of a kernel's transform less 2 J1(x)/x. Worked out apart from
-/// the kernels' code: below 8 px at most 0.0245 (at 2 px), of shares of area 0.26 to 0.29 times diameter^-1.5 from 8 to
-/// 60 px.
-double TransformError(double diameter) {
-  if (diameter <= kLargestFitted) return 0.025 * std::min(diameter, 1.0);
-  return 0.3 * std::pow(diameter, -1.5);
+/// the kernels' code: up to 8 px and a step of the table at most 0.0245 (at 2 px), from there to 60 px at most 0.17
+/// times diameter^-1.5, of shares of area 0.26 to 0.29 times that.
+double TransformError(double diameter, bool varies) {
+  constexpr double kTableEnds = kLargestFitted + 0.125;
+  if (diameter < kTableEnds) return 0.025 * std::min(diameter, 1.0);
+  return (varies ? 0.3 : 0.18) * std::pow(diameter, -1.5);
 }
 
 /// The worst of the diameters between two.
 double WorstTransformError(double smallest, double largest) {
-  if (smallest > kLargestFitted) return TransformError(smallest);
-  return TransformError(std::min(largest, kLargestFitted));
+  const bool varies = smallest < largest;
+  return TransformError(smallest > kLargestFitted ? smallest : std::min(largest, kLargestFitted), varies);
 }
 
 /// Root mean square of what changes within a few pixels, of the part of the picture where it is largest.

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "render/disk_blur.h"
+
 namespace lensd::sim {
 namespace {
 
@@ -51,7 +53,9 @@ class Ladder {
   const DiskFilter& Filter(int rung) {
     const auto found = filters_.find(rung);
     if (found != filters_.end()) return found->second;
-    return filters_.emplace(rung, DiskFilter(DiameterOf(rung), DiskFilter::Method::Auto, shape_)).first->second;
+    const double diameter = DiameterOf(rung);
+    const DiskFilter filter(DiskKernel::Sparse(diameter, shape_), DiskFilter::MethodFor(diameter));
+    return filters_.emplace(rung, filter).first->second;
   }
 
  private:
@@ -131,15 +135,14 @@ void BlurTile(const SummedRaster& source, Ladder& ladder, const Raster& rungs, R
 }  // namespace
 
 int ReachOf(double diameter_px, const ApertureShape& shape) {
-  const double largest = DiameterOf(static_cast<int>(std::ceil(RungOf(diameter_px))));
-  // Where areas take over from fitted kernels the reach may fall.
-  return std::max(DiskKernel(largest, shape).reach, DiskKernel(std::min(largest, kLargestFitted), shape).reach);
+  return DiskKernel::LargestReach(DiameterOf(static_cast<int>(std::ceil(RungOf(diameter_px)))), shape);
 }
 
 void BlurVarying(const SummedRaster& source, const Raster& diameters, Raster& out, const ApertureShape& shape) {
   const auto [low, high] = std::minmax_element(diameters.values.begin(), diameters.values.end());
   if (*low == *high) {
-    DiskFilter(static_cast<double>(*low), DiskFilter::Method::Auto, shape).Blur(source.cells(), out);
+    const auto diameter = static_cast<double>(*low);
+    out = BlurredBy(DiskKernel(diameter, shape), diameter, source.cells(), out.rect);
     return;
   }
   Ladder ladder(shape);

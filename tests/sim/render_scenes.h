@@ -61,7 +61,7 @@ inline TexturePaint Noise(int width, int height, std::uint32_t seed) {
 }
 
 /// What fitted kernels and parabolas may leave of Noise's contrast, beside a renderer's own error: of waves of 2.6 px
-/// alone it would be a hundredth (two, where disks of 8 to 12 px are shares of area).
+/// alone it would be a hundredth.
 constexpr double kLeftByFits = 0.003;
 
 /// A thin lens whose blur disk at vergence `at_d` has this signed diameter, positive behind the focal plane.

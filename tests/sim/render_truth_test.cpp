@@ -146,6 +146,31 @@ LightImage BlurredByTransform(const LightImage& sharp, double diameter) {
   return blurred;
 }
 
+/// Four octaves of noise, the finest a value a pixel, as lively as a photograph: what `auto` takes for half a level.
+TEST(Render, AWallOfNoiseIsWithinHalfALevelOfRays) {
+  constexpr int kWide = 64, kHigh = 48;
+  Scene scene = EmptyScene(kWide, kHigh);
+  auto texture = std::make_shared<Texture>(Texture{kWide, kHigh, std::vector<float>(kWide * kHigh, 0.5f)});
+  for (const int size : {1, 2, 4, 8}) {
+    const TexturePaint octave = WhiteNoise(kWide / size, kHigh / size, 40u + static_cast<std::uint32_t>(size));
+    for (int i = 0; i < kWide * kHigh; ++i) {
+      const int cell = i / kWide / size * (kWide / size) + i % kWide / size;
+      texture->light[static_cast<std::size_t>(i)] +=
+          0.25f * (octave.texture->light[static_cast<std::size_t>(cell)] - 0.5f);
+    }
+  }
+  scene.surfaces.push_back(Wall(1.0, TexturePaint{texture, 1.0, false}));
+  double worst = 0.0;
+  for (const double diameter : {8.4, 9.3, 10.2, 11.6, 14.9, 21.3}) {
+    const OpticalState state = Blurred(scene, diameter, 1.0);
+    const LightImage rays = Render(scene, state, {.algorithm = Algorithm::March, .rays_per_pixel = 100000});
+    const double off = Percentile(rays, Render(scene, state), 0.999);
+    EXPECT_LT(off, 0.5 / 255.0) << diameter;
+    worst = std::max(worst, off);
+  }
+  std::printf("off by at most %.2f of 255\n", 255.0 * worst);
+}
+
 TEST(Render, NoiseAsFineAsThePixelsIsOffByWhatIsStated) {
   Scene scene = EmptyScene(32, 24);
   scene.surfaces.push_back(Wall(1.0, WhiteNoise(32, 24, 11)));
