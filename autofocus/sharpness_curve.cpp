@@ -245,6 +245,10 @@ std::vector<double> SeveralDepths(const Setup& setup, const std::vector<PartPeak
   return depths;
 }
 
+double NearPx(const Setup& setup) {
+  return *setup.blur_px * std::exp(std::min(0.0, setup.learned_log_factor));
+}
+
 SideReach ReachOfSides(const Setup& setup) {
   constexpr double kLeastPx = 2.5, kMostPx = 12.0, kWantedPx = 5.0;
   const double step = setup.resolution;
@@ -252,7 +256,7 @@ SideReach ReachOfSides(const Setup& setup) {
     const double range = setup.highest - setup.lowest;
     return {0.75 * step, range, std::max(0.02 * range, step)};
   }
-  const double px = *setup.blur_px;
+  const double px = NearPx(setup);
   return {std::max(kLeastPx * px, 0.75 * step), std::max(kMostPx * px, 2.1 * step), std::max(kWantedPx * px, step)};
 }
 

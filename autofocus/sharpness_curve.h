@@ -72,6 +72,10 @@ enum class SideSeen {
 /// Of the points whose distance from `centre` is within `least`..`most`, both of one sign.
 SideSeen SeenOnSide(std::span<const CurvePoint> points, const CurvePoint& centre, double least, double most);
 
+/// Positions a pixel of blur where what is near counts: as told or as learned, whichever is less. Frames that showed
+/// less blur than was told are of light that is no disk, or of another lens. Needs blur_px.
+double NearPx(const Setup& setup);
+
 /// Where a frame beside a place tells whether the place is a top: at least and at most so far away, and how far by
 /// choice.
 struct SideReach {

@@ -21,6 +21,7 @@ constexpr double kQuantile[] = {12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365,
 void GoBy(const KnownSlope& known, Setup& setup) {
   *setup.blur_px *= std::exp(-known.log_factor);
   setup.slope_sigma = known.sigma;
+  setup.learned_log_factor = known.log_factor;
 }
 
 bool IsOfAnotherLens(double log_over_known, double sigma) {

@@ -175,7 +175,7 @@ Result<void> ReadOptics(const Settings& table, NominalFrom nominal, RigConfig& c
   config.calibration_path = read.OptionalPath("calibration");
   config.scale.principal_gap = Metres{read.Number("principal_gap_mm", 0.0, kNonNegative) * 1e-3};
   config.pupil_factor = read.Number("pupil_factor", 1.0, kPositive);
-  config.use_learned_slope = read.Boolean("use_learned_slope", false);
+  config.use_learned_slope = read.Boolean("use_learned_slope", true);
   return read.Finish();
 }
 

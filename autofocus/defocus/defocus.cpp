@@ -100,7 +100,7 @@ Advice Defocus::Decide(const Look& look, const RingStack& stack, const Posterior
   const auto points = curve_.Points();
   const auto best = std::ranges::max_element(points, {}, &CurvePoint::value);
   const SideReach reach = ReachOfSides(setup_);
-  const double stands = std::max(kStandsPx * px, 0.55 * setup_.resolution);
+  const double stands = std::max(kStandsPx * NearPx(setup_), 0.55 * setup_.resolution);
   const bool fits = defocus::HasTexture(stack) && posterior.misfit() <= kMostMisfit;
   const double estimate = std::clamp(posterior.focus() * px, setup_.lowest, setup_.highest);
   const bool sure = fits && posterior.MassNear(posterior.focus(), kTrustedPx) >= kTrustedMass;
@@ -277,18 +277,15 @@ Advice Defocus::Judge(const CurvePoint& centre, double vertex, double apart, con
     if (centre.value < kClearTop * rest) return WhyNot(stack, posterior);
   }
   const double log_slope = ShownSlope(stack, posterior, vertex);
-  if (setup_.slope_sigma > 0 && IsOfAnotherLens(log_slope, setup_.slope_sigma)) {
-    Verdict refusal = Refuse({Cause::Unclear, "blur grows otherwise than earlier runs showed: is it another lens?"});
-    refusal.log_slope = log_slope;
-    return refusal;
-  }
   Verdict verdict;
   verdict.focused = true;
   verdict.log_slope = log_slope;
   verdict.position = centre.position;
   const double disagree = agrees ? apart : kHalfDepthOfFieldPx * px;
   // Optics with another slope than was told are others in more than that: no disk, best elsewhere for each texture.
-  const double unlike = 1.2 * std::abs(std::log(posterior.relative_slope()));
+  const bool odd = setup_.slope_sigma > 0 && IsOfAnotherLens(log_slope, setup_.slope_sigma);
+  const double relative = odd ? log_slope : std::log(posterior.relative_slope());
+  const double unlike = 1.2 * std::abs(relative + setup_.learned_log_factor);
   const double sigma = std::hypot(std::hypot(posterior.sigma() * px, 0.5 * disagree), 0.2 * px, unlike * px);
   verdict.sigma = std::hypot(sigma, vertex - centre.position, setup_.resolution / std::sqrt(12.0));
   verdict.subject = {.position = vertex, .sigma = sigma};

@@ -61,7 +61,7 @@ Stack WithDirt(Stack stack, int specks, int hot, unsigned seed) {
 }
 
 struct Counts {
-  int runs = 0, within = 0, refused = 0, wrong = 0;
+  int runs = 0, within = 0, refused = 0, wrong = 0, inside95 = 0;
   std::vector<int> frames;
 };
 
@@ -75,6 +75,7 @@ Counts CountOf(const std::vector<Stack>& stacks, std::string_view kind, const Re
     counts.within += run.how == ReplayEnd::Within;
     counts.refused += run.how == ReplayEnd::Refused;
     counts.wrong += run.how == ReplayEnd::False;
+    counts.inside95 += run.how != ReplayEnd::Refused && std::abs(run.end - run.region.best) <= 1.96 * run.sigma;
     counts.frames.push_back(run.frames);
   }
   std::ranges::sort(counts.frames);
@@ -88,6 +89,14 @@ TEST(RecordedStacks, OneDepthIsInFocusInFiveFrames) {
   EXPECT_EQ(counts.wrong, 0);
   EXPECT_GE(counts.within, 48) << "of " << counts.runs;
   EXPECT_LE(counts.frames[counts.frames.size() / 2], 5);
+}
+
+TEST(RecordedStacks, WhatOtherRegionsTaughtOfTheSlopeDoesNoHarm) {
+  const Counts counts = CountOf(Stacks(), "one depth", {.starts = 6, .learn = true});
+  EXPECT_EQ(counts.wrong, 0);
+  EXPECT_EQ(counts.within, counts.runs);
+  EXPECT_LE(counts.frames[counts.frames.size() / 2], 5);
+  EXPECT_GE(counts.inside95, 0.88 * counts.within) << "of the answers in their 95 %";
 }
 
 TEST(RecordedStacks, LightsThatClipAreLeftOut) {

@@ -45,6 +45,8 @@ struct Setup {
   enum class Subject { Stands, MayMove } subject = Subject::Stands;
   /// Standard deviation of the logarithm of blur_px where runs of this lens have shown it; 0: it was told.
   double slope_sigma = 0.0;
+  /// Logarithm of the slope that they showed, over the told one. No disk blurs as a lens does whose slope is another.
+  double learned_log_factor = 0.0;
 };
 
 /// One frame.

@@ -71,7 +71,7 @@ struct RefocusConfig {
 struct RigConfig {
   std::optional<drivers::NominalOptics> optics;  ///< from [lens.optics]; otherwise the driver's, if it knows
   double pupil_factor = 1.0;                     ///< exit over entrance pupil diameter, for the planner
-  bool use_learned_slope = false;                ///< autofocus goes by the slope of blur that earlier runs showed
+  bool use_learned_slope = true;                 ///< autofocus goes by the slope of blur that earlier runs showed
   optics::FocusScale scale;                      ///< where configured distances start
   double focal_length_tolerance = 0.0;           ///< relative; enters every bound that a focal length enters
   std::optional<Metres> wavelength;              ///< of the light in use, where the calibration depends on it
