@@ -114,8 +114,8 @@ TEST(RefocusByTemperature, ADriftingLensStaysInFocusThroughADay) {
   Kept lens(ByTemperature(0.5));
   lens.Warm(OfDay(0.0));
   lens.Focus();
+  const double at_first = std::abs(lens.OffUm()), first = OfDay(0.0);
   double worst = 0.0, alone = 0.0;
-  const double first = OfDay(0.0);
   for (int tick = 0; tick < 24 * 12; ++tick) {
     const double by_c = OfDay(tick / 12.0);
     lens.Warm(by_c);
@@ -126,15 +126,15 @@ TEST(RefocusByTemperature, ADriftingLensStaysInFocusThroughADay) {
   const auto& drift = lens.keeper.drift();
   ASSERT_TRUE(drift) << drift.error().message;
   std::printf(
-      "a day of 12 C and %.1f um a degree: at most %.2f um off (left alone %.1f), %d moves, %d searches; learned %.3f "
-      "um/C, %.3f to %.3f\n",
-      kDriftUm, worst, alone, lens.ends[RefocusEnd::Moved], lens.ends[RefocusEnd::Searched],
+      "12 C, %.1f um/C: at most %.2f um off, %.2f at first (alone %.1f), %d moves, %d searches; learned %.3f, "
+      "%.3f..%.3f\n",
+      kDriftUm, worst, at_first, alone, lens.ends[RefocusEnd::Moved], lens.ends[RefocusEnd::Searched],
       1e6 * drift->per_degree.value, 1e6 * drift->low.value, 1e6 * drift->high.value);
   EXPECT_GT(lens.ends[RefocusEnd::Moved], 2 * lens.ends[RefocusEnd::Searched]);
   EXPECT_EQ(lens.ends[RefocusEnd::Refused] + lens.ends[RefocusEnd::Failed], 0);
   EXPECT_LE(drift->low.value, 1e-6 * kDriftUm);
   EXPECT_GE(drift->high.value, 1e-6 * kDriftUm);
-  EXPECT_LT(worst, 3.0);  // half a depth of field, two pixels of blur, is 19 um at f/2.8
+  EXPECT_LT(worst, std::min(at_first, 4.8) + 1.5);  // it keeps what a person focused; a pixel of blur is 9.7 um
 }
 
 TEST(RefocusByTemperature, AWrongThermometerNeverMovesItFarByWhatWasLearned) {
