@@ -244,6 +244,11 @@ void ZoomRun::Finish() {
 void ZoomRun::Answer() {
   outcome_.zoom.elapsed = rig_.clock().Now() - began_at_;
   if (outcome_.focus) outcome_.focus->elapsed = outcome_.zoom.elapsed;
+  if (request_.tolerance && outcome_.tracking_bound > *request_.tolerance) {
+    std::string& reason = outcome_.zoom.reason;
+    if (!reason.empty()) reason += "; ";
+    reason += "the tracking tolerance is finer than steps, backlash and calibration of focus allow";
+  }
   done_(outcome_);
 }
 

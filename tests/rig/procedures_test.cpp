@@ -90,6 +90,23 @@ INSTANTIATE_TEST_SUITE_P(Both, Zoom,
                                            std::tuple(200.0, 200.0, 25.0, 50.0), std::tuple(200.0, 198.0, 50.0, 25.0),
                                            std::tuple(200.0, 202.0, 45.0, 26.0)));
 
+TEST(ZoomTolerance, WhatIsFinerThanTheLensAllowsIsSaid) {
+  RigOnSim bench(SceneWith(kZoom));
+  double zoom_m = 0.030;
+  for (const double tolerance_um : {0.01, 0.3, 2.0, 20.0}) {
+    std::optional<Result<ZoomOutcome>> answer;
+    ZoomKeepingFocus(*bench.rig,
+                     {.target = To(Kind::FocalLength, zoom_m += 0.004), .tolerance = Metres{tolerance_um * 1e-6}},
+                     [&](Result<ZoomOutcome> outcome) { answer = std::move(outcome); });
+    while (!answer) bench.Run(std::chrono::milliseconds(10));
+    ASSERT_TRUE(*answer) << answer->error().message;
+    const bool kept = (*answer)->tracking_bound.value <= tolerance_um * 1e-6;
+    EXPECT_EQ((*answer)->zoom.reason.find("tracking tolerance") == std::string::npos, kept) << tolerance_um;
+    EXPECT_TRUE(tolerance_um > 0.1 || !kept);
+    EXPECT_TRUE(tolerance_um < 10.0 || kept);
+  }
+}
+
 TEST(ZoomKeepingFocus, RefusesWhatFocusCannotFollow) {
   RigOnSim bench(SceneWith(kZoom));
   ASSERT_TRUE(Move(bench, Axis::Focus, To(Kind::Distance, 0.4)).reached);  // at 50 mm that takes 7 mm of extension
