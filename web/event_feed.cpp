@@ -17,11 +17,20 @@ using varlink::Json;
 constexpr std::size_t kRecent = 512, kRecentBytes = std::size_t{4} << 20, kPast = 2000;
 constexpr auto kHistory = std::chrono::hours(1);
 constexpr Duration kListAtMost = std::chrono::seconds(10);
-constexpr Duration kMonitorAtMost = std::chrono::hours(24);
+constexpr Duration kMonitorAtMost = std::chrono::years(100);
+constexpr double kMinIntervalMs = 50;
 constexpr milliseconds kFirstPause{250}, kLongestPause{30000};
 // Proxies and networks forget connections on which nothing comes.
 constexpr Duration kPing = std::chrono::seconds(15);
-constexpr std::array kLasting{"move", "autofocus", "backlash", "fault", "lease", "calibration", "preset", "list"};
+constexpr std::array kPassing{"status", "progress"};
+
+bool IsSet(const Json& event, const char* field) {
+  return event.contains(field) && !event[field].is_null();
+}
+
+bool IsLasting(const Json& event) {
+  return std::ranges::none_of(kPassing, [&](const char* field) { return IsSet(event, field); });
+}
 
 /// Numbers of another run of lens-web mean nothing.
 const std::string& RunName() {
@@ -53,7 +62,7 @@ std::optional<std::uint64_t> NumberIn(std::string_view id) {
 class Subscriber {
  public:
   Subscriber(EventFeed& feed, Exchange& exchange, std::string lens);
-  ~Subscriber() { feed_.Leave(*this); }
+  ~Subscriber() { feed_.subscribers_.erase(this); }
   void HasNew();
   std::optional<std::size_t> Read(char* to, std::size_t size);
 
@@ -76,7 +85,7 @@ class Subscriber {
 Subscriber::Subscriber(EventFeed& feed, Exchange& exchange, std::string lens)
     : feed_(feed), exchange_(exchange), lens_(std::move(lens)), pending_("retry: 1000\n\n") {
   Resume(exchange.Header("Last-Event-ID"));
-  feed_.Join(*this);
+  feed_.subscribers_.insert(this);
   Ping();
 }
 
@@ -159,7 +168,7 @@ void EventFeed::Connect() {
 }
 
 void EventFeed::Follow() {
-  call_ = link_.Begin("Monitor", {{"minIntervalMs", MinIntervalMs()}}, /*more=*/true, kMonitorAtMost,
+  call_ = link_.Begin("Monitor", {{"minIntervalMs", kMinIntervalMs}}, /*more=*/true, kMonitorAtMost,
                       {.reply = [this](const varlink::Reply& reply, const File&) { Take(reply); },
                        .failed = [this](const Error& why) { Retry(why.message); }});
 }
@@ -171,6 +180,7 @@ void EventFeed::Greet(const varlink::Reply& list) {
     if (!instance_.empty()) Append("", EventText("gap", {{"missed", nullptr}}));
     instance_ = instance;
     states_.clear();
+    lasting_.clear();
   }
   pause_ = milliseconds(0);
   if (!down_.empty()) {
@@ -201,15 +211,26 @@ void EventFeed::Take(const varlink::Reply& reply) {
   const Json& event = reply.parameters["event"];
   const std::string lens = event.value("lens", "");
   std::string text = EventText("", event);
-  if (event.contains("status") && !event["status"].is_null()) states_[lens] = text;
+  TellMissed(lens, event);
+  if (IsSet(event, "status")) states_[lens] = text;
   Remember(event);
   Append(lens, std::move(text));
 }
 
+/// Lasting events are missed while there is no stream alone, and each lens' count tells how many.
+void EventFeed::TellMissed(const std::string& lens, const Json& event) {
+  const auto lasting = event.value("lasting", std::int64_t{0});
+  const auto last = lasting_.find(lens);
+  if (last != lasting_.end()) {
+    const std::int64_t missed = lasting - last->second - (IsLasting(event) ? 1 : 0);
+    if (missed > 0) Append("", EventText("gap", {{"missed", missed}}));
+  }
+  lasting_[lens] = lasting;
+}
+
 void EventFeed::Remember(const Json& event) {
-  const auto given = [&](const char* name) { return event.contains(name) && !event[name].is_null(); };
-  if (std::ranges::none_of(kLasting, given)) return;
-  if (given("list") && event["list"].value("change", "") == "removed") states_.erase(event.value("lens", ""));
+  if (!IsLasting(event)) return;
+  if (IsSet(event, "list") && event["list"].value("change", "") == "removed") states_.erase(event.value("lens", ""));
   Json kept = event;
   if (kept.contains("autofocus")) kept["autofocus"].erase("samples");
   past_.push_back({std::chrono::system_clock::now(), std::move(kept)});
@@ -244,17 +265,6 @@ void EventFeed::Append(std::string lens, std::string text) {
     recent_.pop_front();
   }
   for (Subscriber* subscriber : subscribers_) subscriber->HasNew();
-}
-
-void EventFeed::Join(Subscriber& subscriber) {
-  subscribers_.insert(&subscriber);
-  // Where nobody looks states come every 10 s; the first who looks wants them as they come.
-  if (subscribers_.size() == 1 && down_.empty()) Follow();
-}
-
-void EventFeed::Leave(Subscriber& subscriber) {
-  subscribers_.erase(&subscriber);
-  if (subscribers_.empty() && down_.empty()) Follow();
 }
 
 void EventFeed::Subscribe(Exchange& exchange, const std::string& lens) {

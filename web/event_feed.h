@@ -55,18 +55,16 @@ class EventFeed {
   void ForgetOne();
   void Append(std::string lens, std::string text);
   void TellDaemon();
-  /// The wish of those who look on: how often states may come.
-  double MinIntervalMs() const { return subscribers_.empty() ? 10000 : 50; }
-  void Join(Subscriber& subscriber);
-  void Leave(Subscriber& subscriber);
+  void TellMissed(const std::string& lens, const varlink::Json& event);
 
   const LensdLink& link_;
   std::unique_ptr<UpstreamCall> call_;
   Watch again_;
   std::chrono::milliseconds pause_{0};
   std::string down_ = "not connected yet";
-  std::string instance_;                       // of lensd
-  std::map<std::string, std::string> states_;  // by lens: its newest, as in FeedEntry::text but for the id
+  std::string instance_;                         // of lensd
+  std::map<std::string, std::string> states_;    // by lens: its newest, as in FeedEntry::text but for the id
+  std::map<std::string, std::int64_t> lasting_;  // by lens: `lasting` of its newest event
   std::deque<FeedEntry> recent_;
   std::size_t recent_bytes_ = 0;
   std::deque<Past> past_;

@@ -1,10 +1,13 @@
 """Pictures and events as streams: whole, shared, newest first, and what was missed is told."""
+import contextlib
 import json
 import os
+import socket
+import threading
 import time
 import unittest
 
-from web_harness import LENS, Stream, WebTest
+from web_harness import LENS, Stream, Web, WebTest, temporary_folder
 from viewer import next_picture, view
 
 COLOUR = """version = 1
@@ -195,6 +198,22 @@ class EventTest(WebTest):
         self.assertGreater(moves[0]["atMs"], began)
         self.assertFalse(any(one["event"].get("status") for one in events))
 
+    def test_who_comes_and_goes_loses_nobody_an_event(self):
+        def moves():
+            events = json.loads(self.web.ask("GET", "/history")[2])["events"]
+            return sum(one["event"]["lens"] == "a" and one["event"].get("move") is not None for one in events)
+        self.move("a", 0)
+        self.wait_for(lambda: moves() > 0)
+        before = moves()
+        with self.daemon.client() as client:
+            for i in range(200):
+                stream = self.begun() if i % 2 == 0 else stream
+                client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": i % 2}})
+                if i % 2 == 1:
+                    stream.connection.close()
+        self.wait_for(lambda: moves() >= before + 200)
+        self.assertEqual(moves(), before + 200)
+
     def test_one_lens_does_not_push_the_others_out_of_history(self):
         self.move("b", 200)
         for _ in range(1100):  # the lease ends with its call, soon after its answer: two events each
@@ -207,14 +226,74 @@ class EventTest(WebTest):
         self.assertEqual(told(), (2000, True))
 
 
+class Relay:
+    """Between lensd's socket and a client; it can drop every connection."""
+
+    def __init__(self, target, path):
+        self.target, self.ends, self.listener = target, [], socket.socket(socket.AF_UNIX)
+        self.listener.bind(path)
+        self.listener.listen()
+        threading.Thread(target=self.accept, daemon=True).start()
+
+    def accept(self):
+        while True:
+            try:
+                near = self.listener.accept()[0]
+            except OSError:
+                return
+            far = socket.socket(socket.AF_UNIX)
+            far.connect(self.target)
+            self.ends += [near, far]
+            for pair in ((near, far), (far, near)):
+                threading.Thread(target=self.carry, args=pair, daemon=True).start()
+
+    @staticmethod
+    def carry(source, sink):
+        try:
+            while data := source.recv(65536):
+                sink.sendall(data)
+        except OSError:
+            pass
+        for end in (source, sink):
+            with contextlib.suppress(OSError):
+                end.shutdown(socket.SHUT_RDWR)
+
+    def drop(self):
+        for end in self.ends:
+            with contextlib.suppress(OSError):
+                end.shutdown(socket.SHUT_RDWR)
+
+
+class LostMonitorTest(WebTest):
+    lenses = ("a",)
+
+    def test_what_happened_while_lensd_was_not_heard_is_counted(self):
+        with temporary_folder() as folder:
+            path = os.path.join(folder, "relay")
+            relay = Relay(self.daemon.socket, path)
+            web = Web(path)
+            try:
+                with Stream(web, "/events") as stream, self.daemon.client() as client:
+                    while stream.event()["data"].get("status") is None:
+                        pass
+                    relay.drop()
+                    self.assertFalse(stream.event()["data"]["connected"])
+                    for position in (10, 20, 30):
+                        client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": position}})
+                    while (event := stream.event()).get("event") != "gap":
+                        pass
+                    self.assertEqual(event["data"]["missed"], 3)
+            finally:
+                self.assertEqual(web.stop(), 0)
+
+
 class WideTest(WebTest):
     """A lens with deeper pixels."""
     lenses = ("c",)
 
     @classmethod
     def setUpClass(cls):
-        import web_harness
-        cls.folder = web_harness.temporary_folder()
+        cls.folder = temporary_folder()
         scene = os.path.join(cls.folder.name, "scene.toml")
         with open(scene, "w", encoding="utf-8") as file:
             file.write(COLOUR)

@@ -132,8 +132,10 @@ class Stream:
         return part
 
     def event(self):
-        """The next server-sent event as {field: value}, data decoded; comments are passed over."""
+        """The next server-sent event as {field: value}, data decoded; comments are passed over, for a while."""
+        deadline = time.monotonic() + 20 * PATIENCE
         while True:
+            assert time.monotonic() < deadline, "no event came, pings alone"
             lines = [line for line in self.until(b"\n\n").decode().split("\n") if line and not line.startswith(":")]
             fields = dict(line.split(": ", 1) for line in lines)
             if "data" in fields:

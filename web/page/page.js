@@ -1020,6 +1020,7 @@ const kinds = {
   lease: (l) => `lease ${l.change} (${l.holder})`,
   calibration: (c) => `calibration changed: ${c.grade}`,
   preset: (p) => `preset ${p.label} ${p.change}`,
+  refocus: (r) => `refocus for ${r.cause}: ${r.end} (${r.reason})`,
   list: (l) => `${l.change}${l.reason ? `: ${l.reason}` : ""}`,
 };
 
