@@ -1,4 +1,4 @@
-// A weighted parabola through the logarithms of the values, which all must be above zero.
+// A weighted parabola through the logarithms of the values, or powers of them; all values must be above zero.
 #include "autofocus/peak_fit.h"
 
 #include <algorithm>
@@ -37,7 +37,7 @@ std::optional<Matrix3> InverseOfSymmetric(const Matrix3& m) {
   return inverse;
 }
 
-std::optional<PeakFit> FitPeak(std::span<const CurvePoint> points) {
+std::optional<PeakFit> FitPeak(std::span<const CurvePoint> points, double power) {
   if (points.size() < 3) return std::nullopt;
   // Positions about the highest point and in units of the spread keep the normal equations well conditioned.
   const double centre = std::ranges::max_element(points, {}, &CurvePoint::value)->position;
@@ -45,16 +45,25 @@ std::optional<PeakFit> FitPeak(std::span<const CurvePoint> points) {
   const double scale = high->position - low->position;
   if (!(scale > 0)) return std::nullopt;
 
-  // y = a + b x + c x², y = ln(value), weight 1/sigma_y² = (value/sigma)².
+  // y = a + b x + c x², y = (height^-power value^power - 1) / power, which is ln(value/height) at power 0: it has its
+  // top where the curve has it. Weight 1/sigma_y².
+  const double height = std::ranges::max_element(points, {}, &CurvePoint::value)->value;
+  const auto bent = [&](double value) {
+    const double ln = std::log(value / height);
+    return power == 0.0 ? ln : std::expm1(power * ln) / power;
+  };
+  const auto sigma_of = [&](const CurvePoint& point) {
+    return point.sigma / point.value * std::pow(point.value / height, power);
+  };
   Matrix3 normal{};
   Vector3 right{};
   for (const CurvePoint& point : points) {
     const double x = (point.position - centre) / scale;
-    const double weight = (point.value / point.sigma) * (point.value / point.sigma);
+    const double weight = std::pow(sigma_of(point), -2.0);
     const Vector3 basis = {1.0, x, x * x};
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t j = 0; j < 3; ++j) normal[i][j] += weight * basis[i] * basis[j];
-      right[i] += weight * basis[i] * std::log(point.value);
+      right[i] += weight * basis[i] * bent(point.value);
     }
   }
   const auto covariance = InverseOfSymmetric(normal);
@@ -66,7 +75,7 @@ std::optional<PeakFit> FitPeak(std::span<const CurvePoint> points) {
   double chi_square = 0.0;
   for (const CurvePoint& point : points) {
     const double x = (point.position - centre) / scale;
-    const double miss = (std::log(point.value) - (a + b * x + c * x * x)) * point.value / point.sigma;
+    const double miss = (bent(point.value) - (a + b * x + c * x * x)) / sigma_of(point);
     chi_square += miss * miss;
   }
   const double spread = points.size() > 3 ? std::max(1.0, chi_square / static_cast<double>(points.size() - 3)) : 1.0;
@@ -75,9 +84,11 @@ std::optional<PeakFit> FitPeak(std::span<const CurvePoint> points) {
   const double by_c = 0.5 * b / (c * c);
   const double variance =
       by_b * by_b * (*covariance)[1][1] + 2 * by_b * by_c * (*covariance)[1][2] + by_c * by_c * (*covariance)[2][2];
+  const double top = a - 0.25 * b * b / c;
+  if (!(1.0 + power * top > 0)) return std::nullopt;
   return PeakFit{.position = centre - 0.5 * b / c * scale,
                  .sigma = std::sqrt(std::max(variance, 0.0) * spread) * scale,
-                 .height = std::exp(a - 0.25 * b * b / c),
+                 .height = height * (power == 0.0 ? std::exp(top) : std::pow(1.0 + power * top, 1.0 / power)),
                  .width = scale / std::sqrt(-2.0 * c)};
 }
 

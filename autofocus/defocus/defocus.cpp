@@ -23,9 +23,10 @@ constexpr double kClearlyOneSide = 0.65;
 constexpr double kClearlyBack = 0.5;  // for a backlash_open frame
 constexpr double kMassNeeded = 0.99;
 constexpr double kMostMisfit = 0.6;
-constexpr double kMostLeftOut = 0.8;  // of the region
-constexpr double kFewLeft = 0.5;      // less is no judge of several depths
-constexpr double kClearMotion = 1.5;  // px sideways
+constexpr double kMisfitPx = 1.5, kMostMisfitPx = 0.5;  // px of blur by which a misfit may move the answer
+constexpr double kMostLeftOut = 0.8;                    // of the region
+constexpr double kFewLeft = 0.5;                        // less is no judge of several depths
+constexpr double kClearMotion = 1.5;                    // px sideways
 constexpr double kWorthNaming = 0.1;  // of all probability: a distance that cannot be told from the others
 constexpr Why kMoved{Cause::SubjectMoved, "the subject or the camera moved between the frames"};
 constexpr Why kRestless{Cause::SubjectMoved,
@@ -34,6 +35,8 @@ constexpr double kStandsPx = 1.0;  // px of blur between the top and the frame t
 constexpr double kTrustedMass = 0.9;
 constexpr double kNearPx = 9.0;    // px of blur between less sharp frames that hold a top between them
 constexpr double kOddSlope = 0.1;  // between frames near and far: more, and some did not stand where they say
+// Of what noise leaves, gradient energy over blur b falls about as (1 + (b/w)^2)^-1.7 on pictures and print.
+constexpr double kCurvePower = -0.6;
 constexpr double kClearTop = 1.3;  // over what is seen on either side: without the help of the optics less is no top
 
 /// A few frequencies stand far out of the noise and the others show nothing.
@@ -218,10 +221,10 @@ std::optional<double> Defocus::VertexAt(const std::vector<CurvePoint>& points, c
   std::vector<CurvePoint> near;
   for (const CurvePoint& point : points) {
     if (std::abs(point.position - best.position) > distance || point.value <= 0.05 * best.value) continue;
-    // The curve is no parabola: how far from one counts for more than noise.
+    // No curve has exactly this form: how far it is from it counts for more than noise.
     near.push_back({point.position, point.value, std::hypot(point.sigma, 0.03 * point.value), 0.0});
   }
-  const auto fit = FitPeak(near);
+  const auto fit = FitPeak(near, kCurvePower);
   const double limit = std::max(0.5 * reach.wanted, 0.6 * setup_.resolution);
   if (!fit) return best.position;
   return std::clamp(fit->position, best.position - limit, best.position + limit);
@@ -286,7 +289,10 @@ Advice Defocus::Judge(const CurvePoint& centre, double vertex, double apart, con
   const bool odd = setup_.slope_sigma > 0 && IsOfAnotherLens(log_slope, setup_.slope_sigma);
   const double relative = odd ? log_slope : std::log(posterior.relative_slope());
   const double unlike = 1.2 * std::abs(relative + setup_.learned_log_factor);
-  const double sigma = std::hypot(std::hypot(posterior.sigma() * px, 0.5 * disagree), 0.2 * px, unlike * px);
+  // What no disk explains is an aberration, perhaps, which moves the sharpest place off that of the smallest spot.
+  const double no_disk = std::clamp(kMisfitPx * posterior.misfit(), 0.0, kMostMisfitPx);
+  const double known = std::hypot(posterior.sigma() * px, 0.5 * disagree);
+  const double sigma = std::hypot(known, std::hypot(0.2, no_disk, unlike) * px);
   verdict.sigma = std::hypot(sigma, vertex - centre.position, setup_.resolution / std::sqrt(12.0));
   verdict.subject = {.position = vertex, .sigma = sigma};
   verdict.found_by = agrees ? FoundBy::Blur : FoundBy::Sharpness;

@@ -86,8 +86,12 @@ Result<Duration> ForOneWhoKnows(const std::shared_ptr<sim::Pictures>& pictures, 
 /// they do to that small distance only.
 void ScoreSubject(const rig::AutofocusOutcome& outcome, const sim::Truth& truth, AutofocusRunResult& result) {
   if (!outcome.focused || !outcome.subject || !outcome.subject->vergence || truth.subjects().empty()) return;
-  const double stands_off_d = truth.Now().focal_plane_d - truth.subjects().front().vergence_d;
-  const double off_d = stands_off_d + (*outcome.subject->vergence - *outcome.vergence).value;
+  const double moves_d = (*outcome.subject->vergence - *outcome.vergence).value;
+  double off_d = std::numeric_limits<double>::infinity();
+  for (const sim::SubjectDepth& subject : truth.subjects()) {
+    const double one_d = truth.Now().focal_plane_d - subject.vergence_d + moves_d;
+    if (std::abs(one_d) < std::abs(off_d)) off_d = one_d;
+  }
   if (outcome.method == "defocus") result.subject_px = 2.0 * off_d / result.half_dof_d;
   if (outcome.subject->sigma) result.off_sigmas = off_d / outcome.subject->sigma->value;
 }

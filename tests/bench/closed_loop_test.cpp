@@ -182,6 +182,57 @@ INSTANTIATE_TEST_SUITE_P(Shipped, Regimes,
                            return name;
                          });
 
+struct PinnedRegime {
+  const char* name;
+  int runs, long_runs;
+  SubjectDistance distance;
+  int within, refused;  ///< of `runs`: at least, at most
+};
+
+class PinnedRegimes : public ::testing::TestWithParam<PinnedRegime> {};
+
+// Lenses and sensors as they are, 500 seeds that stay: none is false, and no more than these are off or refused.
+TEST_P(PinnedRegimes, CountsAreNoWorse) {
+  const PinnedRegime& regime = GetParam();
+  const int runs = static_cast<int>(testing::ByLevel(4, regime.runs, regime.long_runs));
+  const auto results =
+      RunAutofocus(PicturesOf(std::string("regimes/") + regime.name + ".toml"),
+                   {.method = "auto", .runs = runs, .seed = 4719, .threads = 2, .distance = regime.distance});
+  ASSERT_TRUE(results) << results.error().message;
+  int within = 0, refused = 0, claims = 0, held = 0;
+  for (const AutofocusRunResult& run : *results) {
+    EXPECT_FALSE(run.false_focus()) << "from " << run.start_steps << ": " << run.error_dof() << " depths of field off";
+    within += run.focused && run.within();
+    refused += !run.focused;
+    if (!run.off_sigmas) continue;
+    ++claims;
+    held += std::abs(*run.off_sigmas) <= 1.96;
+  }
+  const int missed = (regime.runs - regime.within) * std::max(1, runs / regime.runs);
+  EXPECT_GE(within, runs - missed);
+  EXPECT_LE(refused, regime.refused * std::max(1, runs / regime.runs));
+  RecordProperty("within", within);
+  RecordProperty("refused", refused);
+  RecordProperty("claims_held_percent", claims > 0 ? 100 * held / claims : 0);
+  std::printf("%s: within %d, refused %d of %d; %d of %d claims of 95 %% hold\n", regime.name, within, refused, runs,
+              held, claims);
+}
+
+INSTANTIATE_TEST_SUITE_P(Shipped, PinnedRegimes,
+                         ::testing::Values(PinnedRegime{"real-lens", 30, 450, SubjectDistance::OfTheScene, 30, 0},
+                                           PinnedRegime{"real-lens-over", 30, 450, SubjectDistance::OfTheScene, 30, 0},
+                                           PinnedRegime{"consumer", 80, 450, SubjectDistance::DrawnAnew, 80, 0},
+                                           PinnedRegime{"shake", 100, 360, SubjectDistance::OfTheScene, 100, 0},
+                                           PinnedRegime{"low-light", 100, 360, SubjectDistance::OfTheScene, 100, 0},
+                                           PinnedRegime{"worn-mechanics", 70, 360, SubjectDistance::OfTheScene, 70, 0},
+                                           PinnedRegime{"flicker", 50, 360, SubjectDistance::OfTheScene, 50, 0},
+                                           PinnedRegime{"ringing", 40, 360, SubjectDistance::OfTheScene, 32, 8}),
+                         [](const auto& regime) {
+                           std::string name = regime.param.name;
+                           std::erase(name, '-');
+                           return name;
+                         });
+
 /// `runs` on the rough ground while it moves that fast in depth; below 0: towards the lens.
 std::vector<AutofocusRunResult> RunsOnMovingGround(const std::string& speed, int runs, AfterAnswer after) {
   auto scene = sim::LoadScene(std::string(LENSD_SOURCE_DIR) + "/scenes/score/ground.toml");
