@@ -111,8 +111,8 @@ void Subscriber::TellNow() {
   Json daemon{{"connected", up}};
   if (!up) daemon["message"] = feed_.down_;
   pending_ += EventText("daemon", daemon);
-  for (const auto& [lens, text] : feed_.states_) {
-    if (Wants(lens)) pending_ += text;
+  for (const auto& [lens, newest] : feed_.newest_) {
+    if (Wants(lens)) pending_ += newest.state;
   }
 }
 
@@ -179,8 +179,7 @@ void EventFeed::Greet(const varlink::Reply& list) {
     // A lensd that was started anew: what was known of the old one's lenses is nothing any more.
     if (!instance_.empty()) Append("", EventText("gap", {{"missed", nullptr}}));
     instance_ = instance;
-    states_.clear();
-    lasting_.clear();
+    newest_.clear();
   }
   pause_ = milliseconds(0);
   if (!down_.empty()) {
@@ -212,7 +211,7 @@ void EventFeed::Take(const varlink::Reply& reply) {
   const std::string lens = event.value("lens", "");
   std::string text = EventText("", event);
   TellMissed(lens, event);
-  if (IsSet(event, "status")) states_[lens] = text;
+  if (IsSet(event, "status")) newest_[lens].state = text;
   Remember(event);
   Append(lens, std::move(text));
 }
@@ -220,17 +219,17 @@ void EventFeed::Take(const varlink::Reply& reply) {
 /// Lasting events are missed while there is no stream alone, and each lens' count tells how many.
 void EventFeed::TellMissed(const std::string& lens, const Json& event) {
   const auto lasting = event.value("lasting", std::int64_t{0});
-  const auto last = lasting_.find(lens);
-  if (last != lasting_.end()) {
-    const std::int64_t missed = lasting - last->second - (IsLasting(event) ? 1 : 0);
+  std::optional<std::int64_t>& last = newest_[lens].lasting;
+  if (last) {
+    const std::int64_t missed = lasting - *last - (IsLasting(event) ? 1 : 0);
     if (missed > 0) Append("", EventText("gap", {{"missed", missed}}));
   }
-  lasting_[lens] = lasting;
+  last = lasting;
 }
 
 void EventFeed::Remember(const Json& event) {
   if (!IsLasting(event)) return;
-  if (IsSet(event, "list") && event["list"].value("change", "") == "removed") states_.erase(event.value("lens", ""));
+  if (IsSet(event, "list") && event["list"].value("change", "") == "removed") newest_.erase(event.value("lens", ""));
   Json kept = event;
   if (kept.contains("autofocus")) kept["autofocus"].erase("samples");
   past_.push_back({std::chrono::system_clock::now(), std::move(kept)});

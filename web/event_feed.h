@@ -46,6 +46,11 @@ class EventFeed {
     std::chrono::system_clock::time_point at;
     varlink::Json event;
   };
+  /// What was told of a lens last.
+  struct Newest {
+    std::string state;  ///< as in FeedEntry::text but for the id
+    std::optional<std::int64_t> lasting;
+  };
   void Connect();
   void Follow();
   void Greet(const varlink::Reply& list);
@@ -62,9 +67,8 @@ class EventFeed {
   Watch again_;
   std::chrono::milliseconds pause_{0};
   std::string down_ = "not connected yet";
-  std::string instance_;                         // of lensd
-  std::map<std::string, std::string> states_;    // by lens: its newest, as in FeedEntry::text but for the id
-  std::map<std::string, std::int64_t> lasting_;  // by lens: `lasting` of its newest event
+  std::string instance_;                  // of lensd
+  std::map<std::string, Newest> newest_;  // by lens
   std::deque<FeedEntry> recent_;
   std::size_t recent_bytes_ = 0;
   std::deque<Past> past_;

@@ -211,18 +211,14 @@ TEST(DefocusMethod, FindsOneOfSeveralDepthsOrNamesThem) {
     return frame;
   };
   int named = 0;
-  for (const double start : {-40.0, -20.0, 5.0, 8.0, 11.0, 36.0, 56.0}) {
-    const Ending run = RunSession("auto", picture, start);
-    if (run.verdict.focused) {
-      EXPECT_LE(std::min(std::abs(run.verdict.position), std::abs(run.verdict.position - 16.0)), 1.0) << start;
-      continue;
-    }
-    ++named;
-    EXPECT_NE(run.verdict.reason.find("different distances"), std::string::npos) << start << run.verdict.reason;
-    EXPECT_EQ(run.verdict.cause, Cause::SeveralDepths);
-    ASSERT_GE(run.verdict.candidates.size(), 2u);
-    EXPECT_NEAR(run.verdict.candidates.front().position, 0.0, 4.0);
-    EXPECT_NEAR(run.verdict.candidates.back().position, 16.0, 4.0);
+  for (const double start : {-40.0, -20.0, 8.0, 36.0}) {
+    const Verdict verdict = RunSession("auto", picture, start).verdict;
+    const auto& found = verdict.candidates;
+    const bool names =
+        found.size() > 1 && std::abs(found[0].position) < 4.0 && std::abs(found.back().position - 16.0) < 4.0;
+    const double off = std::min(std::abs(verdict.position), std::abs(verdict.position - 16.0));
+    EXPECT_TRUE(verdict.focused ? off < 1.0 : names && verdict.cause == Cause::SeveralDepths) << verdict.reason;
+    named += !verdict.focused;
   }
   EXPECT_GT(named, 0);
 }
