@@ -219,7 +219,7 @@ void AddLens(const Settings& table, Config& config, ConfigFaults& faults) {
 void AddTables(const Settings& file, Config& config, ConfigFaults& faults) {
   SettingsReader read(file, "the configuration");
   if (!read.Has("version")) read.Reject("version", "the file must say version = 1");
-  if (read.Integer("version", 1) != 1) read.Reject("version", "must be 1: this lensd reads no other");
+  if (read.Integer("version", 1) != 1) read.Reject("version", "must be 1: this lensd reads version 1 alone");
   const std::vector<const Settings*> buses = read.Tables("bus");
   const std::vector<const Settings*> lenses = read.Tables("lens");
   const Settings* access = read.Table("access");

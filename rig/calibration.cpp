@@ -255,7 +255,7 @@ Result<Calibration> ReadCalibration(const Settings& file) {
   SettingsReader read(file, "the calibration");
   Calibration calibration;
   if (!read.Has("version")) read.Reject("version", "the file must say version = 1");
-  if (read.Integer("version", 1) != 1) read.Reject("version", "must be 1: this lensd reads no other");
+  if (read.Integer("version", 1) != 1) read.Reject("version", "must be 1: this lensd reads version 1 alone");
   calibration.serial = read.RequiredText("serial");
   calibration.made = read.Text("made", "");
   calibration.grade = static_cast<Grade>(read.Choice("grade", {kGrades.begin(), kGrades.end()}, 2));

@@ -186,7 +186,7 @@ Result<Preset> TakePreset(const Rig& rig, std::string label) {
 Result<std::vector<Preset>> ReadPresets(const Settings& file) {
   SettingsReader read(file, "the presets");
   if (!read.Has("version")) read.Reject("version", "the file must say version = 1");
-  if (read.Integer("version", 1) != 1) read.Reject("version", "must be 1: this lensd reads no other");
+  if (read.Integer("version", 1) != 1) read.Reject("version", "must be 1: this lensd reads version 1 alone");
   const auto tables = read.Tables("preset");
   if (auto done = read.Finish(); !done) return PassOn(done);
   std::vector<Preset> presets;

@@ -31,6 +31,7 @@ constexpr double kWorthNaming = 0.1;  // of all probability: a distance that can
 constexpr Why kMoved{Cause::SubjectMoved, "the subject or the camera moved between the frames"};
 constexpr Why kRestless{Cause::SubjectMoved,
                         "the picture changes while the lens is said to stand: it still moves, or the subject does"};
+constexpr Why kOneGrating{Cause::Ambiguous, "the texture repeats: several distances leave the same contrast"};
 constexpr double kStandsPx = 1.0;  // px of blur between the top and the frame that counts as standing there
 constexpr double kTrustedMass = 0.9;
 constexpr double kNearPx = 9.0;    // px of blur between less sharp frames that hold a top between them
@@ -86,6 +87,7 @@ Advice Defocus::Next(const Look& look) {
   if (unlike_) return defocus::HasTexture(stack) ? RefuseForGood(kMoved) : WhyNot(stack, posterior);
   focus_ = posterior.focus();
   if (taken_.size() == 1) return GoToSecond(posterior);
+  if (defocus::IsOneGrating(stack)) return Refuse(kOneGrating);
   if (taken_[taken_.size() - 2].followed || Restless()) return may_move() ? Follow(look) : RefuseForGood(kRestless);
   if (taken_.size() >= 3 && !defocus::HasTexture(stack)) {
     const auto top = TopOf(curve_.Points());
@@ -371,7 +373,7 @@ bool Defocus::Beyond(const Posterior& posterior) const {
 Verdict Defocus::WhyNot(const RingStack& stack, const Posterior& posterior) const {
   if (!defocus::HasTexture(stack)) {
     if (!Repeats(stack)) return Refuse({Cause::NoTexture, "too little texture to tell blur from shading"});
-    return RefuseOpen({Cause::Ambiguous, "the texture repeats: several distances leave the same contrast"}, posterior);
+    return RefuseOpen(kOneGrating, posterior);
   }
   if (posterior.misfit() <= kMostMisfit) {
     return RefuseOpen(

@@ -116,4 +116,30 @@ bool HasTexture(const RingStack& stack) {
   return stack.rings.size() >= kLeastRings && count >= kLeastCount;
 }
 
+bool IsOneGrating(const RingStack& stack) {
+  constexpr double kBins = 3.0;       // as far as the window spreads a frequency
+  constexpr double kLeastBins = 6.0;  // coarse light shows near 0 of any texture that is blurred
+  constexpr double kNearlyAll = 0.999;
+  if (stack.rings.empty()) return false;
+  const auto light = [&](const Ring& ring, int frame) {
+    const auto at = static_cast<std::size_t>(frame);
+    return ring.count * std::max(0.0, ring.power[at * kMostFrames + at] - stack.noise[at]);
+  };
+  bool one = false;
+  for (int frame = 0; frame < stack.frames; ++frame) {
+    const auto brighter = [&](const Ring& a, const Ring& b) { return light(a, frame) < light(b, frame); };
+    const Ring& brightest = *std::ranges::max_element(stack.rings, brighter);
+    if (brightest.frequency < kLeastBins * brightest.spread) return false;
+    double all = 0.0, near = 0.0;
+    for (const Ring& ring : stack.rings) {
+      const double part = light(ring, frame);
+      all += part;
+      if (std::abs(ring.frequency - brightest.frequency) <= kBins * ring.spread) near += part;
+    }
+    if (all > 0 && near < kNearlyAll * all) return false;
+    one = one || all > 0;
+  }
+  return one;
+}
+
 }  // namespace lensd::autofocus::defocus

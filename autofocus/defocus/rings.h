@@ -36,5 +36,8 @@ RingStack StackRings(std::span<const Tiles* const> frames);
 
 /// Enough shows to tell blur from shading.
 bool HasTexture(const RingStack& stack);
+/// One grating alone: nearly all light but noise is at one frequency, within what the window blurs. Its contrast comes
+/// again on either side of focus, and nothing else tells which top is the true one.
+bool IsOneGrating(const RingStack& stack);
 
 }  // namespace lensd::autofocus::defocus
