@@ -40,14 +40,14 @@ std::optional<Matrix3> InverseOfSymmetric(const Matrix3& m) {
 std::optional<PeakFit> FitPeak(std::span<const CurvePoint> points, double power) {
   if (points.size() < 3) return std::nullopt;
   // Positions about the highest point and in units of the spread keep the normal equations well conditioned.
-  const double centre = std::ranges::max_element(points, {}, &CurvePoint::value)->position;
+  const CurvePoint& highest = *std::ranges::max_element(points, {}, &CurvePoint::value);
+  const double centre = highest.position, height = highest.value;
   const auto [low, high] = std::ranges::minmax_element(points, {}, &CurvePoint::position);
   const double scale = high->position - low->position;
   if (!(scale > 0)) return std::nullopt;
 
   // y = a + b x + c x², y = (height^-power value^power - 1) / power, which is ln(value/height) at power 0: it has its
   // top where the curve has it. Weight 1/sigma_y².
-  const double height = std::ranges::max_element(points, {}, &CurvePoint::value)->value;
   const auto bent = [&](double value) {
     const double ln = std::log(value / height);
     return power == 0.0 ? ln : std::expm1(power * ln) / power;

@@ -196,7 +196,8 @@ void PrintTo(const PinnedRegime& regime, std::ostream* out) {
 
 class PinnedRegimes : public ::testing::TestWithParam<PinnedRegime> {};
 
-// Lenses and sensors as they are, 500 seeds that stay: none is false, and no more than these are off or refused.
+// Lenses and sensors as they are, 500 seeds that stay: none is false, and no more than these are off or refused, and
+// what they claim to 95 % holds.
 TEST_P(PinnedRegimes, CountsAreNoWorse) {
   const PinnedRegime& regime = GetParam();
   const int runs = static_cast<int>(testing::ByLevel(4, regime.runs, regime.long_runs));
@@ -213,13 +214,18 @@ TEST_P(PinnedRegimes, CountsAreNoWorse) {
     ++claims;
     held += std::abs(*run.off_sigmas) <= 1.96;
   }
+  // Of a lens that hides that it still moves nobody knows how far off it is.
+  const bool hides = regime.refused > 0;
+  if (runs >= regime.runs && !hides) {
+    EXPECT_GE(held, 0.88 * claims);
+  }
   if (runs <= regime.runs) {
     EXPECT_EQ(wrong, 0);
     EXPECT_GE(within, runs - (regime.runs - regime.within));
     EXPECT_LE(refused, regime.refused);
   } else {
     EXPECT_LE(wrong, 1);
-    EXPECT_GE(within, runs * (regime.refused > 0 ? 0.75 : 0.95));
+    EXPECT_GE(within, runs * (hides ? 0.75 : 0.95));
   }
   RecordProperty("within", within);
   RecordProperty("refused", refused);

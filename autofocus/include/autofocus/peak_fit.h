@@ -21,8 +21,9 @@ struct PeakFit {
 };
 
 /// Weighted least-squares parabola through ln(value): the logarithm of a sharpness curve is close to a parabola over a
-/// wider stretch than the curve itself. With a `power` below 0 through value^power, which is one farther down the sides of
-/// a curve with long tails. Nothing where fewer than three points are given or they do not curve downward.
+/// wider stretch than the curve itself. With a `power` below 0 (L of peak_model.h) through value^power, which is one
+/// farther down the sides of a curve with long tails. Nothing where fewer than three points are given or they do not
+/// curve downward.
 std::optional<PeakFit> FitPeak(std::span<const CurvePoint> points, double power = 0.0);
 
 }  // namespace lensd::autofocus
