@@ -112,7 +112,12 @@ void Subscriber::TellNow() {
   if (!up) daemon["message"] = feed_.down_;
   pending_ += EventText("daemon", daemon);
   for (const auto& [lens, newest] : feed_.newest_) {
-    if (Wants(lens)) pending_ += newest.state;
+    if (!Wants(lens) || newest.state.is_null()) continue;
+    // As lensd's own streams begin: with the numbers of what happened last.
+    Json state = newest.state;
+    state["sequence"] = newest.sequence;
+    state["lasting"] = newest.lasting;
+    pending_ += EventText("", state);
   }
 }
 
@@ -209,22 +214,21 @@ void EventFeed::Take(const varlink::Reply& reply) {
   if (!reply.error.empty()) return Retry(reply.parameters.value("message", reply.error));
   const Json& event = reply.parameters["event"];
   const std::string lens = event.value("lens", "");
-  std::string text = EventText("", event);
-  TellMissed(lens, event);
-  if (IsSet(event, "status")) newest_[lens].state = text;
+  Count(lens, event);
   Remember(event);
-  Append(lens, std::move(text));
+  Append(lens, EventText("", event));
 }
 
 /// Lasting events are missed while there is no stream alone, and each lens' count tells how many.
-void EventFeed::TellMissed(const std::string& lens, const Json& event) {
+void EventFeed::Count(const std::string& lens, const Json& event) {
+  const auto [found, first] = newest_.try_emplace(lens);
+  Newest& newest = found->second;
   const auto lasting = event.value("lasting", std::int64_t{0});
-  std::optional<std::int64_t>& last = newest_[lens].lasting;
-  if (last) {
-    const std::int64_t missed = lasting - *last - (IsLasting(event) ? 1 : 0);
-    if (missed > 0) Append("", EventText("gap", {{"missed", missed}}));
-  }
-  last = lasting;
+  const std::int64_t missed = lasting - newest.lasting - (IsLasting(event) ? 1 : 0);
+  if (!first && missed > 0) Append("", EventText("gap", {{"missed", missed}}));
+  newest.lasting = lasting;
+  newest.sequence = event.value("sequence", std::int64_t{0});
+  if (IsSet(event, "status")) newest.state = event;
 }
 
 void EventFeed::Remember(const Json& event) {

@@ -46,10 +46,10 @@ class EventFeed {
     std::chrono::system_clock::time_point at;
     varlink::Json event;
   };
-  /// What was told of a lens last.
+  /// What was told of a lens last: its state, and the numbers of what happened since.
   struct Newest {
-    std::string state;  ///< as in FeedEntry::text but for the id
-    std::optional<std::int64_t> lasting;
+    varlink::Json state;  ///< an event with `status`; null before the first
+    std::int64_t sequence = 0, lasting = 0;
   };
   void Connect();
   void Follow();
@@ -60,7 +60,7 @@ class EventFeed {
   void ForgetOne();
   void Append(std::string lens, std::string text);
   void TellDaemon();
-  void TellMissed(const std::string& lens, const varlink::Json& event);
+  void Count(const std::string& lens, const varlink::Json& event);
 
   const LensdLink& link_;
   std::unique_ptr<UpstreamCall> call_;

@@ -144,6 +144,17 @@ class EventTest(WebTest):
         self.assertEqual(events[-1][1]["move"]["position"], 40)
         self.assertIn("sequence", events[-1][1])
 
+    def test_states_of_the_beginning_have_the_numbers_of_what_happened_last(self):
+        with self.begun() as stream:
+            stream.event()
+            self.move("a", 50)
+            last = self.until_move(stream)[-1][1]
+            with self.begun("/events?lens=a") as late:
+                late.event()
+                state = late.event()["data"]
+        self.assertIsNotNone(state.get("status"))
+        self.assertEqual((state["sequence"], state["lasting"]), (last["sequence"], last["lasting"]))
+
     def test_one_lens_alone(self):
         with self.begun("/events?lens=b") as stream:
             stream.event()
