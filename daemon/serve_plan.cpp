@@ -36,17 +36,17 @@ std::string With(std::string answer, const std::string& fields) {
 
 /// The reply's `plan`, and `nearest` where only the lens' steps stand in the way, without the closing brace.
 std::string PlanReply(const LensPlan& plan, Metres principal_gap) {
-  const optics::PlanAnswer& answer = plan.answer.plan;
+  const auto& [request, answer] = std::tie(plan.answer.request, plan.answer.plan);
   if (answer.feasible) {
-    return "{\"plan\":" + With(proto::PlanAnswerText(answer, principal_gap), Places(plan));
+    return "{\"plan\":" + With(proto::PlanAnswerText(request, answer, principal_gap), Places(plan));
   }
-  if (!plan.answer.continuous_feasible) return "{\"plan\":" + proto::PlanAnswerText(answer, principal_gap);
+  if (!plan.answer.continuous_feasible) return "{\"plan\":" + proto::PlanAnswerText(request, answer, principal_gap);
   optics::PlanAnswer refusal = answer;  // limits so much wider are met by the nearest position itself
   refusal.conflict = {"positions"};
   refusal.relax = answer.worst_ratio;
   refusal.note = "some setting meets every limit, but none of the positions this lens can take does; see the nearest";
-  return "{\"plan\":" + proto::PlanAnswerText(refusal, principal_gap) +
-         ",\"nearest\":" + With(proto::PlanAnswerText(answer, principal_gap, proto::PlanShows::Setting), Places(plan));
+  return "{\"plan\":" + proto::PlanAnswerText(request, refusal, principal_gap) + ",\"nearest\":" +
+         With(proto::PlanAnswerText(request, answer, principal_gap, proto::PlanShows::Setting), Places(plan));
 }
 
 Json StackReply(const LensStack& stack) {
@@ -165,7 +165,8 @@ std::string AppliedReply(const Solved& solved, const std::string& applied, const
   const Metres gap = config.scale.principal_gap + shift;
   std::string reply = PlanReply(*solved.apply, gap) + ",\"applied\":" + applied;
   if (const auto reached = CheckNow(now, config, solved.question.asked)) {
-    reply += ",\"reached\":" + proto::PlanAnswerText(*reached, gap, proto::PlanShows::Setting);
+    reply +=
+        ",\"reached\":" + proto::PlanAnswerText(solved.apply->answer.request, *reached, gap, proto::PlanShows::Setting);
   }
   return reply + solved.question.Shown(*solved.apply) + "}";
 }

@@ -12,9 +12,9 @@ namespace {
 
 using Writer = varlink::JsonWriter;
 
-void WriteLimit(Writer& writer, const optics::LimitAnswer& limit) {
+void WriteLimit(Writer& writer, const std::string& name, const optics::LimitAnswer& limit) {
   writer.Begin();
-  writer.Text("name", limit.name);
+  writer.Text("name", name);
   writer.Number("nearD", limit.near.value);
   writer.Number("farD", limit.far.value);
   writer.Number("limitUm", limit.limit.value * 1e6);
@@ -24,7 +24,8 @@ void WriteLimit(Writer& writer, const optics::LimitAnswer& limit) {
   writer.End();
 }
 
-void WriteSetting(Writer& writer, const optics::PlanAnswer& answer, Metres principal_gap) {
+void WriteSetting(Writer& writer, const optics::PlanRequest& request, const optics::PlanAnswer& answer,
+                  Metres principal_gap) {
   const double vergence = answer.focal_plane.value;
   const double distance = vergence > 0.0 ? 1.0 / vergence : NAN;
   writer.Number("fNumber", answer.f_number.value);
@@ -46,7 +47,9 @@ void WriteSetting(Writer& writer, const optics::PlanAnswer& answer, Metres princ
   writer.Number("modelErrorUm", answer.model_error.value * 1e6);
   if (answer.diffraction) writer.Number("diffractionUm", answer.diffraction->value * 1e6);
   writer.BeginArray("limits");
-  for (const auto& limit : answer.limits) WriteLimit(writer, limit);
+  for (std::size_t k = 0; k < answer.limits.size(); ++k) {
+    WriteLimit(writer, request.limits.at(k).name, answer.limits[k]);
+  }
   writer.EndArray();
   if (!answer.depth_of_field) return;
   const double one = answer.depth_of_field->one_end.vergence().value;
@@ -72,13 +75,14 @@ void WriteConflict(Writer& writer, const optics::PlanAnswer& answer) {
 
 }  // namespace
 
-std::string PlanAnswerText(const optics::PlanAnswer& answer, Metres principal_gap, PlanShows shows) {
+std::string PlanAnswerText(const optics::PlanRequest& request, const optics::PlanAnswer& answer, Metres principal_gap,
+                           PlanShows shows) {
   Writer writer;
   writer.Begin();
   writer.Flag("feasible", answer.feasible);
   if (!answer.note.empty()) writer.Text("note", answer.note);
   if (answer.feasible || shows == PlanShows::Setting) {
-    WriteSetting(writer, answer, principal_gap);
+    WriteSetting(writer, request, answer, principal_gap);
   } else {
     WriteConflict(writer, answer);
   }
@@ -86,8 +90,9 @@ std::string PlanAnswerText(const optics::PlanAnswer& answer, Metres principal_ga
   return writer.Take();
 }
 
-varlink::Json PlanAnswerJson(const optics::PlanAnswer& answer, Metres principal_gap) {
-  return varlink::ParseJson(PlanAnswerText(answer, principal_gap)).value();
+varlink::Json PlanAnswerJson(const optics::PlanRequest& request, const optics::PlanAnswer& answer,
+                             Metres principal_gap) {
+  return varlink::ParseJson(PlanAnswerText(request, answer, principal_gap)).value();
 }
 
 }  // namespace lensd::proto

@@ -80,12 +80,12 @@ Outcome RunPlan(const PlanText& text, Session& session) {
   }
   const auto extension = answer->feasible ? std::optional(answer->extension) : std::nullopt;
   if (session.json()) {
-    varlink::Json json = proto::PlanAnswerJson(*answer);
+    varlink::Json json = proto::PlanAnswerJson(question->request, *answer);
     if (question->framing) AddFraming(*question, extension, json);
     session.PrintJson(json);
   } else {
     const std::string framing = question->framing ? FramingText(*question, extension) : "";
-    session.PrintText(framing + PlanAnswerText(*answer, question->units));
+    session.PrintText(framing + PlanAnswerText(NamesOf(question->request), *answer, question->units));
   }
   return answer->feasible ? Exit::Done : Exit::No;
 }

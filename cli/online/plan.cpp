@@ -34,8 +34,7 @@ double Value(const Json& object, const char* key, double scale = 1.0) {
 }
 
 optics::LimitAnswer LimitOf(const Json& json) {
-  return {.name = json.value("name", ""),
-          .near = {Value(json, "nearD")},
+  return {.near = {Value(json, "nearD")},
           .far = {Value(json, "farD")},
           .limit = {Value(json, "limitUm", 1e-6)},
           .worst = {Value(json, "worstUm", 1e-6)},
@@ -87,7 +86,9 @@ Metres PrincipalGap(const Json& plan) {
 
 std::string Words(const Json& plan, const BlurUnits& units) {
   if (plan.contains("shots")) return StackText(plan);
-  std::string text = PlanAnswerText(AnswerOf(plan), units, PrincipalGap(plan));
+  std::vector<std::string> names;
+  for (const Json& limit : plan.value("limits", Json::array())) names.push_back(limit.value("name", ""));
+  std::string text = PlanAnswerText(names, AnswerOf(plan), units, PrincipalGap(plan));
   if (plan.contains("zoomPosition")) {
     text = "focal length " + LengthText(Metres{Value(plan, "focalLengthMm", 1e-3)}) + "\n" + text;
   }

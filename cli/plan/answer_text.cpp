@@ -2,6 +2,7 @@
 #include "cli/plan/answer_text.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "cli/text.h"
@@ -28,26 +29,36 @@ std::string Infeasible(const optics::PlanAnswer& answer) {
 }
 
 /// Where all limits have one unit, it stands above their column.
-std::string LimitTable(const std::vector<optics::LimitAnswer>& limits, const BlurUnits& units) {
-  const auto in_pixels = [&](const optics::LimitAnswer& limit) { return units.in_pixels.contains(limit.name); };
-  const auto pixels = std::ranges::count_if(limits, in_pixels);
-  const bool mixed = pixels > 0 && std::cmp_less(pixels, limits.size());
+std::string LimitTable(const std::vector<std::string>& names, const std::vector<optics::LimitAnswer>& limits,
+                       const BlurUnits& units) {
+  const auto in_pixels = [&](const std::string& name) { return units.in_pixels.contains(name); };
+  const auto pixels = std::ranges::count_if(names, in_pixels);
+  const bool mixed = pixels > 0 && std::cmp_less(pixels, names.size());
   const std::string unit = mixed ? "" : pixels > 0 ? " [px]" : " [um]";
-  const auto blur = [&](const optics::LimitAnswer& limit, Metres size) {
-    const std::string number = Short(size.value / (in_pixels(limit) ? units.pixel->value : 1e-6));
-    return number + (!mixed ? "" : in_pixels(limit) ? " px" : " um");
+  const auto blur = [&](const std::string& name, Metres size) {
+    const std::string number = Short(size.value / (in_pixels(name) ? units.pixel->value : 1e-6));
+    return number + (!mixed ? "" : in_pixels(name) ? " px" : " um");
   };
   std::vector<std::vector<std::string>> rows{{"limit", "from", "to", "limit" + unit, "worst" + unit, "at", "used"}};
-  for (const auto& limit : limits) {
-    rows.push_back({limit.name, DepthText(limit.near), DepthText(limit.far), blur(limit, limit.limit),
-                    blur(limit, limit.worst), DepthText(limit.at), Short(100.0 * limit.ratio) + " %"});
+  for (std::size_t k = 0; k < limits.size(); ++k) {
+    const auto& [name, limit] = std::tie(names.at(k), limits[k]);
+    rows.push_back({name, DepthText(limit.near), DepthText(limit.far), blur(name, limit.limit), blur(name, limit.worst),
+                    DepthText(limit.at), Short(100.0 * limit.ratio) + " %"});
   }
   return TableText(rows);
 }
 
 }  // namespace
 
-std::string PlanAnswerText(const optics::PlanAnswer& answer, const BlurUnits& units, Metres principal_gap) {
+std::vector<std::string> NamesOf(const optics::PlanRequest& request) {
+  std::vector<std::string> names;
+  names.reserve(request.limits.size());
+  for (const optics::BlurLimit& limit : request.limits) names.push_back(limit.name);
+  return names;
+}
+
+std::string PlanAnswerText(const std::vector<std::string>& names, const optics::PlanAnswer& answer,
+                           const BlurUnits& units, Metres principal_gap) {
   const std::string note = answer.note.empty() ? "" : "Note: " + answer.note + "\n";
   if (!answer.feasible) return Infeasible(answer) + note;
   std::vector<std::vector<std::string>> rows{
@@ -70,7 +81,7 @@ std::string PlanAnswerText(const optics::PlanAnswer& answer, const BlurUnits& un
                     "to " + DepthText(answer.depth_of_field->other_end.vergence())});
   }
   std::string text = TableText(rows);
-  if (!answer.limits.empty()) text += "\n" + LimitTable(answer.limits, units);
+  if (!answer.limits.empty()) text += "\n" + LimitTable(names, answer.limits, units);
   return text + std::string(OriginLine()) + note;
 }
 

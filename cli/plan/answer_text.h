@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "base/units.h"
 #include "cli/plan/options.h"
@@ -9,8 +10,10 @@
 
 namespace lensd::cli {
 
-/// The answer as a compact table, or why there is no plan.
-std::string PlanAnswerText(const optics::PlanAnswer& answer, const BlurUnits& units = {},
-                           Metres principal_gap = Metres{0.0});
+std::vector<std::string> NamesOf(const optics::PlanRequest& request);
+
+/// The answer as a compact table, or why there is no plan; `names` are those of its limits.
+std::string PlanAnswerText(const std::vector<std::string>& names, const optics::PlanAnswer& answer,
+                           const BlurUnits& units = {}, Metres principal_gap = Metres{0.0});
 
 }  // namespace lensd::cli

@@ -29,7 +29,9 @@ std::optional<RaySystem> PlanRays(const optics::PlanRequest& request, const opti
                     [](const auto* a, const auto* b) { return a->ratio != b->ratio ? a->ratio > b->ratio : a < b; });
   limits.resize(std::min(limits.size(), kMost));
   for (const optics::LimitAnswer* limit : limits) {
-    system.points.push_back({.name = limit->name, .vergence = limit->at, .blur = limit->worst});
+    system.points.push_back({.name = request.limits.at(static_cast<std::size_t>(limit - answer.limits.data())).name,
+                             .vergence = limit->at,
+                             .blur = limit->worst});
   }
   const bool real_focus = answer.focal_plane.value >= 0.0;
   if (system.points.empty() && real_focus)

@@ -17,17 +17,12 @@ namespace lensd::optics {
 
 namespace {
 
-void DescribeLimits(const PositionBlur& blur, const PlanRequest& request, const FocusPosition& position,
-                    std::pair<double, double> n, PlanAnswer& answer) {
+void DescribeLimits(const PositionBlur& blur, const FocusPosition& position, std::pair<double, double> n,
+                    PlanAnswer& answer) {
   for (std::size_t k = 0; k < blur.limits(); ++k) {
     const OpeningNeed need = blur.Need(k, position);
     const auto [near, far] = blur.Depths(k, position);
-    LimitAnswer fares{.name = request.limits[k].name,
-                      .near = {near},
-                      .far = {far},
-                      .limit = {need.limit},
-                      .worst = {},
-                      .at = {need.at}};
+    LimitAnswer fares{.near = {near}, .far = {far}, .limit = {need.limit}, .worst = {}, .at = {need.at}};
     fares.worst = {need.sharp ? std::max(need.Blur(n.first), need.Blur(n.second)) : need.Blur(n.second)};
     fares.ratio = need.Ratio(n.first, n.second);
     if (fares.ratio > 1.0 && fares.ratio <= kPositionHolds) fares.ratio = 1.0;
@@ -55,7 +50,7 @@ PlanAnswer DescribePoint(const PositionBlur& blur, const PlanRequest& request, c
     answer.working_f_number = WorkingFNumber(FNumber{iris.f_number.value * blur.Breathing(position)},
                                              answer.magnification, request.pupil_factor.value);
   }
-  DescribeLimits(blur, request, position, blur.FNumbers(iris), answer);
+  DescribeLimits(blur, position, blur.FNumbers(iris), answer);
   if (request.objective == Objective::Depth) {
     const PlanRequest there = blur.AtPosition(position, iris, PositionBlur::Limits::LeftOut);
     const FieldDepth field = FieldDepthAt(there, there.f_numbers.low.value, there.extensions.low.value);

@@ -31,8 +31,8 @@ void AddLimitAnswer(const WorstBlurs& blurs, const BlurLimit& limit, PlanAnswer&
     far = std::min(far, std::min(one, other));
   }
   answer.worst_ratio = std::max(answer.worst_ratio, ratio);
-  answer.limits.emplace_back(limit.name, Dioptres{near}, Dioptres{far}, Metres{limit.limit.value}, worst.blur,
-                             worst.at->vergence(), ratio);
+  answer.limits.emplace_back(Dioptres{near}, Dioptres{far}, Metres{limit.limit.value}, worst.blur, worst.at->vergence(),
+                             ratio);
 }
 
 }  // namespace

@@ -149,7 +149,7 @@ TEST(PlanAnswerJson, HasNoNumberThatIsNone) {
   answer.focal_plane = Dioptres{-0.1};
   answer.model_error = Metres{std::numeric_limits<double>::infinity()};
   answer.worst_ratio = std::nan("");
-  const Json json = PlanAnswerJson(answer);
+  const Json json = PlanAnswerJson({}, answer);
   EXPECT_EQ(json["focalPlaneD"], -0.1);
   for (const char* field : {"focalPlaneM", "focusFromSensorM", "modelErrorUm", "worstRatio"}) {
     EXPECT_TRUE(json[field].is_null()) << field;
@@ -157,7 +157,7 @@ TEST(PlanAnswerJson, HasNoNumberThatIsNone) {
   EXPECT_FALSE(json.contains("conflict"));
   answer.feasible = false;
   answer.conflict = {"focus", "extension"};
-  const Json infeasible = PlanAnswerJson(answer);
+  const Json infeasible = PlanAnswerJson({}, answer);
   EXPECT_EQ(infeasible.size(), 3u);
   EXPECT_EQ(infeasible["conflict"].size(), 2u);
   EXPECT_TRUE(infeasible["relax"].is_null());

@@ -103,9 +103,9 @@ struct PlanRequest {
                                           ///< quarter pixel, whichever is larger
 };
 
-/// How one limit fares at the answer, tolerances included.
+/// How one limit fares at the answer, tolerances included. Which one is told by its place: answers come in the order of
+/// the request's limits, and keep no copy of 65,536 names.
 struct LimitAnswer {
-  std::string name;
   Dioptres near;
   Dioptres far;
   Metres limit;
@@ -127,8 +127,8 @@ struct PlanAnswer {
   Dioptres focal_plane;
   double magnification = 0;
   FNumber working_f_number;
-  double worst_ratio = 0;  ///< over all limits; 0 without any
-  std::vector<LimitAnswer> limits;
+  double worst_ratio = 0;                       ///< over all limits; 0 without any
+  std::vector<LimitAnswer> limits;              ///< one for each of the request's, in their order
   std::optional<DepthInterval> depth_of_field;  ///< Objective::Depth: from near to far
   std::string model;                            ///< "pinhole", "thin", "diffraction", ...
   Metres model_error;                           ///< bound on what that rung leaves out of the blur asked about

@@ -45,15 +45,16 @@ struct LensRequest {
 /// The same with what else PlanRequest says. Errors as PlanRequestFromJson().
 Result<LensRequest> LensRequestFromJson(varlink::JsonView json, const optics::PlanRequest& defaults);
 
-/// The answer with the fields of the contract: numbers that are not finite become null. `principal_gap` is the lens's
-/// distance between its principal planes, for `focusFromSensorM`. `tStop` is the working f-number of a lens that
-/// transmits everything. A feasible plan has no `conflict`, an infeasible one nothing but `conflict` and `relax`,
-/// unless it is to show its setting all the same. The text is what goes out; it takes a tenth of a varlink::Json's
-/// time.
+/// The answer to `request`, whose names its limits bear, with the fields of the contract: numbers that are not finite
+/// become null. `principal_gap` is the lens's distance between its principal planes, for `focusFromSensorM`. `tStop` is
+/// the working f-number of a lens that transmits everything. A feasible plan has no `conflict`, an infeasible one
+/// nothing but `conflict` and `relax`, unless it is to show its setting all the same. The text is what goes out; it
+/// takes a tenth of a varlink::Json's time.
 enum class PlanShows { SettingOrConflict, Setting };
-std::string PlanAnswerText(const optics::PlanAnswer& answer, Metres principal_gap = Metres{0.0},
-                           PlanShows shows = PlanShows::SettingOrConflict);
+std::string PlanAnswerText(const optics::PlanRequest& request, const optics::PlanAnswer& answer,
+                           Metres principal_gap = Metres{0.0}, PlanShows shows = PlanShows::SettingOrConflict);
 /// The same as a varlink::Json.
-varlink::Json PlanAnswerJson(const optics::PlanAnswer& answer, Metres principal_gap = Metres{0.0});
+varlink::Json PlanAnswerJson(const optics::PlanRequest& request, const optics::PlanAnswer& answer,
+                             Metres principal_gap = Metres{0.0});
 
 }  // namespace lensd::proto
