@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 #include "bench/verify/likelihood.h"
 #include "bench/verify/spectra.h"
@@ -180,26 +182,27 @@ Result<void> Check(const FramesToCompare& frames, const std::vector<float>& dept
   return {};
 }
 
-}  // namespace
+/// Frames, their depths and what is searched, made ready once.
+struct Comparison {
+  const FramesToCompare& frames;
+  const std::vector<float>& depth_m;
+  std::span<const double> edges_m;
+  Plane reference;
+  ReferenceNoise noise;
+};
 
-Result<std::vector<SliceBlur>> BlurBetween(const FramesToCompare& frames, const std::vector<float>& depth_m,
-                                           std::span<const double> edges_m, double largest_px) {
-  if (auto checked = Check(frames, depth_m, edges_m, largest_px); !checked) return PassOn(checked);
-  const Plane& a = frames.reference_a;
-  Plane reference{a.width, a.height, a.values};
-  for (std::size_t i = 0; i < a.values.size(); ++i) {
-    reference.values[i] = 0.5f * (a.values[i] + frames.reference_b.values[i]);
-  }
+/// Diameters of up to `largest_px` in pixels whose surroundings as far as half of `reach_px` lie at about their depth.
+std::vector<SliceBlur> FindBlur(const Comparison& given, double largest_px, double reach_px) {
+  const auto& [frames, depth_m, edges_m, reference, noise] = given;
+  const int width = reference.width, height = reference.height;
   std::vector<SliceBlur> found(edges_m.size() - 1);
-  // Half the largest disk bleeds in from the surroundings.
-  const int surroundings = static_cast<int>(std::ceil(largest_px / 2));
-  const ReferenceNoise noise = NoiseOfMean(frames, reference);
+  const int surroundings = static_cast<int>(std::ceil(reach_px / 2));
   DividedFrames divided{.picture = frames.picture,
                         .reference = reference,
                         .reference_variance = noise.variance,
                         .reference_variance_error = noise.error,
                         .reference_opening = frames.reference_opening,
-                        .part = SliceOfPixel(depth_m, a.width, a.height, edges_m, surroundings),
+                        .part = SliceOfPixel(depth_m, width, height, edges_m, surroundings),
                         .parts = static_cast<int>(found.size())};
   const std::vector<double> means = MeanDepths(divided, depth_m);
   const int steps = std::max(static_cast<int>(std::ceil(largest_px / kStepPx)) + 1, kFewestSteps);
@@ -216,6 +219,39 @@ Result<std::vector<SliceBlur>> BlurBetween(const FramesToCompare& frames, const 
     found[i].high_px = fits[i].high_px;
     found[i].open = fits[i].open;
     found[i].gain = fits[i].model.gain;
+  }
+  return found;
+}
+
+/// The greatest diameter that any slice may have; nothing where that of one is not known.
+std::optional<double> GreatestOf(const std::vector<SliceBlur>& slices) {
+  double greatest = 0;
+  for (const SliceBlur& slice : slices) {
+    if (slice.pixels < kFewestPixels || slice.open) return std::nullopt;
+    greatest = std::max(greatest, slice.high_px);
+  }
+  return greatest;
+}
+
+}  // namespace
+
+// What bleeds in from beside a pixel comes from as far as half a disk: of the largest disk that is searched at first,
+// and of the largest found then, where that of every slice is known. So small disks do not cost a wide rim.
+Result<std::vector<SliceBlur>> BlurBetween(const FramesToCompare& frames, const std::vector<float>& depth_m,
+                                           std::span<const double> edges_m, double largest_px) {
+  if (auto checked = Check(frames, depth_m, edges_m, largest_px); !checked) return PassOn(checked);
+  const Plane& a = frames.reference_a;
+  Plane reference{a.width, a.height, a.values};
+  for (std::size_t i = 0; i < a.values.size(); ++i) {
+    reference.values[i] = 0.5f * (a.values[i] + frames.reference_b.values[i]);
+  }
+  ReferenceNoise noise = NoiseOfMean(frames, reference);
+  const Comparison comparison{frames, depth_m, edges_m, std::move(reference), std::move(noise)};
+  std::vector<SliceBlur> found = FindBlur(comparison, largest_px, largest_px);
+  const std::optional<double> greatest = GreatestOf(found);
+  constexpr double kRim = 2.0;  // px on both sides together: what a displacement by parts of a pixel mixes in
+  if (greatest && std::ceil((*greatest + kRim) / 2) < std::ceil(largest_px / 2)) {
+    return FindBlur(comparison, largest_px, *greatest + kRim);
   }
   return found;
 }
