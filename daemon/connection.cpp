@@ -87,7 +87,7 @@ int Connection::OnSocket(sd_event_source*, int, unsigned revents, void* self) {
   return 0;
 }
 
-/// Nobody reads replies any more. The loop would tell of a hang-up without end, so turns alone go on.
+/// The client reads no replies any more. The loop would tell of a hang-up without end, so turns alone go on.
 void Connection::HangUp() {
   inbox_.peer_gone = true;
   sd_event_source_set_enabled(source_.get(), SD_EVENT_OFF);

@@ -52,7 +52,7 @@ void EventLoop::Post(Task task) {
     posted_.push_back(std::move(task));
   }
   if (!wake) return;
-  // Who posts next sees that tasks wait, and wakes nobody: were this lost, all of them would wait for ever.
+  // The next to post sees that tasks wait, and wakes no thread: were this lost, all of them would wait for ever.
   constexpr int kAttempts = 3;
   const std::uint64_t one = 1;
   for (int i = 0; i < kAttempts && write(wake_descriptor_, &one, sizeof one) < 0; ++i) {

@@ -33,7 +33,7 @@ class LensLease {
 
   /// Null: none holds.
   const Lease* now() const;
-  /// Takes it where none holds, and renews it where one does; whoever may not has been told so before.
+  /// Takes it where none holds, and renews it where one does; a client that may not has been told so before.
   void Take(Lease lease);
   /// A connection has closed: what it took without a time ends, and the rest is its key's.
   void Left(const void* owner);

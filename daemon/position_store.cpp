@@ -105,7 +105,7 @@ void PositionStore::Write() {
   }
 }
 
-/// The disk may hang at any point. Who was given up meanwhile has not taken the place, or whoever came after him waits
+/// The disk may hang at any point. A writer given up meanwhile has not taken the place, or the one after it waits
 /// for it.
 Result<void> PositionStore::WriteOne(const std::string& text) {
   auto file = io::WrittenFile::Create(path_, text);

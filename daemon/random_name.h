@@ -1,4 +1,4 @@
-// Names that nobody can guess and that no other run makes again.
+// Names that no client can guess and that no other run makes again.
 #pragma once
 
 #include <array>

@@ -22,7 +22,7 @@ class LensRefocus {
 
   /// The lens was opened (anew): with what was learned of it, or why that cannot be read, and so is not written over.
   void Opened(Result<std::vector<rig::DriftSample>> learned);
-  /// An autofocus has ended that somebody asked for.
+  /// An autofocus has ended that a client asked for.
   void Found(const rig::AutofocusRequest& request, const rig::AutofocusOutcome& outcome);
   /// The lens' state is new.
   void Look();

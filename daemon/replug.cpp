@@ -83,7 +83,7 @@ class Slot {
   }
 
  private:
-  /// Closing may wait for what the device has in hand, which is no concern of whoever is told that it is gone.
+  /// Closing may wait for what the device has in hand, which is no concern of a client that is told that it is gone.
   void Lose(Error why) {
     closed_.camera = camera_counts();
     closed_.lens = lens_errors();

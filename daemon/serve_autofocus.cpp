@@ -195,7 +195,7 @@ void RunAutofocus(ServedLens& lens, const ExchangePointer& exchange, rig::Autofo
         answer(*outcome);
         lens.watchers().Announce(lens, "autofocus", AutofocusJson(lens.name(), *outcome));
       });
-  // Nobody is left to bring back what was set for the search: its end does, once the focus has stopped.
+  // No caller is left to bring back what was set for the search: its end does, once the focus has stopped.
   std::vector<drivers::Axis> stopped;
   if (Given(exchange->parameters(), "conditions") != nullptr) stopped.push_back(drivers::Axis::Focus);
   exchange->OnGone([&lens, ended, stopped] { StopUnlessEnded(lens, ended, stopped); });

@@ -218,7 +218,7 @@ void FrameSessions::Begin(const ExchangePointer& exchange) {
       lens->watchers().Announce(*lens, "autofocus", AutofocusJson(lens->name(), *outcome));
     }
     session->end = outcome;
-    // Without the call its connection has closed: nobody is left to hear.
+    // Without the call its connection has closed: no client is left to hear.
     if (!outcome && session->begun) {
       session->end = PassOn(AsAskedOfAutofocus(outcome.error(), session->begun->parameters()));
     }

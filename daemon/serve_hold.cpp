@@ -1,4 +1,4 @@
-// Hold and Release: whoever exposes keeps lensd's own corrections waiting.
+// Hold and Release: a client that exposes keeps lensd's own corrections waiting.
 #include <algorithm>
 #include <functional>
 #include <memory>

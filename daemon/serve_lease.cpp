@@ -62,7 +62,7 @@ std::string WhatGoesOn(const ServedLens& lens, const ExchangePointer& exchange) 
   }
 }
 
-/// Ends what goes on; whoever waits for it is answered Cancelled.
+/// Ends what goes on; calls that wait for it are answered Cancelled.
 void StopAll(ServedLens& lens, const ExchangePointer& exchange) {
   lens.users().stops.Note(exchange->number(), {}, false);
   lens.AskToStop<void>([](rig::Rig& rig, auto done) { rig.Stop({}, std::move(done)); }, [](const Result<void>&) {});

@@ -133,7 +133,7 @@ class ServedLens {
   /// Begins to end: what moves is stopped, and every caller answered; from now on it says `why` it takes no commands.
   /// Axes that are to park and can go there first; a second call ends that. The answer is how long it may take more.
   Duration End(std::string why, Parks parks = Parks::No);
-  bool ended() const;  ///< nobody uses its device any more, but calls that hang
+  bool ended() const;  ///< its device is not used any more, but by calls that hang
   /// Calls that hang in its driver, each with a thread: the destructor would wait for them.
   std::size_t stuck() const { return opening_.stuck.size(); }
   /// Gives up a call that does not come back, and opens the device anew. To be called several times a second.

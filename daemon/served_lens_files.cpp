@@ -143,8 +143,8 @@ void ServedLens::KeepUnwritten(std::optional<UnwrittenCalibration::Content> unwr
   const std::uint64_t number =
       ++kept_.calibration_writes;  // what waits to be tried again is of the rig before this one
   if (unwritten) {
-    const auto nobody = [](const Result<void>&) {};
-    return KeepCalibration(number, std::move(unwritten->calibration), nobody);
+    const auto unheard = [](const Result<void>&) {};
+    return KeepCalibration(number, std::move(unwritten->calibration), unheard);
   }
   if (const auto lost = kept_.unwritten.Get()) {
     Log(Severity::Error, Event::CalibrationMissing,

@@ -1,5 +1,5 @@
-// The end of lensd: axes that have a place to park go there, where that is safe and nobody minds. A lens that is
-// stopped for good, complains, or does not know where it stands is left as it is, and that is said.
+// The end of lensd: axes that have a place to park go there, where that is safe and no hold or lease is against it. A
+// lens that is stopped for good, complains, or does not know where it stands is left as it is, and that is said.
 #include <memory>
 #include <string>
 #include <utility>

@@ -78,7 +78,8 @@ void Server::MakeRoom(Seat seat, uid_t user) {
   if (idle != clients_.end()) (*idle)->Close("idle for long, and others wait for its place");
 }
 
-/// Whoever holds every place of his own, or everybody's, keeps no administrator out, and nobody from stopping a lens.
+/// A client that holds every place of its own, or all there are, keeps no administrator out, and none from stopping a
+/// lens.
 Server::Seat Server::SeatFor(const Credentials& client) {
   if (Full(client.user)) MakeRoom(Seat::Shared, client.user);
   if (!Full(client.user)) return Seat::Shared;

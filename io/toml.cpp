@@ -184,7 +184,7 @@ Result<Settings> ReadTomlFile(const std::string& path) {
 }
 
 LenientToml ReadTomlLeniently(const std::string& path) {
-  const int most_trials = SettingsProblems::Current() != nullptr ? 200 : 1;  // else nobody asks for more than the first
+  const int most_trials = SettingsProblems::Current() != nullptr ? 200 : 1;  // else only the first is told
   LenientToml read;
   auto text = ReadText(path);
   for (int trial = 0; text && trial < most_trials; ++trial) {

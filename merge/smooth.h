@@ -8,7 +8,7 @@
 namespace lensd::merge {
 
 /// `place` and `sigma` (NaN: unknown) after each known pixel has become the mean of those within `radius` that agree
-/// with it within a few `step`s and their sigmas, each weighing as it is certain. A pixel with whom hardly anybody
+/// with it within a few `step`s and their sigmas, each weighing as it is certain. A pixel with which hardly any other
 /// agrees is unknown from then on.
 void SmoothPlaces(Plane& place, Plane& sigma, int width, int height, int radius, float step);
 

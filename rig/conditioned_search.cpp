@@ -198,7 +198,7 @@ void ConditionedSearch::RestoreExposure() {
   under_.exposure = search.exposure;
 }
 
-/// It rests where it was before, whoever saw to that.
+/// It rests where it was before, by whichever command.
 bool ConditionedSearch::IsBack(Axis axis) const {
   const AxisController& controller = *rig_.axes[axis];
   return !controller.moving() && controller.state() &&

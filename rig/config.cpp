@@ -183,7 +183,7 @@ Result<void> ReadOptics(const Settings& table, NominalFrom nominal, RigConfig& c
 
 Result<RigConfig> ReadRigConfig(SettingsReader& lens, NominalFrom nominal) {
   RigConfig config;
-  Result<void> first;  // that failed: all tables are read, since whoever wants every mistake is told by their readers
+  Result<void> first;  // that failed; the other tables are read too, and tell their own mistakes
   const auto keep = [&](const auto& read) {
     if (!read && first) first = PassOn(read);
     return read.has_value();

@@ -33,7 +33,7 @@ class FocusActuator {
   virtual void SweepTo(Native target, double part_of_speed, MoveCallback done) = 0;
   virtual void RequestFrame(LensMotion lens, ObservationCallback done) = 0;
   virtual Instant Now() const = 0;
-  /// Nothing may be begun that nobody asked for just now.
+  /// Nothing may be begun that no command asked for just now.
   virtual bool Held() const = 0;
   /// Device motions of the focus axis so far.
   virtual int motions() const = 0;

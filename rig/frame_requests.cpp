@@ -59,8 +59,8 @@ void FrameRequests::FailAll(const Error& error) {
 void FrameRequests::Poll(Instant now, bool keep) {
   if (camera_ == nullptr) return;
   stream_.kept = keep;
-  auto polled = SetStreaming(anyone() || keep || !onlookers_.empty());
-  if (polled && (anyone() || ViewIsDue(now)) && !frame_) polled = Ask(now);
+  auto polled = SetStreaming(any() || keep || !onlookers_.empty());
+  if (polled && (any() || ViewIsDue(now)) && !frame_) polled = Ask(now);
   if (!polled) FailAll(polled.error());
 }
 
@@ -75,7 +75,7 @@ Result<void> FrameRequests::SetStreaming(bool wanted) {
 /// In motion every frame may be wanted, so none is waited for.
 Result<void> FrameRequests::Ask(Instant now) {
   const auto steady = lens_.SteadySince();
-  const bool may_serve = anyone() && steady && now >= EarliestFrame(*steady);
+  const bool may_serve = any() && steady && now >= EarliestFrame(*steady);
   if (!anyone_in_motion() && !may_serve && !ViewIsDue(now)) return {};
   auto polled = camera_->Poll();
   if (!polled) {
@@ -100,7 +100,7 @@ bool FrameRequests::anyone_in_motion() const {
 /// frames to throw away.
 Instant FrameRequests::EarliestFrame(Instant steady_since) const {
   Instant from = steady_since;
-  if (anyone()) from = std::max(from, std::ranges::min_element(waiting_, {}, &FrameRequest::since)->since);
+  if (any()) from = std::max(from, std::ranges::min_element(waiting_, {}, &FrameRequest::since)->since);
   const double rate = camera_->capabilities().frame_rate_hz;
   if (!beat_.last_start || !(rate > 0)) return from + beat_.exposure;
   if (*beat_.last_start >= from) return *beat_.last_start + beat_.exposure;
@@ -131,7 +131,7 @@ bool FrameRequests::ViewIsDue(Instant now) const {
 
 /// On the camera's beat, where it keeps one: to ask in between is work for nothing.
 std::optional<Instant> FrameRequests::NextView(Instant now) const {
-  if (onlookers_.empty() && !anyone() && stream_.on && !stream_.kept) return now;  // to end the stream
+  if (onlookers_.empty() && !any() && stream_.on && !stream_.kept) return now;  // to end the stream
   std::optional<Instant> next;
   for (const Onlooker& onlooker : onlookers_) {
     if (IsShown(onlooker)) next = std::min(next.value_or(onlooker.next), onlooker.next);

@@ -37,7 +37,7 @@ class FrameRequests {
   void ForgetAutofocus();
   /// Answers all requests and ends all views with it.
   void FailAll(const Error& error);
-  bool anyone() const { return !waiting_.empty(); }
+  bool any() const { return !waiting_.empty(); }
   bool streaming() const { return stream_.on; }
 
   /// Before the lens is read: starts or ends the stream (`keep`: frames will soon be wanted again, by a caller for whom

@@ -94,7 +94,7 @@ Instant Rig::Impl::Step(Instant now) {
 
 /// A lens that does not answer is asked again now and then, or because a command needs it.
 bool Rig::Impl::WantsReading(Instant now) const {
-  const bool asked = frames.anyone() || frames.has_frame() || autofocus.judges() ||
+  const bool asked = frames.any() || frames.has_frame() || autofocus.judges() ||
                      std::ranges::any_of(drivers::kAxes, [&](Axis axis) { return axes[axis] && axes[axis]->motion(); });
   return asked || (reader.Moving() && !reader.problem()) || now >= reader.next_read();
 }
@@ -114,7 +114,7 @@ void Rig::Impl::AdvanceMotions() {
 
 /// While nothing else goes on, focus goes after the temperature, once that is worth a move.
 void Rig::Impl::FollowTemperature() {
-  if (reader.problem() || autofocus.running() || frames.anyone() || reader.Moving()) return;
+  if (reader.problem() || autofocus.running() || frames.any() || reader.Moving()) return;
   if (clock.Now() < held_until) return;
   const auto wanted = optics.Drifted();
   if (!wanted) return;
@@ -132,7 +132,7 @@ void Rig::Impl::RunReplies() {
 
 Instant Rig::Impl::NextStep(Instant now) const {
   if (commands.since_step) return now;
-  if (reader.problem() && !frames.anyone() && !autofocus.judges()) return reader.next_read();
+  if (reader.problem() && !frames.any() && !autofocus.judges()) return reader.next_read();
   const auto steady = reader.SteadySince();
   if (!steady || frames.has_frame() || autofocus.watches_external()) {
     Instant next = now + kMotionPeriod;
@@ -144,7 +144,7 @@ Instant Rig::Impl::NextStep(Instant now) const {
   }
   const Instant held = held_until > now ? held_until : reader.next_read();  // its end is told
   const Instant viewed = std::min({reader.next_read(), held, frames.NextView(now).value_or(reader.next_read())});
-  return frames.anyone() ? std::min(viewed, frames.NextPoll(now, *steady)) : viewed;
+  return frames.any() ? std::min(viewed, frames.NextPoll(now, *steady)) : viewed;
 }
 
 // ---- commands -----------------------------------------------------------------------------------------------------
@@ -354,7 +354,7 @@ Activity Rig::Impl::CurrentActivity() const {
   if (autofocus.running()) return autofocus.activity();
   if (const auto axis = InMotion())
     return {axes[*axis]->motion()->homing() ? Activity::Kind::Homing : Activity::Kind::Moving, 0, 0};
-  if (frames.anyone()) return {Activity::Kind::Snapshot, 0, 0};
+  if (frames.any()) return {Activity::Kind::Snapshot, 0, 0};
   return {};
 }
 

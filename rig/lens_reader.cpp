@@ -39,7 +39,7 @@ std::optional<Error> LensReader::Read() {
     return std::nullopt;
   }
   const Code code = read.error().code;
-  if (code == Code::Cancelled) return std::nullopt;  // whoever cut it short is heard first
+  if (code == Code::Cancelled) return std::nullopt;  // the command that cut it short is heard first
   ++failures_;
   if (IsTransient(code) && failures_ < kAttempts) {
     next_read_ = clock_.Now() + kAgain;

@@ -1,6 +1,6 @@
 // Where focus belongs after a change of temperature follows from where autofocus found it and what was learned; after a
 // change of filter from the shift that was measured; in every other case the search that found it is made again. Any
-// command for the focus from elsewhere ends that: whoever gave it has another place in mind.
+// command for the focus from elsewhere ends that: its giver has another place in mind.
 #include "rig/refocus.h"
 
 #include <algorithm>

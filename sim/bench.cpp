@@ -1,4 +1,4 @@
-// The truth of a world, its faults and its pictures for whoever tests with it: from the world's own state alone.
+// The truth of a world, its faults and its pictures for programs under test: from the world's own state alone.
 #include "bench.h"
 
 #include <algorithm>

@@ -34,7 +34,7 @@ Result<void> CheckSim(const Settings& settings) {
   SettingsReader read(settings, "driver \"sim\"");
   const SimSettings keys = ReadKeys(read);
   const auto done = read.Finish();
-  // Beside a mistake here, those of the scene are told too to whoever wants all.
+  // Beside a mistake here, those of the scene are told too where all are asked for.
   const auto scene = keys.scene.empty() ? Result<Scene>(Scene{}) : LoadScene(keys.scene);
   if (!done) return done;
   if (!scene) return PassOn(scene);

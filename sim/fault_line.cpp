@@ -7,7 +7,7 @@
 namespace lensd::sim {
 namespace {
 
-/// The longest exposure, twice: nobody asks for faults before that.
+/// The longest exposure, twice: the camera asks for no faults before that.
 constexpr Duration kRemembered = std::chrono::seconds(200);
 
 Duration FromMs(double ms) {

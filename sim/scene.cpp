@@ -74,7 +74,7 @@ Result<Scene> SceneFromSettings(const Settings& settings) {
   SettingsReader read(settings, "the scene");
   if (read.RequiredNumber("version") != 1.0) read.Reject("version", "must be 1");
   if (const auto tables = ReadTables(read, scene); !tables) {
-    (void)read.Finish();  // what else is wrong is told to whoever wants all
+    (void)read.Finish();  // what else is wrong is told where all mistakes are asked for
     return PassOn(tables);
   }
   const bool sways = std::ranges::any_of(scene.surfaces, [](const Surface& surface) { return surface.sway_m > 0; });

@@ -55,7 +55,7 @@ class Access {
 /// The cookie by which a page that has shown its token goes on.
 std::string CookieOf(std::string_view token);
 
-/// May whoever only looks on call this method, with these parameters?
+/// May a token that only looks on call this method, with these parameters?
 bool IsForViewers(std::string_view method, const varlink::Json& parameters);
 
 }  // namespace lensd::web

@@ -33,7 +33,7 @@ constexpr std::array kBeforeConnected{"connected",   "connecting",      "connect
                                       "description", "driverinfo",      "driverversion", "interfaceversion",
                                       "name",        "supportedactions"};
 
-/// Programs open it in a browser where somebody asks for a device's settings.
+/// Programs open it in a browser where their user asks for a device's settings.
 constexpr const char* kSetup =
     "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>lensd</title>"
     "<p>Lenses are set up in <code>/etc/lensd/lensd.toml</code> of this machine; nothing can be set here.</p></html>\n";

@@ -1,4 +1,4 @@
-// A datagram that asks for Alpaca devices is answered to who sent it, with the port and nothing else: nobody can have
+// A datagram that asks for Alpaca devices is answered to its sender, with the port and nothing else: no sender can have
 // this machine send more than was sent to it by much.
 #include <arpa/inet.h>
 #include <netinet/in.h>

@@ -46,7 +46,7 @@ class AlpacaMove {
   ~AlpacaMove() { TellBegun({}); }
 
   bool moving() const { return call_ != nullptr; }
-  /// Why it did not arrive, for as long as nobody asked for anything else.
+  /// Why it did not arrive, for as long as no client asked for anything else.
   const std::optional<AlpacaFailure>& failure() const { return failure_; }
   /// A program ends it on purpose: that it ends is no failure.
   void Halt();

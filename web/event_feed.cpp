@@ -97,7 +97,7 @@ void Subscriber::Resume(std::string_view last_id) {
     return;
   }
   if (!last_id.empty()) {
-    // What another run of lens-web told, nobody can count.
+    // What another run of lens-web told, this one cannot count.
     const Json missed = number && *number <= feed_.last_number_ ? Json(feed_.last_number_ - *number) : Json(nullptr);
     pending_ += EventText("gap", {{"missed", missed}});
   }

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kLongestBody = std::size_t{1} << 20;
 constexpr std::size_t kPieceBytes = 65536;
 
-/// The page needs nothing from elsewhere, and nobody else's page needs ours.
+/// The page needs nothing from elsewhere, and no page of elsewhere needs ours.
 constexpr std::array<std::pair<const char*, const char*>, 6> kAlways{{
     {"Content-Security-Policy",
      "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; "

@@ -1,5 +1,5 @@
 // libmicrohttpd has an epoll of its own, which becomes readable when it has something to do; then it takes one turn.
-// Its own timeout forgives whoever sends a byte now and then, so the time for a whole request is kept here.
+// Its own timeout forgives a client that sends a byte now and then, so the time for a whole request is kept here.
 #include "http_server.h"
 
 #include <microhttpd.h>
@@ -14,7 +14,7 @@ namespace {
 
 using std::chrono::seconds;
 constexpr unsigned kMostConnections = 256;
-// From here on whoever has asked for nothing yet makes room for the next one: a Stop always comes through.
+// From here on a client that has asked for nothing yet makes room for the next one: a Stop always comes through.
 constexpr std::size_t kCrowded = 192;
 constexpr Duration kTimeForRequest = seconds(20);
 constexpr unsigned kUnreadSeconds = 30;  // a client that takes nothing is let go

@@ -17,7 +17,7 @@ namespace lensd::web {
 
 /// A listening TCP socket.
 struct Endpoint {
-  int descriptor = -1;  ///< belongs to whoever listens with it
+  int descriptor = -1;  ///< belongs to the server that listens with it
   std::string address;  ///< numeric
   int port = 0;
   bool loopback = false;

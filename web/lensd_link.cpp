@@ -1,3 +1,5 @@
+// One connection a call, so that a call that hangs holds up no other. A table turns errors of lensd into HTTP statuses.
+// table.
 #include "lensd_link.h"
 
 #include <array>

@@ -290,7 +290,7 @@ void Service::Call(Exchange& exchange) {
 }
 
 void Service::Begin(Exchange& exchange, const std::string& method, Json parameters) {
-  // Nobody may be kept from stopping a lens by others who wait for something.
+  // No client may be kept from stopping a lens by others who wait for something.
   if (ShortName(method) != "Stop" && !Seated(exchange, calls_, "calls")) return;
   if (exchange.Header("Accept").find("text/event-stream") != std::string_view::npos) {
     auto call = std::make_shared<CallStream>(link_, exchange);

@@ -41,7 +41,7 @@ double Defocus::MidExposure(const drivers::Frame& frame) {
   return 0.5 * (Seconds(frame.exposure_start) + Seconds(frame.exposure_end));
 }
 
-/// The even motion that explains the frames best. Nothing: nobody told when they were taken.
+/// The even motion that explains the frames best. Nothing: when they were taken is not known.
 std::optional<Defocus::Course> Defocus::CourseOf(const RingStack& stack, const std::vector<const Taken*>& frames,
                                                  const Posterior& posterior) {
   const auto [first, last] = std::ranges::minmax(frames, {}, &Taken::seconds);

@@ -226,7 +226,7 @@ Result<void> WriteReplayCsv(const std::string& path, const std::vector<ReplayRun
   return {};
 }
 
-/// A run that lensctl recorded: nobody knows its truth, so what the methods say is put side by side.
+/// A run that lensctl recorded: its truth is not known, so what the methods say is put side by side.
 int BenchRecording(const Options& options) {
   if (!options.csv.empty()) {
     std::cerr << "lens-bench autofocus: --csv is of stacks and scenes; --json prints what a recorded run comes to\n";

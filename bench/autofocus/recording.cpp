@@ -1,3 +1,4 @@
+// The recording is read whole; frames are found by position, so that a replay may ask for any place in any order.
 #include "bench/autofocus/recording.h"
 
 #include <algorithm>

@@ -17,7 +17,7 @@ namespace {
 constexpr std::uint16_t kControlPort = 3956;
 constexpr const char* kScene = "tests/drivers/aravis/quick.toml";
 
-/// GigE Vision has one port an address: whoever plays a camera at 127.0.0.1 holds this file, in any process.
+/// GigE Vision has one port an address: a process that plays a camera at 127.0.0.1 holds this file, in any process.
 class LoopbackTurn {
  public:
   LoopbackTurn() : file_(::open("/tmp/lensd-test-gige.lock", O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {

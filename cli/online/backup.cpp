@@ -1,5 +1,5 @@
-// backup, restore: a rig's files to another host. The files themselves are read and written, so that whoever may
-// administer lensd's folders, and nobody else, may do this.
+// backup, restore: a rig's files to another host. The files themselves are read and written, so that a user who may
+// administer lensd's folders, and no other, may do this.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>

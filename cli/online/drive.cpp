@@ -1,4 +1,4 @@
-// Control-C is a stop, and whoever stops a lens wants to know where it has come to.
+// Control-C is a stop, and a user who stops a lens wants to know where it has come to.
 #include "cli/online/drive.h"
 
 #include <algorithm>

@@ -65,7 +65,7 @@ std::string EncodingOf(const SnapshotOptions& options) {
   return ending == ".jpg" || ending == ".jpeg" ? "jpeg" : "png";
 }
 
-/// Nobody who writes frame.gif wants a PNG under that name.
+/// A user who writes frame.gif wants no PNG under that name.
 std::optional<Failure> WrongEnding(const SnapshotOptions& options) {
   const std::string ending = EndingOf(options.path);
   if (!options.encoding.empty() || ending.empty() || ending == ".png" || ending == ".jpg" || ending == ".jpeg") {

@@ -16,7 +16,7 @@ namespace {
 void WriteAll(std::string_view text) {
   while (!text.empty()) {
     const ssize_t written = write(STDOUT_FILENO, text.data(), text.size());
-    if (written <= 0) return;  // nobody looks on any more
+    if (written <= 0) return;  // the terminal is gone
     text.remove_prefix(static_cast<std::size_t>(written));
   }
 }

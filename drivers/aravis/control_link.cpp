@@ -103,8 +103,8 @@ Result<void> AravisLink::WaitFor(const std::function<bool()>& done, std::uint64_
   return Fail(Code::Timeout, "the camera with " + config_.Named() + " did not answer in time");
 }
 
-/// Whether nobody is at the camera's address any more: Aravis takes 2.5 s to say so of one register. A camera that is
-/// busy with what it was asked may be slow to answer this too, so it has nearly the whole deadline.
+/// Whether no device is at the camera's address any more: Aravis takes 2.5 s to say so of one register. A camera that
+/// is busy with what it was asked may be slow to answer this too, so it has nearly the whole deadline.
 bool AravisLink::Gone(std::unique_lock<std::mutex>& lock, const std::function<bool()>& over) {
   if (state_.address.empty()) return false;
   Hail hail(state_.address);

@@ -90,7 +90,7 @@ Result<Route> AskAddress(const std::string& address) {
 }  // namespace
 
 Hail::Hail(const std::string& address) : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
-  // Connected: the kernel says then whether anybody can be there, and passes on nothing from others.
+  // Connected: the kernel says then whether a camera can be there, and passes on nothing from others.
   const sockaddr_in there = At(address);
   if (socket_ < 0 || connect(socket_, reinterpret_cast<const sockaddr*>(&there), sizeof there) != 0) Fails(errno);
 }

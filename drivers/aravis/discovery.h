@@ -1,5 +1,5 @@
 // Whether a GigE Vision camera is at an address, asked with discovery packets of our own. Aravis asks too when it opens
-// a camera, but holds a lock of the whole process while nobody answers.
+// a camera, but holds a lock of the whole process while no camera answers.
 #pragma once
 
 #include <string>
@@ -23,7 +23,7 @@ class Hail {
 
   /// One more packet.
   void Send();
-  /// What has been answered so far. Waits until a camera answers or nobody can, at most for `limit`.
+  /// What has been answered so far. Waits until a camera answers or none can, at most for `limit`.
   Presence Wait(Duration limit);
   /// This machine's own address on the way there; empty: there is no way.
   std::string here() const;
@@ -44,7 +44,7 @@ struct Route {
 };
 
 /// Where the camera at `host` (a name or an address) is. Takes a second at most, and what the machine needs to look the
-/// name up. From any thread. Disconnected: nobody is there, and why as far as is known. Protocol: not a camera.
+/// name up. From any thread. Disconnected: no device is there, and why as far as is known. Protocol: not a camera.
 Result<Route> AskCamera(const std::string& host);
 
 }  // namespace lensd::drivers::aravis

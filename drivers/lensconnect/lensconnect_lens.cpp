@@ -47,7 +47,7 @@ LensConnectLens::~LensConnectLens() {
   Contain([this] { Halt(); });
 }
 
-/// Nothing goes on moving that nobody watches.
+/// Nothing goes on moving unwatched.
 void LensConnectLens::Halt() {
   registers_->BeginCall(clock_.Now() + kFarewell);
   for (const Axis axis : kAxes) {

@@ -107,7 +107,7 @@ Result<DriveConfig> ReadDrive(const Settings& table, Axis axis) {
 Result<std::vector<DriveConfig>> ReadDrives(const Settings& table) {
   SettingsReader read(table, "[lens.drives]");
   std::vector<DriveConfig> drives;
-  Result<void> first;  // that failed: all are read, since whoever wants every mistake is told by their readers
+  Result<void> first;  // that failed; the others are read too, and tell their own mistakes
   for (const Axis axis : drivers::kAxes) {
     const Settings* own = read.Table(AxisName(axis));
     if (own == nullptr) continue;

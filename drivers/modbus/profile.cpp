@@ -26,7 +26,7 @@ std::unexpected<Error> Wrong(const Settings& at, const std::string& why) {
   return Fail(Code::BadData, message);
 }
 
-/// Whoever wants every mistake is told by the readers: all parts are read, and the first that failed is what is
+/// For a check that wants every mistake the readers tell: all parts are read, and the first that failed is what is
 /// answered.
 template <class T>
 void Keep(const Result<T>& read, Result<void>& first) {

@@ -101,7 +101,7 @@ class Walk {
       if (one.size() < 8) return TooShort("input terminal");
       if (FromLittle(one.subspan(4, 2)) != kCameraTerminalType) return {};
       if (one.size() < 15 || one.size() < 15u + one[14]) return TooShort("camera terminal");
-      // Bits beyond the 32nd are of no use to anyone yet.
+      // Bits beyond the 32nd have no use yet.
       const std::size_t length = std::min<std::size_t>(one[14], 4);
       control_->terminals.push_back({one[3], FromLittle(one.subspan(15, length))});
     } else if (one[2] == kProcessingUnit) {

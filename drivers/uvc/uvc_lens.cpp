@@ -120,7 +120,7 @@ UvcLens::~UvcLens() {
   Contain([this] { Halt(); });
 }
 
-/// Nothing goes on moving that nobody watches.
+/// Nothing goes on moving unwatched.
 void UvcLens::Halt() {
   session_->transport().BeginCall();
   if (session_->transport().Gone()) return;

@@ -1,4 +1,4 @@
-// A search for focus over regions of one frame, as whoever drives the lens sees it.
+// A search for focus over regions of one frame, as the driver of the lens sees it.
 #pragma once
 
 #include <string_view>

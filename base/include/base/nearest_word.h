@@ -1,4 +1,4 @@
-// What somebody may have meant by a word that is not in a list.
+// What a user may have meant by a word that is not in a list.
 #pragma once
 
 #include <optional>

@@ -26,7 +26,7 @@ class SettingsProblems {
   SettingsProblems(const SettingsProblems&) = delete;
   SettingsProblems& operator=(const SettingsProblems&) = delete;
 
-  /// Of this table somebody else reads these keys: a mistyped one may stand for them.
+  /// Of this table another reader takes these keys: a mistyped one may stand for them.
   void KeysBeside(const Settings& table, std::vector<std::string> keys);
   /// The keys that were named for this table.
   std::vector<std::string> BesideOf(const Settings& table) const;

@@ -28,7 +28,7 @@ Milliseconds Or(Milliseconds timeout, Milliseconds usual) {
   return timeout.count() > 0 ? timeout : usual;
 }
 
-/// How long a method may take when nobody says.
+/// How long a method may take when the caller does not say.
 Milliseconds UsualOf(std::string_view method) {
   if (method == "Autofocus" || method == "MeasureBacklash" || method == "FocusMap") return kSearch;
   const auto* end = std::end(kDrivingMethods);

@@ -34,7 +34,7 @@ struct Message {
   bool continues = false;
 };
 
-/// One thread, but for Shut(). Move-only; closes what nobody took.
+/// One thread, but for Shut(). Move-only; closes what no caller took.
 class Connection {
  public:
   static Connection Open(const std::string& path, const Deadline& deadline);

@@ -5,7 +5,7 @@
 
 namespace lensd::io {
 
-/// Viewer: light, and dark where whoever shows it prefers that (prefers-color-scheme).
+/// Viewer: light, and dark where the viewing program prefers that (prefers-color-scheme).
 enum class Theme { Viewer, Light, Dark };
 
 /// A document of ChartSvg or ChartsSvg in these colours. Of a colour that no chart has by itself only the light one is

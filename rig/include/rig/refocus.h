@@ -1,5 +1,5 @@
 // Focus that is looked after once an autofocus has reached it: when it is due to be corrected, and how. Nothing here
-// waits or owns a thread; whoever drives the rig asks what is due and has it done.
+// waits or owns a thread; the daemon, which drives the rig, asks what is due and has it done.
 #pragma once
 
 #include <atomic>
@@ -68,7 +68,7 @@ void Refocus(Rig& rig, RefocusOrder order, std::move_only_function<void(Result<R
 /// Whether the region in focus has lost sharpness: shared by the rig's thread, which sees the frames, and who asks.
 struct SharpnessWatch {
   explicit SharpnessWatch(double loss);  ///< the share that may be lost
-  std::atomic<bool> over = false;        ///< nobody asks any more
+  std::atomic<bool> over = false;        ///< no watcher asks any more
   std::atomic<bool> lost = false;
   std::atomic<bool> blind = false;  ///< frames failed: it is to be shown once more
   autofocus::Tracker tracker;       ///< the rig's thread
@@ -89,7 +89,7 @@ class RefocusKeeper {
  public:
   RefocusKeeper(const RefocusConfig& config, std::vector<DriftSample> learned);
 
-  /// An autofocus that somebody asked for has ended with `status`. True: something was learned.
+  /// An autofocus that a client asked for has ended with `status`. True: something was learned.
   bool Found(const AutofocusRequest& request, const AutofocusOutcome& outcome, const Status& status, Instant now,
              std::string made);
   /// What is to be done now. `waits`: empty, or why not for the moment. After it, Ended().

@@ -38,7 +38,7 @@ class LENSD_API Stream {
   Milliseconds left() const;
   bool ended() const;
 
-  /// From any thread: whoever waits in Next() gets nullopt.
+  /// From any thread: a caller that waits in Next() gets nullopt.
   void Cancel();
 
  private:

@@ -14,7 +14,7 @@
 
 namespace lensd::drivers {
 
-/// Makes the colours of one frame when somebody wants to see them: red, green, blue of each pixel, 3 * width * height
+/// Makes the colours of one frame when a client wants to see them: red, green, blue of each pixel, 3 * width * height
 /// samples. Null where its bytes turn out to hold no picture. From any thread.
 using ColourMaker = std::function<std::shared_ptr<const std::vector<std::uint16_t>>()>;
 

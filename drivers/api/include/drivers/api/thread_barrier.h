@@ -1,5 +1,5 @@
-// What throws where nobody can catch it, on a driver's own thread or in a destructor, is kept, and comes out where
-// somebody can: in a call of the lens' user, who closes that lens and opens it anew.
+// What throws where no caller can catch it, on a driver's own thread or in a destructor, is kept, and comes out where
+// one can: in a call of the lens' user, who closes that lens and opens it anew.
 #pragma once
 
 #include <exception>
@@ -67,7 +67,7 @@ inline std::optional<std::string> TakeContained() {
   return std::exchange(Contained(), std::nullopt);
 }
 
-/// For what a destructor does and may throw: no destructor may let it out. Whoever closed the device takes it.
+/// For what a destructor does and may throw: no destructor may let it out. The caller who closed the device takes it.
 template <class Work>
 void Contain(Work&& work) {
   try {
