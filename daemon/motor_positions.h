@@ -30,7 +30,7 @@ class MotorPositionsCache {
  public:
   MotorPositionsCache() = default;
   MotorPositionsCache(const MotorPositionsCache&) {}
-  MotorPositionsCache& operator=(const MotorPositionsCache&) {
+  MotorPositionsCache& operator=(const MotorPositionsCache&) {  // NOLINT(bugprone-unhandled-self-assignment): as above
     last_ = nullptr;
     return *this;
   }

@@ -153,7 +153,7 @@ void Compute(ServedLens& lens, const ExchangePointer& exchange, std::move_only_f
     }
     // Whatever holds the call is let go of where calls live.
     lens.surroundings().loop.Post(
-        [then = std::move(then), work = std::move(work), held = std::move(exchange)]() mutable { then(); });
+        [then = std::move(then), work = std::move(work), held = exchange]() mutable { then(); });
   });
   if (!taken) Refuse(exchange, lens, {Code::Busy, "too many plans wait to be solved; try again"});
 }

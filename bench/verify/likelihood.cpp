@@ -16,7 +16,6 @@ namespace {
 constexpr int kFirstRing = 2;               // block means are gone, and much of what lies beside them
 constexpr double kTwoSided = 2.0;           // standard deviations: 95.4 %
 constexpr double kOneSided = 2.33;          // 99 %
-constexpr double kQuantisation = 1.0 / 12;  // variance of rounding, levels^2
 constexpr double kFinePx = 0.05;
 constexpr int kPasses = 6;  // weights and fit follow from each other
 

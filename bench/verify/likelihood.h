@@ -7,6 +7,8 @@
 
 namespace lensd::bench {
 
+inline constexpr double kQuantisation = 1.0 / 12;  ///< variance of rounding, levels^2
+
 /// The disk that turns the reference into the picture, over one part of the frame.
 struct DiameterFit {
   long pixels = 0;       ///< used

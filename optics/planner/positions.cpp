@@ -27,7 +27,7 @@ void DescribeLimits(const PositionBlur& blur, const FocusPosition& position, std
     fares.ratio = need.Ratio(n.first, n.second);
     if (fares.ratio > 1.0 && fares.ratio <= kPositionHolds) fares.ratio = 1.0;
     answer.worst_ratio = std::max(answer.worst_ratio, fares.ratio);
-    answer.limits.push_back(std::move(fares));
+    answer.limits.push_back(fares);
   }
 }
 
