@@ -17,6 +17,7 @@ constexpr double kClearContrast = 0.1;    ///< of the peak over the rest of the 
 constexpr double kMostLeftOut = 0.8;      ///< of the region, as too bright
 constexpr double kFlicker = 0.02;         ///< of sharpness: what changes from frame to frame besides noise
 constexpr double kSigmas = 3.0;
+constexpr int kFarther = 3, kFarthest = 9;  ///< times the reach: a coarse texture's top is level near by
 
 /// The finer passes crowd around the top, so not the median.
 double LowerQuartile(std::vector<CurvePoint> points) {
@@ -122,12 +123,16 @@ double SharpnessCurve::Noise(const std::vector<char>& left_out) const {
 std::vector<CurvePoint> SharpnessCurve::Taken() const {
   const auto left_out = LeftOut();
   const double noise = Noise(left_out);
+  const bool only_rounding =
+      !samples_.empty() && samples_.front().tiles && noise <= NoiseVariance({}, samples_.front().tiles->bits);
   std::vector<CurvePoint> points;
   for (const CurveSample& sample : samples_) {
     int pixels = 1;
     const FocusScore score = sample.tiles ? ScoreOf(*sample.tiles, left_out, pixels) : sample.score;
     const Sharpness sharpness = SharpnessOf(score, noise, std::max(pixels, 1));
-    points.push_back({sample.position, sharpness.value, sharpness.sigma, sample.position_sigma});
+    // Rounding that no noise evens out may add anything up to twice its share, by what the picture is.
+    const double uneven = only_rounding ? SharpnessOf({.mean = score.mean}, noise, 1).value : 0.0;
+    points.push_back({sample.position, sharpness.value, std::hypot(sharpness.sigma, uneven), sample.position_sigma});
   }
   return points;
 }
@@ -306,15 +311,15 @@ Verdict JudgePeak(const Setup& setup, const SharpnessCurve& curve, const std::ve
   Why trouble = AtTheEndOf(setup);
   std::string no_shape;  // `trouble` may refer to it
   std::optional<PeakChoice> peak;
-  if (!at_end) {
-    auto choice = ChoosePeak(Around(points, highest.position, reach));
+  for (int farther = 1; farther <= kFarthest && !at_end && !peak; farther *= kFarther) {
+    auto choice = ChoosePeak(Around(points, highest.position, farther * reach));
+    const bool first = farther == 1;  // which says what is wrong
     if (!choice) {
-      no_shape = std::move(choice.error());
-      trouble = {Cause::Unclear, no_shape};
+      if (first) trouble = {Cause::Unclear, no_shape = std::move(choice.error())};
     } else if (kSigmas * choice->sigma > allowed) {
-      trouble = {Cause::Unclear, "noise leaves open where the sharpest place is"};
-    } else if (std::abs(choice->position - highest.position) > 2 * step) {
-      trouble = {Cause::Unclear, "the sharpest frames do not agree on one peak"};
+      if (first) trouble = {Cause::Unclear, "noise leaves open where the sharpest place is"};
+    } else if (std::abs(choice->position - highest.position) > 2 * farther * step) {
+      if (first) trouble = {Cause::Unclear, "the sharpest frames do not agree on one peak"};
     } else {
       peak = *choice;
     }

@@ -276,6 +276,7 @@ Advice Defocus::Judge(const CurvePoint& centre, double vertex, double apart, con
     // What little the light has left of each part is no judge of its distance.
     return Refuse(LeftOut() > kFewLeft ? kTooBright : kSeveralDepths);
   }
+  if (MayBeASideTop(centre, agrees, posterior.relative_slope())) return RefuseOpen(kOneGrating, posterior);
   if (!agrees) {
     if (!defocus::HasTexture(stack)) return WhyNot(stack, posterior);
     const double rest = std::ranges::min_element(points, {}, &CurvePoint::value)->value;

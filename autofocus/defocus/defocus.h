@@ -70,6 +70,7 @@ class Defocus final : public Method {
   const CurvePoint* NearestTo(const std::vector<CurvePoint>& points, double position) const;
   Advice Judge(const CurvePoint& centre, double vertex, double apart, const defocus::RingStack& stack,
                const defocus::Posterior& posterior);
+  bool MayBeASideTop(const CurvePoint& top, bool agrees, double slope) const;
   static Verdict RefuseForGood(const Why& why);
   static double MidExposure(const drivers::Frame& frame);
   bool MayDrift(const defocus::RingStack& stack, const std::vector<const Taken*>& frames,

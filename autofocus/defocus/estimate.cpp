@@ -7,6 +7,7 @@
 
 #include "defocus/defocus.h"
 #include "defocus/disk_response.h"
+#include "defocus/repeats.h"
 
 namespace lensd::autofocus {
 
@@ -149,6 +150,16 @@ double Defocus::ShownSlope(const RingStack& stack, const Posterior& posterior, d
   std::vector<double> positions;
   for (const Taken* frame : Nearest(focus_)) positions.push_back(frame->at);
   return posterior.LogSlopeAt(defocus::Likelihood(stack, positions), focus / *setup_.blur_px);
+}
+
+/// The picture taken at a top repeats: its contrast comes again far out of focus, with less sharp places on both sides.
+/// Even blur may agree there by chance, where one frequency outshines what else there is. `slope`: as Posterior has it.
+bool Defocus::MayBeASideTop(const CurvePoint& top, bool agrees, double slope) const {
+  constexpr double kRepeats = 1.2, kClearlyRepeats = 1.4;  // RiseWithBlur()
+  const Taken& there =
+      *std::ranges::min_element(taken_, {}, [&](const Taken& one) { return std::abs(one.position - top.position); });
+  const double travel_px = (setup_.highest - setup_.lowest) / *setup_.blur_px * std::max(slope, 1.0);
+  return defocus::RiseWithBlur(there.spectra, travel_px) > (agrees ? kClearlyRepeats : kRepeats);
 }
 
 /// The slope of blur that the frames near `centre` come to alone, where there are others as well: one lens has one.

@@ -13,6 +13,7 @@ constexpr double kHighest = 0.15;    // cycles per px: beyond, blur leaves littl
 constexpr double kLowestBins = 2.5;  // below, the window itself correlates, and it does not move
 constexpr double kClearShift = 0.4;  // px
 constexpr double kLeastAlike = 0.2;  // correlation coefficient: less is another picture
+constexpr double kShows = 30.0;      // times what rounding leaves: less is the steps between samples
 constexpr double kClearGain = 0.02;  // of the correlation at no shift
 constexpr double kReversed = 0.8;    // of the best correlation: as unlike unmoved as alike at best
 
@@ -32,6 +33,8 @@ class Correlation {
   double Alike(int dx, int dy) const {
     return At(dx, dy) / std::sqrt(std::max(first_power_, 1e-15) * std::max(second_power_, 1e-15));
   }
+  /// Either picture is more than samples that go up or down by one.
+  bool BothShow() const { return std::min(first_power_, second_power_) > kShows * rounding_; }
   double At(int dx, int dy) const { return values_[dy + kSearched][dx + kSearched]; }
 
  private:
@@ -52,6 +55,7 @@ class Correlation {
         const std::complex<double> cross = a * std::conj(b) * weight;
         first_power_ += (std::norm(a) - first.noise) * weight;
         second_power_ += (std::norm(b) - second.noise) * weight;
+        rounding_ += std::max(first.rounding, second.rounding) * weight;
         const std::complex<double> turn = std::polar(1.0, 2.0 * std::numbers::pi * fx);
         std::complex<double> phase = std::polar(1.0, -2.0 * std::numbers::pi * fx * kSearched);
         for (std::complex<double>& sum : row) {
@@ -69,6 +73,7 @@ class Correlation {
   double values_[kSide][kSide] = {};
   double first_power_ = 0.0;
   double second_power_ = 0.0;
+  double rounding_ = 0.0;
 };
 
 /// Vertex of the parabola through three neighbours.
@@ -90,6 +95,7 @@ Shift ShiftBetween(const Tiles& first, const Tiles& second) {
   Shift shift;
   // A pattern of one period whose contrast the blur has turned round looks like one that moved by half of it.
   if (-correlation.At(0, 0) > kReversed * correlation.At(x, y)) return shift;
+  if (!correlation.BothShow()) return shift;
   shift.unlike = correlation.Alike(x, y) < kLeastAlike;
   shift.lost = shift.unlike || std::abs(x) == kSearched || std::abs(y) == kSearched;
   if (shift.lost) return shift;

@@ -191,7 +191,9 @@ Spectrum SpectrumOf(const drivers::Frame& frame, const Window& tile, const Windo
     }
   }
   spectrum.modes = Transform(light, tile.width, tile.height);
-  spectrum.noise = std::max(NoisePower(spectrum), 1e-12);
+  const double step = frame.gamma * std::pow(spectrum.mean, -1.0 / frame.gamma) / (std::exp2(frame.bits) - 1.0);
+  spectrum.rounding = step * step / 12.0;
+  spectrum.noise = std::max(NoisePower(spectrum), spectrum.rounding);
   return spectrum;
 }
 

@@ -16,8 +16,9 @@ struct Spectrum {
   int width = 0;   ///< px, even
   int height = 0;  ///< px
   std::vector<std::complex<float>> modes;
-  double mean = 0.0;   ///< of light, full scale is 1
-  double noise = 0.0;  ///< power of the noise in every mode: an upper bound where fine texture is sharp
+  double mean = 0.0;      ///< of light, full scale is 1
+  double noise = 0.0;     ///< power of the noise in every mode: an upper bound where fine texture is sharp
+  double rounding = 0.0;  ///< the part of it that rounding to whole samples has, at least
   int columns() const { return width / 2 + 1; }
 };
 
