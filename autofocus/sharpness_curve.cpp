@@ -40,7 +40,7 @@ std::vector<CurvePoint> Around(const std::vector<CurvePoint>& points, double cen
 std::optional<double> FlatEnd(const std::vector<CurvePoint>& points, double top, double step) {
   constexpr double kAsSharp = 0.97;
   constexpr double kLevel = 0.25;  ///< of the fall three steps away: straight would be a third, a parabola a ninth
-  const auto flat = [&](auto begin, auto end) {
+  const auto flat = [&](const auto& begin, const auto& end) {
     const CurvePoint& last = *begin;
     const auto distance = [&](const CurvePoint& point) { return std::abs(point.position - last.position); };
     const auto next = std::find_if(begin, end, [&](const CurvePoint& point) { return distance(point) > 0.5 * step; });
