@@ -146,15 +146,16 @@ bool MayTakeLong(const ExchangePointer& exchange) {
 /// Runs `work` where it does not keep others waiting, then in the event loop what it returns.
 void Compute(ServedLens& lens, const ExchangePointer& exchange, std::move_only_function<Task()> work) {
   if (!MayTakeLong(exchange)) return work()();
-  const bool taken = lens.surroundings().plans.Submit([&lens, exchange, work = std::move(work)]() mutable {
-    Task then;
-    if (const auto thrown = Guarded(lens.name(), [&] { then = work(); })) {
-      then = [&lens, exchange, error = *thrown] { Refuse(exchange, lens, error); };
-    }
-    // Whatever holds the call is let go of where calls live.
-    lens.surroundings().loop.Post(
-        [then = std::move(then), work = std::move(work), held = exchange]() mutable { then(); });
-  });
+  const bool taken =
+      lens.surroundings().plans.Submit([&lens, exchange = ExchangePointer(exchange), work = std::move(work)]() mutable {
+        Task then;
+        if (const auto thrown = Guarded(lens.name(), [&] { then = work(); })) {
+          then = [&lens, exchange, error = *thrown] { Refuse(exchange, lens, error); };
+        }
+        // Whatever holds the call is let go of where calls live: nothing of it stays on this thread.
+        lens.surroundings().loop.Post(
+            [then = std::move(then), work = std::move(work), held = std::move(exchange)]() mutable { then(); });
+      });
   if (!taken) Refuse(exchange, lens, {Code::Busy, "too many plans wait to be solved; try again"});
 }
 

@@ -10,6 +10,7 @@
 
 namespace lensd::cli {
 
+/// Of the request's limits, in their order.
 std::vector<std::string> NamesOf(const optics::PlanRequest& request);
 
 /// The answer as a compact table, or why there is no plan; `names` are those of its limits.

@@ -10,10 +10,12 @@
 #include "defocus/posterior.h"
 #include "defocus_scene.h"
 #include "test_level.h"
+#include "whole_search.h"
 
 namespace lensd::autofocus {
 namespace {
 
+using testing::Ending;
 using testing::NaturalWaves;
 using testing::Picture;
 using testing::Wave;
@@ -69,13 +71,6 @@ TEST(DefocusEstimate, TruthLiesWithinThreeSigma) {
   EXPECT_GE(static_cast<double>(inside), 0.99 * static_cast<double>(trials) - 1.5) << inside << " of " << trials;
 }
 
-/// Drives the method itself on such frames until its verdict.
-struct Ending {
-  Verdict verdict;
-  int frames = 0;
-  std::vector<double> visited;
-};
-
 /// Within three depths of field.
 bool SeenOnBothSides(const Ending& run) {
   bool below = false, above = false;
@@ -86,7 +81,7 @@ bool SeenOnBothSides(const Ending& run) {
   }
   return below && above;
 }
-/// `picture`: of a position, for the n-th frame.
+/// Drives the method itself until its verdict. `picture`: of a position, for the n-th frame.
 template <class Picturer>
 Ending RunOn(const Picturer& picture, double start, double highest = 60.0) {
   Defocus method({.lowest = -60.0, .highest = highest, .resolution = 0.02, .blur_px = 1.0, .ascending = true});
@@ -112,21 +107,8 @@ Ending RunOn(const Picturer& picture, double start, double highest = 60.0) {
 /// The same through a session.
 template <class Picturer>
 Ending RunSession(std::string_view name, const Picturer& picture, double start) {
-  auto session =
-      Session::Create(name, {.lowest = -60.0, .highest = 60.0, .resolution = 0.02, .blur_px = 1.0, .ascending = true});
-  Ending run;
-  double position = start;
-  while (run.frames < 100) {
-    run.visited.push_back(position);
-    const auto advice = session->Next(position, picture(position, ++run.frames), {0.0, 0.0, 1.0, 1.0});
-    if (const auto* verdict = std::get_if<Verdict>(&*advice)) {
-      run.verdict = *verdict;
-      return run;
-    }
-    position = std::get<GoAndLook>(*advice).position;
-  }
-  ADD_FAILURE() << "never came to an end";
-  return run;
+  const Setup setup{.lowest = -60.0, .highest = 60.0, .resolution = 0.02, .blur_px = 1.0, .ascending = true};
+  return testing::SearchWith(name, setup, start, picture);
 }
 
 Ending RunOn(const std::vector<Wave>& waves, double start, double focus, double noise, double highest = 60.0) {

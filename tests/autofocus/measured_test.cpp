@@ -4,41 +4,24 @@
 #include <algorithm>
 #include <cmath>
 
-#include "autofocus/session.h"
 #include "defocus_scene.h"
+#include "whole_search.h"
 
 namespace lensd::autofocus {
 namespace {
 
-struct MeasuredRun {
-  Verdict verdict;
-  std::vector<double> visited;
-};
-
 /// Blur in pixels by where the lens stands is `blur`, which is told as one pixel a position, with `slope_sigma`.
 template <class Blur>
-MeasuredRun FocusOn(const std::vector<testing::Wave>& waves, double start, const Blur& blur, double slope_sigma) {
-  auto session = Session::Create("auto", {.lowest = -60.0,
-                                          .highest = 60.0,
-                                          .resolution = 0.02,
-                                          .blur_px = 1.0,
-                                          .ascending = true,
-                                          .slope_sigma = slope_sigma});
-  MeasuredRun run;
-  double position = start;
-  while (run.visited.size() < 100) {
-    run.visited.push_back(position);
-    const auto seed = static_cast<unsigned>(300 + run.visited.size());
-    const auto advice =
-        session->Next(position, testing::Picture(waves, blur(position), 0.005, seed), {0.0, 0.0, 1.0, 1.0});
-    if (const auto* verdict = std::get_if<Verdict>(&*advice)) {
-      run.verdict = *verdict;
-      return run;
-    }
-    position = std::get<GoAndLook>(*advice).position;
-  }
-  ADD_FAILURE() << "never came to an end";
-  return run;
+testing::Ending FocusOn(const std::vector<testing::Wave>& waves, double start, const Blur& blur, double slope_sigma) {
+  const Setup setup{.lowest = -60.0,
+                    .highest = 60.0,
+                    .resolution = 0.02,
+                    .blur_px = 1.0,
+                    .ascending = true,
+                    .slope_sigma = slope_sigma};
+  return testing::SearchWith("auto", setup, start, [&](double position, int n) {
+    return testing::Picture(waves, blur(position), 0.005, static_cast<unsigned>(300 + n));
+  });
 }
 
 constexpr double kFocus = 3.0;
@@ -49,7 +32,7 @@ TEST(MeasuredLens, FocusesInFewFramesWithOneOnEachSide) {
   for (const unsigned texture : {21U, 22U}) {
     const auto waves = testing::NaturalWaves(texture);
     for (const double start : kStarts) {
-      const MeasuredRun run = FocusOn(waves, start, [](double at) { return at - kFocus; }, 0.05);
+      const testing::Ending run = FocusOn(waves, start, [](double at) { return at - kFocus; }, 0.05);
       ASSERT_TRUE(run.verdict.focused) << run.verdict.reason;
       EXPECT_NEAR(run.verdict.position, kFocus, 1.5) << start;
       const auto [lowest, highest] = std::ranges::minmax(run.visited);
@@ -66,7 +49,7 @@ TEST(MeasuredLens, AnotherOneInItsPlaceGivesNoWrongAnswer) {
   const auto waves = testing::NaturalWaves(24);
   for (const double slope : {0.5, 0.65, 1.5, 2.0}) {
     for (const double start : kStarts) {
-      const MeasuredRun run = FocusOn(waves, start, [&](double at) { return slope * (at - kFocus); }, 0.05);
+      const testing::Ending run = FocusOn(waves, start, [&](double at) { return slope * (at - kFocus); }, 0.05);
       if (run.verdict.focused) {
         EXPECT_NEAR(slope * run.verdict.position, slope * kFocus, 2.0) << slope << " from " << start;
       }
@@ -81,7 +64,7 @@ TEST(MeasuredLens, BlurThatGrowsOtherwiseOnEitherSideGivesNoWrongAnswer) {
   for (const double uneven : {0.2, 0.3}) {
     for (const double start : kStarts) {
       const auto blur = [&](double at) { return (at - kFocus) * (at > kFocus ? 1.0 + uneven : 1.0 - uneven); };
-      const MeasuredRun run = FocusOn(waves, start, blur, 0.1);
+      const testing::Ending run = FocusOn(waves, start, blur, 0.1);
       if (run.verdict.focused) {
         EXPECT_NEAR(run.verdict.position, kFocus, 4.0) << uneven << " from " << start;
       }

@@ -6,14 +6,15 @@
 #include <numbers>
 #include <random>
 
-#include "autofocus/session.h"
 #include "defocus/repeats.h"
 #include "defocus_scene.h"
 #include "test_level.h"
+#include "whole_search.h"
 
 namespace lensd::autofocus {
 namespace {
 
+using testing::Ending;
 using testing::NaturalWaves;
 using testing::Picture;
 using testing::Wave;
@@ -32,31 +33,6 @@ std::vector<Wave> Stripes(double period, double direction, double duty, double c
 std::vector<Wave> And(std::vector<Wave> waves, const std::vector<Wave>& more) {
   waves.insert(waves.end(), more.begin(), more.end());
   return waves;
-}
-
-struct Ended {
-  Verdict verdict;
-  int frames = 0;
-};
-
-/// In focus at 0; a position is a pixel of blur.
-Ended Search(const std::vector<Wave>& waves, double start, double noise) {
-  auto session = Session::Create(
-      "auto", {.lowest = -40.0, .highest = 60.0, .resolution = 0.05, .blur_px = 1.0, .ascending = true});
-  Ended run;
-  double position = start;
-  while (run.frames < 120) {
-    ++run.frames;
-    const auto frame = Picture(waves, position, noise, static_cast<unsigned>(run.frames), 128, 8);
-    const auto advice = session->Next(position, frame, {0.0, 0.0, 1.0, 1.0});
-    if (const auto* verdict = std::get_if<Verdict>(&*advice)) {
-      run.verdict = *verdict;
-      return run;
-    }
-    position = std::get<GoAndLook>(*advice).position;
-  }
-  ADD_FAILURE() << "never came to an end";
-  return run;
 }
 
 struct Drawn {
@@ -92,15 +68,20 @@ Drawn Draw(unsigned seed) {
   return drawn;
 }
 
-Ended EndOf(unsigned seed) {
+/// In focus at 0; a position is a pixel of blur.
+Ending EndOf(unsigned seed) {
   const Drawn drawn = Draw(seed);
-  return Search(drawn.waves, drawn.start, drawn.noise);
+  const Setup setup{.lowest = -40.0, .highest = 60.0, .resolution = 0.05, .blur_px = 1.0, .ascending = true};
+  const auto picture = [&](double position, int n) {
+    return Picture(drawn.waves, position, drawn.noise, static_cast<unsigned>(n), 128, 8);
+  };
+  return testing::SearchWith("auto", setup, drawn.start, picture, 120);
 }
 
 // Each was an answer 13 to 54 px of blur off, at a top that the side lobes of a disk's response left.
 TEST(TexturesThatRepeat, ASideTopIsNoAnswer) {
   for (const unsigned seed : {39U, 191U, 288U, 289U, 310U, 325U, 346U, 381U, 454U, 482U, 530U, 533U, 573U, 598U}) {
-    const Ended run = EndOf(seed);
+    const Ending run = EndOf(seed);
     EXPECT_TRUE(run.verdict.focused) << seed << ": " << run.verdict.reason;
     EXPECT_NEAR(run.verdict.position, 0.0, 2.0) << seed << ": " << run.verdict.reason;
   }
@@ -109,7 +90,7 @@ TEST(TexturesThatRepeat, ASideTopIsNoAnswer) {
 // A blur that leaves less contrast than a step of the samples shows that step, which is no other picture.
 TEST(TexturesThatRepeat, WhatRoundingLeavesHasNotMoved) {
   for (const unsigned seed : {19U, 26U, 91U, 124U, 236U, 313U, 437U}) {
-    const Ended run = EndOf(seed);
+    const Ending run = EndOf(seed);
     EXPECT_TRUE(run.verdict.focused) << seed << ": " << run.verdict.reason;
     EXPECT_NEAR(run.verdict.position, 0.0, 2.0) << seed;
   }
@@ -117,7 +98,7 @@ TEST(TexturesThatRepeat, WhatRoundingLeavesHasNotMoved) {
 
 // Near its top a coarse grating is as good as level: frames farther away tell where the top is.
 TEST(TexturesThatRepeat, ACoarseOneIsFoundByWhatLiesFartherOff) {
-  const Ended run = EndOf(297);
+  const Ending run = EndOf(297);
   EXPECT_TRUE(run.verdict.focused) << run.verdict.reason;
   EXPECT_NEAR(run.verdict.position, 0.0, 2.0);
 }
@@ -126,7 +107,7 @@ TEST(TexturesThatRepeat, NoneOfManyIsAnsweredFalsely) {
   const long draws = lensd::testing::ByLevel(15, 60, 1000);
   long within = 0;
   for (long i = 0; i < draws; ++i) {
-    const Ended run = EndOf(static_cast<unsigned>(5000 + i));
+    const Ending run = EndOf(static_cast<unsigned>(5000 + i));
     const bool near = std::abs(run.verdict.position) <= 2.0;
     EXPECT_TRUE(near || !run.verdict.focused) << 5000 + i << ": " << run.verdict.reason;
     within += near && run.verdict.focused;
