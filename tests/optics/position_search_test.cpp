@@ -301,6 +301,31 @@ TEST(PositionSearch, EachEndOfAnIntervalStaysWhereItWasStated) {
   EXPECT_GT(between, 200);
 }
 
+TEST(PositionSearch, AConflictIsInfeasibleByItself) {
+  ProblemSource source(27);
+  const long problems = testing::ByLevel(1000, 3000, 50000);
+  long conflicts = 0, fewer = 0;
+  for (long n = 0; n < problems; ++n) {
+    const Problem problem = source.Next();
+    SCOPED_TRACE("problem " + std::to_string(n) + ": " + Told(problem));
+    const auto whole = PlanOnPositions(problem.request, problem.lens, problem.origin);
+    if (!whole || whole->plan.feasible || whole->continuous_feasible) continue;
+    PlanRequest part = problem.request;
+    const auto& names = whole->plan.conflict;
+    std::erase_if(part.limits,
+                  [&](const BlurLimit& limit) { return std::ranges::find(names, limit.name) == names.end(); });
+    if (std::ranges::find(names, "focus") == names.end()) part.focus.reset();
+    ++conflicts;
+    fewer += part.limits.size() < problem.request.limits.size();
+    const auto alone = PlanOnPositions(part, problem.lens, problem.origin);
+    ASSERT_TRUE(alone.has_value());
+    ASSERT_FALSE(alone->plan.feasible) << ::testing::PrintToString(names);
+  }
+  std::printf("%ld conflicts, %ld of fewer limits than were asked\n", conflicts, fewer);
+  EXPECT_GT(conflicts, problems / 10);
+  EXPECT_GT(fewer, conflicts / 4);
+}
+
 TEST(FocusQueue, GivesEveryPositionInOrderAndLooksAtFew) {
   std::vector<FocusPosition> positions(3000);
   for (std::size_t i = 0; i < positions.size(); ++i) {
