@@ -68,7 +68,7 @@ Outcome RunPlan(const PlanText& text, Session& session) {
   const auto question = ReadPlan(text, session.globals().from);
   if (!question) return RefuseInput(question);
   if (text.stack) return RunStack(*question, text.plot, session);
-  const auto answer = optics::Plan(question->request);
+  const auto answer = AnswerTo(*question);
   if (!answer) return PassOn(answer);
   if (text.plot.wanted()) {
     const std::string lens = LengthText(Metres{question->request.focal_length.value});

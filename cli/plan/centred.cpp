@@ -91,6 +91,22 @@ Result<std::vector<optics::DepthInterval>> DepthsOf(std::size_t index, const Rea
   return depths;
 }
 
+/// Of the sensor at `extension`.
+Result<std::vector<BlurLimit>> LimitsOf(const Reading& reading, const optics::FocusScale& scale, Metres extension) {
+  std::vector<BlurLimit> limits;
+  for (std::size_t i = 0; i < reading.limits.size(); ++i) {
+    const NamedLimit& limit = reading.limits[i];
+    auto depths = DepthsOf(i, reading, scale, extension);
+    if (!depths) return PassOn(depths);
+    limits.push_back({.name = limit.written.name,
+                      .kind = limit.kind,
+                      .depths = *std::move(depths),
+                      .limit = NumberOf(reading.blurs[i]),
+                      .side = limit.written.side});
+  }
+  return limits;
+}
+
 /// The question with all depths from the lens centre, if the sensor stands at `extension`.
 Result<PlanRequest> Centred(const Reading& reading, const optics::FocusScale& scale, Metres extension) {
   PlanRequest request = reading.request;
@@ -100,55 +116,86 @@ Result<PlanRequest> Centred(const Reading& reading, const optics::FocusScale& sc
     if (!focus) return PassOn(focus);
     request.focus = PlanDepthOf(*focus);
   }
-  for (std::size_t i = 0; i < reading.limits.size(); ++i) {
-    const NamedLimit& limit = reading.limits[i];
-    auto depths = DepthsOf(i, reading, scale, extension);
-    if (!depths) return PassOn(depths);
-    request.limits.push_back({.name = limit.written.name,
-                              .kind = limit.kind,
-                              .depths = *std::move(depths),
-                              .limit = NumberOf(reading.blurs[i]),
-                              .side = limit.written.side});
-  }
+  auto limits = LimitsOf(reading, scale, extension);
+  if (!limits) return PassOn(limits);
+  request.limits = *std::move(limits);
   return request;
 }
 
 /// Where the sensor stands for the answer to `request`: of the plan, or, where there is none, of the plan for limits
 /// relaxed just enough. Nothing where even that does not exist.
-Result<std::optional<Metres>> AnswerExtension(PlanRequest request) {
+struct Standing {
+  std::optional<Metres> extension;
+  bool feasible = false;
+};
+Result<Standing> AnswerExtension(PlanRequest request) {
   auto answer = optics::Plan(request);
   if (!answer) return PassOn(answer);
-  if (answer->feasible) return answer->extension;
-  if (!answer->relax) return std::nullopt;
+  if (answer->feasible) return Standing{answer->extension, true};
+  if (!answer->relax) return Standing{};
   const double factor = *answer->relax * (1.0 + 1e-9);
   for (BlurLimit& limit : request.limits) {
     limit.limit = Number(limit.kind == LimitKind::Sharp ? limit.limit.value * factor : limit.limit.value / factor);
   }
   auto relaxed = optics::Plan(request);
   if (!relaxed) return PassOn(relaxed);
-  return relaxed->feasible ? std::optional(relaxed->extension) : std::nullopt;
+  return Standing{relaxed->feasible ? std::optional(relaxed->extension) : std::nullopt, false};
 }
 
 /// Distances from the sensor move with it. Since a subject's image moves far less than the subject (by the square of
 /// the magnification), solving and converting again settles within a few rounds.
-Result<PlanRequest> SettledFromSensor(const Reading& reading, const optics::FocusScale& scale) {
+struct Settled {
+  PlanRequest request;
+  bool feasible = false;
+};
+Result<Settled> SettledFrom(const Reading& reading, const optics::FocusScale& scale, Metres extension) {
   constexpr int kMostRounds = 60;
-  Metres extension{0.5 * (reading.request.extensions.low.value + reading.request.extensions.high.value)};
   auto request = Centred(reading, scale, extension);
-  for (int round = 0; round < kMostRounds && request; ++round) {
-    const auto moved = AnswerExtension(*request);
+  if (!request) return PassOn(request);
+  Settled settled{*std::move(request), false};
+  for (int round = 0; round < kMostRounds; ++round) {
+    const auto moved = AnswerExtension(settled.request);
     if (!moved) return PassOn(moved);
-    if (!*moved || **moved == extension) break;
-    extension = **moved;
-    request = Centred(reading, scale, extension);
+    settled.feasible = moved->feasible;
+    if (!moved->extension || *moved->extension == extension) break;
+    extension = *moved->extension;
+    auto next = Centred(reading, scale, extension);
+    if (!next) return PassOn(next);
+    settled.request = *std::move(next);
   }
-  return request;
+  return settled;
+}
+
+/// Where the first guess leads to no plan although there is an extension that holds, that one is where to start.
+Result<PlanRequest> SettledFromSensor(const Reading& reading, const optics::FocusScale& scale) {
+  const auto& [low, high] = reading.request.extensions;
+  auto settled = SettledFrom(reading, scale, Metres{0.5 * (low.value + high.value)});
+  if (!settled) return PassOn(settled);
+  if (settled->feasible) return std::move(settled->request);
+  const auto measured = MeasuredFromSensor(reading, scale);
+  if (!measured) return PassOn(measured);
+  const auto holds = optics::Moves(measured->request) ? optics::ExtensionThatHolds(*measured) : std::nullopt;
+  if (!holds) return std::move(settled->request);
+  auto again = SettledFrom(reading, scale, *holds);
+  return std::move(again && again->feasible ? again->request : settled->request);
 }
 
 }  // namespace
 
 Number NumberOf(const Decimal& exact) {
   return {exact.Nearest().value(), exact.Text()};
+}
+
+Result<optics::MovingRequest> MeasuredFromSensor(const Reading& reading, const optics::FocusScale& scale) {
+  optics::MovingRequest measured{.request = reading.request, .behind = scale.principal_gap + scale.centre_shift};
+  auto limits = LimitsOf(reading, {}, Metres{0.0});
+  if (!limits) return PassOn(limits);
+  measured.request.limits = *std::move(limits);
+  if (!reading.focus) return measured;
+  const auto focus = FocusFromCentre(reading.focal_length, *reading.focus, scale);
+  if (!focus) return PassOn(focus);
+  measured.request.focus = PlanDepthOf(*focus);
+  return measured;
 }
 
 Result<PlanRequest> RequestFromCentre(const Reading& reading, const optics::FocusScale& scale) {

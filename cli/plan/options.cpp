@@ -251,7 +251,19 @@ Result<PlanQuestion> ReadPlan(const PlanText& text, std::optional<From> from) {
   auto request = RequestFromCentre(*reading, scale);
   if (!request) return PassOn(request);
   BlurUnits units = UnitsOf(reading->limits, request->pixel);
-  return PlanQuestion{*std::move(request), reading->framing, std::move(units)};
+  PlanQuestion question{*std::move(request), reading->framing, std::move(units)};
+  if (scale.from != optics::DistanceFrom::Sensor || reading->in_focus) return question;
+  auto moving = MeasuredFromSensor(*reading, scale);
+  if (!moving) return PassOn(moving);
+  if (optics::Moves(moving->request)) question.moving = *std::move(moving);
+  return question;
+}
+
+Result<optics::PlanAnswer> AnswerTo(const PlanQuestion& question) {
+  auto answer = optics::Plan(question.request);
+  if (!answer || answer->feasible || !question.moving) return answer;
+  answer->conflict = optics::MovingConflict(*question.moving, answer->conflict);
+  return answer;
 }
 
 void AddPlanOptions(CLI::App& command, PlanText& text) {

@@ -10,6 +10,7 @@
 #include "cli/chart_file.h"
 #include "cli/quantity.h"
 #include "cli/session.h"
+#include "optics/moving_limits.h"
 #include "optics/planner.h"
 
 namespace lensd::cli {
@@ -46,7 +47,12 @@ struct PlanQuestion {
   optics::PlanRequest request;
   std::optional<Framing> framing;
   BlurUnits units = {};  ///< of the limits as they were typed
+  /// The same as it was asked, where depths move with the sensor.
+  std::optional<optics::MovingRequest> moving = {};
 };
+
+/// The answer; a conflict holds wherever the sensor puts the depths. Errors as optics::Plan().
+Result<optics::PlanAnswer> AnswerTo(const PlanQuestion& question);
 
 /// Reads the options. Distances of limits that start at the sensor depend on where the sensor will stand: with --focus
 /// that is known, without it the question is solved again until the sensor stands where the distances assume it. For a

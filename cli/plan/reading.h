@@ -10,6 +10,7 @@
 #include "cli/plan/options.h"
 #include "cli/plan/where.h"
 #include "optics/focus_scale.h"
+#include "optics/moving_limits.h"
 #include "optics/planner.h"
 
 namespace lensd::cli {
@@ -60,5 +61,8 @@ optics::Number NumberOf(const Decimal& exact);
 
 /// The question with all depths from the lens centre, however they were measured.
 Result<optics::PlanRequest> RequestFromCentre(const Reading& reading, const optics::FocusScale& scale);
+
+/// The question as it was asked, for distances that start at the sensor; the focus from the lens centre.
+Result<optics::MovingRequest> MeasuredFromSensor(const Reading& reading, const optics::FocusScale& scale);
 
 }  // namespace lensd::cli

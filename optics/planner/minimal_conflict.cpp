@@ -70,6 +70,14 @@ std::vector<int> MinimalConflict(const SideAssignments& cases, const PlanRequest
   return minimiser.Needed({}, Minimiser::Kept::Same, names);
 }
 
+std::vector<int> EveryName(const PlanRequest& request) {
+  std::vector<int> names{kFNumberName, kExtensionName};
+  if (request.focus) names.push_back(kFocusName);
+  if (request.objective == Objective::Depth) names.push_back(kDepthName);
+  for (std::size_t i = 0; i < request.limits.size(); ++i) names.push_back(static_cast<int>(i));
+  return names;
+}
+
 std::vector<std::string> Spelled(const PlanRequest& request, std::vector<int> names) {
   std::sort(names.begin(), names.end(), [](int a, int b) {
     return (a < 0) != (b < 0) ? b < 0 : a < 0 ? a > b : a < b;
@@ -83,6 +91,18 @@ std::vector<std::string> Spelled(const PlanRequest& request, std::vector<int> na
                                                : "depth");
   }
   return spelled;
+}
+
+std::vector<int> Numbered(const PlanRequest& request, const std::vector<std::string>& names) {
+  const auto has = [&](const std::string& name) { return std::ranges::find(names, name) != names.end(); };
+  std::vector<int> numbers;
+  for (const int reserved : {kFocusName, kFNumberName, kExtensionName, kDepthName}) {
+    if (has(Spelled(request, {reserved}).front())) numbers.push_back(reserved);
+  }
+  for (std::size_t i = 0; i < request.limits.size(); ++i) {
+    if (has(request.limits[i].name)) numbers.push_back(static_cast<int>(i));
+  }
+  return numbers;
 }
 
 }  // namespace lensd::optics

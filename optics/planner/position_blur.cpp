@@ -48,30 +48,39 @@ PositionBlur::PositionBlur(const PlanRequest& request, const LensPositions& lens
   larger_ = (1.0 + lens.focal_length_error) * (1.0 + lens.focal_length_error);
   smaller_ = (1.0 - lens.focal_length_error) * (1.0 - lens.focal_length_error);
   if (request.wavelength) airy_ = DiffractionFactor(request.diffraction) * request.wavelength->value;
-  const FocusPosition& middle = lens.focus[lens.focus.size() / 2];
-  for (const BlurLimit& asked : request.limits) {
-    Limit limit{.asked = &asked, .vergences = {}, .distances = {}, .open_vergences = {}, .open_distances = {}};
-    const bool open = asked.kind == LimitKind::Blurred && asked.side == Side::Either;
-    for (const DepthInterval& interval : asked.depths) {
-      const PlanDepth &one = interval.one_end, &other = interval.other_end;
-      // What starts at the sensor moves with it against what starts at the centre.
-      const bool moves = origin_.at_sensor && !(one.is_vergence && other.is_vergence);
-      const auto inverse = [&](const PlanDepth& depth) {
-        if (!moves) return Vergence(depth, middle);
-        if (IsInfinity(depth)) return 0.0;
-        if (!depth.is_vergence) return 1.0 / depth.number.value;
-        return 1.0 / (1.0 / depth.number.value + origin_.At(middle).value);
-      };
-      const auto [far, near] = std::minmax({inverse(one), inverse(other)});
-      Hull& hull = moves ? limit.distances : limit.vergences;
-      hull.near = std::max(hull.near, near);
-      hull.far = std::min(hull.far, far);
-      if (open) (moves ? limit.open_distances : limit.open_vergences).emplace_back(far, near);
+  for (const BlurLimit& asked : request.limits) limits_.push_back(LimitOf(asked));
+}
+
+/// What starts at the sensor moves with it against what starts at the centre, so that each end keeps its coordinate. At
+/// infinity and past it both are the same.
+PositionBlur::Limit PositionBlur::LimitOf(const BlurLimit& asked) const {
+  Limit limit{.asked = &asked};
+  const bool open = asked.kind == LimitKind::Blurred && asked.side == Side::Either;
+  const auto moves = [&](const PlanDepth& depth) { return origin_.at_sensor && !depth.is_vergence; };
+  const auto place = [&](const PlanDepth& depth) {
+    if (!moves(depth)) return Vergence(depth, lens_.focus.front());
+    return IsInfinity(depth) ? 0.0 : 1.0 / depth.number.value;
+  };
+  for (const DepthInterval& interval : asked.depths) {
+    const PlanDepth &one = interval.one_end, &other = interval.other_end;
+    const double at_one = place(one), at_other = place(other);
+    (moves(one) ? limit.distances : limit.vergences).Add(at_one);
+    (moves(other) ? limit.distances : limit.vergences).Add(at_other);
+    if (!open) continue;
+    const bool one_moves = moves(one) && at_one > 0.0, other_moves = moves(other) && at_other > 0.0;
+    if (one_moves != other_moves && at_one > 0.0 && at_other > 0.0) {
+      const auto [fixed, moving] = one_moves ? std::pair(at_other, at_one) : std::pair(at_one, at_other);
+      limit.open_vergences.emplace_back(fixed, fixed);
+      limit.open_distances.emplace_back(moving, moving);
+      limit.open_mixed.emplace_back(fixed, moving);
+    } else {
+      (one_moves || other_moves ? limit.open_distances : limit.open_vergences)
+          .emplace_back(std::min(at_one, at_other), std::max(at_one, at_other));
     }
-    MakeDisjoint(limit.open_vergences);
-    MakeDisjoint(limit.open_distances);
-    limits_.push_back(std::move(limit));
   }
+  MakeDisjoint(limit.open_vergences);
+  MakeDisjoint(limit.open_distances);
+  return limit;
 }
 
 double PositionBlur::FromOrigin(double inverse, const FocusPosition& position) const {
@@ -137,6 +146,8 @@ double PositionBlur::LeastToEitherSide(const Limit& limit, const FocusPosition& 
   if (!limit.open_distances.empty()) {
     const double place = plane > 0.0 ? 1.0 / (1.0 / plane + origin_.At(position).value) : plane;
     search(limit.open_distances, place, [&](double inverse) { return FromOrigin(inverse, position); });
+    const auto among = [&](const auto& ends) { return (plane < ends.first) != (place < ends.second); };
+    if (std::ranges::any_of(limit.open_mixed, among)) least = 0.0, at = plane;
   }
   return least;
 }

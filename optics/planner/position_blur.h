@@ -1,6 +1,7 @@
 // How the limits of a request fare with a lens at one of its positions.
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -65,13 +66,20 @@ class PositionBlur {
     double near = kNone;
     double far = -kNone;
     bool empty() const { return near < far; }
+    void Add(double place) {
+      near = std::max(near, place);
+      far = std::min(far, place);
+    }
   };
   using Stretches = std::vector<std::pair<double, double>>;  ///< far and near, rising, apart
   struct Limit {
     const BlurLimit* asked = nullptr;
-    Hull vergences, distances;
-    Stretches open_vergences, open_distances;  ///< of a blurred limit whose side is open
+    Hull vergences{}, distances{};
+    /// Of a blurred limit whose side is open.
+    Stretches open_vergences{}, open_distances{};
+    std::vector<std::pair<double, double>> open_mixed{};  ///< a vergence and a coordinate; both ends are above, too
   };
+  Limit LimitOf(const BlurLimit& asked) const;
 
   /// A distance's coordinate as seen from the lens centre at this position.
   double FromOrigin(double inverse, const FocusPosition& position) const;

@@ -10,6 +10,7 @@
 #include "optics/light.h"
 #include "optics/model_ladder.h"
 #include "planner/deepest_field.h"
+#include "planner/position_conflict.h"
 #include "planner/position_search.h"
 #include "planner/request_check.h"
 
@@ -111,7 +112,10 @@ Result<PositionPlan> PlanOnPositions(const PlanRequest& request, const LensPosit
     auto continuous = Plan(ranges);
     if (!continuous) return PassOn(continuous);
     answer.continuous_feasible = continuous->feasible;
-    if (!continuous->feasible) answer.plan = *std::move(continuous);
+    if (!continuous->feasible) {
+      answer.plan = *std::move(continuous);
+      answer.plan.conflict = ConflictOnPositions(request, lens, blocks, origin, answer.plan.conflict);
+    }
     if (!answer.continuous_feasible) return answer;
   }
   const ChosenModel model = ModelFor(ranges, answer.plan.limits);

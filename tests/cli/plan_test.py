@@ -103,6 +103,17 @@ class Plan(Case):
         self.assertAlmostEqual(answer["limits"][0]["farD"], 1 / (2.5 - stands), places=12)
         self.assertAlmostEqual(answer["limits"][0]["worstUm"], 20, places=9)
 
+    def test_a_conflict_from_the_sensor_is_infeasible_by_itself(self):
+        # The blurred limit forces another extension, where the sharp one's distances are other depths.
+        lens = ["plan", "--focal-length", "157.5687mm", "--f-number", "3.661064..9.794077", "--extension", "-1.479184mm..151.7136mm",
+                "--from", "sensor", "--objective", "sharp", "--f-number-tolerance", "2.39239%"]
+        sharp = ["--sharp", "a=0.6412662m..2.758601D:9.681198um"]
+        blurred = ["--blurred", "b=0.6415358m..25.26408in:8.424322um:front"]
+        self.plan(*sharp, lens=lens)
+        self.plan(*blurred, lens=lens)
+        answer = self.answer(*lens, *sharp, *blurred, status=1)
+        self.assertLessEqual({"a", "b"}, set(answer["conflict"]))
+
     def test_planes(self):
         tilted = self.plan("--sharp", "plane(0.5,0.02,-0.01):20um")
         interval = self.plan("--sharp", "0.47D..0.53D:20um")

@@ -95,6 +95,22 @@ class CoarseSteps(DaemonTest):
         self.assertAlmostEqual(plan["extensionMm"], 0.4, places=9)
         self.assertLessEqual(plan["worstRatio"], 1)
 
+    def test_a_vergence_stays_beside_a_distance_from_the_sensor(self):
+        # At 0.4 mm, away from the middle of the range, the plane in focus is at 0.63 D, and what is 1.6 m from the sensor
+        # at 0.635 D.
+        for ends in ("1.6m..0.6D", "0.6D..1.6m"):
+            with self.subTest(ends=ends):
+                def ask(*limit):
+                    done = self.daemon.lensctl("plan", "a", "--from", "sensor", "--f-number", "2", "--extension", "0.35mm..0.45mm",
+                                               *limit, "--json")
+                    return json.loads(done.stdout)
+                plan = ask("--sharp", f"it={ends}:200um")
+                self.assertAlmostEqual(plan["extensionMm"], 0.4, places=9)
+                told = plan["limits"][0]
+                self.assertAlmostEqual(told["farD"], 0.6, places=12)
+                self.assertAlmostEqual(told["nearD"], 1 / (1.6 - plan["sensorDistanceMm"] / 1000), places=12)
+                self.assertFalse(ask("--blurred", f"it={ends}:0.001um")["feasible"])  # the plane in focus is among them
+
     def test_a_limit_finer_than_the_motor_keeps_is_the_limits_own_conflict(self):
         reply = self.plan(self.subject(0.4, 40))  # 0.08 mm at f/2, less than half a step
         self.assertFalse(reply["plan"]["feasible"])

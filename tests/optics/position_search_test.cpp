@@ -249,6 +249,83 @@ TEST(PositionSearch, WhatIsNotFiniteIsLookedInto) {
   }
 }
 
+/// The depths of a limit, as the request for this position alone has them: each end from the lens centre.
+struct CentredDepths {
+  double near = -std::numeric_limits<double>::infinity(), far = std::numeric_limits<double>::infinity();
+  bool all_around = true;  ///< the plane in focus lies in no interval, nor within a hair of one's ends
+  double least_off = std::numeric_limits<double>::infinity();  ///< from the plane to an end
+
+  CentredDepths(const BlurLimit& limit, double plane) {
+    constexpr double kHair = 1e-9;
+    for (const DepthInterval& interval : limit.depths) {
+      const double one = interval.one_end.vergence().value, other = interval.other_end.vergence().value;
+      near = std::max({near, one, other});
+      far = std::min({far, one, other});
+      all_around = all_around && (std::max(one, other) < plane - kHair || std::min(one, other) > plane + kHair);
+      least_off = std::min({least_off, std::abs(one - plane), std::abs(other - plane)});
+    }
+  }
+};
+
+TEST(PositionSearch, EachEndOfAnIntervalStaysWhereItWasStated) {
+  ProblemSource source(26);
+  long mixed = 0, between = 0;
+  for (int n = 0; n < 2000; ++n) {
+    Problem problem = source.Next();
+    problem.origin.at_sensor = true;
+    problem.request.pupil_factor = 1.0;
+    problem.request.sensor_tolerance = 0.0;
+    const PositionBlur blur(problem.request, problem.lens, problem.origin);
+    for (std::size_t i = 0; i < problem.lens.focus.size(); i += 1 + problem.lens.focus.size() / 5) {
+      FocusPosition position = problem.lens.focus[i];
+      position.bound = Dioptres{0.0};
+      const PlanRequest there = blur.AtPosition(position, problem.lens.iris.front(), PositionBlur::Limits::Included);
+      for (std::size_t k = 0; k < blur.limits(); ++k) {
+        const CentredDepths expected(there.limits[k], position.focal_plane.value);
+        if (expected.near > 1e6) continue;  // behind the lens
+        const auto [near, far] = blur.Depths(k, position);
+        ASSERT_NEAR(near, expected.near, 1e-9 * expected.near) << "problem " << n << ": " << Told(problem);
+        ASSERT_NEAR(far, expected.far, 1e-9 * expected.far) << "problem " << n << ": " << Told(problem);
+        const auto& depths = problem.request.limits[k].depths;
+        mixed += std::ranges::any_of(depths, [](const DepthInterval& interval) {
+          return interval.one_end.is_vergence != interval.other_end.is_vergence;
+        });
+        const OpeningNeed need = blur.Need(k, position);
+        if (need.sharp || problem.request.limits[k].side != Side::Either || expected.least_off < 1e-9) continue;
+        between += !expected.all_around;
+        ASSERT_EQ(need.geometric > 0.0, expected.all_around) << "problem " << n << ": " << Told(problem);
+      }
+    }
+  }
+  EXPECT_GT(mixed, 500);
+  EXPECT_GT(between, 200);
+}
+
+TEST(PositionSearch, AConflictIsInfeasibleByItself) {
+  ProblemSource source(27);
+  const long problems = testing::ByLevel(1000, 3000, 50000);
+  long conflicts = 0, fewer = 0;
+  for (long n = 0; n < problems; ++n) {
+    const Problem problem = source.Next();
+    SCOPED_TRACE("problem " + std::to_string(n) + ": " + Told(problem));
+    const auto whole = PlanOnPositions(problem.request, problem.lens, problem.origin);
+    if (!whole || whole->plan.feasible || whole->continuous_feasible) continue;
+    PlanRequest part = problem.request;
+    const auto& names = whole->plan.conflict;
+    std::erase_if(part.limits,
+                  [&](const BlurLimit& limit) { return std::ranges::find(names, limit.name) == names.end(); });
+    if (std::ranges::find(names, "focus") == names.end()) part.focus.reset();
+    ++conflicts;
+    fewer += part.limits.size() < problem.request.limits.size();
+    const auto alone = PlanOnPositions(part, problem.lens, problem.origin);
+    ASSERT_TRUE(alone.has_value());
+    ASSERT_FALSE(alone->plan.feasible) << ::testing::PrintToString(names);
+  }
+  std::printf("%ld conflicts, %ld of fewer limits than were asked\n", conflicts, fewer);
+  EXPECT_GT(conflicts, problems / 10);
+  EXPECT_GT(fewer, conflicts / 4);
+}
+
 TEST(FocusQueue, GivesEveryPositionInOrderAndLooksAtFew) {
   std::vector<FocusPosition> positions(3000);
   for (std::size_t i = 0; i < positions.size(); ++i) {
