@@ -27,11 +27,21 @@ Json KnownSlopeJson(const std::optional<autofocus::KnownSlope>& known) {
           {"runs", known->runs}};
 }
 
-/// By the rule by which what was learned ends.
+/// A second in a row that shows it ends what was learned.
 bool ShowsAnotherLens(const rig::AutofocusOutcome& outcome) {
   const auto& known = outcome.known_slope;
   return known && outcome.slope &&
          autofocus::IsOfAnotherLens(outcome.slope->log_factor - known->log_factor, known->sigma);
+}
+
+/// With the frames that the newest run had: a search with frames from outside goes by what those taught.
+rig::SlopeConditions AsLastSeen(rig::SlopeConditions now, const std::vector<rig::SlopeRun>& runs) {
+  using Frames = rig::SlopeConditions::Frames;
+  if (!runs.empty() && runs.back().under.frames == Frames::Outside) {
+    now.frames = Frames::Outside;
+    now.pixel_um = runs.back().under.pixel_um;
+  }
+  return now;
 }
 
 }  // namespace
@@ -65,8 +75,8 @@ void LensSlope::Found(const rig::AutofocusOutcome& outcome) {
   LearnedSlope learned = *learned_->Get();
   if (learned.Add(std::move(run), *optics) == autofocus::SlopeLearner::Learned::AnotherLens) {
     Log(Severity::Warning, Event::SlopeForgotten,
-        "blur grows otherwise than earlier autofocus runs showed, as with another lens: what was learned of it is "
-        "forgotten",
+        "in two autofocus runs in a row blur grew otherwise than earlier ones showed, as with another lens: what those "
+        "taught is forgotten",
         {.lens = lens_.name(), .axis = "focus"});
   }
   Put(std::move(learned), [](const Result<void>&) {});
@@ -79,13 +89,14 @@ void LensSlope::Put(LearnedSlope learned, const std::function<void(const Result<
   KeepStateFile(lens_, file_, text, "what was learned of blur", then);
 }
 
-Json LensSlope::StateJson(const rig::SlopeConditions& now, const rig::OpticsTable* optics) const {
+Json LensSlope::StateJson(const std::optional<rig::SlopeConditions>& now, const rig::OpticsTable* optics) const {
   const auto learned = learned_->Get();
-  const auto known = optics != nullptr ? learned->Known(now, *optics) : std::nullopt;
+  const auto under = now && optics != nullptr ? std::optional(AsLastSeen(*now, learned->runs())) : std::nullopt;
+  const auto known = under ? learned->Known(*under, *optics) : std::nullopt;
   Json json{{"lens", lens_.name()}, {"known", KnownSlopeJson(known)}, {"reason", nullptr}, {"runs", Json::array()}};
   std::size_t count = 0;
   for (const rig::SlopeRun& run : learned->runs()) {
-    const bool holds = optics != nullptr && rig::SlopeHoldsUnder(run.under, now, *optics);
+    const bool holds = under && rig::SlopeHoldsUnder(run.under, *under, *optics);
     count += holds ? 1 : 0;
     const bool outside = run.under.frames == rig::SlopeConditions::Frames::Outside;
     json["runs"].push_back({{"shown", std::exp(run.log_factor)},

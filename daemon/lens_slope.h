@@ -48,8 +48,8 @@ class LensSlope {
   rig::KnownSlopes ForSearches() const;
   /// A search has ended.
   void Found(const rig::AutofocusOutcome& outcome);
-  /// LearnedState of the interface, as the lens is now.
-  varlink::Json StateJson(const rig::SlopeConditions& now, const rig::OpticsTable* optics) const;
+  /// LearnedState of the interface. `now`: as the lens stands; nothing: an axis is not homed.
+  varlink::Json StateJson(const std::optional<rig::SlopeConditions>& now, const rig::OpticsTable* optics) const;
   /// NotKept.
   void Forget(const std::function<void(const Result<void>&)>& done);
 

@@ -1,4 +1,5 @@
 // GetLearned and ForgetLearned: what autofocus has taught lensd of a lens.
+#include <optional>
 #include <utility>
 
 #include "lens_json.h"
@@ -12,22 +13,23 @@ namespace {
 using drivers::Axis;
 using varlink::Json;
 
-/// What a search with the lens' own camera would begin under.
+/// What a search with the lens' own camera would begin under; nothing: an axis is not homed.
 struct SlopeNow {
-  rig::SlopeConditions under;
+  std::optional<rig::SlopeConditions> under;
   std::shared_ptr<const rig::OpticsTable> optics;
 };
 
 SlopeNow SlopeNowOf(const rig::Rig& rig) {
   const rig::Status status = rig.GetStatus();
-  SlopeNow now{.under = {}, .optics = status.optics};
-  now.under.pixel_um = rig.camera() != nullptr ? rig.camera()->pixel_um : 0.0;
-  for (const auto& [axis, place] : {std::pair(Axis::Iris, &now.under.iris), std::pair(Axis::Zoom, &now.under.zoom)}) {
+  rig::SlopeConditions under;
+  under.pixel_um = rig.camera() != nullptr ? rig.camera()->pixel_um : 0.0;
+  for (const auto& [axis, place] : {std::pair(Axis::Iris, &under.iris), std::pair(Axis::Zoom, &under.zoom)}) {
     const auto& motor = status.axes[axis];
-    if (motor && motor->homed) *place = motor->position;
-    if (motor && !motor->homed) now.under.pixel_um = 0.0;
+    if (!motor) continue;
+    if (!motor->homed) return {.under = {}, .optics = status.optics};
+    *place = motor->position;
   }
-  return now;
+  return {.under = under, .optics = status.optics};
 }
 
 void GetLearned(ServedLens& lens, const ExchangePointer& exchange) {

@@ -6,7 +6,7 @@ import statistics
 import tempfile
 import unittest
 
-from harness import HERE, LENS, Daemon, DaemonTest
+from harness import BIN, HERE, LENS, Daemon, DaemonTest
 
 SIMULATOR = "io.lensd.Simulator."
 TEXTURES = os.path.join(HERE, "..", "..", "scenes", "textures")
@@ -132,6 +132,21 @@ class Learned(DaemonTest):
         self.assertEqual(self.learned()["known"]["runs"], 4)
         self.assertEqual(len(self.learned()["runs"]), 5)
 
+    def test_frames_from_outside_teach_for_themselves(self):
+        self.start(told=0.7)
+        take = f"{os.path.join(BIN, 'lensctl')} --socket {self.daemon.socket} snapshot a -o $LENSD_FRAME >/dev/null"
+        for start in STARTS[:3]:
+            self.ask("Move", axis="focus", target={"position": start})
+            run = self.daemon.lensctl("autofocus", "a", "--roi", "0.05,0.1,0.4,0.8", "--frames-from", take, "--pixel", f"{PIXEL_UM}um", "--gamma", "2.2")
+            self.assertEqual(run.returncode, 0, run)
+        state = self.learned()
+        self.assertEqual(([run["framesFromOutside"] for run in state["runs"]], [run["holds"] for run in state["runs"]]),
+                         ([True] * 3, [True] * 3))
+        self.assertEqual(state["known"]["runs"], 3)
+        # The lens' own camera has taught nothing yet.
+        self.assertIsNone(self.focus(STARTS[3])["slope"]["known"])
+        self.assertIsNone(self.learned()["known"])
+
     def test_another_lens_is_noticed(self):
         self.start()
         self.teach(STARTS[:5])
@@ -141,9 +156,15 @@ class Learned(DaemonTest):
         swapped = self.focus(STARTS[2])
         self.assertTrue(swapped["slope"]["anotherLens"], swapped)
         self.assertAlmostEqual(swapped["slope"]["shown"], 0.5, delta=0.15)
+        # One run alone may be odd: nothing is forgotten yet, and less is believed.
+        state = self.learned()
+        self.assertEqual((state["known"]["runs"], len(state["runs"])), (6, 6))
+        self.assertLess(state["known"]["low"], 0.5)
+        self.assertNotIn("as with another lens", self.daemon.log())
+        self.assertAlmostEqual(self.focus(STARTS[3])["slope"]["shown"], 0.5, delta=0.15)
         self.daemon.wait_log("as with another lens")
         state = self.learned()
-        self.assertEqual((state["known"], len(state["runs"])), (None, 1))
+        self.assertEqual((state["known"], len(state["runs"])), (None, 2))
         for start in STARTS[:3]:
             self.assertFalse(self.focus(start)["slope"]["anotherLens"])
         self.assertAlmostEqual(self.learned()["known"]["factor"], 0.5, delta=0.1)

@@ -784,7 +784,8 @@ class AutofocusSlope:
     shown: Optional[float] = None
     # As earlier runs had shown it: the search went by this instead of what is told. Null: by what is told.
     known: Optional[KnownSlope] = None
-    # The two contradict each other, as with another lens: what was learned is forgotten, if focus was found.
+    # The two contradict each other, as with another lens. Once two searches in a row that find focus do so alike, what
+    # was learned before them is forgotten.
     another_lens: bool
 
 
@@ -1789,7 +1790,8 @@ class LearnedRun:
     zoom_position: Optional[float] = None
     # The frames were those of a client (AutofocusBegin).
     frames_from_outside: bool
-    # It counts for a search with the lens' own camera as the lens stands now: with iris and zoom there.
+    # It counts for a search as the lens stands now, with iris and zoom there and with frames from where the newest run
+    # had them.
     holds: bool
     # When that was (UTC), for people.
     made: str
@@ -1801,7 +1803,8 @@ class LearnedState:
 
     # Name of the lens.
     lens: str
-    # What the next search with the lens' own camera goes by, as the lens stands now; null: by what is told.
+    # What the next search goes by, as the lens stands now and with frames from where the newest run had them (the lens'
+    # own camera, or a client); null: by what is told.
     known: Optional[KnownSlope] = None
     # Why that is null, or that the file of it cannot be read and nothing more is kept; null otherwise.
     reason: Optional[str] = None

@@ -868,7 +868,8 @@ class LENSD_API AutofocusSlope : public Value {
   std::optional<double> shown() const;
   /// As earlier runs had shown it: the search went by this instead of what is told. Null: by what is told.
   std::optional<KnownSlope> known() const;
-  /// The two contradict each other, as with another lens: what was learned is forgotten, if focus was found.
+  /// The two contradict each other, as with another lens. Once two searches in a row that find focus do so alike, what
+  /// was learned before them is forgotten.
   bool anotherLens() const;
 };
 
@@ -1852,7 +1853,8 @@ class LENSD_API LearnedRun : public Value {
   std::optional<double> zoomPosition() const;
   /// The frames were those of a client (AutofocusBegin).
   bool framesFromOutside() const;
-  /// It counts for a search with the lens' own camera as the lens stands now: with iris and zoom there.
+  /// It counts for a search as the lens stands now, with iris and zoom there and with frames from where the newest run
+  /// had them.
   bool holds() const;
   /// When that was (UTC), for people.
   std::string made() const;
@@ -1863,7 +1865,8 @@ class LENSD_API LearnedState : public Value {
  public:
   /// Name of the lens.
   std::string lens() const;
-  /// What the next search with the lens' own camera goes by, as the lens stands now; null: by what is told.
+  /// What the next search goes by, as the lens stands now and with frames from where the newest run had them (the lens'
+  /// own camera, or a client); null: by what is told.
   std::optional<KnownSlope> known() const;
   /// Why that is null, or that the file of it cannot be read and nothing more is kept; null otherwise.
   std::optional<std::string> reason() const;
