@@ -136,7 +136,7 @@ int EventLoop::RunSignal(sd_event_source*, const signalfd_siginfo* signal, void*
   return 0;
 }
 
-Result<void> EventLoop::OnSignals(std::initializer_list<int> signals, std::function<void(int)> told) {
+Result<void> EventLoop::OnSignals(std::initializer_list<int> signals, const std::function<void(int)>& told) {
   for (const int signal : signals) {
     signals_[signal] = told;
     auto added = Check(sd_event_add_signal(event_.get(), nullptr, signal, RunSignal, this), "cannot watch signals");
