@@ -85,7 +85,7 @@ void EventLoop::After(Duration delay, Task task) {
     return;
   }
   sd_event_source_set_destroy_callback(source, [](void* self) { delete static_cast<Task*>(self); });
-  kept.release();
+  (void)kept.release();  // the event source's now
   sd_event_source_set_floating(source, 1);
   sd_event_source_unref(source);
 }
