@@ -176,7 +176,7 @@ Advice ContrastScan(const Setup& setup, Points points) {
   const double coarse = kScanPx * BlurPixel(setup), fine = kFinePx * BlurPixel(setup);
   std::vector<SearchPoint> scan;  // of the pass under way
   bool up = true;
-  double next = setup.lowest, most = 0.0, least = std::numeric_limits<double>::infinity(), at_most = setup.lowest;
+  double next = setup.lowest, most = 0.0, least = std::numeric_limits<double>::infinity();
   for (const SearchPoint& point : points.subspan(1)) {
     scan.push_back(point);
     most = std::max(most, point.value);
@@ -187,7 +187,7 @@ Advice ContrastScan(const Setup& setup, Points points) {
     } else if (!up && !fallen && point.position > setup.lowest && scan.size() < kMostFine) {
       next = Inside(setup, point.position - fine);
     } else {
-      at_most = VertexOf(scan);
+      const double at_most = VertexOf(scan);
       if (!up) {
         if (least > kRatio * most) return Refuse({Cause::NoTexture, "contrast changes too little over the scan"});
         return Claim(setup, at_most, fine);

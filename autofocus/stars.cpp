@@ -122,8 +122,9 @@ Growth GrowthIn(const Patch& patch, const Blob& circle, double background) {
     for (int column = from(circle.x, circle.radius); column < to(circle.x, circle.radius); ++column) {
       const double each = (patch.At(column, row) - background) / (parts * parts);
       for (int part = 0; part < parts * parts; ++part) {
-        const double x = column + (part % parts + 0.5) / parts - circle.x;
-        const double y = row + (part / parts + 0.5) / parts - circle.y;
+        const int across = part % parts, down = part / parts;
+        const double x = column + (across + 0.5) / parts - circle.x;
+        const double y = row + (down + 0.5) / parts - circle.y;
         const double radius = std::sqrt(x * x + y * y);
         if (radius > circle.radius) continue;
         growth.bins[static_cast<std::size_t>(radius * Growth::kBinsPerPx)] += each;

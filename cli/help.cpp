@@ -128,7 +128,7 @@ Failure UsageFailure(const CLI::App& root, const CLI::ParseError& error) {
     // Of a group of a few all are named; lensctl's own fill a screen.
     std::string has;
     if (command != &root) {
-      for (const std::string& one : commands) has += (has.empty() ? ": " + name + " has " : ", ") + one;
+      for (const std::string& one : commands) has.append(has.empty() ? ": " + name + " has " : ", ").append(one);
     }
     if (unknown.empty()) return {Exit::Usage, "say which command" + has + help};
     return {Exit::Usage,

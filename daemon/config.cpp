@@ -226,8 +226,8 @@ void AddTables(const Settings& file, Config& config, ConfigFaults& faults) {
   if (auto done = read.Finish(); !done) faults.Keep(done.error());
   if (access != nullptr) {
     auto read_access = ReadAccess(*access);
-    if (read_access) config.access = *std::move(read_access);
     if (!read_access) faults.Keep(read_access.error());
+    if (read_access) config.access = *std::move(read_access);
   }
   for (const Settings* table : buses) {
     const auto added = AddBus(*table, config.buses);

@@ -85,7 +85,7 @@ void EventLoop::After(Duration delay, Task task) {
     return;
   }
   sd_event_source_set_destroy_callback(source, [](void* self) { delete static_cast<Task*>(self); });
-  kept.release();
+  (void)kept.release();  // the event source's now
   sd_event_source_set_floating(source, 1);
   sd_event_source_unref(source);
 }
@@ -136,7 +136,7 @@ int EventLoop::RunSignal(sd_event_source*, const signalfd_siginfo* signal, void*
   return 0;
 }
 
-Result<void> EventLoop::OnSignals(std::initializer_list<int> signals, std::function<void(int)> told) {
+Result<void> EventLoop::OnSignals(std::initializer_list<int> signals, const std::function<void(int)>& told) {
   for (const int signal : signals) {
     signals_[signal] = told;
     auto added = Check(sd_event_add_signal(event_.get(), nullptr, signal, RunSignal, this), "cannot watch signals");

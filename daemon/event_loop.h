@@ -41,7 +41,7 @@ class EventLoop {
   /// Runs `task` once, that much later, unless the loop has ended by then.
   void After(Duration delay, Task task);
   /// Calls `told` in the loop for each of these signals, which must be blocked in every thread already.
-  Result<void> OnSignals(std::initializer_list<int> signals, std::function<void(int)> told);
+  Result<void> OnSignals(std::initializer_list<int> signals, const std::function<void(int)>& told);
   /// Has `look` look after all that may hang, four times a second, and tells systemd's watchdog, where it asks for
   /// that, that all is well, after `look` has returned: if the loop hangs or `look` throws it is not told. Call it
   /// once.

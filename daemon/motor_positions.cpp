@@ -91,7 +91,7 @@ std::shared_ptr<const MotorPositions> MotorPositionsCache::Of(const Planning& pl
   if (!worked || worked->from != motors) {
     optics::LensPositions lens = WithMotors(planning, motors);
     optics::FocusBlocks blocks(lens.focus);
-    worked = std::make_shared<const Worked>(std::move(motors), MotorPositions{std::move(lens), std::move(blocks)});
+    worked = std::make_shared<const Worked>(motors, MotorPositions{std::move(lens), std::move(blocks)});
     const std::scoped_lock lock(mutex_);
     last_ = worked;
   }

@@ -138,7 +138,7 @@ using WeakExchange = std::weak_ptr<Exchange>;
 
 /// Tells of each answer of an autofocus that goes on.
 std::function<void(const rig::AutofocusOutcome&)> TrackTo(ServedLens& lens, WeakExchange call) {
-  return [&lens, call](const rig::AutofocusOutcome& outcome) {
+  return [&lens, call = std::move(call)](const rig::AutofocusOutcome& outcome) {
     Worker::Later([&lens, call, outcome, result = AutofocusJson(lens.name(), outcome)] {
       NoteFocusTracked(lens, outcome);
       if (const auto exchange = call.lock()) exchange->Continue(Wrap("autofocus", varlink::WriteJson(result)));
@@ -148,7 +148,7 @@ std::function<void(const rig::AutofocusOutcome&)> TrackTo(ServedLens& lens, Weak
 }
 
 rig::ProgressCallback ProgressTo(ServedLens& lens, WeakExchange call) {
-  return [&lens, call](const rig::AutofocusProgress& now) {
+  return [&lens, call = std::move(call)](const rig::AutofocusProgress& now) {
     Worker::Later([&lens, call, progress = AutofocusProgressJson(now)] {
       const auto exchange = call.lock();
       if (exchange && exchange->call().more) exchange->Continue(Wrap("progress", varlink::WriteJson(progress)));

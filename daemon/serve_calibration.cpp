@@ -168,16 +168,18 @@ void Change(ServedLens& lens, const ExchangePointer& exchange, ServedLens::EditC
 
 /// A megabyte takes longer to read than a stop may wait, for the worker or for the event loop.
 void ReadAndChange(ServedLens& lens, const ExchangePointer& exchange, std::string text) {
-  const bool taken = lens.surroundings().plans.Submit([&lens, exchange, text = std::move(text)]() mutable {
+  auto read_and_post = [&lens, exchange = ExchangePointer(exchange), text = std::move(text)]() mutable {
     Result<rig::Calibration> read = Fail(Code::Internal, "");
     if (const auto thrown = Guarded(lens.name(), [&] { read = FromToml(text); })) read = PassOn(*thrown);
+    // The call is let go of where calls live: nothing of it stays on this thread.
     lens.surroundings().loop.Post([&lens, held = std::move(exchange), read = std::move(read)] {
       if (!read) return Refuse(held, lens, read.error());
       Change(lens, held, [read](const rig::Calibration&, const rig::Rig&) -> Result<std::optional<rig::Calibration>> {
         return std::optional(*read);
       });
     });
-  });
+  };
+  const bool taken = lens.surroundings().plans.Submit(std::move(read_and_post));
   if (!taken) Refuse(exchange, lens, {Code::Busy, "too much waits to be worked out; try again"});
 }
 
@@ -270,7 +272,7 @@ void FinishBacklash(ServedLens& lens, const ExchangePointer& exchange, Axis axis
 }
 
 std::function<void(const rig::BacklashProgress&)> BacklashProgressTo(ServedLens& lens, std::weak_ptr<Exchange> call) {
-  return [&lens, call](const rig::BacklashProgress& now) {
+  return [&lens, call = std::move(call)](const rig::BacklashProgress& now) {
     Json json{{"sweep", now.sweep}, {"sweepsExpected", now.of}, {"frames", now.frames}};
     Worker::Later([&lens, call, progress = std::move(json)] {
       const auto exchange = call.lock();

@@ -82,7 +82,7 @@ void KeepShift(ServedLens& lens, const ExchangePointer& exchange, rig::ShiftOutc
 }
 
 std::function<void(const rig::ShiftProgress&)> ShiftProgressTo(std::weak_ptr<Exchange> call) {
-  return [call](const rig::ShiftProgress& now) {
+  return [call = std::move(call)](const rig::ShiftProgress& now) {
     Json json{{"search", now.search}, {"searchesExpected", now.of}, {"frames", now.frames}};
     Worker::Later([call, progress = std::move(json)] {
       const auto exchange = call.lock();

@@ -158,7 +158,7 @@ void ServedLens::KeepUnwritten(std::optional<UnwrittenCalibration::Content> unwr
 void ServedLens::KeepCalibration(std::uint64_t number, std::shared_ptr<const rig::Calibration> next,
                                  std::function<void(const Result<void>&)> then) {
   if (!kept_.calibration.path.empty()) kept_.unwritten.Put(UnwrittenCalibration::Content{kept_.calibration.path, next});
-  const auto ended = [this, number, next, then](Result<void> kept, Code code, const FileMark& mark) {
+  const auto ended = [this, number, next, then = std::move(then)](Result<void> kept, Code code, const FileMark& mark) {
     if (kept && number == kept_.calibration_writes) {
       kept_.calibration = mark;
       kept_.unwritten.Put(std::nullopt);
@@ -167,7 +167,7 @@ void ServedLens::KeepCalibration(std::uint64_t number, std::shared_ptr<const rig
     NoteCalibration(number, next, kept);
     then(kept);
   };
-  const bool taken = surroundings_.files.Submit([this, ended, file = kept_.calibration.path, next] {
+  const bool taken = surroundings_.files.Submit([this, ended, file = kept_.calibration.path, next = std::move(next)] {
     auto kept = Keep(file, next ? rig::CalibrationText(*next) : "");
     surroundings_.loop.Post([ended, kept = std::move(kept), mark = MarkOf(file)] { ended(kept, Code::NotKept, mark); });
   });

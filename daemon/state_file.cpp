@@ -13,7 +13,7 @@ namespace lensd::daemon {
 void KeepStateFile(const ServedLens& lens, std::string file, std::string text, std::string what,
                    std::function<void(const Result<void>&)> then) {
   const LensSurroundings& around = lens.surroundings();
-  const auto ended = [name = lens.name(), what = std::move(what), then](const Result<void>& kept) {
+  const auto ended = [name = lens.name(), what = std::move(what), then = std::move(then)](const Result<void>& kept) {
     if (!kept) Log(Severity::Warning, Event::StateNotKept, what + ": " + kept.error().message, name);
     then(kept ? kept : Fail(Code::NotKept, "in force, but not kept: " + kept.error().message));
   };

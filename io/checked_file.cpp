@@ -60,7 +60,7 @@ Integrity IntegrityOfObject(std::string_view text) {
 }
 
 Result<std::string> KeepDamaged(const std::string& path) {
-  const std::string copy = path + ".damaged";
+  std::string copy = path + ".damaged";
   std::error_code error;
   if (std::filesystem::file_size(path, error) > kLargestKept && !error) {
     return Fail(Code::Io, path + ": is too large for a copy");

@@ -145,7 +145,8 @@ void Painter::LayOut() {
   plot_.top = 16.0 + (chart_.title.empty() ? 0.0 : 24.0) + (chart_.subtitle.empty() ? 0.0 : 18.0);
   plot_.bottom = chart_.height - 24.0 - (chart_.x.label.empty() ? 6.0 : 26.0) - SecondLinePx(chart_.x);
   if (LegendAt(LegendPlace::Below)) {
-    plot_.bottom -= kLegendRowPx * static_cast<double>((legend_.size() - 1) / LegendColumns() + 1) + 8.0;
+    const std::size_t rows = (legend_.size() - 1) / LegendColumns() + 1;
+    plot_.bottom -= kLegendRowPx * static_cast<double>(rows) + 8.0;
   }
   y_.SetPixels(plot_.bottom, plot_.top);
   double widest = 0.0;

@@ -9,7 +9,7 @@ namespace lensd::io {
 std::string Painter::Filled(const Box& box, const std::string& colour, double opacity, Fill fill) {
   const std::string shape = "<rect x=\"" + Number(box.left) + "\" y=\"" + Number(box.top) + "\" width=\"" +
                             Number(box.right - box.left) + "\" height=\"" + Number(box.bottom - box.top) + "\"";
-  const std::string plain = shape + " fill=\"" + colour + "\" fill-opacity=\"" + Number(opacity) + "\"/>\n";
+  std::string plain = shape + " fill=\"" + colour + "\" fill-opacity=\"" + Number(opacity) + "\"/>\n";
   if (fill == Fill::Plain) return plain;
   const std::string name = "hatch" + id_ + "-" + std::to_string(patterns_++);
   return plain + "<pattern id=\"" + name +

@@ -147,7 +147,7 @@ Result<std::string> ReadText(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) return Fail(Code::Io, path + ": " + std::strerror(errno));
   in.peek();  // fails for a folder, and merely ends for an empty file
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  std::string text{std::istreambuf_iterator<char>(in), {}};
   if (in.bad()) return Fail(Code::Io, path + ": cannot be read as a file");
   return text;
 }

@@ -57,7 +57,7 @@ struct StackTask {
 /// could have done changes the count, exact arithmetic decides (without diffraction; stacks beyond a few hundred shots
 /// are left to double precision).
 Cover<double> CertainCover(const StackTask& task, double n, const Number& stop) {
-  const Cover<double> cover = CoverWith(task.needs, task.lens, n, n);
+  Cover<double> cover = CoverWith(task.needs, task.lens, n, n);
   constexpr std::size_t kMostExactShots = 300;
   if (task.lens.airy > 0.0 || cover.extensions.size() > kMostExactShots) return cover;
   const auto shifted = [&](double side) {

@@ -72,7 +72,7 @@ std::optional<drivers::AxisState> AxisController::Note(std::optional<drivers::Ax
   state_ = std::move(reading);
   if (!state_) return std::nullopt;
   state_->position = state_->position + track_.offset();
-  const drivers::AxisState noted = *state_;
+  drivers::AxisState noted = *state_;
   const bool stood = before && !before->moving && !noted.moving &&
                      std::abs((noted.position - before->position).value) <= setup_.tolerance;
   // It came to rest at this reading at the latest.

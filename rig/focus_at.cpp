@@ -244,18 +244,26 @@ Result<FocusAtFit> FitFocusAt(const FocusAtSamples& known, const Rig& rig, Focus
   return fit;
 }
 
+namespace {
+
+/// The refusal of a place outside the samples along one coordinate.
+std::unexpected<Error> OutsideSamples(const FocusAtCoordinate& coordinate, double at, double low, double high) {
+  const std::string in = coordinate.unit.empty() ? "" : " " + coordinate.unit;
+  return Fail(Code::OutOfRange,
+              coordinate.name + " = " + Short(at, 6) + in + " is " + Short(at < low ? low - at : at - high) + in +
+                  " outside the samples (" + Short(low, 6) + " to " + Short(high, 6) + in +
+                  "): focus there and add the sample",
+              {.parameter = "at", .minimum = low, .maximum = high, .unit = coordinate.unit});
+}
+
+}  // namespace
+
 Result<autofocus::SurfaceFocus> FocusAtFit::At(const std::vector<double>& at) const {
   if (!surface) return Fail(Code::OutOfRange, why_none, {.parameter = "at"});
   for (std::size_t i = 0; i < at.size() && i < coordinates.size(); ++i) {
     const double low = surface->low[i], high = surface->high[i];
     if (std::max(low - at[i], at[i] - high) <= kEdge * (high - low)) continue;
-    const auto& [name, unit] = coordinates[i];
-    const std::string in = unit.empty() ? "" : " " + unit;
-    return Fail(Code::OutOfRange,
-                name + " = " + Short(at[i], 6) + in + " is " + Short(at[i] < low ? low - at[i] : at[i] - high) + in +
-                    " outside the samples (" + Short(low, 6) + " to " + Short(high, 6) + in +
-                    "): focus there and add the sample",
-                {.parameter = "at", .minimum = low, .maximum = high, .unit = unit});
+    return OutsideSamples(coordinates[i], at[i], low, high);
   }
   if (at.size() == coordinates.size() && surface->Nearest(at) != at) {
     return Fail(Code::OutOfRange,

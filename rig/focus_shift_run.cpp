@@ -19,10 +19,10 @@ using drivers::Axis;
 class ShiftRun : public std::enable_shared_from_this<ShiftRun> {
  public:
   using Done = std::move_only_function<void(Result<ShiftOutcome>)>;
-  ShiftRun(Rig& rig, ShiftRequest request, std::function<void(const ShiftProgress&)> progress, Done done)
+  ShiftRun(Rig& rig, const ShiftRequest& request, std::function<void(const ShiftProgress&)> progress, Done done)
       : rig_(rig),
         guard_(rig),
-        request_(std::move(request)),
+        request_(request),
         progress_(std::move(progress)),
         done_(std::move(done)),
         occupied_(rig.Occupy({Activity::Kind::Autofocus, 0, 2 * request_.pairs})),
@@ -125,10 +125,10 @@ std::optional<Error> WhyNoPair(const Rig& rig, const ShiftRequest& request) {
 
 }  // namespace
 
-void MeasureFocusShift(Rig& rig, ShiftRequest request, std::function<void(const ShiftProgress&)> progress,
+void MeasureFocusShift(Rig& rig, const ShiftRequest& request, std::function<void(const ShiftProgress&)> progress,
                        std::move_only_function<void(Result<ShiftOutcome>)> done) {
   if (auto why = WhyNoPair(rig, request)) return done(PassOn(*std::move(why)));
-  std::make_shared<ShiftRun>(rig, std::move(request), std::move(progress), std::move(done))->Next();
+  std::make_shared<ShiftRun>(rig, request, std::move(progress), std::move(done))->Next();
 }
 
 }  // namespace lensd::rig

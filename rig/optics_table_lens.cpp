@@ -150,13 +150,6 @@ Result<void> OpticsTable::Lens::AddCalibration(const RigConfig& config) {
 }
 
 Result<OpticsTable> OpticsTable::Create(const drivers::NominalOptics& optics, const drivers::Capabilities& lens,
-                                        bool near_positive) {
-  RigConfig config;
-  config.axes[drivers::Axis::Focus].near_positive = near_positive;
-  return Create(optics, lens, config, nullptr);
-}
-
-Result<OpticsTable> OpticsTable::Create(const drivers::NominalOptics& optics, const drivers::Capabilities& lens,
                                         const RigConfig& config, std::shared_ptr<const Calibration> calibration) {
   if (!(optics.focal_length_m > 0)) return Fail(Code::InvalidArgument, "a focal length must be above 0");
   if (!(optics.min_f_number > 0) || !(optics.max_f_number >= optics.min_f_number)) {

@@ -23,7 +23,7 @@ SimSettings ReadKeys(SettingsReader& read) {
 
 Result<SimSettings> ReadSettings(const Settings& settings) {
   SettingsReader read(settings, "driver \"sim\"");
-  const SimSettings keys = ReadKeys(read);
+  SimSettings keys = ReadKeys(read);
   if (auto done = read.Finish(); !done) return PassOn(done);
   return keys;
 }

@@ -130,6 +130,7 @@ std::vector<std::uint16_t> Finished(const CameraSettings& camera, const std::vec
   std::vector<std::uint16_t> samples;
   samples.reserve(values.size());
   for (const float value : values) {
+    // NOLINTNEXTLINE(bugprone-incorrect-roundings): never negative, and lround() calls a function for each.
     samples.push_back(static_cast<std::uint16_t>(std::clamp(value, 0.0f, 1.0f) * top + 0.5f));
   }
   if (finish.jpeg_quality == 0) return samples;

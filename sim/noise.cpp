@@ -55,7 +55,7 @@ Table MakeTable() {
   for (std::size_t i = 0; i < kQuantiles / 2; ++i) {
     const double share = (static_cast<double>(i) + 0.5) / kQuantiles;
     for (int step = 0; step < 8; ++step) x -= (NormalFromZero(x) - share) / NormalDensity(x);
-    const auto entry = static_cast<std::int16_t>(x * kTableUnit + 0.5);
+    const auto entry = static_cast<std::int16_t>(std::lround(x * kTableUnit));
     table.entries[kQuantiles / 2 + i] = entry;
     table.entries[kQuantiles / 2 - 1 - i] = static_cast<std::int16_t>(-entry);
     variance += 2.0 * entry * entry / kQuantiles;

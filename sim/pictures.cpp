@@ -24,6 +24,7 @@ Picture PictureFrom(const LightImage& image) {
   for (std::size_t i = 0; i < image.light.size(); ++i) {
     const float light = image.light[i];
     if (light > 1.0f) picture.bright.push_back({static_cast<std::uint32_t>(i), light});
+    // NOLINTNEXTLINE(bugprone-incorrect-roundings): never negative, and lround() calls a function for each.
     picture.light[i] = static_cast<std::uint16_t>(std::clamp(light, 0.0f, 1.0f) * 65535.0f + 0.5f);
   }
   return picture;

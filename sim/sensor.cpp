@@ -86,6 +86,7 @@ std::vector<std::uint16_t> LuminanceOf(const CameraSettings& camera,
   if (camera.gamma != 1.0) ApplyGamma(luminance, camera.gamma);
   std::vector<std::uint16_t> samples;
   samples.reserve(luminance.size());
+  // NOLINTNEXTLINE(bugprone-incorrect-roundings): never negative, and lround() calls a function for each.
   for (const float value : luminance) samples.push_back(static_cast<std::uint16_t>(std::min(value, 1.0f) * top + 0.5f));
   return samples;
 }

@@ -34,10 +34,12 @@ constexpr Form kForms[] = {
 Result<Settings> SettingsFromPairs(const std::vector<std::pair<std::string, std::string>>& pairs) {
   std::string text;
   for (const auto& [key, value] : pairs) {
-    const std::string plain = key + " = " + value + "\n";
-    std::string quoted = key + " = \"";
+    const std::string name = key + " = ";
+    std::string plain = name, quoted = name + "\"";
+    plain.append(value).append("\n");
     for (const char c : value) quoted += (c == '"' || c == '\\') ? std::string("\\") + c : std::string(1, c);
-    text += io::ParseToml(plain, "").has_value() ? plain : quoted + "\"\n";
+    quoted += "\"\n";
+    text += io::ParseToml(plain, "").has_value() ? plain : quoted;
   }
   // Paths are relative to where lens-run is, as if a file here said so.
   return io::ParseToml(text, "argument");

@@ -38,7 +38,6 @@ class EventFeed {
   varlink::Json History();
   /// Empty while lensd answers, else why it does not.
   const std::string& down() const { return down_; }
-  std::size_t subscribers() const { return subscribers_.size(); }
 
  private:
   friend class Subscriber;

@@ -105,11 +105,12 @@ Result<std::vector<Stack>> LoadStacks(const std::string& directory, double gamma
   try {
     const json all = json::parse(file);
     for (const auto& [name, content] : all.items()) {
+      const std::string folder = directory + "/" + name;
       Stack stack{.name = name, .blur_px_per_frame = content.at("blur_px_per_frame"), .frames = {}, .regions = {}};
       for (int i = 0; i < content.at("frames").get<int>(); ++i) {
         char number[16];
         std::snprintf(number, sizeof number, "/%02d.png", i);
-        auto frame = LoadFrame(directory + "/" + name + number, gamma);
+        auto frame = LoadFrame(folder + number, gamma);
         if (!frame) return PassOn(frame);
         stack.frames.push_back(*std::move(frame));
       }

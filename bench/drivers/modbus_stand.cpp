@@ -136,7 +136,7 @@ class ModbusStand final : public RealTimeStand {
     to.sin_family = AF_INET;
     to.sin_port = htons(static_cast<std::uint16_t>(port_));
     to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    ::connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    (void)::connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to);
     return fd;
   }
 

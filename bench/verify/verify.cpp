@@ -211,7 +211,7 @@ void PrintTable(const std::vector<Verdict>& verdicts) {
   for (const Verdict& verdict : verdicts) {
     std::printf("%-8s %5.2f..%-5.2f m  limit %4.1f px  worst %s at %.2f m  (%ld px)  %s\n", verdict.limit.name.c_str(),
                 verdict.limit.near_m, verdict.limit.far_m, verdict.limit.limit_px, BlurText(verdict.worst).c_str(),
-                verdict.worst.mean_m, verdict.pixels, NameOf(verdict.answer).data());
+                verdict.worst.mean_m, verdict.pixels, std::string(NameOf(verdict.answer)).c_str());
   }
 }
 

@@ -64,7 +64,7 @@ Result<io::Chart> BlurOverDepth(const CameraSystem& system, Dioptres far, Dioptr
   chart.x = VergenceAxis(far, near);
   chart.y = {.label = "blur diameter", .unit = unit.Name(), .low = 0.0};
   chart.lines.push_back(std::move(curve));
-  if (between) chart.rules.push_back({.x = **focus, .label = "in focus"});
+  if (between) chart.rules.push_back({.x = *focus, .label = "in focus"});
   chart.legend = io::LegendPlace::Below;
   return chart;
 }

@@ -73,10 +73,10 @@ void AddRegion(const Json& result, int region, int regions, const char* where, i
   }
 }
 
-void AddAnswer(const Json& subject, std::string_view where, io::Chart& chart) {
+void AddAnswer(const Json& subject, const std::string& where, io::Chart& chart) {
   const bool vergence = where == "vergenceD";
   const double at = subject[where].get<double>();
-  std::string label = "focus: " + NumberText(subject, where.data(), 6, vergence ? " D" : "");
+  std::string label = "focus: " + NumberText(subject, where.c_str(), 6, vergence ? " D" : "");
   if (vergence && subject["sigmaD"].is_number()) {
     const double sigma = subject["sigmaD"].get<double>();
     label += ", sigma " + NumberText(subject, "sigmaD", 2, " D");

@@ -90,8 +90,9 @@ class Collector {
       return Fail(Code::Io, folder + ": " + failed.message());
     }
     std::ranges::sort(names);
+    const std::string inside = folder + "/";
     for (const std::string& name : names) {
-      if (auto taken = Take(BackedUp::Folder::State, folder + "/" + name, name); !taken) return taken;
+      if (auto taken = Take(BackedUp::Folder::State, inside + name, name); !taken) return taken;
     }
     return {};
   }

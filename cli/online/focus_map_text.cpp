@@ -46,7 +46,7 @@ std::string GridText(const Json& map) {
     const Json& at = cell["extensionUm"];
     std::string text = "-";
     if (at.is_number()) text = OffsetText(at.get<double>());
-    if (cell["outlier"].get<bool>()) text = "(" + text + ")";
+    if (cell["outlier"].get<bool>()) text.insert(0, "(").append(")");
     rows[cell["row"].get<std::size_t>()].push_back(text);
   }
   std::vector<std::vector<std::string>> table{{}};

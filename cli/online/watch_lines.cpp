@@ -54,7 +54,7 @@ std::string FocusOf(const Json& lens) {
 std::string LeaseOf(const Json& lens) {
   const Json lease = lens.value("lease", Json());
   if (!lease.is_object()) return "";
-  const std::string holder = "leased by " + TextOf(lease, "holder");
+  std::string holder = "leased by " + TextOf(lease, "holder");
   const Json until = lease.value("untilNs", Json());
   if (!until.is_number()) return holder;
   const auto left =

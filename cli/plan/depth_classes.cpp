@@ -78,8 +78,9 @@ Result<std::map<int, OccupiedDepths>> ReadDepthClasses(const std::string& depth_
       return Fail(Code::BadData, (mask.empty() ? depth_map : mask) + ": " + name + " has no pixel of known depth");
     }
     if (occupied.back() == kDepthValues - 1) {
-      return Fail(Code::BadData, depth_map + ": " + name +
-                                     " holds 65535 mm, where 16 bits overflow; write 0 where the depth is unknown");
+      const std::string where = depth_map + ": ";
+      return Fail(Code::BadData,
+                  (where + name).append(" holds 65535 mm, where 16 bits overflow; write 0 where the depth is unknown"));
     }
     found.emplace(number, std::move(occupied));
   }

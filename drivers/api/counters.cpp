@@ -27,11 +27,6 @@ void FrameCounter::Came(std::uint64_t sequence, Instant at) {
   last_ = {sequence, at};
 }
 
-void FrameCounter::Lost() {
-  const std::lock_guard lock(mutex_);
-  ++counts_.frames_lost;
-}
-
 void FrameCounter::CountPackets(std::uint64_t lost, std::uint64_t resent) {
   const std::lock_guard lock(mutex_);
   counts_.packets_lost += lost;

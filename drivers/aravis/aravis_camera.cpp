@@ -5,6 +5,7 @@
 #include <arv.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "drivers/api/thread_barrier.h"
@@ -290,7 +291,7 @@ Result<void> AravisCamera::DoSetExposure(Duration exposure) {
     if (read_error) return read_error.Why("reading the exposure time back");
     const std::lock_guard lock(shared->mutex);
     shared->exposure_before = shared->exposure;
-    shared->exposure = Duration(static_cast<Duration::rep>(got_us * 1e3 + 0.5));
+    shared->exposure = Duration(std::llround(got_us * 1e3));
     shared->exposure_changed = std::chrono::steady_clock::now();
     shared->exposure_set = exposure;
     return {};
@@ -317,7 +318,7 @@ Result<ExposureState> AravisCamera::DoReadExposure() {
     if (exposes) {
       const double us = arv_camera_get_exposure_time(camera, exposure_error.out());
       if (exposure_error) return exposure_error.Why("reading the exposure time");
-      state.exposure = Duration(static_cast<Duration::rep>(us * 1e3 + 0.5));
+      state.exposure = Duration(std::llround(us * 1e3));
     }
     if (gains) {
       state.gain = arv_camera_get_gain(camera, gain_error.out());

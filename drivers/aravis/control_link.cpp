@@ -70,20 +70,16 @@ void AravisLink::Post(std::function<void(ArvCamera*)> work) {
 }
 
 std::uint64_t AravisLink::Enqueue(Task task) {
-  std::uint64_t generation = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    generation = interrupts_;
-    if (state_.connected && !state_.lost) {
-      tasks_.push_back(std::move(task));
-      task.run = nullptr;
-    }
-  }
-  if (task.run) {
-    task.run(nullptr);  // no camera to ask
-  } else {
+  std::unique_lock lock(mutex_);
+  const std::uint64_t generation = interrupts_;
+  if (state_.connected && !state_.lost) {
+    tasks_.push_back(std::move(task));
+    lock.unlock();
     wake_.notify_one();
+    return generation;
   }
+  lock.unlock();
+  task.run(nullptr);  // no camera to ask
   return generation;
 }
 

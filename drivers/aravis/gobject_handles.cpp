@@ -5,20 +5,11 @@
 #include <arv.h>
 
 #include <mutex>
-#include <utility>
 
 namespace lensd::drivers::aravis {
 namespace {
 
-std::mutex warning_mutex;
-std::string newest_warning;  // guarded by warning_mutex
-
-void KeepWarning(const gchar*, GLogLevelFlags level, const gchar* message, gpointer) {
-  constexpr int kWorth = G_LOG_LEVEL_ERROR | G_LOG_LEVEL_CRITICAL | G_LOG_LEVEL_WARNING;
-  if ((level & kWorth) == 0 || message == nullptr) return;
-  const std::lock_guard lock(warning_mutex);
-  newest_warning = message;
-}
+void Swallow(const gchar*, GLogLevelFlags, const gchar*, gpointer) {}
 
 Code CodeOfDevice(int code) {
   switch (code) {
@@ -80,7 +71,7 @@ void TameGlib() {
   static std::once_flag once;
   std::call_once(once, [] {
     g_log_set_always_fatal(static_cast<GLogLevelFlags>(0));
-    g_log_set_default_handler(KeepWarning, nullptr);
+    g_log_set_default_handler(Swallow, nullptr);
     // Cameras are opened by several threads at once: what Aravis and libxml2 set up at the first description is set up
     // here.
     constexpr char kDescription[] = "<RegisterDescription/>";
@@ -88,11 +79,6 @@ void TameGlib() {
     const Handle<ArvDomDocument> first(
         arv_dom_document_new_from_memory(kDescription, sizeof kDescription - 1, ignored.out()));
   });
-}
-
-std::string TakeWarning() {
-  const std::lock_guard lock(warning_mutex);
-  return std::exchange(newest_warning, {});
 }
 
 bool Has(ArvCamera* camera, std::string_view feature) {

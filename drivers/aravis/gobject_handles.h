@@ -7,8 +7,9 @@
 
 #include "base/result.h"
 
-using ArvCamera = struct _ArvCamera;
-using GError = struct _GError;
+// GLib and Aravis name them so.
+using ArvCamera = struct _ArvCamera;  // NOLINT(bugprone-reserved-identifier)
+using GError = struct _GError;        // NOLINT(bugprone-reserved-identifier)
 
 namespace lensd::drivers::aravis {
 
@@ -46,9 +47,7 @@ class CallError {
 /// Whether the camera has the feature and can use it now; a camera that does not answer has none.
 bool Has(ArvCamera* camera, std::string_view feature);
 
-/// Once a process: no message of GLib or Aravis ends it or reaches the terminal; the newest warning is kept.
+/// Once a process: no message of GLib or Aravis ends it or reaches the terminal.
 void TameGlib();
-/// The newest warning since the last call; empty: none.
-std::string TakeWarning();
 
 }  // namespace lensd::drivers::aravis

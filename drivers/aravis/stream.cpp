@@ -28,11 +28,6 @@ std::optional<RawFrame> Mailbox::Take() {
   return std::exchange(newest_, std::nullopt);
 }
 
-Instant Mailbox::newest() const {
-  const std::lock_guard lock(mutex_);
-  return newest_at_;
-}
-
 /// Frame numbers go up by one; those of GigE Vision 1 have 16 bits and leave out 0. What is missing between was lost.
 void Mailbox::Advance(std::uint64_t frame_id) {
   constexpr std::uint64_t kLast = 0xffff;
@@ -54,7 +49,6 @@ Handle<ArvBuffer> Mailbox::Put(RawFrame frame, std::uint64_t frame_id) {
   const std::lock_guard lock(mutex_);
   Advance(frame_id);
   counter_.Came(sequence_, frame.arrival);
-  newest_at_ = frame.arrival;
   frame.sequence = sequence_;
   auto replaced = std::exchange(newest_, std::move(frame));
   return replaced ? std::move(replaced->buffer) : nullptr;
@@ -70,7 +64,6 @@ void Mailbox::Begin() {
   newest_.reset();
   last_id_.reset();
   counter_.Restart();
-  newest_at_ = std::chrono::steady_clock::now();
 }
 
 void Mailbox::Clear() {

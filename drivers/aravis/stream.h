@@ -14,9 +14,9 @@
 #include "drivers/api/thread_barrier.h"
 #include "gobject_handles.h"
 
-using ArvBuffer = struct _ArvBuffer;
-using ArvCamera = struct _ArvCamera;
-using ArvStream = struct _ArvStream;
+// Aravis names them so.
+using ArvBuffer = struct _ArvBuffer;  // NOLINT(bugprone-reserved-identifier)
+using ArvStream = struct _ArvStream;  // NOLINT(bugprone-reserved-identifier)
 
 namespace lensd::drivers::aravis {
 
@@ -36,8 +36,6 @@ class Mailbox {
   /// Takes the newest frame not yet taken. Throws what Aravis' stream thread met in our callback.
   std::optional<RawFrame> Take();
   Counters counts() const { return counter_.counts(); }
-  /// When the newest complete frame came, or the stream began.
-  Instant newest() const;
 
  private:
   friend class Stream;
@@ -54,7 +52,6 @@ class Mailbox {
   std::optional<RawFrame> newest_;        // guarded by mutex_, as all below
   std::uint64_t sequence_ = 0;            ///< of the newest frame heard of
   std::optional<std::uint64_t> last_id_;  ///< as the camera counts
-  Instant newest_at_{};
 };
 
 /// One stream, from start to stop of acquisition. Used by the link's thread but for Return().

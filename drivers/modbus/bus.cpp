@@ -18,7 +18,7 @@ constexpr int kReconnectAfter = 3;                  ///< bad exchanges in a row,
 constexpr Duration kFreshWait = milliseconds(100);  ///< Look() waits so long before an older sample will do
 constexpr Duration kOldest = milliseconds(250);     ///< how old that may be
 
-Error Named(const Drive& drive, Error error) {
+Error Named(const Drive& drive, const Error& error) {
   return {error.code, drive.label() + " " + error.message};
 }
 

@@ -94,7 +94,7 @@ Result<DriveConfig> ReadDrive(const Settings& table, Axis axis) {
     auto known = ReadProfile(*profile);
     if (!known) {  // what changes it cannot be judged; the table's own mistakes are told all the same
       for (const std::string_view key : kOverrides) read.Any(key);
-      read.Finish();
+      (void)read.Finish();
       return PassOn(known);
     }
     drive.profile = *std::move(known);

@@ -11,7 +11,7 @@
 #include "base/result.h"
 #include "base/settings.h"
 
-struct _modbus;
+struct _modbus;  // NOLINT(bugprone-reserved-identifier): libmodbus names it so
 
 namespace lensd::drivers::modbus {
 

@@ -29,16 +29,16 @@ Result<Device> MakeDevice(const std::shared_ptr<Session>& session, const UvcConf
   Device device;
   if (config.lens) {
     auto lens = UvcLens::Open(session, config.lens_config);
-    if (lens) device.lens = *std::move(lens);
     // A camera without a lens is a camera, unless the lens is what was asked for.
     if (!lens && (lens.error().code != Code::Unsupported || !config.camera)) return PassOn(lens);
+    if (lens) device.lens = *std::move(lens);
   }
   if (config.camera) {
     auto camera = UvcCamera::Open(session, config.camera_config);
-    if (camera) device.camera = *std::move(camera);
     const CameraConfig& asked = config.camera_config;
     const bool wanted = asked.format || asked.width || !device.lens;
     if (!camera && (camera.error().code != Code::Unsupported || wanted)) return PassOn(camera);
+    if (camera) device.camera = *std::move(camera);
   }
   return device;
 }

@@ -101,11 +101,12 @@ Result<std::unique_ptr<Lens>> UvcLens::Open(std::shared_ptr<Session> session, co
                                                    "focus_travel_ms, the time from end to end"
                                                  : "this camera has no focus, iris or zoom that can be set");
   }
-  return std::unique_ptr<Lens>(new UvcLens(std::move(can), std::move(session), config, std::move(axes)));
+  return std::unique_ptr<Lens>(new UvcLens(std::move(can), std::move(session), config, axes));
 }
 
-UvcLens::UvcLens(Capabilities capabilities, std::shared_ptr<Session> session, const LensConfig& config, Axes axes)
-    : Lens(std::move(capabilities)), session_(std::move(session)), config_(config), axes_(std::move(axes)) {
+UvcLens::UvcLens(Capabilities capabilities, std::shared_ptr<Session> session, const LensConfig& config,
+                 const Axes& axes)
+    : Lens(std::move(capabilities)), session_(std::move(session)), config_(config), axes_(axes) {
   if (axes_[Axis::Focus] || !this->capabilities().axes[Axis::Focus]) return;
   relative_.emplace(
       session_->clock, *config_.focus_travel, ResolutionMs(session_->controls.options()), [this](int direction) {

@@ -36,7 +36,7 @@ class UvcLens final : public Lens {
   };
   using Axes = PerAxis<std::optional<AbsoluteAxis>>;
 
-  UvcLens(Capabilities capabilities, std::shared_ptr<Session> session, const LensConfig& config, Axes axes);
+  UvcLens(Capabilities capabilities, std::shared_ptr<Session> session, const LensConfig& config, const Axes& axes);
 
   Result<void> DoStartHome(Axis axis) override;
   Result<void> DoStartMove(Axis axis, Native target) override;

@@ -93,7 +93,7 @@ Result<std::unique_ptr<Actuator>> OpenDw9714(Kernel& kernel, const std::string& 
     return Fail(Code::Unsupported, bus + " is no I2C bus: " + std::strerror(-status));
   }
   if ((offers & I2C_FUNC_SMBUS_WRITE_BYTE_DATA) == 0) return Fail(Code::Unsupported, bus + " cannot write two bytes");
-  // The request takes its argument in place of a pointer.
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): the request takes its argument in place of a pointer.
   const int status = node->Ioctl(I2C_SLAVE, reinterpret_cast<void*>(std::uintptr_t{address}));
   if (status == -EBUSY) {
     return Fail(Code::Busy, "a kernel driver has " + name.str() + "; use its lens node instead: device or sensor");

@@ -97,8 +97,8 @@ Result<std::unique_ptr<drivers::Lens>> LensOn(std::shared_ptr<const Node> node, 
   if (std::ranges::find(axes, Axis::Iris, &AxisParts::axis) != axes.end()) {
     if (auto held = HoldIris(*node, *automatics); !held) return PassOn(held);
   }
-  return CodeLens::Make(std::move(who), std::move(axes), std::move(automatics), std::make_unique<NodeChanges>(node),
-                        clock);
+  return CodeLens::Make(std::move(who), std::move(axes), std::move(automatics),
+                        std::make_unique<NodeChanges>(std::move(node)), clock);
 }
 
 Result<drivers::Device> OpenCoil(Kernel& kernel, const Config& config, const Clock& clock) {

@@ -30,7 +30,6 @@ struct Lines {
 };
 
 inline constexpr int kBox = -1;  ///< in a Pair: the box on e instead of a line
-inline constexpr int kCap = -2;  ///< in a Pair, both members: the cap on N
 
 /// Which upper and lower line face each other.
 struct Pair {

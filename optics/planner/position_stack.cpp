@@ -148,11 +148,6 @@ StackAnswer WhyNot(const Cover<double>& cover, const std::vector<Need<double>>& 
 
 }  // namespace
 
-Result<PositionStack> StackOnPositions(const PlanRequest& request, const LensPositions& lens,
-                                       const DistanceOrigin& origin) {
-  return StackOnPositions(request, lens, FocusBlocks(lens.focus), origin);
-}
-
 Result<PositionStack> StackOnPositions(const PlanRequest& request, const LensPositions& lens, const FocusBlocks& blocks,
                                        const DistanceOrigin& origin) {
   if (auto error = CheckStack(request)) return PassOn(*std::move(error));

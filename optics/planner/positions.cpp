@@ -88,11 +88,6 @@ PlanRequest RequestAtFirst(const PlanRequest& request, const LensPositions& lens
   return WithRanges(PositionBlur(request, lens, origin), request, lens, {});
 }
 
-Result<PositionPlan> PlanOnPositions(const PlanRequest& request, const LensPositions& lens,
-                                     const DistanceOrigin& origin) {
-  return PlanOnPositions(request, lens, FocusBlocks(lens.focus), origin);
-}
-
 Result<PositionPlan> PlanOnPositions(const PlanRequest& request, const LensPositions& lens, const FocusBlocks& blocks,
                                      const DistanceOrigin& origin) {
   const PositionBlur blur(request, lens, origin);

@@ -264,7 +264,7 @@ DiskKernel::DiskKernel(double diameter_px, const ApertureShape& shape)
 
 DiskKernel DiskKernel::Sparse(double diameter_px, const ApertureShape& shape) {
   if (diameter_px <= kLargestFitted) return DiskKernel(diameter_px, shape);
-  const DiskKernel areas = KernelTable::OfAreas(std::max(diameter_px, KernelTable::Largest()), shape);
+  DiskKernel areas = KernelTable::OfAreas(std::max(diameter_px, KernelTable::Largest()), shape);
   if (diameter_px >= KernelTable::Largest()) return areas;
   const double part = (diameter_px - kLargestFitted) / (KernelTable::Largest() - kLargestFitted);
   return KernelTable::Mixed(1.0 - part, DiskKernel(kLargestFitted, shape), part, areas);  // no step between the two

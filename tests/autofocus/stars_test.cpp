@@ -42,7 +42,8 @@ struct Canvas {
       for (int i = static_cast<int>(x - outer) - 1; i <= x + outer + 1; ++i) {
         int inside = 0;
         for (int part = 0; part < parts * parts; ++part) {
-          const double r = std::hypot(i + (part % parts + 0.5) / parts - x, j + (part / parts + 0.5) / parts - y);
+          const int across = part % parts, down = part / parts;
+          const double r = std::hypot(i + (across + 0.5) / parts - x, j + (down + 0.5) / parts - y);
           inside += r >= inner && r < outer ? 1 : 0;
         }
         Put(i, j, each * inside);
@@ -200,7 +201,8 @@ struct Sky {
     for (int i = 0; i < stars; ++i) {
       const double at = second_at > 0.0 && i % 2 == 1 ? second_at : sharp_at;
       const double radius = 0.5 * std::hypot((position - at) / px, 1.5);
-      canvas.Ring(30.3 + 47.1 * (i % 3), 32.7 + 52.3 * (i / 3), 0.0, radius, flux);
+      const int column = i % 3, row = i / 3;
+      canvas.Ring(30.3 + 47.1 * column, 32.7 + 52.3 * row, 0.0, radius, flux);
     }
     if (hot) canvas.Put(20, 90, 0.6), canvas.Put(110, 60, 0.9);
     return canvas.Taken(random, noise, 12);

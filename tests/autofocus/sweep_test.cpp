@@ -46,9 +46,10 @@ struct Scene {
     const double blur = (position - sharp_at) / blur_px;
     const double seen = contrast * (0.05 + 0.95 * std::exp(-0.5 * std::pow(blur / width_px, 2)));
     const double exposure = 1.0 + exposure_scatter * std::normal_distribution<double>(0.0, 1.0)(random);
+    constexpr int kMiddle = kSize / 2;
     const auto light = [&](int x, int y) {
       const double check = ((x / 2 + y / 2) % 2 == 0 ? 0.5 : -0.5) * seen;
-      return exposure * (0.4 + 0.4 * check + slope * (x - kSize / 2));
+      return exposure * (0.4 + 0.4 * check + slope * (x - kMiddle));
     };
     return FrameOf(light, noise, random);
   }

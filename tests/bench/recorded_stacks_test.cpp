@@ -42,8 +42,8 @@ Stack WithDirt(Stack stack, int specks, int hot, unsigned seed) {
   for (int i = 0; i < specks; ++i) {
     const double x = draw(0, width), y = draw(0, height), radius = draw(1.5, 8), depth = draw(0.15, 0.6);
     for (std::size_t p = 0; p < pixels; ++p) {
-      const double off = std::hypot(static_cast<double>(p % static_cast<std::size_t>(width)) - x,
-                                    static_cast<double>(p / static_cast<std::size_t>(width)) - y);
+      const std::size_t column = p % static_cast<std::size_t>(width), row = p / static_cast<std::size_t>(width);
+      const double off = std::hypot(static_cast<double>(column) - x, static_cast<double>(row) - y);
       if (off < radius + 8) shade[p] *= 1.0 - depth / (1.0 + std::exp(off - radius));
     }
   }

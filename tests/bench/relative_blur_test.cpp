@@ -33,12 +33,12 @@ Plane Picture(const std::vector<Wave>& waves, double diameter, double gain, doub
   std::normal_distribution<double> normal(0.0, std::max(noise, 1e-9));
   Plane plane{kSize, kSize, std::vector<float>(kSize * kSize)};
   for (int i = 0; i < kSize * kSize; ++i) {
+    const int column = i % kSize, row = i / kSize;
     double value = 100;
     for (const Wave& wave : waves) {
       const double x = std::numbers::pi * diameter * std::hypot(wave.fx, wave.fy);
       const double kept = x < 1e-9 ? 1.0 : 2 * std::cyl_bessel_j(1.0, x) / x;
-      value += kept * wave.amplitude *
-               std::cos(2 * std::numbers::pi * (wave.fx * (i % kSize) + wave.fy * (i / kSize)) + wave.phase);
+      value += kept * wave.amplitude * std::cos(2 * std::numbers::pi * (wave.fx * column + wave.fy * row) + wave.phase);
     }
     plane.values[i] = static_cast<float>(gain * value + (noise > 0 ? normal(random) : 0.0));
   }

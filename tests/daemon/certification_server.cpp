@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include <cstdio>
+#include <iostream>
 #include <string>
 #include <vector>
 
@@ -166,7 +167,7 @@ int Main(const std::string& path) {
   router.Add(certification);
   router.Add(flood);
   auto server = Server::Create(**loop, listener->descriptor(), router, Limits{}, "org.varlink.certification.Busy",
-                               [](std::string_view notice) { std::fprintf(stderr, "%s\n", notice.data()); });
+                               [](std::string_view notice) { std::cerr << notice << "\n"; });
   if (!server) return std::fprintf(stderr, "cannot serve\n"), 1;
   return (*loop)->Run() ? 0 : 1;
 }

@@ -82,6 +82,7 @@ TEST(MotorPositions, AreThoseOfNowWhereverTheMotorsStand) {
     rig::Status now = With(first, Axis::Focus, place(random), left(random), i % 3 == 0 ? 0.0 : doubt(random));
     if (i % 2 == 0) now = With(now, Axis::Iris, place(random) / 30.0, left(random) / 7.0, 0.0);
     const auto kept = planning->motors.Of(*planning, now);
+    // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): a copy knows no positions yet.
     const Planning anew = *planning;
     ExpectSame(*kept, *anew.motors.Of(anew, now));
     EXPECT_EQ(kept, planning->motors.Of(*planning, now)) << "worked out twice";
@@ -131,6 +132,7 @@ TEST(MotorPositions, MayBeAskedForOnAnyThread) {
   std::vector<std::shared_ptr<const MotorPositions>> expected;
   for (int i = 0; i < 3; ++i) {
     statuses.push_back(With(first, Axis::Focus, 100.0 + 200.0 * i, 5.0 * i, 0.0));
+    // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): a copy knows no positions yet.
     const Planning anew = *planning;
     expected.push_back(anew.motors.Of(anew, statuses.back()));
   }

@@ -97,7 +97,8 @@ class AnyKernel final : public Kernel {
   }
   std::vector<std::string> List(const std::string& folder, const std::string& prefix) override {
     std::vector<std::string> found;
-    for (unsigned i = 0; i < Byte() % 4U; ++i) found.push_back(folder + "/" + prefix + std::to_string(i));
+    const std::string begin = folder + "/" + prefix;
+    for (unsigned i = 0; i < Byte() % 4U; ++i) found.push_back(begin + std::to_string(i));
     return found;
   }
   std::string Text(const std::string&) override {
@@ -142,6 +143,7 @@ class AnyKernel final : public Kernel {
     const auto answer = [&](__u64 pointer, __u32 count, std::size_t each) -> std::optional<__u32> {
       const __u32 there = Byte() % 6;
       if (pointer != 0 && there > count) return std::nullopt;
+      // NOLINTNEXTLINE(performance-no-int-to-ptr): media_v2_topology holds pointers as numbers.
       if (pointer != 0) Fill(reinterpret_cast<void*>(static_cast<std::uintptr_t>(pointer)), there * each);
       return there;
     };
@@ -154,6 +156,7 @@ class AnyKernel final : public Kernel {
     topology.num_links = *links;
     if (topology.ptr_entities != 0 && topology.num_entities > 1 && Byte() % 2 == 0) {
       // What only a graph of some sense reaches.
+      // NOLINTNEXTLINE(performance-no-int-to-ptr): as above.
       auto* found = reinterpret_cast<media_v2_entity*>(static_cast<std::uintptr_t>(topology.ptr_entities));
       found[0].function = MEDIA_ENT_F_CAM_SENSOR;
       found[1].function = MEDIA_ENT_F_LENS;

@@ -142,7 +142,7 @@ TEST(LiquidPlan, GoesToPositionsThatExist) {
   }
   lens.iris.push_back({FNumber{2.8}, FNumber{2.8}, FNumber{2.8}});
   request.extensions = {0.0, lens.focus.back().extension.value};
-  const auto plan = PlanOnPositions(request, lens);
+  const auto plan = PlanOnPositions(request, lens, FocusBlocks(lens.focus));
   ASSERT_TRUE(plan.has_value() && plan->plan.feasible);
   EXPECT_EQ(plan->focus, 20u);
   EXPECT_NEAR(plan->plan.focal_plane.value, 2.0, 1e-12);

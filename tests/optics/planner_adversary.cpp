@@ -115,7 +115,7 @@ class Adversary {
   std::optional<Rational> Touching(const Rational& u, const Rational& shift, bool sharp) {
     const Rational g = 1 + f_ * u * (1 / pupil_ - 1);
     const Rational s = ((1 - f_ * u) * (e0_ + shift) - f_ * f_ * u) / (n0_ * g);
-    const Rational size = abs(s) / (sharp ? Rational(1 - epsilon_) : Rational(1 + epsilon_));
+    Rational size = abs(s) / (sharp ? Rational(1 - epsilon_) : Rational(1 + epsilon_));
     if (size == 0 || DecimalText(size).empty()) return std::nullopt;
     return size;
   }

@@ -36,7 +36,7 @@ double Allowed(const PlanRequest& request, const BlurLimit& limit, double n, dou
   constexpr double kPart = 1e-9;
   constexpr double kNothing = 1e-11;  // what rounding e leaves of a perfect focus
   Question question;
-  question.n = n;
+  question.n = std::move(n);
   question.ratio = FromDouble(ratio * (1 + kPart) + kNothing);
   if (!Feasible(request, question)) return ::testing::AssertionFailure() << "infeasible at ratio " << ratio;
   if (ratio <= 2 * kNothing) return ::testing::AssertionSuccess();

@@ -148,7 +148,7 @@ TEST(PlannerPositions, TheBestReachablePointHoldsAndNoneIsBetter) {
   request.sensor_tolerance = 1e-6;
   for (const Objective objective : {Objective::Light, Objective::Sharp}) {
     request.objective = objective;
-    const Result<PositionPlan> answer = PlanOnPositions(request, hardware);
+    const Result<PositionPlan> answer = PlanOnPositions(request, hardware, FocusBlocks(hardware.focus));
     ASSERT_TRUE(answer.has_value());
     ASSERT_TRUE(answer->continuous_feasible && answer->plan.feasible);
     EXPECT_EQ(answer->plan.extension.value, hardware.focus[answer->focus].extension.value);
@@ -177,7 +177,7 @@ TEST(PlannerPositions, SaysSoWhenStepsAreCoarserThanTheDepthOfField) {
   PlanRequest request = Demo();
   request.f_numbers = {1.5, 2.1};
   const LensPositions hardware = Hardware(3);
-  const Result<PositionPlan> answer = PlanOnPositions(request, hardware);
+  const Result<PositionPlan> answer = PlanOnPositions(request, hardware, FocusBlocks(hardware.focus));
   ASSERT_TRUE(answer.has_value());
   EXPECT_TRUE(answer->continuous_feasible);
   EXPECT_FALSE(answer->plan.feasible);
@@ -191,7 +191,7 @@ TEST(PlannerPositions, AFixedFocusTakesTheNearestStep) {
   request.limits.clear();
   request.focus = PlanDepth::Distance(2.55);  // e = 0.001
   const LensPositions hardware = Hardware(9);
-  const Result<PositionPlan> answer = PlanOnPositions(request, hardware);
+  const Result<PositionPlan> answer = PlanOnPositions(request, hardware, FocusBlocks(hardware.focus));
   ASSERT_TRUE(answer.has_value() && answer->plan.feasible);
   EXPECT_NEAR(answer->plan.extension.value, 0.001, 0.0002 * 0.75);
 }

@@ -14,7 +14,7 @@ class FeedbackTest : public MotionTest {
   void OpenAs(drivers::Feedback feedback, RigConfig config = {}) {
     controls_->focus = drivers::AxisCapabilities{
         .maximum = Native{1000.0}, .feedback = feedback, .can_home = true, .speed = 1000.0, .backlash = 0.0};
-    Open(config);
+    Open(std::move(config));
   }
   MoveOutcome To(double target) {
     const auto answers = Move(target);

@@ -31,7 +31,7 @@ drivers::Capabilities Motors(bool iris) {
 OpticsTable Told(double widest, double smallest, double travel_m = kTravelM) {
   const drivers::NominalOptics optics{
       .focal_length_m = 0.025, .min_f_number = widest, .max_f_number = smallest, .max_extension_m = travel_m};
-  return *OpticsTable::Create(optics, Motors(widest < smallest));
+  return *OpticsTable::Create(optics, Motors(widest < smallest), RigConfig{}, nullptr);
 }
 
 /// A run on a lens with kTruePx, of which `optics` tell otherwise.

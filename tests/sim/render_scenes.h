@@ -72,7 +72,7 @@ inline OpticalState Blurred(const Scene& scene, double diameter_px, double at_d)
   return {LensModel::Thin, f, aperture, (1.0 + blur / aperture) / (1.0 / f - at_d)};
 }
 
-inline LightImage Render(const Scene& scene, const OpticalState& state, RenderOptions options = {}) {
+inline LightImage Render(const Scene& scene, const OpticalState& state, const RenderOptions& options = {}) {
   auto renderer = Renderer::Create(scene);
   EXPECT_TRUE(renderer);
   auto rendered = renderer->Render(state, options);

@@ -63,10 +63,7 @@ PlanRequest RequestAtFirst(const PlanRequest& request, const LensPositions& lens
 
 /// Solves `request`, whose focal length does not count, over every pair of positions; tolerances are at least those of
 /// the positions. Ranges that hold no position, and each stop and a fixed focus, mean the position nearest to them.
-/// Limits hold to a part in 1e12. Errors as Plan().
-Result<PositionPlan> PlanOnPositions(const PlanRequest& request, const LensPositions& lens,
-                                     const DistanceOrigin& origin = {});
-/// The same where many requests are solved for a lens: `blocks` are those of its positions.
+/// Limits hold to a part in 1e12. `blocks` are those of the positions, made once for many requests. Errors as Plan().
 Result<PositionPlan> PlanOnPositions(const PlanRequest& request, const LensPositions& lens, const FocusBlocks& blocks,
                                      const DistanceOrigin& origin = {});
 
@@ -81,10 +78,8 @@ struct PositionStack {
   std::size_t iris = 0;
 };
 
-/// The fewest shots that keep every sharp limit, at the smallest f-number that allows so few. Errors as PlanStack().
-Result<PositionStack> StackOnPositions(const PlanRequest& request, const LensPositions& lens,
-                                       const DistanceOrigin& origin = {});
-/// The same where many requests are solved for a lens: `blocks` are those of its positions.
+/// The fewest shots that keep every sharp limit, at the smallest f-number that allows so few. `blocks` as for
+/// PlanOnPositions(). Errors as PlanStack().
 Result<PositionStack> StackOnPositions(const PlanRequest& request, const LensPositions& lens, const FocusBlocks& blocks,
                                        const DistanceOrigin& origin = {});
 

@@ -37,7 +37,7 @@ struct ShiftOutcome {
 /// ends where focus was found last. Newer commands of any caller end it (Superseded), as does a stop (Cancelled).
 /// InvalidArgument: fewer than three pairs, not exactly one of f-number and filter, or one that is no change. Otherwise
 /// as Rig::Autofocus(). Call it, and destroy the rig, on the rig's thread; callbacks come from Rig::Step().
-void MeasureFocusShift(Rig& rig, ShiftRequest request, std::function<void(const ShiftProgress&)> progress,
+void MeasureFocusShift(Rig& rig, const ShiftRequest& request, std::function<void(const ShiftProgress&)> progress,
                        std::move_only_function<void(Result<ShiftOutcome>)> done);
 
 }  // namespace lensd::rig

@@ -36,10 +36,8 @@ struct Conditions {
 class OpticsTable {
  public:
   /// InvalidArgument: a focal length or f-number that is not above 0, an empty range, a focus inside -f; a calibration
-  /// that does not rise or fall throughout, or the wrong way for `near_positive`.
-  static Result<OpticsTable> Create(const drivers::NominalOptics& optics, const drivers::Capabilities& lens,
-                                    bool near_positive = true);
-  /// With a calibration, and what `config` says of approach, temperature, tolerance and wavelength.
+  /// that does not rise or fall throughout, or the wrong way for `near_positive`. Of `config` count approach,
+  /// temperature, tolerance and wavelength.
   static Result<OpticsTable> Create(const drivers::NominalOptics& optics, const drivers::Capabilities& lens,
                                     const RigConfig& config, std::shared_ptr<const Calibration> calibration);
   /// The same lens under other conditions.

@@ -26,7 +26,6 @@ inline constexpr unsigned kPixelPitch = 0x8058;
 inline constexpr unsigned kToggle = 0x80000000;
 inline constexpr unsigned kTimestampControl = 0x0944;
 inline constexpr unsigned kTimestampHigh = 0x0948;
-inline constexpr unsigned kTimestampLow = 0x094c;
 }  // namespace registers
 
 /// One axis, in whole units of `unit` of its feature.

@@ -45,9 +45,8 @@ bool Obey(UvcCamera& camera, const std::string& line) {
     const auto state = camera.truth()->Now();
     std::cout << "focus " << state.focus_steps << " f-number " << state.f_number << " vergence " << state.focal_plane_d
               << std::endl;
-  } else if (!counted) {
-    return false;
-  } else if (what == "stall" || what == "ignore" || what == "lose" || what == "late" || what == "shorten") {
+  } else if (counted &&
+             (what == "stall" || what == "ignore" || what == "lose" || what == "late" || what == "shorten")) {
     if (what == "stall") faults.stall = count;
     if (what == "stall" && has_more) faults.error = static_cast<std::uint8_t>(more);
     if (what == "ignore") faults.ignore = count;
@@ -56,7 +55,7 @@ bool Obey(UvcCamera& camera, const std::string& line) {
     if (what == "late" && has_more) faults.delay = std::chrono::milliseconds(more);
     if (what == "shorten") faults.shorten = count;
     camera.SetFaults(faults);
-  } else if (what == "flag" || what == "drop" || what == "garble") {
+  } else if (counted && (what == "flag" || what == "drop" || what == "garble")) {
     (what == "flag" ? stream.flagged : what == "drop" ? stream.dropped : stream.garbled) = count;
     camera.SetFaults(stream);
   } else {

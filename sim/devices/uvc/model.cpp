@@ -148,7 +148,11 @@ UvcModel::Answer UvcModel::Standard(std::span<const std::uint8_t, 8> setup) {
 
 /// The terminal's or the unit's answer, and what the faults make of it.
 UvcModel::Answer UvcModel::Spoiled(const Request& request) {
-  const auto takes = [](int& count) { return count > 0 && count-- > 0; };
+  const auto takes = [](int& count) {
+    if (count <= 0) return false;
+    --count;
+    return true;
+  };
   if (takes(faults_.stall)) return Refuse(faults_.error);
   const bool sets = request.code == 0x01;
   if (sets && takes(faults_.ignore)) return Reply();

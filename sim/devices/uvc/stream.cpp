@@ -14,7 +14,9 @@ constexpr std::uint8_t kFrameBit = 0x01, kEndOfFrame = 0x02, kError = 0x40, kEnd
 constexpr int kQuality = 95;
 
 bool Takes(int& count) {
-  return count > 0 && count-- > 0;
+  if (count <= 0) return false;
+  --count;
+  return true;
 }
 
 }  // namespace

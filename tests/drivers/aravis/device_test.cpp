@@ -20,7 +20,7 @@ std::optional<drivers::Frame> NextFrame(drivers::Camera& camera, Duration patien
   const Instant deadline = std::chrono::steady_clock::now() + patience;
   while (std::chrono::steady_clock::now() < deadline) {
     auto polled = camera.Poll();
-    if (polled && *polled) return *std::move(*polled);
+    if (polled && *polled) return *std::move(polled);
     std::this_thread::sleep_for(1ms);
   }
   return std::nullopt;

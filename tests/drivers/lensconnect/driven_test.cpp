@@ -199,7 +199,7 @@ TEST_F(Driven, ACommandThatIsAlwaysMissedIsAFault) {
   EXPECT_EQ(state.position.value, 2000);
   EXPECT_EQ(model().starts() - starts, 2);
   ASSERT_TRUE(lens_->StartHome(Axis::Iris));
-  EXPECT_TRUE(Rest(Axis::Focus, 5s).fault != "");
+  EXPECT_FALSE(Rest(Axis::Focus, 5s).fault.empty());
 }
 
 TEST_F(Driven, AMotorThatJamsSaysWhere) {

@@ -67,8 +67,8 @@ class Program {
 std::string TwoDrives(const std::string& profile, const std::string& keys) {
   std::string drives;
   for (const auto& [axis, unit] : {std::pair{"focus", 1}, {"iris", 2}}) {
-    drives += std::string("[drives.") + axis + "]\nunit = " + std::to_string(unit) + "\nprofile = \"" + profile +
-              "\"\n" + keys;
+    drives.append("[drives.").append(axis).append("]\nunit = ").append(std::to_string(unit));
+    drives.append("\nprofile = \"").append(profile).append("\"\n").append(keys);
   }
   return drives;
 }

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <deque>
 #include <functional>
@@ -114,8 +115,9 @@ class ScriptedKernel final : public Kernel {
   }
   std::vector<std::string> List(const std::string& folder, const std::string& prefix) override {
     std::vector<std::string> found;
+    const std::string begin = folder + "/" + prefix;
     for (const auto& [path, node] : nodes) {
-      if (path.starts_with(folder + "/" + prefix)) found.push_back(path);
+      if (path.starts_with(begin)) found.push_back(path);
     }
     return found;
   }
@@ -127,8 +129,8 @@ class ScriptedKernel final : public Kernel {
  private:
   static int QueryCapability(const ScriptedNode& node, v4l2_capability* about) {
     if (!node.video) return -ENOTTY;
-    std::strcpy(reinterpret_cast<char*>(about->driver), "scripted");
-    std::strcpy(reinterpret_cast<char*>(about->card), "Scripted Camera");
+    std::snprintf(reinterpret_cast<char*>(about->driver), sizeof about->driver, "scripted");
+    std::snprintf(reinterpret_cast<char*>(about->card), sizeof about->card, "Scripted Camera");
     about->capabilities = V4L2_CAP_STREAMING;
     return 0;
   }
@@ -173,6 +175,7 @@ class ScriptedKernel final : public Kernel {
     const auto fill = [](auto address, auto& count, const auto& from) {
       if (address != 0) {
         if (count < from.size()) return false;
+        // NOLINTNEXTLINE(performance-no-int-to-ptr): media_v2_topology holds pointers as numbers.
         std::memcpy(reinterpret_cast<void*>(address), from.data(), from.size() * sizeof from[0]);
       }
       count = static_cast<__u32>(from.size());

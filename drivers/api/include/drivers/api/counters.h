@@ -37,8 +37,6 @@ class FrameCounter {
   void Restart();
   /// A whole frame, with its number among all that were exposed, and when it came or was exposed, always the same.
   void Came(std::uint64_t sequence, Instant at);
-  /// One that has no number of its own.
-  void Lost();
   void CountPackets(std::uint64_t lost, std::uint64_t resent);
   Counters counts() const;
 
