@@ -80,11 +80,12 @@ rig::LensMotion MotionOf(const ExchangePointer& exchange, bool unsaid) {
 /// A frame on its way to the client.
 void StreamFrame(TaskThread& pictures, EventLoop& loop, const ExchangePointer& exchange, const PictureWish& wish,
                  const rig::LensedFrame& frame) {
-  const bool taken = pictures.Submit([&loop, exchange, wish, frame] {
+  const bool taken = pictures.Submit([&loop, call = ExchangePointer(exchange), wish, frame]() mutable {
     auto picture = PictureMaker(wish).Make(frame.frame);
-    if (!picture) return loop.Post([exchange, error = picture.error()] { Refuse(exchange, error); });
+    // The call is let go of where calls live: nothing of it stays on this thread.
+    if (!picture) return loop.Post([held = std::move(call), error = picture.error()] { Refuse(held, error); });
     auto pieces = PiecesOf(*picture, {{"frame", FrameJson(frame)}, {"picture", PictureJson(*picture)}});
-    loop.Post([exchange, pieces = std::move(pieces)]() mutable { SendPieces(exchange, std::move(pieces)); });
+    loop.Post([held = std::move(call), pieces = std::move(pieces)]() mutable { SendPieces(held, std::move(pieces)); });
   });
   if (!taken) Refuse(exchange, {Code::Busy, "too many pictures wait to be compressed; try again"});
 }

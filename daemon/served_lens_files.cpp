@@ -167,10 +167,13 @@ void ServedLens::KeepCalibration(std::uint64_t number, std::shared_ptr<const rig
     NoteCalibration(number, next, kept);
     then(kept);
   };
-  const bool taken = surroundings_.files.Submit([this, ended, file = kept_.calibration.path, next = std::move(next)] {
+  auto keep = [this, end = ended, file = kept_.calibration.path, next = std::move(next)]() mutable {
     auto kept = Keep(file, next ? rig::CalibrationText(*next) : "");
-    surroundings_.loop.Post([ended, kept = std::move(kept), mark = MarkOf(file)] { ended(kept, Code::NotKept, mark); });
-  });
+    // Moved on: it may hold a call, which is let go of where calls live.
+    surroundings_.loop.Post(
+        [tell = std::move(end), kept = std::move(kept), mark = MarkOf(file)] { tell(kept, Code::NotKept, mark); });
+  };
+  const bool taken = surroundings_.files.Submit(std::move(keep));
   if (!taken) ended(Fail(Code::Busy, "too much waits to be written"), Code::Busy, {});
 }
 

@@ -123,13 +123,15 @@ void SimulatorService::Render(drivers::Simulation& simulation, const ExchangePoi
   const auto shared = simulation.shared_from_this();
   std::stop_source stop;
   lenses_.loop().After(kLongestRender, [stop]() mutable { stop.request_stop(); });
-  const bool taken =
-      pictures_.Submit([&loop = lenses_.loop(), ending = ending_.get_token(), shared, exchange, stop]() mutable {
-        const std::stop_callback at_end(ending, [&stop] { stop.request_stop(); });
-        const auto frame = shared->Render(stop.get_token());
-        auto png = frame ? PictureMaker(PictureWish{}).Make(*frame) : Result<Picture>(PassOn(frame));
-        loop.Post([exchange, png = std::move(png)] { AnswerPicture(exchange, png); });
-      });
+  auto render = [&loop = lenses_.loop(), ending = ending_.get_token(), shared, call = ExchangePointer(exchange),
+                 stop]() mutable {
+    const std::stop_callback at_end(ending, [&stop] { stop.request_stop(); });
+    const auto frame = shared->Render(stop.get_token());
+    auto png = frame ? PictureMaker(PictureWish{}).Make(*frame) : Result<Picture>(PassOn(frame));
+    // Moved on: calls are let go of where they live.
+    loop.Post([held = std::move(call), png = std::move(png)] { AnswerPicture(held, png); });
+  };
+  const bool taken = pictures_.Submit(std::move(render));
   if (!taken) Refuse(exchange, {Code::Busy, "too many pictures wait to be rendered; try again"});
 }
 

@@ -17,10 +17,12 @@ void KeepStateFile(const ServedLens& lens, std::string file, std::string text, s
     if (!kept) Log(Severity::Warning, Event::StateNotKept, what + ": " + kept.error().message, name);
     then(kept ? kept : Fail(Code::NotKept, "in force, but not kept: " + kept.error().message));
   };
-  const bool taken = around.files.Submit([&loop = around.loop, ended, file = std::move(file), text = std::move(text)] {
+  auto keep = [&loop = around.loop, end = ended, file = std::move(file), text = std::move(text)]() mutable {
     auto kept = Keep(file, text);
-    loop.Post([ended, kept = std::move(kept)] { ended(kept); });
-  });
+    // Moved on: it may hold a call, which is let go of where calls live.
+    loop.Post([tell = std::move(end), kept = std::move(kept)] { tell(kept); });
+  };
+  const bool taken = around.files.Submit(std::move(keep));
   if (!taken) ended(Fail(Code::Busy, "too much waits to be written"));
 }
 

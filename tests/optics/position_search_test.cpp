@@ -308,7 +308,7 @@ TEST(PositionSearch, AConflictIsInfeasibleByItself) {
   for (long n = 0; n < problems; ++n) {
     const Problem problem = source.Next();
     SCOPED_TRACE("problem " + std::to_string(n) + ": " + Told(problem));
-    const auto whole = PlanOnPositions(problem.request, problem.lens, problem.origin);
+    const auto whole = PlanOnPositions(problem.request, problem.lens, FocusBlocks(problem.lens.focus), problem.origin);
     if (!whole || whole->plan.feasible || whole->continuous_feasible) continue;
     PlanRequest part = problem.request;
     const auto& names = whole->plan.conflict;
@@ -317,7 +317,7 @@ TEST(PositionSearch, AConflictIsInfeasibleByItself) {
     if (std::ranges::find(names, "focus") == names.end()) part.focus.reset();
     ++conflicts;
     fewer += part.limits.size() < problem.request.limits.size();
-    const auto alone = PlanOnPositions(part, problem.lens, problem.origin);
+    const auto alone = PlanOnPositions(part, problem.lens, FocusBlocks(problem.lens.focus), problem.origin);
     ASSERT_TRUE(alone.has_value());
     ASSERT_FALSE(alone->plan.feasible) << ::testing::PrintToString(names);
   }
