@@ -28,18 +28,11 @@ bool IsOfAnotherLens(double log_over_known, double sigma) {
   return std::abs(log_over_known) > kOdd * sigma;
 }
 
-/// The newest run was beyond what those before it had shown, and so is `shown`, on the same side.
-bool SlopeLearner::AgreesWithAnOddOne(double shown) const {
-  if (shown_.size() <= kFewest) return false;
-  const auto before = SlopeLearner({shown_.begin(), shown_.end() - 1}).Known();
-  const double newest = shown_.back() - before->log_factor, next = shown - before->log_factor;
-  return IsOfAnotherLens(newest, before->sigma) && IsOfAnotherLens(next, before->sigma) && newest * next > 0;
-}
-
 SlopeLearner::Learned SlopeLearner::Add(double log_factor) {
   const double shown = std::clamp(log_factor, -kMostLog, kMostLog);
-  const bool another = AgreesWithAnOddOne(shown);
-  if (another) shown_ = {shown_.back()};
+  const auto known = Known();
+  const bool another = known && IsOfAnotherLens(shown - known->log_factor, known->sigma);
+  if (another) shown_.clear();
   shown_.push_back(shown);
   if (shown_.size() > kMost) shown_.erase(shown_.begin());
   return another ? Learned::AnotherLens : Learned::Added;

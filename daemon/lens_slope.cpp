@@ -27,7 +27,7 @@ Json KnownSlopeJson(const std::optional<autofocus::KnownSlope>& known) {
           {"runs", known->runs}};
 }
 
-/// A second in a row that shows it ends what was learned.
+/// By the rule by which what was learned ends.
 bool ShowsAnotherLens(const rig::AutofocusOutcome& outcome) {
   const auto& known = outcome.known_slope;
   return known && outcome.slope &&
@@ -75,8 +75,8 @@ void LensSlope::Found(const rig::AutofocusOutcome& outcome) {
   LearnedSlope learned = *learned_->Get();
   if (learned.Add(std::move(run), *optics) == autofocus::SlopeLearner::Learned::AnotherLens) {
     Log(Severity::Warning, Event::SlopeForgotten,
-        "in two autofocus runs in a row blur grew otherwise than earlier ones showed, as with another lens: what those "
-        "taught is forgotten",
+        "blur grows otherwise than earlier autofocus runs showed, as with another lens: what was learned of it is "
+        "forgotten",
         {.lens = lens_.name(), .axis = "focus"});
   }
   Put(std::move(learned), [](const Result<void>&) {});

@@ -105,12 +105,7 @@ SlopeLearner::Learned LearnedSlope::Add(SlopeRun run, const OpticsTable& optics)
   const auto told = ToldSlope(optics, run.under, run.position);
   const double now = run.log_factor + (told ? std::log(run.told_px / *told) : 0.0);
   const auto learned = LearnerFor(run.under, optics).Add(now);
-  if (learned == SlopeLearner::Learned::AnotherLens) {
-    // The first of the two that show the other lens.
-    const auto first = std::find_if(runs_.rbegin(), runs_.rend(),
-                                    [&](const SlopeRun& one) { return SlopeHoldsUnder(one.under, run.under, optics); });
-    runs_ = {SlopeRun(*first)};
-  }
+  if (learned == SlopeLearner::Learned::AnotherLens) runs_.clear();
   runs_.push_back(std::move(run));
   if (runs_.size() > SlopeRun::kMost) runs_.erase(runs_.begin());
   return learned;

@@ -19,7 +19,7 @@ struct KnownSlope {
 
 /// A setup that goes by what is known instead of what was told. It must have Setup::blur_px.
 void GoBy(const KnownSlope& known, Setup& setup);
-/// Whether a slope, over the known one, is beyond what that lens has shown.
+/// Whether a slope, over the known one, is another lens'.
 bool IsOfAnotherLens(double log_over_known, double sigma);
 
 /// Single runs scatter by more than each can know of itself, so that only their mean counts, with that scatter.
@@ -32,16 +32,13 @@ class SlopeLearner {
   explicit SlopeLearner(std::vector<double> shown) : shown_(std::move(shown)) {}
 
   enum class Learned { Added, AnotherLens };
-  /// What one more run has shown. One that contradicts those before may be no more than odd, and widens what is known;
-  /// two in a row that do so alike are another lens', and alone are left.
+  /// What one more run has shown. What contradicts those before ends them: it is the first of another lens.
   Learned Add(double log_factor);
   /// Nothing: too few runs.
   std::optional<KnownSlope> Known() const;
   const std::vector<double>& shown() const { return shown_; }  ///< the newest kMost, the oldest first
 
  private:
-  bool AgreesWithAnOddOne(double shown) const;
-
   std::vector<double> shown_;
 };
 

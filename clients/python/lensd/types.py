@@ -784,8 +784,7 @@ class AutofocusSlope:
     shown: Optional[float] = None
     # As earlier runs had shown it: the search went by this instead of what is told. Null: by what is told.
     known: Optional[KnownSlope] = None
-    # The two contradict each other, as with another lens. Once two searches in a row that find focus do so alike, what
-    # was learned before them is forgotten.
+    # The two contradict each other, as with another lens: what was learned is forgotten, if focus was found.
     another_lens: bool
 
 

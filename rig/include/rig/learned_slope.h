@@ -51,8 +51,7 @@ class LearnedSlope {
   /// From what was kept, in order.
   explicit LearnedSlope(std::vector<SlopeRun> runs);
 
-  /// One more run. Where it and the last one under its conditions contradict those before alike, another lens is
-  /// mounted, and these two alone are left of all runs.
+  /// One more run. What contradicts those under its conditions ends all of them: it is the first of another lens.
   autofocus::SlopeLearner::Learned Add(SlopeRun run, const OpticsTable& optics);
   /// From the newest runs that hold there, each against what `optics` tell of its place: where other optics are told
   /// since, the blur that was seen counts and not its ratio to what was told then. Nothing: too few.

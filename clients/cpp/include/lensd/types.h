@@ -868,8 +868,7 @@ class LENSD_API AutofocusSlope : public Value {
   std::optional<double> shown() const;
   /// As earlier runs had shown it: the search went by this instead of what is told. Null: by what is told.
   std::optional<KnownSlope> known() const;
-  /// The two contradict each other, as with another lens. Once two searches in a row that find focus do so alike, what
-  /// was learned before them is forgotten.
+  /// The two contradict each other, as with another lens: what was learned is forgotten, if focus was found.
   bool anotherLens() const;
 };
 
