@@ -24,7 +24,8 @@ Json KnownSlopeJson(const std::optional<autofocus::KnownSlope>& known) {
   return {{"factor", std::exp(known->log_factor)},
           {"low", std::exp(known->log_factor - kSigmasOf95 * known->sigma)},
           {"high", std::exp(known->log_factor + kSigmasOf95 * known->sigma)},
-          {"runs", known->runs}};
+          {"runs", known->runs},
+          {"uneven", known->uneven ? Json(std::exp(2.0 * kSigmasOf95 * *known->uneven)) : Json(nullptr)}};
 }
 
 /// By the rule by which what was learned ends.
@@ -106,11 +107,14 @@ Json LensSlope::StateJson(const std::optional<rig::SlopeConditions>& now, const 
                             {"irisPosition", run.under.iris ? NativeJson(run.under.iris->value) : Json(nullptr)},
                             {"zoomPosition", run.under.zoom ? NativeJson(run.under.zoom->value) : Json(nullptr)},
                             {"framesFromOutside", outside},
+                            {"aboveOverBelow", run.uneven ? Json(std::exp(2.0 * *run.uneven)) : Json(nullptr)},
                             {"holds", holds},
                             {"made", run.made}});
   }
   if (optics == nullptr) {
     json["reason"] = "the optics are not known";
+  } else if (!now) {
+    json["reason"] = "an axis has no reference, so that what holds where it stands is not known: home it";
   } else if (!known) {
     json["reason"] = "it takes " + std::to_string(autofocus::SlopeLearner::kFewest) +
                      " runs as the lens stands now, and there are " + std::to_string(count);

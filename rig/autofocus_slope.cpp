@@ -16,7 +16,8 @@ std::optional<SlopeRun> AutofocusRun::ShownSlope(const autofocus::Verdict& verdi
   return SlopeRun{.under = search_.plan.under,
                   .position = stands_,
                   .told_px = *told,
-                  .log_factor = *verdict.log_slope + (known ? known->log_factor : 0.0)};
+                  .log_factor = *verdict.log_slope + (known ? known->log_factor : 0.0),
+                  .uneven = verdict.uneven};
 }
 
 SlopeConditions AutofocusJob::Under(const std::optional<OutsideCamera>& outside) const {

@@ -16,7 +16,8 @@ using autofocus::SlopeLearner;
 constexpr double kSameOpening = 0.05, kSameFocalLength = 0.02, kSamePixel = 0.01;  // logarithms
 constexpr double kSamePosition = 0.5;                                              // native units
 constexpr Range kRunPixels{0.01, 1e4}, kRunPositions{-1e12, 1e12}, kRunToldSlopes{1e-12, 1e12},
-    kRunLogs{-SlopeLearner::kMostLog, SlopeLearner::kMostLog};
+    kRunLogs{-SlopeLearner::kMostLog, SlopeLearner::kMostLog},
+    kRunUneven{-SlopeLearner::kMostLog, SlopeLearner::kMostLog};
 
 bool WithinLog(double one, double other, double log) {
   return std::abs(std::log(one / other)) <= log;
@@ -46,6 +47,7 @@ Result<SlopeRun> ReadSlopeRun(const Settings& table) {
   run.position = Native{read.RequiredNumber("position", kRunPositions)};
   run.told_px = read.RequiredNumber("told_px", kRunToldSlopes);
   run.log_factor = read.RequiredNumber("log_factor", kRunLogs);
+  run.uneven = read.OptionalNumber("uneven", kRunUneven);
   run.made = read.Text("made", "");
   const auto plain = [](unsigned char c) { return c >= ' ' && c < 0x7F && c != '"' && c != '\\'; };
   if (!std::ranges::all_of(run.made, plain)) read.Reject("made", "is a date and time");
@@ -88,13 +90,13 @@ bool SlopeHoldsUnder(const SlopeConditions& one, const SlopeConditions& other, c
 LearnedSlope::LearnedSlope(std::vector<SlopeRun> runs) : runs_(std::move(runs)) {}
 
 SlopeLearner LearnedSlope::LearnerFor(const SlopeConditions& under, const OpticsTable& optics) const {
-  std::vector<double> shown;
+  std::vector<SlopeLearner::Shown> shown;
   for (auto run = runs_.rbegin(); run != runs_.rend() && shown.size() < SlopeLearner::kMost; ++run) {
     if (!SlopeHoldsUnder(run->under, under, optics)) continue;
     const auto told = ToldSlope(optics, run->under, run->position);
     if (!told) continue;
     const double log = run->log_factor + std::log(run->told_px / *told);
-    if (std::abs(log) <= SlopeLearner::kMostLog) shown.push_back(log);
+    if (std::abs(log) <= SlopeLearner::kMostLog) shown.push_back({log, run->uneven});
   }
   std::ranges::reverse(shown);
   return SlopeLearner(std::move(shown));
@@ -104,7 +106,7 @@ SlopeLearner::Learned LearnedSlope::Add(SlopeRun run, const OpticsTable& optics)
   run.log_factor = std::clamp(run.log_factor, -SlopeLearner::kMostLog, SlopeLearner::kMostLog);
   const auto told = ToldSlope(optics, run.under, run.position);
   const double now = run.log_factor + (told ? std::log(run.told_px / *told) : 0.0);
-  const auto learned = LearnerFor(run.under, optics).Add(now);
+  const auto learned = LearnerFor(run.under, optics).Add({now, run.uneven});
   if (learned == SlopeLearner::Learned::AnotherLens) runs_.clear();
   runs_.push_back(std::move(run));
   if (runs_.size() > SlopeRun::kMost) runs_.erase(runs_.begin());
@@ -113,7 +115,12 @@ SlopeLearner::Learned LearnedSlope::Add(SlopeRun run, const OpticsTable& optics)
 
 std::optional<autofocus::KnownSlope> LearnedSlope::Known(const SlopeConditions& under,
                                                          const OpticsTable& optics) const {
-  return LearnerFor(under, optics).Known();
+  auto known = LearnerFor(under, optics).Known();
+  if (!known) return std::nullopt;
+  const auto last = std::ranges::find_if(
+      runs_.rbegin(), runs_.rend(), [&](const SlopeRun& run) { return SlopeHoldsUnder(run.under, under, optics); });
+  if (last != runs_.rend()) known->last_focus = optics.ExtensionFromNative(last->position).value;
+  return known;
 }
 
 Result<std::vector<SlopeRun>> ReadLearnedSlope(const Settings& file) {
@@ -143,6 +150,7 @@ std::string LearnedSlopeText(const std::vector<SlopeRun>& runs) {
     if (run.under.frames == SlopeConditions::Frames::Outside) text += "frames_from_outside = true\n";
     text += SlopeLine("position", run.position.value, kRunPositions) +
             SlopeLine("told_px", run.told_px, kRunToldSlopes) + SlopeLine("log_factor", run.log_factor, kRunLogs);
+    if (run.uneven) text += SlopeLine("uneven", *run.uneven, kRunUneven);
     if (!run.made.empty()) text += "made = \"" + run.made + "\"\n";
   }
   return text;

@@ -21,7 +21,6 @@ constexpr double kShortestStep = 8.0;
 constexpr double kLongestStep = 80.0;
 constexpr double kClearlyOneSide = 0.65;
 constexpr double kClearlyBack = 0.5;  // for a backlash_open frame
-constexpr double kMassNeeded = 0.99;
 constexpr double kMostMisfit = 0.6;
 constexpr double kMisfitPx = 1.5, kMostMisfitPx = 0.5;  // px of blur by which a misfit may move the answer
 constexpr double kMostLeftOut = 0.8;                    // of the region
@@ -110,6 +109,9 @@ Advice Defocus::Decide(const Look& look, const RingStack& stack, const Posterior
   const double estimate = std::clamp(posterior.focus() * px, setup_.lowest, setup_.highest);
   const bool sure = fits && posterior.MassNear(posterior.focus(), kTrustedPx) >= kTrustedMass;
 
+  if (sure) {
+    if (auto advice = BetweenFarFrames(look, points, estimate, stack, posterior)) return *std::move(advice);
+  }
   const bool seen = std::ranges::any_of(points, [&](const CurvePoint& point) {
     return std::abs(point.position - estimate) <= std::max(stands, reach.least);
   });
@@ -286,6 +288,7 @@ Advice Defocus::Judge(const CurvePoint& centre, double vertex, double apart, con
   Verdict verdict;
   verdict.focused = true;
   verdict.log_slope = log_slope;
+  verdict.uneven = ShownUneven(posterior, centre);
   verdict.position = centre.position;
   const double disagree = agrees ? apart : kHalfDepthOfFieldPx * px;
   // Optics with another slope than was told are others in more than that: no disk, best elsewhere for each texture.
@@ -313,11 +316,6 @@ Advice Defocus::Judge(const CurvePoint& centre, double vertex, double apart, con
   return verdict;
 }
 
-bool Defocus::BestIsAtAnEnd() const {
-  const auto points = curve_.Points();
-  return AtTheEnd(setup_, points, *std::ranges::max_element(points, {}, &CurvePoint::value));
-}
-
 int Defocus::FramesExpected() const {
   return std::max<int>(4, static_cast<int>(taken_.size()));
 }
@@ -334,6 +332,7 @@ Advice Defocus::GoTo(double at, Backlash backlash) {
 Advice Defocus::GoToSecond(const Posterior& posterior) {
   const double at = taken_.front().at;
   const double distance = posterior.TypicalDistance(at);
+  if (auto beyond = GoBeyondLastFocus(posterior)) return *std::move(beyond);
   const double step = std::clamp(kPartOfBlur * distance, kShortestStep, kLongestStep);
   const double below = posterior.MassBelow(at);
   const double lowest = setup_.lowest / *setup_.blur_px;
@@ -362,13 +361,6 @@ bool Defocus::Restless() const {
     if (std::abs(one.value - other.value) > allowed) return true;
   }
   return false;
-}
-
-/// Nearly all probability lies where the lens cannot go.
-bool Defocus::Beyond(const Posterior& posterior) const {
-  const double below = posterior.MassBelow(setup_.lowest / *setup_.blur_px - kHalfDepthOfFieldPx);
-  const double inside = posterior.MassBelow(setup_.highest / *setup_.blur_px + kHalfDepthOfFieldPx) - below;
-  return inside < 1.0 - kMassNeeded;
 }
 
 Verdict Defocus::WhyNot(const RingStack& stack, const Posterior& posterior) const {

@@ -55,6 +55,11 @@ class Defocus final : public Method {
   enum class Backlash { TakenUp, Open };
   Advice GoTo(double at, Backlash backlash = Backlash::TakenUp);
   Advice GoToSecond(const defocus::Posterior& posterior);
+  std::optional<Advice> GoBeyondLastFocus(const defocus::Posterior& posterior);
+  double OpenBy(double below, double above) const;
+  std::optional<double> OpenBetween(const std::vector<CurvePoint>& points, double focus) const;
+  std::optional<Advice> BetweenFarFrames(const Look& look, const std::vector<CurvePoint>& points, double focus,
+                                         const defocus::RingStack& stack, const defocus::Posterior& posterior);
   Advice Decide(const Look& look, const defocus::RingStack& stack, const defocus::Posterior& posterior);
   Advice Climb(const std::vector<CurvePoint>& points, std::size_t best, const defocus::RingStack& stack,
                const defocus::Posterior& posterior);
@@ -65,6 +70,7 @@ class Defocus final : public Method {
   std::optional<double> VertexAt(const std::vector<CurvePoint>& points, const CurvePoint& best) const;
   std::optional<double> GapBeside(const std::vector<CurvePoint>& points, const CurvePoint& best) const;
   double ShownSlope(const defocus::RingStack& stack, const defocus::Posterior& posterior, double focus) const;
+  std::optional<double> ShownUneven(const defocus::Posterior& posterior, const CurvePoint& centre) const;
   std::optional<double> SlopeNear(const CurvePoint& centre) const;
   std::optional<double> ToSeeAgain(const CurvePoint& centre) const;
   const CurvePoint* NearestTo(const std::vector<CurvePoint>& points, double position) const;

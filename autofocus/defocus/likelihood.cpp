@@ -110,9 +110,12 @@ Matrix Likelihood::Gains(const Ring& ring, std::size_t index, const std::array<d
 }
 
 template <int n>
-Fit Likelihood::FitOf(double focus, double slope) const {
+Fit Likelihood::FitOf(double focus, double slope, double uneven) const {
   std::array<double, kMostFrames> blur{};
-  for (std::size_t i = 0; i < n; ++i) blur[i] = slope * (positions_[i] - focus);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double off = positions_[i] - focus;
+    blur[i] = slope * off * (uneven == 0.0 ? 1.0 : std::exp(off > 0 ? uneven : -uneven));
+  }
   static thread_local std::vector<State> states;
   states.resize(stack_.rings.size());
   for (std::size_t r = 0; r < states.size(); ++r) {
@@ -150,16 +153,16 @@ Fit Likelihood::FitOf(double focus, double slope) const {
   return fit;
 }
 
-Fit Likelihood::At(double focus, double slope) const {
+Fit Likelihood::At(double focus, double slope, double uneven) const {
   switch (stack_.frames) {
     case 1:
-      return FitOf<1>(focus, slope);
+      return FitOf<1>(focus, slope, uneven);
     case 2:
-      return FitOf<2>(focus, slope);
+      return FitOf<2>(focus, slope, uneven);
     case 3:
-      return FitOf<3>(focus, slope);
+      return FitOf<3>(focus, slope, uneven);
     default:
-      return FitOf<4>(focus, slope);
+      return FitOf<4>(focus, slope, uneven);
   }
 }
 

@@ -27,7 +27,8 @@ class Likelihood {
   /// `positions`: of the stack's frames, in pixels of blur. The stack outlives this.
   Likelihood(const RingStack& stack, std::span<const double> positions);
 
-  Fit At(double focus, double slope) const;
+  /// `uneven`: half the logarithm of the slope above the focus over that below.
+  Fit At(double focus, double slope, double uneven = 0.0) const;
 
   int frames() const { return stack_.frames; }
   int rings() const { return static_cast<int>(stack_.rings.size()); }
@@ -36,7 +37,7 @@ class Likelihood {
 
  private:
   template <int n>
-  Fit FitOf(double focus, double slope) const;
+  Fit FitOf(double focus, double slope, double uneven) const;
   template <int n>
   Matrix Gains(const Ring& ring, std::size_t index, const std::array<double, kMostFrames>& blur) const;
 

@@ -219,6 +219,40 @@ double Posterior::LogSlopeAt(const Likelihood& likelihood, double focus) const {
   return best;
 }
 
+std::optional<double> Posterior::UnevenOf(const Likelihood& likelihood) const {
+  constexpr double kFirstStep = 1.0, kLastStep = 0.02, kMost = 0.4;
+  constexpr double kPx = 0.5, kLogSlope = 0.04, kUneven = 0.04;  // that are changed together
+  struct Place {
+    double focus, log_slope, uneven, height;
+  };
+  const auto judged = [&](double focus, double log_slope, double uneven) {
+    const Fit fit = likelihood.At(focus, std::exp(log_slope) / (1.0 + bend_ * focus), uneven);
+    return Place{focus, log_slope, uneven, fit.log_likelihood + fit.log_prior};
+  };
+  // The ridge is narrow: from several places, and what leads highest counts.
+  std::optional<Place> highest;
+  for (const double from : {-0.1, 0.0, 0.1}) {
+    Place top = judged(focus_, std::log(relative_slope_), from);
+    for (double step = kFirstStep; step >= kLastStep && std::abs(top.uneven) <= kMost;) {
+      Place best = top;
+      for (int way = 0; way < 27; ++way) {
+        const int x = way % 3 - 1, s = way / 3 % 3 - 1, u = way / 9 - 1;
+        const Place there =
+            judged(top.focus + x * step * kPx, top.log_slope + s * step * kLogSlope, top.uneven + u * step * kUneven);
+        if (there.height > best.height) best = there;
+      }
+      if (best.height > top.height) {
+        top = best;
+      } else {
+        step *= 0.5;
+      }
+    }
+    if (!highest || top.height > highest->height) highest = top;
+  }
+  if (std::abs(highest->uneven) > kMost) return std::nullopt;
+  return highest->uneven;
+}
+
 double Posterior::MassNear(double position, double reach) const {
   double mass = 0.0;
   for (const Cell& cell : cells_) {

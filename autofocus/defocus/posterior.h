@@ -35,6 +35,9 @@ class Posterior {
   /// Logarithm of the slope, relative to the nominal one, that explains the frames best with the focus at `focus`,
   /// whatever was believed of it before.
   double LogSlopeAt(const Likelihood& likelihood, double focus) const;
+  /// Half the logarithm of the slope above the focus over that below, which explains the frames best with the focus and
+  /// slope that go with it near those found; nothing: none within what lenses do.
+  std::optional<double> UnevenOf(const Likelihood& likelihood) const;
   /// Probability that the focus is within `reach` of `position`.
   double MassNear(double position, double reach) const;
   /// Probability that it is below `position`.

@@ -42,6 +42,19 @@ std::optional<double> TopOfThree(const CurvePoint& last, const CurvePoint& next,
 using defocus::Posterior;
 using defocus::RingStack;
 
+bool Defocus::BestIsAtAnEnd() const {
+  const auto points = curve_.Points();
+  return AtTheEnd(setup_, points, *std::ranges::max_element(points, {}, &CurvePoint::value));
+}
+
+/// Nearly all probability lies where the lens cannot go.
+bool Defocus::Beyond(const Posterior& posterior) const {
+  const double below = posterior.MassBelow(setup_.lowest / *setup_.blur_px - kHalfDepthOfFieldPx);
+  const double inside = posterior.MassBelow(setup_.highest / *setup_.blur_px + kHalfDepthOfFieldPx) - below;
+  constexpr double kNearlyAll = 0.99;
+  return inside < 1.0 - kNearlyAll;
+}
+
 /// The end, where blur places the focus short of it by less than a frame beside an answer has to be away, or beyond it
 /// by no more than what standing at the end still gets into focus.
 std::optional<double> Defocus::EndBeside(const Posterior& posterior) const {

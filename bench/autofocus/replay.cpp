@@ -88,6 +88,7 @@ Result<ReplayRun> RunOnce(const Stack& stack, const std::vector<drivers::Frame>&
     run.method = session->method();
     run.reason = verdict.reason;
     if (verdict.focused && verdict.log_slope) run.log_slope = *verdict.log_slope + (slope ? slope->log_factor : 0.0);
+    run.uneven = verdict.uneven;
     const double off = region.kind == "several depths" ? std::max({region.lowest - at, at - region.highest, 0.0})
                                                        : std::abs(at - region.best);
     run.off_px = off * stack.blur_px_per_frame;
@@ -129,13 +130,18 @@ namespace {
 std::optional<autofocus::KnownSlope> TaughtElsewhere(const std::vector<ReplayRun>& runs, std::size_t region,
                                                      std::size_t starts) {
   autofocus::SlopeLearner learner;
+  std::optional<double> last_focus;
   for (std::size_t start = 0; start < starts; ++start) {
     for (std::size_t other = 0; other * starts < runs.size(); ++other) {
       const ReplayRun& run = runs[other * starts + start];
-      if (other != region && run.log_slope) learner.Add(*run.log_slope);
+      if (other == region || !run.log_slope) continue;
+      learner.Add({*run.log_slope, run.uneven});
+      last_focus = run.end;
     }
   }
-  return learner.Known();
+  auto known = learner.Known();
+  if (known) known->last_focus = last_focus;
+  return known;
 }
 
 /// Every region of one stack from every start; `taught` by earlier runs of the same, where not empty.

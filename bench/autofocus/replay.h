@@ -44,6 +44,7 @@ struct ReplayRun {
   int frames = 0;
   ReplayEnd how = ReplayEnd::Refused;
   std::optional<double> log_slope{};  ///< that an answer showed, over the told one
+  std::optional<double> uneven{};     ///< autofocus::Verdict::uneven
   std::string method;
   std::string reason;
 };

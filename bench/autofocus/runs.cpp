@@ -29,6 +29,7 @@ std::uint64_t Mixed(std::uint64_t value) {
 /// `sway_d`: of the subject when the run ended.
 void Score(const sim::Truth& truth, const sim::Scene& scene, double sway_d, AutofocusRunResult& result) {
   const sim::TrueState state = truth.Now();
+  result.end_extension_m = state.extension_m;
   result.half_dof_d = sim::HalfDepthOfFieldD(scene.camera, state);
   result.error_d = std::numeric_limits<double>::infinity();
   for (const sim::SubjectDepth& subject : truth.subjects()) {
@@ -44,7 +45,10 @@ void Note(const rig::AutofocusOutcome& outcome, AutofocusRunResult& result) {
   result.elapsed = outcome.elapsed;
   result.cpu = outcome.cpu;
   result.reason = outcome.reason;
-  if (outcome.slope) result.log_slope = outcome.slope->log_factor;
+  if (outcome.slope) {
+    result.log_slope = outcome.slope->log_factor;
+    result.uneven = outcome.slope->uneven;
+  }
   result.candidates = outcome.candidates.size();
 }
 
@@ -232,10 +236,15 @@ Result<std::optional<autofocus::KnownSlope>> LearnedFrom(const std::shared_ptr<s
   auto taught = RunAutofocus(pictures, like);
   if (!taught) return PassOn(taught);
   autofocus::SlopeLearner learner;
+  std::optional<double> last_focus;
   for (const AutofocusRunResult& run : *taught) {
-    if (run.log_slope) learner.Add(*run.log_slope);
+    if (!run.log_slope) continue;
+    learner.Add({*run.log_slope, run.uneven});
+    last_focus = run.end_extension_m;
   }
-  return learner.Known();
+  auto known = learner.Known();
+  if (known) known->last_focus = last_focus;
+  return known;
 }
 
 }  // namespace lensd::bench

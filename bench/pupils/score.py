@@ -117,9 +117,9 @@ class Lensd:
         self.folder.cleanup()
 
 
-def drawn(kind, seed, run):
+def drawn(kind, seed, run, lens):
     """Scene, f-number told (its index), blur of the ideal lens at the low end of the travel, start."""
-    draw = seeds.Random(f"{kind} {seed} {run}")
+    draw = seeds.Random(f"{kind} {seed} {lens}")
     noise = np.random.default_rng([seed, run, ("plain", "moderate", "beyond", "blank").index(kind)])
     subject = draw.choice(("noise", "leaves", "strokes")) if kind != "blank" else "blank"
     told = TOLD.index(1.0)
@@ -138,6 +138,7 @@ def drawn(kind, seed, run):
         optics = Optics(spherical=draw.uniform(-0.5, 0.5), blades=draw.choice((0, 0, 6, 8)),
                         obstruction=draw.choice((0.0, 0.0, 0.25)), angle=draw.uniform(0, 6.28))
         scene = Scene(subject, optics, noise)
+    draw = seeds.Random(f"{kind} {seed} {run} here") if lens != run else draw
     inside = draw.uniform(15.0, TRAVEL_PX - 15.0)
     if kind == "beyond":
         off = draw.uniform(6.0, 40.0)
@@ -145,14 +146,17 @@ def drawn(kind, seed, run):
     return scene, told, inside, draw.randint(0, STEPS)
 
 
-def run_once(lensd, kind, seed, run, method):
-    scene, told, ideal, start = drawn(kind, seed, run)
+def run_once(lensd, kind, seed, run, options):
+    lens = run - run % options.same_lens
+    scene, told, ideal, start = drawn(kind, seed, run, lens)
+    if options.same_lens > 1 and run == lens:
+        lensd.call("ForgetLearned", lens=f"n{told}")
     px = lambda steps: steps * TRAVEL_PX / STEPS
-    result = lensd.focus(f"n{told}", start, method, lambda steps: scene.picture(px(steps) - ideal))
+    result = lensd.focus(f"n{told}", start, options.method, lambda steps: scene.picture(px(steps) - ideal))
     best = ideal + scene.best() if kind != "blank" else None
     ended = px(result["position"])
     row = {"class": kind, "run": run, "told": TOLD[told], "focused": result["focused"], "frames": result["frames"],
-           "method": result["method"], "cause": result["cause"], "best": best, "ended": ended, "reason": result["reason"]}
+           "known": (result["slope"] or {}).get("known"), "method": result["method"], "cause": result["cause"], "best": best, "ended": ended, "reason": result["reason"]}
     if not result["focused"]:
         return {**row, "outcome": "refused"}
     if best is None:
@@ -190,17 +194,21 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--runs", type=int, default=20, help="of each class")
     parser.add_argument("--class", dest="kinds", action="append", choices=("plain", "moderate", "beyond", "blank"))
+    parser.add_argument("--same-lens", type=int, default=1, metavar="RUNS",
+                        help="the next lens after so many runs, and what was learned is forgotten then")
     parser.add_argument("--method", default="auto")
     parser.add_argument("--list", metavar="FILE", help="one line of JSON for each run")
     parser.add_argument("--most-false", type=int, help="exit status 1 where more answers are false")
     parser.add_argument("--least-right", type=float, default=0.0,
                         help="exit status 1 where a smaller share of a class is within, or refused where it has to be")
     options = parser.parse_args()
+    if options.same_lens < 1:
+        parser.error("--same-lens is 1 or more")
     lensd = Lensd(os.path.join(os.environ["LENSD_BIN"], "lensd"))
     rows = []
     try:
         for kind in options.kinds or ("plain", "moderate", "beyond", "blank"):
-            rows += [run_once(lensd, kind, options.seed, run, options.method) for run in range(options.runs)]
+            rows += [run_once(lensd, kind, options.seed, run, options) for run in range(options.runs)]
     finally:
         lensd.close()
     table(rows)

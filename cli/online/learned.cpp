@@ -22,6 +22,9 @@ std::string LearnedRunText(const Json& run, std::size_t number) {
                      NumberText(run, "blurPxPerUnit", 4, " px a unit at ") + NumberText(run, "position", 8, "");
   if (run["irisPosition"].is_number()) text += ", iris at " + NumberText(run, "irisPosition", 6, "");
   if (run["zoomPosition"].is_number()) text += ", zoom at " + NumberText(run, "zoomPosition", 6, "");
+  if (run["aboveOverBelow"].is_number()) {
+    text += ", " + NumberText(run, "aboveOverBelow", 3, " times as much above focus as below");
+  }
   if (run.value("framesFromOutside", false)) text += ", frames from outside";
   if (!run.value("holds", false)) text += ", does not count as the lens stands now";
   return text + ", " + TextOf(run, "made");
@@ -42,6 +45,9 @@ Outcome ShowLearned(Session& session, const LearnedOptions& options) {
     line += "a step of focus makes " + NumberText(known, "factor", 4, " times the blur that is told (") +
             NumberText(known, "low", 4, " to ") + NumberText(known, "high", 4, " at 95 %), from ") +
             NumberText(known, "runs", 4, " runs");
+    if (known["uneven"].is_number()) {
+      line += ", the same on both sides of focus within a factor of " + NumberText(known, "uneven", 3, "");
+    }
   } else {
     line += "blur is as told";
   }

@@ -14,10 +14,10 @@ namespace {
 
 TEST(SlopeLearner, NeedsThreeRuns) {
   SlopeLearner learner;
-  learner.Add(0.3);
-  learner.Add(0.4);
+  learner.Add({0.3});
+  learner.Add({0.4});
   EXPECT_FALSE(learner.Known());
-  learner.Add(0.35);
+  learner.Add({0.35});
   ASSERT_TRUE(learner.Known());
   EXPECT_NEAR(learner.Known()->log_factor, 0.35, 1e-12);
 }
@@ -31,8 +31,8 @@ TEST(SlopeLearner, SaysHonestlyWhatTheNextRunWillShow) {
     int held = 0;
     for (int lens = 0; lens < 200; ++lens) {
       const double slope = 0.35 * normal(random), spread = scatter(random);
-      std::vector<double> shown;
-      for (int i = 0; i < runs; ++i) shown.push_back(slope + spread * normal(random));
+      std::vector<SlopeLearner::Shown> shown;
+      for (int i = 0; i < runs; ++i) shown.push_back({slope + spread * normal(random)});
       const auto known = SlopeLearner(shown).Known();
       const double next = slope + spread * normal(random);
       held += std::abs(next - known->log_factor) <= 1.96 * known->sigma;
@@ -44,17 +44,33 @@ TEST(SlopeLearner, SaysHonestlyWhatTheNextRunWillShow) {
 
 TEST(SlopeLearner, AnotherLensEndsWhatWasLearned) {
   SlopeLearner learner;
-  for (const double shown : {0.0, 0.02, -0.02, 0.01}) EXPECT_EQ(learner.Add(shown), SlopeLearner::Learned::Added);
-  EXPECT_EQ(learner.Add(std::log(2.0)), SlopeLearner::Learned::AnotherLens);
+  for (const double shown : {0.0, 0.02, -0.02, 0.01}) EXPECT_EQ(learner.Add({shown}), SlopeLearner::Learned::Added);
+  EXPECT_EQ(learner.Add({std::log(2.0)}), SlopeLearner::Learned::AnotherLens);
   EXPECT_FALSE(learner.Known());
   EXPECT_EQ(learner.shown().size(), 1U);
 }
 
 TEST(SlopeLearner, KeepsTheNewestTenRuns) {
   SlopeLearner learner;
-  for (int i = 0; i < 30; ++i) learner.Add(0.001 * i);
+  for (int i = 0; i < 30; ++i) learner.Add({0.001 * i});
   EXPECT_EQ(learner.shown().size(), SlopeLearner::kMost);
-  EXPECT_DOUBLE_EQ(learner.shown().front(), 0.02);
+  EXPECT_DOUBLE_EQ(learner.shown().front().log_slope, 0.02);
+}
+
+/// The mean counts as well as the spread: a lens that is uneven for certain is not known to be even.
+TEST(SlopeLearner, TellsHowUnevenBothSidesMayBeOnceThreeRunsHaveShownIt) {
+  SlopeLearner learner;
+  for (const std::optional<double> uneven : {std::optional(0.01), std::optional<double>(), std::optional(-0.01)}) {
+    learner.Add({0.0, uneven});
+  }
+  ASSERT_TRUE(learner.Known());
+  EXPECT_FALSE(learner.Known()->uneven);
+  learner.Add({0.0, 0.0});
+  // Three runs of standard deviation 0.01: the next is expected within 4.303 of 0.01 sqrt(4/3), with 95 %.
+  EXPECT_NEAR(*learner.Known()->uneven, 0.01 * std::sqrt(4.0 / 3.0) * 4.303 / 1.96, 1e-9);
+  SlopeLearner bent;
+  for (const double uneven : {0.2, 0.2, 0.2, 0.2}) bent.Add({0.0, uneven});
+  EXPECT_NEAR(*bent.Known()->uneven, 0.2, 1e-9);
 }
 
 TEST(SlopeLearner, ASetupGoesByIt) {

@@ -106,6 +106,28 @@ TEST(LearnedSlope, AnotherLensEndsAllOfIt) {
   EXPECT_FALSE(learned.Known(at(2.8), optics));
 }
 
+/// Of the runs that hold: where the newest of them focused, as an extension, and how much alike both sides are.
+TEST(LearnedSlope, TellsWhereTheNewestRunEndedAndHowMuchAlikeBothSidesAre) {
+  const OpticsTable optics = Told(2.0, 16.0);
+  const auto at = [&](double f_number) {
+    return SlopeConditions{.iris = optics.NativeFromFNumber(FNumber{f_number}), .zoom = {}, .pixel_um = kPixelUm};
+  };
+  LearnedSlope learned;
+  for (const double position : {200.0, 300.0, 600.0}) {
+    SlopeRun run = RunOn(optics, at(2.8));
+    run.position = Native{position};
+    run.uneven = 0.1;
+    learned.Add(run, optics);
+  }
+  SlopeRun stopped_down = RunOn(optics, at(8.0));
+  stopped_down.position = Native{900.0};
+  learned.Add(stopped_down, optics);
+  const auto known = learned.Known(at(2.8), optics);
+  ASSERT_TRUE(known && known->uneven && known->last_focus);
+  EXPECT_NEAR(*known->uneven, 0.1, 1e-9);
+  EXPECT_NEAR(*known->last_focus, optics.ExtensionFromNative(Native{600.0}).value, 1e-12);
+}
+
 TEST(LearnedSlope, KeepsTheNewest) {
   const OpticsTable optics = Told(2.0, 2.0);
   LearnedSlope learned;
@@ -120,6 +142,7 @@ TEST(LearnedSlope, ItsFileReadsBack) {
   under.frames = SlopeConditions::Frames::Outside;
   runs.push_back(RunOn(optics, under));
   runs.back().made = "2026-11-25T22:00:00Z";
+  runs.back().uneven = -0.02;
   runs.push_back(RunOn(Told(2.0, 2.0)));
   const auto settings = io::ParseToml(LearnedSlopeText(runs), "cam.slope.toml");
   ASSERT_TRUE(settings);
@@ -134,6 +157,7 @@ TEST(LearnedSlope, ItsFileReadsBack) {
     EXPECT_EQ((*read)[i].position, runs[i].position);
     EXPECT_EQ((*read)[i].told_px, runs[i].told_px);
     EXPECT_EQ((*read)[i].log_factor, runs[i].log_factor);
+    EXPECT_EQ((*read)[i].uneven, runs[i].uneven);
     EXPECT_EQ((*read)[i].made, runs[i].made);
   }
   EXPECT_EQ(LearnedSlopeText({}), "");

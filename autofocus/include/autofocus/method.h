@@ -47,6 +47,10 @@ struct Setup {
   double slope_sigma = 0.0;
   /// Logarithm of the slope that they showed, over the told one. No disk blurs as a lens does whose slope is another.
   double learned_log_factor = 0.0;
+  /// By how much blur on one side of focus may grow otherwise than on the other, as those runs have shown: standard
+  /// deviation of half the logarithm of the ratio, its mean included; none: it is not known.
+  std::optional<double> uneven = {};
+  std::optional<double> last_focus = {};  ///< where the newest of them ended
 };
 
 /// One frame.
@@ -114,6 +118,7 @@ struct Verdict {
   bool final = false;                 ///< a refusal that no other method could turn into an answer
   bool proven = false;                ///< the method has seen worse frames on both sides, and the last one there
   std::optional<double> log_slope;    ///< of blur, over Setup::blur_px: as the frames about a proved top show it
+  std::optional<double> uneven;       ///< half the logarithm of the slope above the top over that below, likewise
   std::optional<StarFigures> stars;   ///< of the last frame, where it was found by them
 };
 

@@ -805,6 +805,9 @@ double KnownSlope::high() const {
 std::int64_t KnownSlope::runs() const {
   return Access::Get<std::int64_t>(*this, "runs");
 }
+std::optional<double> KnownSlope::uneven() const {
+  return Access::Get<std::optional<double>>(*this, "uneven");
+}
 std::optional<double> AutofocusSlope::shown() const {
   return Access::Get<std::optional<double>>(*this, "shown");
 }
@@ -2004,6 +2007,9 @@ std::optional<double> LearnedRun::zoomPosition() const {
 }
 bool LearnedRun::framesFromOutside() const {
   return Access::Get<bool>(*this, "framesFromOutside");
+}
+std::optional<double> LearnedRun::aboveOverBelow() const {
+  return Access::Get<std::optional<double>>(*this, "aboveOverBelow");
 }
 bool LearnedRun::holds() const {
   return Access::Get<bool>(*this, "holds");

@@ -774,6 +774,9 @@ class KnownSlope:
     high: float
     # Number of runs that it is learned from: 3 to 10, the newest that were made with iris and zoom where they stand.
     runs: int
+    # Feature "learnedSides". Blur grows at most so many times as fast on one side of focus as on the other, with 95 %:
+    # near 1, a search may do with three frames. Null: fewer than three of the runs have shown it.
+    uneven: Optional[float] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -1789,6 +1792,9 @@ class LearnedRun:
     zoom_position: Optional[float] = None
     # The frames were those of a client (AutofocusBegin).
     frames_from_outside: bool
+    # Feature "learnedSides". Blur at extensions above that of focus over blur as far below it; null where too few
+    # frames were taken to tell.
+    above_over_below: Optional[float] = None
     # It counts for a search as the lens stands now, with iris and zoom there and with frames from where the newest run
     # had them.
     holds: bool

@@ -28,10 +28,11 @@ struct SlopeConditions {
 struct SlopeRun {
   static constexpr std::size_t kMost = 200;  ///< that are kept: the newest
   SlopeConditions under{};
-  Native position{};        ///< of focus
-  double told_px = 0.0;     ///< blur a native unit of focus there, as told at that time, > 0
-  double log_factor = 0.0;  ///< of the blur shown over that
-  std::string made{};       ///< when, for people
+  Native position{};               ///< of focus
+  double told_px = 0.0;            ///< blur a native unit of focus there, as told at that time, > 0
+  double log_factor = 0.0;         ///< of the blur shown over that
+  std::optional<double> uneven{};  ///< Verdict::uneven
+  std::string made{};              ///< when, for people
 };
 
 /// Pixels of blur a native unit of focus, as this table tells; nothing: it does not know it.
@@ -40,7 +41,7 @@ std::optional<double> ToldSlope(const OpticsTable& optics, const SlopeConditions
 /// focal lengths within 2 %.
 bool SlopeHoldsUnder(const SlopeConditions& one, const SlopeConditions& other, const OpticsTable& optics);
 
-/// What is known of the slope, over the told one, under conditions and by a table.
+/// What is known of the slope, over the told one, under conditions and by a table; places as extensions in metres.
 using KnownSlopes =
     std::function<std::optional<autofocus::KnownSlope>(const SlopeConditions& under, const OpticsTable& optics)>;
 

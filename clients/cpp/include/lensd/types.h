@@ -859,6 +859,9 @@ class LENSD_API KnownSlope : public Value {
   double high() const;
   /// Number of runs that it is learned from: 3 to 10, the newest that were made with iris and zoom where they stand.
   std::int64_t runs() const;
+  /// Feature "learnedSides". Blur grows at most so many times as fast on one side of focus as on the other, with 95 %:
+  /// near 1, a search may do with three frames. Null: fewer than three of the runs have shown it.
+  std::optional<double> uneven() const;
 };
 
 /// Feature "learned". The blur that a step of focus makes, in one autofocus.
@@ -1852,6 +1855,9 @@ class LENSD_API LearnedRun : public Value {
   std::optional<double> zoomPosition() const;
   /// The frames were those of a client (AutofocusBegin).
   bool framesFromOutside() const;
+  /// Feature "learnedSides". Blur at extensions above that of focus over blur as far below it; null where too few
+  /// frames were taken to tell.
+  std::optional<double> aboveOverBelow() const;
   /// It counts for a search as the lens stands now, with iris and zoom there and with frames from where the newest run
   /// had them.
   bool holds() const;
