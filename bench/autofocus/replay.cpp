@@ -106,7 +106,8 @@ Result<std::vector<Stack>> LoadStacks(const std::string& directory, double gamma
   try {
     const json all = json::parse(file);
     for (const auto& [name, content] : all.items()) {
-      const std::string folder = directory + "/" + name;
+      std::string folder = directory;
+      folder.append("/").append(name);
       Stack stack{.name = name, .blur_px_per_frame = content.at("blur_px_per_frame"), .frames = {}, .regions = {}};
       for (int i = 0; i < content.at("frames").get<int>(); ++i) {
         char number[16];

@@ -36,6 +36,7 @@ void Client::Connect(const std::string& address, int epoll) {
   at.sun_family = AF_UNIX;
   address.copy(at.sun_path + 1, sizeof at.sun_path - 1);
   socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (socket_ < 0) machine::Found("it gets no socket to connect with");
   if (connect(socket_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0)
     machine::Found("it cannot be connected to");
   machine::NextPeer(kPeers.at(static_cast<std::size_t>(role_)));

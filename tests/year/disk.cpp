@@ -23,7 +23,6 @@
 namespace lensd::year::disk {
 namespace {
 
-using machine::Real;
 using machine::Scheduler;
 
 struct Renamed {
@@ -67,7 +66,10 @@ int Call(std::initializer_list<int> errors) {
   State& here = Now();
   Scheduler& machine = *Scheduler::Get();
   ++here.counts.calls;
-  if (here.kill_in > 0 && --here.kill_in == 0) machine::StopHere();
+  if (here.kill_in > 0) {
+    --here.kill_in;
+    if (here.kill_in == 0) machine::StopHere();
+  }
   if (here.trouble.slow > 0)
     machine::Sleep(1 + static_cast<std::int64_t>(machine.chance.Pause(static_cast<double>(here.trouble.slow))));
   if (machine.chance.Unit() >= here.trouble.fails) return 0;

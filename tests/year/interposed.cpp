@@ -136,6 +136,7 @@ long syscall(long number, ...) {
   Scheduler* const here = Scheduler::Get();
   const bool futex = here != nullptr && number == SYS_futex;
   if (!futex) return Real().call(number, given[0], given[1], given[2], given[3], given[4], given[5]);
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): a system call takes its pointers as numbers.
   auto* const word = reinterpret_cast<int*>(given[0]);
   switch (given[1] & FUTEX_CMD_MASK) {
     case FUTEX_WAIT:

@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <sstream>
 #include <utility>
 
 #include "position_files.h"
@@ -20,6 +22,13 @@ constexpr std::int64_t kOthersAtMost = 300 * kSecond;
 /// A motor comes to rest in this time.
 constexpr std::int64_t kRestAfter = 600 * kMs;
 constexpr double kRounding = 1e-6;
+
+template <class... Parts>
+[[noreturn]] void FoundThat(const Parts&... parts) {
+  std::ostringstream text;
+  (text << ... << parts);
+  Found(text.str());
+}
 
 const std::set<std::string>& Driving() {
   static const std::set<std::string> methods = {"Move", "Home", "PresetRecall", "Autofocus", "Undo", "MeasureBacklash"};
@@ -236,17 +245,16 @@ void Judge::Presets(const std::string& lens, const Json& presets) {
   for (const Json& preset : presets) there.insert(preset["label"].get<std::string>());
   for (const auto& [label, saved] : known_[lens].presets) {
     ++looked_.presets;
-    if (saved == Saved::Yes && !there.contains(label))
-      Found("preset " + label + " of " + lens + " was saved and is lost");
-    if (saved == Saved::No && there.contains(label))
-      Found("preset " + label + " of " + lens + " was removed and is there");
+    const bool is_there = there.contains(label);
+    if ((saved != Saved::Yes || is_there) && (saved != Saved::No || !is_there)) continue;
+    FoundThat("preset ", label, " of ", lens, is_there ? " was removed and is there" : " was saved and is lost");
   }
 }
 
 void Judge::Left(const std::string& folder, Ended how) {
   homed_since_.clear();
   for (const auto& [name, lens] : lenses_.all()) {
-    const auto axes = ReadPositionFile(folder + "/" + name + ".position.json");
+    const auto axes = ReadPositionFile(std::filesystem::path(folder) / (name + ".position.json"));
     if (axes) File(name, *axes, how);
     if (how == Ended::Regularly) known_[name].kept.clear();  // it may be parked by now
     Known& known = known_[name];
@@ -254,7 +262,7 @@ void Judge::Left(const std::string& folder, Ended how) {
       const std::string axis_name(drivers::AxisName(axis));
       const bool in_motion = axes && axes->contains(axis_name) && (*axes)[axis_name]["inMotion"] == true;
       if (!in_motion && lens->MovesNow(axis) && lens->troubled_until < machine::Now()) {
-        Found(name + " " + axis_name + " moves, and its file does not say so");
+        FoundThat(name, " ", axis_name, " moves, and its file does not say so");
       }
     }
     known.killed = machine::Now();
@@ -274,8 +282,8 @@ void Judge::File(const std::string& lens, const Json& axes, Ended how) {
     if (kept == known.kept.end() || kept->second.drives != known.drives || known.driving > 0) continue;
     if (lenses_[lens].troubled_until > kept->second.at) continue;
     if (in_motion || axis["position"] != kept->second.position) {
-      Found(lens + " " + name + " was told to be kept at " + std::to_string(kept->second.position) +
-            ", and its file says " + axis.dump());
+      FoundThat(lens, " ", name, " was told to be kept at ", kept->second.position, ", and its file says ",
+                axis.dump());
     }
   }
 }

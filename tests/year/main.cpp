@@ -240,7 +240,9 @@ int Main(int count, char** arguments) {
       options.twice = true;
     } else if (name == "--no-jumps") {
       options.wish.wall_jumps = false;
-    } else if (i + 1 >= count || !Read(options, name, arguments[++i])) {
+    } else if (i + 1 < count && Read(options, name, arguments[i + 1])) {
+      ++i;
+    } else {
       return std::fputs(kHelp, stderr), 64;
     }
   }

@@ -230,6 +230,7 @@ int Scheduler::Create(pthread_t* handle, const pthread_attr_t*, void* (*routine)
 void Scheduler::Join(pthread_t handle, void** result) {
   const auto found = std::ranges::find_if(threads_, [&](const auto& thread) { return thread->handle == handle; });
   if (found == threads_.end()) Found("a thread is joined that is none");
+  // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): other threads change the list meanwhile.
   const std::shared_ptr<Thread> thread = *found;
   while (!thread->ended) Wait(thread.get(), kNever);
   Real().join(handle, result);

@@ -19,8 +19,6 @@
 namespace lensd::year {
 namespace {
 
-using machine::kSecond;
-
 constexpr std::size_t kPeople = 8;
 constexpr std::size_t kAuditor = kPeople, kWatcher = kPeople + 1;
 /// Minutes between, on average, at pace 1.
@@ -48,7 +46,8 @@ Year::Year(const Wish& wish)
     Hear(client, call, reply, last);
   };
   for (const Role role : kRoles) {
-    visitors_.push_back({std::make_unique<Client>(visitors_.size(), role, answered), {}, 0});
+    auto client = std::make_unique<Client>(visitors_.size(), role, answered);
+    visitors_.push_back({std::move(client), {}, 0});
   }
   std::filesystem::create_directory(state_);
   if (wish.planted.disk_lies) disk::Lie();
