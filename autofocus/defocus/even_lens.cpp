@@ -1,10 +1,8 @@
-// A lens that earlier runs have measured, and whose blur they saw grow alike on
-// both sides of focus: frames far from the focus place it between them, so that
-// three are enough. One where the lens stands, one beyond the focus, one there.
-// What is open is how much the two sides differ: two frames at distances a and
-// b from a focus that blur places where their blurs say it is are off by 2 u a
-// b / (a + b), where half the logarithm of the ratio of both slopes is off by
-// u.
+// A lens that earlier runs have measured, and whose blur they saw grow alike on both sides of focus: frames far from
+// the focus place it between them, so that three are enough. One where the lens stands, one beyond the focus, one
+// there. What is open is how much the two sides differ: two frames at distances a and b from a focus that blur places
+// where their blurs say it is are off by 2 u a b / (a + b), where half the logarithm of the ratio of both slopes is
+// off by u.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -30,9 +28,8 @@ constexpr double kBeyond = 1.15,
 using defocus::Posterior;
 using defocus::RingStack;
 
-/// Beyond the focus, where one frame may well have as much blur as the place of
-/// the last focus would give it: one frame does not tell the side, but lenses
-/// mostly look at what they looked at before. The wrong side costs a frame.
+/// Beyond the focus, where one frame may well have as much blur as the place of the last focus would give it: one
+/// frame does not tell the side, but lenses mostly look at what they looked at before. The wrong side costs a frame.
 std::optional<Advice> Defocus::GoBeyondLastFocus(const Posterior& posterior) {
   if (!(setup_.slope_sigma > 0) || !setup_.uneven || !setup_.last_focus) return std::nullopt;
   const double at = taken_.front().at;
@@ -47,8 +44,8 @@ std::optional<Advice> Defocus::GoBeyondLastFocus(const Posterior& posterior) {
   return GoTo(to, against && setup_.backlash > 0 ? Backlash::Open : Backlash::TakenUp);
 }
 
-/// By how much the nearest frames beside `focus` leave it open, by what is
-/// known of the lens; nothing: there are none on some side, or it is not known.
+/// By how much the nearest frames beside `focus` leave it open, by what is known of the lens; nothing: there are none
+/// on some side, or it is not known.
 std::optional<double> Defocus::OpenBetween(const std::vector<CurvePoint>& points, double focus) const {
   if (!(setup_.slope_sigma > 0) || !setup_.uneven) return std::nullopt;
   const double least = ReachOfSides(setup_).least;
@@ -67,8 +64,8 @@ double Defocus::OpenBy(double below, double above) const {
   return 2.0 * *setup_.uneven * below * above / (below + above);
 }
 
-/// To the focus that far frames place, and there the answer. Nothing: they do
-/// not, or what is seen there does not bear it out.
+/// To the focus that far frames place, and there the answer. Nothing: they do not, or what is seen there does not bear
+/// it out.
 std::optional<Advice> Defocus::BetweenFarFrames(const Look& look, const std::vector<CurvePoint>& points, double focus,
                                                 const RingStack& stack, const Posterior& posterior) {
   const double px = *setup_.blur_px;
@@ -89,9 +86,8 @@ std::optional<Advice> Defocus::BetweenFarFrames(const Look& look, const std::vec
   return judged;
 }
 
-/// Half the logarithm of the slope above the focus over that below: from the
-/// nearest frames on both sides, the one there and the farthest that may count.
-/// The blur of two on one side tells where the focus is by itself.
+/// Half the logarithm of the slope above the focus over that below: from the nearest frames on both sides, the one
+/// there and the farthest that may count. The blur of two on one side tells where the focus is by itself.
 std::optional<double> Defocus::ShownUneven(const Posterior& posterior, const CurvePoint& centre) const {
   constexpr double kFarthest = 60.0;  // px of blur
   const double px = *setup_.blur_px, least = ReachOfSides(setup_).least / px, most = ReachOfSides(setup_).most / px;

@@ -22,14 +22,14 @@ struct AutofocusRunResult {
   bool focused = false;
   int frames = 0;
   int moves = 0;
-  Duration elapsed{};               ///< on the simulated clock
-  Duration cpu{};                   ///< of the method itself
-  Duration known{};                 ///< what one who knew the answer takes: the move there, its settling, two frames
-  double error_d = 0.0;             ///< |U - U_true| where the lens stands, against the nearest subject of the region
-  double half_dof_d = 0.0;          ///< the vergence step that costs two pixels of blur there
-  std::optional<double> log_slope;  ///< that it showed, over the told one
-  std::optional<double> uneven;     ///< autofocus::Verdict::uneven
-  double end_extension_m = 0.0;
+  Duration elapsed{};                ///< on the simulated clock
+  Duration cpu{};                    ///< of the method itself
+  Duration known{};                  ///< what one who knew the answer takes: the move there, its settling, two frames
+  double error_d = 0.0;              ///< |U - U_true| where the lens stands, against the nearest subject of the region
+  double half_dof_d = 0.0;           ///< the vergence step that costs two pixels of blur there
+  std::optional<double> log_slope;   ///< that it showed, over the told one
+  std::optional<double> uneven;      ///< autofocus::Verdict::uneven
+  double end_extension_m = 0.0;      ///< in truth
   std::optional<double> subject_px;  ///< blur diameter that the answer's own place of the subject is off by, signed
   std::optional<double> off_sigmas;  ///< the same over its own standard deviation, where it tells one
   std::size_t candidates = 0;        ///< distances that the answer names
