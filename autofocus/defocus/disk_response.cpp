@@ -8,28 +8,29 @@
 namespace lensd::autofocus::defocus {
 namespace {
 
-constexpr double kStep = 1.0 / 256.0;  // turns: an interpolation error below 1e-5
-constexpr int kEntries = 200 * 256 + 2;
-
-std::vector<float> Tabulate() {
-  std::vector<float> table(kEntries, 1.0f);
-  for (int i = 1; i < kEntries; ++i) {
-    const double x = std::numbers::pi * kStep * i;
+// An interpolation error below 1e-5.
+std::vector<double> Tabulate() {
+  std::vector<double> table(kDiskResponseEntries, 1.0);
+  for (int i = 1; i < kDiskResponseEntries; ++i) {
+    const double x = std::numbers::pi * i / kDiskResponsePerTurn;
     // Not std::cyl_bessel_j, which sets signgam, a variable of all threads.
-    table[static_cast<std::size_t>(i)] = static_cast<float>(2.0 * ::j1(x) / x);
+    table[static_cast<std::size_t>(i)] = 2.0 * ::j1(x) / x;
   }
   return table;
 }
 
 }  // namespace
 
+const double* DiskResponseTable() {
+  static const std::vector<double> table = Tabulate();
+  return table.data();
+}
+
 double DiskResponse(double turns) {
-  static const std::vector<float> table = Tabulate();
-  const double at = std::abs(turns) * (1.0 / kStep);
-  if (!(at < kEntries - 2)) return 0.0;
-  const auto below = static_cast<std::size_t>(at);
-  const double part = at - static_cast<double>(below);
-  return table[below] + part * (table[below + 1] - table[below]);
+  const double at = std::abs(turns) * kDiskResponsePerTurn;
+  if (!(at < kDiskResponseEntries - 2)) return 0.0;
+  const double* below = DiskResponseTable() + static_cast<std::size_t>(at);
+  return below[0] + (at - std::floor(at)) * (below[1] - below[0]);
 }
 
 }  // namespace lensd::autofocus::defocus

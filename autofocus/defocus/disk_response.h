@@ -7,4 +7,10 @@ namespace lensd::autofocus::defocus {
 /// `turns` = diameter (px) * frequency (cycles per px), any sign. From a table, within 1e-5; zero beyond 200 turns.
 double DiskResponse(double turns);
 
+/// What DiskResponse() interpolates between: entry i is the response at i / kDiskResponsePerTurn turns. For sums over
+/// many rings at a time; never ends.
+constexpr int kDiskResponseEntries = 200 * 256 + 2;
+constexpr double kDiskResponsePerTurn = 256.0;
+const double* DiskResponseTable();
+
 }  // namespace lensd::autofocus::defocus

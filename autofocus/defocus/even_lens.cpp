@@ -20,8 +20,8 @@ constexpr std::size_t kMostTaken = 4;
 constexpr double kAsLastTime = 0.25,
                  kAsLastTimePx = 4.0;  // so near to the last focus, of the way and in px of blur ...
 constexpr double kAsLikely = 0.05;     // ... so much probability is enough to try
-constexpr double kBeyond = 1.15,
-                 kBeyondPx = 6.0;  // of the way to the focus; px of blur behind it, at least
+constexpr double kBeyond = 1.05,
+                 kBeyondPx = 4.0;  // of the way to the focus; px of blur behind it, at least
 
 }  // namespace
 

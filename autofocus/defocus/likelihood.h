@@ -11,41 +11,23 @@
 #include <array>
 #include <span>
 
-#include "defocus/rings.h"
-#include "defocus/texture_prior.h"
+#include "defocus/ring_fit.h"
 
 namespace lensd::autofocus::defocus {
 
-struct Fit {
-  double log_likelihood = 0.0;  ///< of the frames, given texture, focus and slope
-  double log_prior = 0.0;       ///< of the texture
-  double excess = 0.0;          ///< mean of (tr C^-1 R)/n - 1 over all modes: above 0, more than the model can explain
-};
-
 class Likelihood {
  public:
-  /// `positions`: of the stack's frames, in pixels of blur. The stack outlives this.
+  /// `positions`: of the stack's frames, in pixels of blur.
   Likelihood(const RingStack& stack, std::span<const double> positions);
 
   /// `uneven`: half the logarithm of the slope above the focus over that below.
   Fit At(double focus, double slope, double uneven = 0.0) const;
 
-  int frames() const { return stack_.frames; }
-  int rings() const { return static_cast<int>(stack_.rings.size()); }
-  double count() const { return count_; }  ///< independent modes in all
-  std::span<const double> positions() const { return {positions_.data(), static_cast<std::size_t>(stack_.frames)}; }
+  std::span<const double> positions() const { return {positions_.data(), static_cast<std::size_t>(rings_.frames())}; }
 
  private:
-  template <int n>
-  Fit FitOf(double focus, double slope, double uneven) const;
-  template <int n>
-  Matrix Gains(const Ring& ring, std::size_t index, const std::array<double, kMostFrames>& blur) const;
-
-  const RingStack& stack_;
+  RingColumns rings_;
   std::array<double, kMostFrames> positions_{};
-  std::vector<TexturePrior::Place> places_;
-  std::vector<double> coherence_;  ///< by ring: what small displacements leave of the correlation of two frames
-  double count_ = 0.0;
 };
 
 }  // namespace lensd::autofocus::defocus

@@ -18,17 +18,22 @@ class TexturePrior {
   };
   static Place PlaceOf(double frequency);
 
-  /// One ring's log power, known with a variance of 1/weight about the curve.
-  void Add(Place place, double log_power, double weight);
-  /// Solves for the curve. Call once, after every Add().
-  void Fit();
-  double At(Place place) const { return curve_[0] + curve_[1] * place.l + curve_[2] * place.l2; }
+  /// Of the rings' log powers y, each of weight w, 1 over its variance about the curve.
+  struct Sums {
+    std::array<double, 6> normal{};  ///< of w, w L, w L^2, w L L, w L L^2, w L^2 L^2: the normal matrix' upper triangle
+    std::array<double, 3> right{};   ///< of w y, w y L, w y L^2
+  };
+
+  TexturePrior() = default;
+  /// The curve that rings of these sums have.
+  explicit TexturePrior(const Sums& sums);
+
+  /// What multiplies 1, L and L^2.
+  const std::array<double, 3>& curve() const { return curve_; }
   /// Logarithm of the prior's density at the curve found.
   double LogDensity() const;
 
  private:
-  std::array<double, 6> normal_{};  ///< upper triangle of the normal matrix
-  std::array<double, 3> right_{};
   std::array<double, 3> curve_{};
 };
 
