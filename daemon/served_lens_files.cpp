@@ -91,7 +91,7 @@ Result<ServedLens::Made> ServedLens::MakeRig(const std::shared_ptr<Tenure>& tenu
 void ServedLens::LoadLearned(Made& made) const {
   const auto take = [&]<class Content>(Result<daemon::Kept<Content>> kept, Result<Content>& learned) {
     const std::string warning =
-        kept ? kept->warning : kept.error().message + ": nothing more is kept of it until that is mended";
+        kept ? kept->warning : kept.error().message + ": nothing more is kept of it until that is mended and lensd restarted";
     if (!warning.empty()) made.notes.warnings.push_back(warning);
     learned = kept ? Result<Content>(std::move(kept->content)) : PassOn(kept);
   };

@@ -215,6 +215,7 @@ Result<FocusDrift> FitFocusDrift(std::vector<DriftSample>& samples) {
 
 Result<std::vector<DriftSample>> ReadFocusDrift(const Settings& file) {
   SettingsReader read(file, "what was learned of focus");
+  if (!read.Has("version")) read.Reject("version", "the file must say version = 1");
   if (read.Integer("version", 1) != 1) read.Reject("version", "must be 1: this lensd reads version 1 alone");
   const auto tables = read.Tables("result");
   if (tables.size() > DriftSample::kMost) read.Reject("result", "must be 200 tables at most");

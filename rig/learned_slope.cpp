@@ -125,6 +125,7 @@ std::optional<autofocus::KnownSlope> LearnedSlope::Known(const SlopeConditions& 
 
 Result<std::vector<SlopeRun>> ReadLearnedSlope(const Settings& file) {
   SettingsReader read(file, "what was learned of blur");
+  if (!read.Has("version")) read.Reject("version", "the file must say version = 1");
   if (read.Integer("version", 1) != 1) read.Reject("version", "must be 1: this lensd reads version 1 alone");
   const auto tables = read.Tables("run");
   if (tables.size() > SlopeRun::kMost) read.Reject("run", "must be 200 tables at most");

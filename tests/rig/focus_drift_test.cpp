@@ -120,6 +120,8 @@ TEST(FocusDrift, ItsFileReadsBack) {
   EXPECT_EQ(FocusDriftText({}), "");
   const auto wrong = io::ParseToml("version = 1\n[[result]]\ntemperature_c = 1\nextension_um = 2\nsigma_um = 0\n", "f");
   EXPECT_THAT(ReadFocusDrift(*wrong).error().message, ::testing::HasSubstr("f:5"));
+  const auto empty = io::ParseToml("", "f");
+  EXPECT_THAT(ReadFocusDrift(*empty).error().message, ::testing::HasSubstr("version = 1"));
 }
 
 }  // namespace

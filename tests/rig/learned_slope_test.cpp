@@ -164,6 +164,8 @@ TEST(LearnedSlope, ItsFileReadsBack) {
   const auto wrong =
       io::ParseToml("version = 1\n[[run]]\npixel_um = 3\nposition = 1\ntold_px = 1\nlog_factor = 9\n", "f");
   EXPECT_THAT(ReadLearnedSlope(*wrong).error().message, ::testing::HasSubstr("f:6"));
+  const auto empty = io::ParseToml("", "f");
+  EXPECT_THAT(ReadLearnedSlope(*empty).error().message, ::testing::HasSubstr("version = 1"));
 }
 
 }  // namespace

@@ -320,7 +320,7 @@ class GetLearnedReply:
 
 def get_learned(*, lens: Optional[str] = None) -> Call[GetLearnedReply]:
     """Feature "learned". What autofocus has taught lensd of a lens: the blur that a step of focus makes. Disconnected:
-    the lens is not there."""
+    the lens has not been there since lensd began; of one that has gone it is told."""
     return Call("io.lensd.Lens.GetLearned", {"lens": lens}, GetLearnedReply)
 
 

@@ -273,6 +273,7 @@ TEST_P(ModbusBus, UnitsThatAreNotThereAreAskedRarelyAndOneAtATime) {
     });
   }
   int most_before_a_stop = 0;
+  std::vector<Duration> missed;  // when the live one did not answer in time, as on a machine that has no time for it
   for (int round = 0; round < 40; ++round) {
     for (int i = 0; i < 20 && !live->lens->StartMove(Axis::Focus, Native{1e9}); ++i) {
     }
@@ -284,7 +285,9 @@ TEST_P(ModbusBus, UnitsThatAreNotThereAreAskedRarelyAndOneAtATime) {
       asked = bench.wire.Now();
       wanted = true;
     });
-    while (!wanted) (void)live->lens->Read();
+    while (!wanted) {
+      if (!live->lens->Read()) missed.push_back(bench.wire.Now());
+    }
     EXPECT_TRUE(live->lens->Stop(Axis::Focus).has_value());
     person.join();
     const auto seen = bench.wire.Recorded();
@@ -304,8 +307,15 @@ TEST_P(ModbusBus, UnitsThatAreNotThereAreAskedRarelyAndOneAtATime) {
   }
   EXPECT_EQ(units.size(), 3U) << "every one is asked";
   ASSERT_GT(times.size(), 4U);
-  // The first question to each comes sooner.
-  for (std::size_t i = 4; i < times.size(); ++i) EXPECT_GE(Ms(times[i] - times[i - 1]), Ms(10 * kTimeout));
+  // The first question to each comes sooner, and so do those of a bus on which nothing answers.
+  int judged = 0;
+  for (std::size_t i = 4; i < times.size(); ++i) {
+    const auto beside = [&](Duration at) { return at > times[i - 1] - 10 * kTimeout && at < times[i] + kTimeout; };
+    if (std::ranges::any_of(missed, beside)) continue;
+    ++judged;
+    EXPECT_GE(Ms(times[i] - times[i - 1]), Ms(10 * kTimeout));
+  }
+  EXPECT_GT(judged, 0);
 }
 
 /// A unit that is switched on later is found, though others that are not there are asked as well.

@@ -2257,7 +2257,7 @@ class LENSD_API GetLearnedReply : public Value {
 };
 
 /// Feature "learned". What autofocus has taught lensd of a lens: the blur that a step of focus makes. Disconnected: the
-/// lens is not there.
+/// lens has not been there since lensd began; of one that has gone it is told.
 class LENSD_API GetLearnedParameters : public Value {
  public:
   using Reply = GetLearnedReply;
