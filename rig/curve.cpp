@@ -40,6 +40,12 @@ double SlopeBetween(const Curve::Knot& a, const Curve::Knot& b) {
   return (b.value - a.value) / (b.at - a.at);
 }
 
+/// Neighbours so close, or so far apart, that no number says how the curve runs between them.
+bool SayHowItRuns(const Curve::Knot& a, const Curve::Knot& b) {
+  const double slope = SlopeBetween(a, b);
+  return a.at < b.at && std::isfinite(slope) && (a.value == b.value || std::isnormal(slope));
+}
+
 }  // namespace
 
 Result<Curve> Curve::Through(const std::vector<Knot>& given) {
@@ -55,14 +61,12 @@ Result<Curve> Curve::Through(const std::vector<Knot>& given) {
     if (!(given[i - 1].at < given[i].at)) return Fail(Code::InvalidArgument, "positions must rise from point to point");
     curve.rising_ &= given[i - 1].value < given[i].value;
     curve.falling_ &= given[i - 1].value > given[i].value;
-    // Neighbours so close, or so far apart, that no number says how the curve runs between them.
-    const double slope = SlopeBetween(given[i - 1], given[i]);
-    const bool flat = given[i - 1].value == given[i].value;
-    if (!std::isfinite(slope) || (!flat && !std::isnormal(slope))) {
-      return Fail(Code::InvalidArgument, "two points are too close together, or too far apart, for a curve");
-    }
   }
   const std::vector<Knot> knots = Refined(given);
+  for (std::size_t i = 1; i < knots.size(); ++i) {
+    if (SayHowItRuns(knots[i - 1], knots[i])) continue;
+    return Fail(Code::InvalidArgument, "two points are too close together, or too far apart, for a curve");
+  }
   curve.first_ = knots.front();
   curve.last_ = knots.back();
   curve.first_slope_ = SlopeBetween(knots[0], knots[1]);

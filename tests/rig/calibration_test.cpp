@@ -72,6 +72,9 @@ TEST(Curve, RefusesWhatIsNoCurve) {
   EXPECT_FALSE(Curve::Through({{0, 1}}));
   EXPECT_FALSE(Curve::Through({{0, 1}, {0, 2}}));
   EXPECT_FALSE(Curve::Through({{0, 1}, {1, NAN}}));
+  // Between them no other number is left, as fuzzing found.
+  EXPECT_FALSE(Curve::Through({{0, 0}, {4.9e-324, 1e-303}, {30, 1.5e-3}}));
+  EXPECT_FALSE(Curve::Through({{1, 0}, {std::nextafter(1, 2), 1e-3}}));
   EXPECT_TRUE(Curve::Through({{0, 1}, {1, 2}})->rising());
   EXPECT_FALSE(Curve::Through({{0, 1}, {1, 2}, {2, 1.5}})->rising());
 }
