@@ -86,7 +86,6 @@ struct Twelve {
   using Values = WordValues;
   static constexpr int kRowsInLane = 1;
   static constexpr int kFoldRows = 4;
-  static constexpr int kPairSteps = 32;  // a step adds at most 2 x 4095^2: 2^31 holds 64
 
   static HWY_INLINE hn::Vec<D> Load(const Sample* samples) {
     return hn::BitCast(D(), hn::LoadU(hn::RebindToUnsigned<D>(), samples));
@@ -119,7 +118,6 @@ struct Sixteen {
   using D = Ints;
   static constexpr int kRowsInLane = kBlock;
   static constexpr int kFoldRows = kBlock;
-  static constexpr int kPairSteps = 8192;
 
   static HWY_INLINE hn::Vec<D> Load(const Sample* samples) {
     return hn::PromoteTo(D(), hn::LoadU(hn::Rebind<Sample, D>(), samples));

@@ -44,20 +44,18 @@ inline std::uint64_t Square(std::int64_t value) {
   return static_cast<std::uint64_t>(value * value);
 }
 
-template <class Sample>
-std::uint64_t BrennerOf(GreyView<Sample> view) {
+inline std::uint64_t BrennerOf(GreyView<std::uint8_t> view) {
   std::uint64_t sum = 0;
   for (int y = 0; y < view.height; ++y) {
-    const Sample* row = view.samples + y * view.stride;
+    const std::uint8_t* row = view.samples + y * view.stride;
     for (int x = 0; x + 2 < view.width; ++x) sum += Square(std::int64_t{row[x + 2]} - row[x]);
   }
   return sum;
 }
 
-template <class Sample>
-LaplacianSums LaplacianOf(GreyView<Sample> view) {
+inline LaplacianSums LaplacianOf(GreyView<std::uint8_t> view) {
   LaplacianSums sums;
-  ForInner(view, [&](Patch<Sample> at) {
+  ForInner(view, [&](Patch<std::uint8_t> at) {
     const std::int64_t value = at.Laplacian();
     sums.value += value;
     sums.square += Square(value);

@@ -109,13 +109,12 @@ HWY_INLINE FocusSums SumSlopes(GreyView<typename Kind::Sample> view) {
   return sums;
 }
 
-template <class Kind>
-HWY_INLINE LaplacianSums SumLaplacians(GreyView<typename Kind::Sample> view) {
-  if (!FillsVectors<Kind>(view)) return scalar::LaplacianOf(view);
-  const typename Kind::D d;
+LaplacianSums ByteLaplacians(GreyView<std::uint8_t> view) {
+  if (!FillsVectors<Eight>(view)) return scalar::LaplacianOf(view);
+  const Eight::D d;
   LaplacianSums sums;
-  typename Kind::Squares squares;
-  typename Kind::Values values;
+  Eight::Squares squares;
+  Eight::Values values;
   const auto fold = [&]() HWY_ATTR {
     squares.Fold();
     sums.value += values.Take();
@@ -125,22 +124,19 @@ HWY_INLINE LaplacianSums SumLaplacians(GreyView<typename Kind::Sample> view) {
     int step = 0;
     ForColumns(d, 1, view.width - 2, [&](int x, const auto& keep) HWY_ATTR {
       const auto* at = view.samples + top * view.stride + x;
-      auto above = Kind::Load(at - view.stride);
-      auto here = Kind::Load(at);
+      auto above = Eight::Load(at - view.stride);
+      auto here = Eight::Load(at);
       auto value = hn::Zero(d);
       for (int row = 0; row < rows; ++row, at += view.stride) {
-        const auto below = Kind::Load(at + view.stride);
-        const auto sides = hn::Add(Kind::Load(at - 1), Kind::Load(at + 1));
+        const auto below = Eight::Load(at + view.stride);
+        const auto sides = hn::Add(Eight::Load(at - 1), Eight::Load(at + 1));
         const auto laplacian = hn::Sub(hn::Add(hn::Add(above, below), sides), hn::ShiftLeft<2>(here));
         squares.Add(keep(laplacian));
-        if constexpr (Kind::kRowsInLane == 1) values.Add(keep(laplacian));
         value = hn::Add(value, laplacian);
-        if (row % Kind::kFoldRows == Kind::kFoldRows - 1) squares.FoldRows();
         above = here;
         here = below;
       }
-      squares.FoldRows();
-      if constexpr (Kind::kRowsInLane != 1) values.Add(keep(value));
+      values.Add(keep(value));
       if (++step % kSteps == 0) fold();
     });
     fold();
@@ -150,17 +146,16 @@ HWY_INLINE LaplacianSums SumLaplacians(GreyView<typename Kind::Sample> view) {
 }
 
 /// Pairs two apart in every row.
-template <class Kind>
-HWY_INLINE std::uint64_t SumPairs(GreyView<typename Kind::Sample> view) {
-  if (!FillsVectors<Kind>(view)) return scalar::BrennerOf(view);
-  const typename Kind::D d;
-  typename Kind::Squares squares;
+std::uint64_t BytePairs(GreyView<std::uint8_t> view) {
+  if (!FillsVectors<Eight>(view)) return scalar::BrennerOf(view);
+  const Eight::D d;
+  Eight::Squares squares;
   int step = 0;
   for (int y = 0; y < view.height; ++y) {
     const auto* row = view.samples + y * view.stride;
     ForColumns(d, 0, view.width - 2, [&](int x, const auto& keep) HWY_ATTR {
-      squares.Add(keep(hn::Sub(Kind::Load(row + x + 2), Kind::Load(row + x))));
-      if (++step % Kind::kPairSteps == 0) squares.Fold();
+      squares.Add(keep(hn::Sub(Eight::Load(row + x + 2), Eight::Load(row + x))));
+      if (++step % Eight::kPairSteps == 0) squares.Fold();
     });
   }
   squares.Fold();
@@ -191,12 +186,6 @@ FocusSums SumSlopes(GreyView<Sample> view, scalar::Noise noise) {
 FocusSums ByteSlopes(GreyView<std::uint8_t> view, scalar::Noise noise) {
   return SumSlopes<Eight>(view, noise);
 }
-LaplacianSums ByteLaplacians(GreyView<std::uint8_t> view) {
-  return SumLaplacians<Eight>(view);
-}
-std::uint64_t BytePairs(GreyView<std::uint8_t> view) {
-  return SumPairs<Eight>(view);
-}
 
 #if HWY_TARGET == HWY_SCALAR
 void AddWordLevels(const std::uint16_t* row, int width, std::uint16_t full_scale, FocusSums& sums) {
@@ -204,12 +193,6 @@ void AddWordLevels(const std::uint16_t* row, int width, std::uint16_t full_scale
 }
 FocusSums WordSlopes(GreyView<std::uint16_t> view, scalar::Noise noise) {
   return scalar::SlopesOf(view, noise);
-}
-LaplacianSums WordLaplacians(GreyView<std::uint16_t> view) {
-  return scalar::LaplacianOf(view);
-}
-std::uint64_t WordPairs(GreyView<std::uint16_t> view) {
-  return scalar::BrennerOf(view);
 }
 #else
 void AddWordLevels(const std::uint16_t* row, int width, std::uint16_t full_scale, FocusSums& sums) {
@@ -251,12 +234,6 @@ bool AllTwelve(GreyView<std::uint16_t> view) {
 FocusSums WordSlopes(GreyView<std::uint16_t> view, scalar::Noise noise) {
   return AllTwelve(view) ? SumSlopes<Twelve>(view, noise) : SumSlopes<Sixteen>(view, noise);
 }
-LaplacianSums WordLaplacians(GreyView<std::uint16_t> view) {
-  return AllTwelve(view) ? SumLaplacians<Twelve>(view) : SumLaplacians<Sixteen>(view);
-}
-std::uint64_t WordPairs(GreyView<std::uint16_t> view) {
-  return AllTwelve(view) ? SumPairs<Twelve>(view) : SumPairs<Sixteen>(view);
-}
 #endif
 
 }  // namespace lensd::autofocus::HWY_NAMESPACE
@@ -271,19 +248,7 @@ HWY_EXPORT(ByteLaplacians);
 HWY_EXPORT(BytePairs);
 HWY_EXPORT(AddByteLevels);
 HWY_EXPORT(WordSlopes);
-HWY_EXPORT(WordLaplacians);
-HWY_EXPORT(WordPairs);
 HWY_EXPORT(AddWordLevels);
-
-/// Calls `visit(part)` for parts of a view that fit a cache and, where `overlap` is 2, have all its inner rows once.
-template <class Visit>
-void ForBands(GreyView<std::uint16_t> view, int overlap, const Visit& visit) {
-  constexpr int kRows = 16;
-  for (int top = 0; top + overlap < view.height; top += kRows) {
-    const int rows = std::min(kRows + overlap, view.height - top);
-    visit(GreyView<std::uint16_t>{view.samples + top * view.stride, view.width, rows, view.stride});
-  }
-}
 
 }  // namespace
 
@@ -303,30 +268,6 @@ FocusSums SumFocus(GreyView<std::uint8_t> view, std::uint8_t full_scale) {
   return scalar::ByBands(view, HWY_DYNAMIC_DISPATCH(ByteSlopes), [&](const std::uint8_t* row, FocusSums& sums) {
     HWY_DYNAMIC_DISPATCH(AddByteLevels)(row, view.width, full_scale, sums);
   });
-}
-
-std::uint64_t SumGradient(GreyView<std::uint16_t> view) {
-  std::uint64_t sum = 0;
-  ForBands(view, 2, [&](GreyView<std::uint16_t> part) {
-    sum += HWY_DYNAMIC_DISPATCH(WordSlopes)(part, scalar::Noise::LeftOut).gradient;
-  });
-  return sum;
-}
-
-std::uint64_t SumBrenner(GreyView<std::uint16_t> view) {
-  std::uint64_t sum = 0;
-  ForBands(view, 0, [&](GreyView<std::uint16_t> part) { sum += HWY_DYNAMIC_DISPATCH(WordPairs)(part); });
-  return sum;
-}
-
-LaplacianSums SumLaplacian(GreyView<std::uint16_t> view) {
-  LaplacianSums sums;
-  ForBands(view, 2, [&](GreyView<std::uint16_t> part) {
-    const LaplacianSums more = HWY_DYNAMIC_DISPATCH(WordLaplacians)(part);
-    sums.value += more.value;
-    sums.square += more.square;
-  });
-  return sums;
 }
 
 FocusSums SumFocus(GreyView<std::uint16_t> view, std::uint16_t full_scale) {

@@ -27,9 +27,17 @@ drivers::Frame MakeFrame(int width, int height, int bits, const std::function<do
   return frame;
 }
 
-GreyView<std::uint16_t> WholeOf(const drivers::Frame& frame) {
-  return {frame.samples->data(), frame.width, frame.height, frame.width};
-}
+/// Pictures of 8 bits as the sums of bytes take them.
+class Bytes {
+ public:
+  explicit Bytes(const drivers::Frame& frame)
+      : samples_(frame.samples->begin(), frame.samples->end()), width_(frame.width), height_(frame.height) {}
+  GreyView<std::uint8_t> view() const { return {samples_.data(), width_, height_, width_}; }
+
+ private:
+  std::vector<std::uint8_t> samples_;
+  int width_, height_;
+};
 
 TEST(Measures, RampHasItsSlopeSquared) {
   const auto frame = MakeFrame(40, 30, 8, [](int x, int y) { return 3 * x + 2 * y; });
@@ -38,15 +46,16 @@ TEST(Measures, RampHasItsSlopeSquared) {
   EXPECT_NEAR(score->gradient_energy, (9.0 + 4.0) / (255.0 * 255.0), 1e-15);
   EXPECT_EQ(score->noise, 0.0);
   EXPECT_NEAR(score->mean, (3 * 11.5 + 2 * 7.5) / 255.0, 1e-12);
-  const GreyView<std::uint16_t> view = WholeOf(frame);
+  const Bytes bytes(frame);
+  const GreyView<std::uint8_t> view = bytes.view();
   EXPECT_EQ(SumGradient(view), 64u * (9 + 4) * 38 * 28);
   EXPECT_EQ(SumBrenner(view), 4u * 9 * 38 * 30);
   EXPECT_EQ(SumLaplacian(view), LaplacianSums());
 }
 
 TEST(Measures, CheckerboardLaplacian) {
-  const auto frame = MakeFrame(32, 32, 10, [](int x, int y) { return (x + y) % 2 == 0 ? 500 : 400; });
-  EXPECT_EQ(SumLaplacian(WholeOf(frame)), (LaplacianSums{.value = 0, .square = 400u * 400u * 30 * 30}));
+  const Bytes bytes(MakeFrame(32, 32, 8, [](int x, int y) { return (x + y) % 2 == 0 ? 200 : 100; }));
+  EXPECT_EQ(SumLaplacian(bytes.view()), (LaplacianSums{.value = 0, .square = 400u * 400u * 30 * 30}));
 }
 
 TEST(Measures, NoiseOfNormalSamples) {
@@ -83,9 +92,11 @@ void ExpectScalarSums(int width, int height, std::uint32_t largest, bool extreme
   const FocusSums expected = scalar::ByBands(
       view, slopes, [&](const Sample* row, FocusSums& sums) { scalar::AddLevels(row, width, full, sums); });
   EXPECT_EQ(SumFocus(view, full), expected) << width << ' ' << largest;
-  EXPECT_EQ(SumGradient(view), slopes(view, scalar::Noise::LeftOut).gradient) << width << ' ' << largest;
-  EXPECT_EQ(SumBrenner(view), scalar::BrennerOf(view)) << width << ' ' << largest;
-  EXPECT_EQ(SumLaplacian(view), scalar::LaplacianOf(view)) << width << ' ' << largest;
+  if constexpr (sizeof(Sample) == 1) {
+    EXPECT_EQ(SumGradient(view), slopes(view, scalar::Noise::LeftOut).gradient) << width << ' ' << largest;
+    EXPECT_EQ(SumBrenner(view), scalar::BrennerOf(view)) << width << ' ' << largest;
+    EXPECT_EQ(SumLaplacian(view), scalar::LaplacianOf(view)) << width << ' ' << largest;
+  }
 }
 
 TEST(Measures, VectorsSumWhatSingleSamplesSum) {

@@ -64,11 +64,8 @@ struct LaplacianSums {
 FocusSums SumFocus(GreyView<std::uint8_t> view, std::uint8_t full_scale = 255);
 FocusSums SumFocus(GreyView<std::uint16_t> view, std::uint16_t full_scale);
 std::uint64_t SumGradient(GreyView<std::uint8_t> view);
-std::uint64_t SumGradient(GreyView<std::uint16_t> view);
 /// Over all pairs two apart in a row, in every row of the view.
 std::uint64_t SumBrenner(GreyView<std::uint8_t> view);
-std::uint64_t SumBrenner(GreyView<std::uint16_t> view);
 LaplacianSums SumLaplacian(GreyView<std::uint8_t> view);
-LaplacianSums SumLaplacian(GreyView<std::uint16_t> view);
 
 }  // namespace lensd::autofocus
