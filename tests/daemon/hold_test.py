@@ -12,6 +12,10 @@ from harness import BIN, LENS, PATIENCE, DaemonTest
 class Hold(DaemonTest):
     lenses = ("a",)
 
+    def setUp(self):
+        # lensd may still be about to notice that the last test's connections are closed
+        self.wait_for(lambda: self.held() is None)
+
     def held(self):
         with self.daemon.client() as client:
             return client.call(LENS + "Status", {"lens": "a"})["parameters"]["lenses"][0]["holdUntilNs"]
