@@ -22,8 +22,12 @@ Sharpness SharpnessOf(const FocusScore& score, double noise_variance, int pixels
   const double energy = score.gradient_energy - kNoiseGain * noise_variance;
   const double variance =
       (kNoiseScatter * noise_variance * noise_variance + 2.0 * std::max(energy, 0.0) * noise_variance) / pixels;
-  const double light = std::max(score.mean * score.mean, 1e-12);
-  if (score.energy_sigma > 0) return {score.gradient_energy / light, score.energy_sigma / light};
+  if (score.energy_sigma > 0) {
+    const double light = std::max(score.mean * score.mean, 1e-12);
+    return {score.gradient_energy / light, score.energy_sigma / light};
+  }
+  // Out of focus a few points of light on black are rounded away, and the mean says nothing.
+  const double light = score.mean * score.mean + noise_variance;
   return {energy / light, std::sqrt(variance) / light};
 }
 

@@ -19,17 +19,17 @@ FSYNC_SHIM = r"""
 #include <dlfcn.h>
 #include <unistd.h>
 int fsync(int fd) {
-  usleep(100000);
+  usleep(MILLISECONDS * 1000);
   return ((int (*)(int))dlsym(RTLD_NEXT, "fsync"))(fd);
 }
 """
 
 
-def slow_disk(folder):
-    """A library that makes every fsync take 100 ms."""
+def slow_disk(folder, milliseconds=100):
+    """A library that makes every fsync take so long."""
     source, library = os.path.join(folder, "slow.c"), os.path.join(folder, "slow.so")
     with open(source, "w", encoding="utf-8") as file:
-        file.write(FSYNC_SHIM)
+        file.write(FSYNC_SHIM.replace("MILLISECONDS", str(milliseconds)))
     subprocess.run(["cc", "-shared", "-fPIC", "-o", library, source, "-ldl"], check=True)
     return library
 
@@ -38,7 +38,7 @@ class SlowDisk(unittest.TestCase):
 
     def test_stops_do_not_wait_for_the_disk(self):
         with tempfile.TemporaryDirectory() as folder:
-            daemon = Daemon(arguments=("--state", os.path.join(folder, "state")), preload=slow_disk(folder))
+            daemon = Daemon(arguments=("--state", os.path.join(folder, "state")), preload=slow_disk(folder, 300))
             try:
                 savers = [daemon.client() for _ in range(8)]
                 took = []
@@ -54,7 +54,7 @@ class SlowDisk(unittest.TestCase):
                         took.append(time.monotonic() - began)
                 took.sort()
                 print(f"slow disk: {len(took)} stops, p50 {took[20] * 1e3:.1f} ms, worst {took[-1] * 1e3:.1f} ms")
-                self.assertLess(took[-1], 0.09 * max(1, PATIENCE / 3))  # one fsync takes 100 ms
+                self.assertLess(took[-1], 0.27 * max(1, PATIENCE / 3))  # one fsync takes 300 ms
             finally:
                 self.assertEqual(daemon.stop(), 0)
 
@@ -148,8 +148,14 @@ class AllAtOnce(unittest.TestCase):
         client.send(LENS + "Stop", {"lens": "o"})
         self.assertEqual(client.receive()["error"], LENS + "Cancelled")
         self.assertEqual(client.receive(), {"parameters": {}})
-        at_rest = client.call(LENS + "Status", {"lens": "o"})["parameters"]["lenses"][0]
-        self.assertEqual((at_rest["activity"], at_rest["axes"][0]["moving"]), ("idle", False))
+        deadline = time.monotonic() + 20 * PATIENCE
+        while True:  # where the move had begun, the axis has to brake first
+            at_rest = client.call(LENS + "Status", {"lens": "o"})["parameters"]["lenses"][0]
+            if (at_rest["activity"], at_rest["axes"][0]["moving"]) == ("idle", False):
+                break
+            self.assertLess(time.monotonic(), deadline, at_rest)
+            time.sleep(0.005)
+        self.assertLess(at_rest["axes"][0]["position"], 3900)
 
     def test_two_well_behaved_clients_among_all_hostile_ones(self):
         """What they have leased nobody takes away: their moves arrive, their focus is found, their stops stop."""

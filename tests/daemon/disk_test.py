@@ -122,7 +122,7 @@ class DiskTest(unittest.TestCase):
         with self.start() as client, self.daemon.client() as watcher:
             self.assertEqual(self.status(client)["unwritten"], [])
             began = time.monotonic_ns()
-            client.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 400}})
+            client.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 1400}})  # long: the disk breaks on the way
             self.wait_status(watcher, lambda status: status["activity"] == "moving")
             self.break_disk(call)
             moved = client.receive()["parameters"]["move"]
@@ -150,9 +150,9 @@ class DiskTest(unittest.TestCase):
                 self.assertTrue(self.remembered()["inMotion"])
             self.mend_disk()
             self.wait_status(watcher, lambda status: not status["unwritten"])
-            self.assertEqual((self.remembered()["position"], self.remembered()["inMotion"]), (400, False))
+            self.assertEqual((self.remembered()["position"], self.remembered()["inMotion"]), (1400, False))
             self.daemon.wait_log("a: its positions", "as they are again", times=1)
-            moved = self.move(client, 500)["parameters"]["move"]
+            moved = self.move(client, 1500)["parameters"]["move"]
             self.assertIs(moved["kept"], True)
             self.assertNotIn(WORDS[call], moved["reason"] or "")
 
@@ -255,7 +255,7 @@ class DiskTest(unittest.TestCase):
             self.break_disk("write")
             self.assertEqual(self.move(client, 400)["error"], LENS + "NotKept")
             self.mend_disk()
-            client.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 400}})
+            client.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 1400}})
             with self.daemon.client() as watcher:
                 self.wait_status(watcher, lambda status: status["activity"] == "moving")
             self.break_disk("write")

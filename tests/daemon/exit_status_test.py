@@ -216,7 +216,7 @@ class ExitStatus(unittest.TestCase):
             self.ends(4, "preset", "save", "a", "x", lens="a", axis="focus", activity="moving")
 
     def test_5_timeout(self):
-        self.ends(5, "--timeout", "300ms", "focus", "a", self.far(), lines=2)  # and that it was stopped
+        self.ends(5, "--timeout", "1s", "focus", "a", self.far(), lines=2)  # and that it was stopped
         self.wait_for(lambda: not self.status("deaf")["connected"], seconds=20)
         self.ends(5, "focus", "deaf", "@100", lens="deaf")  # the device itself does not answer
 

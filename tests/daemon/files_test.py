@@ -159,7 +159,7 @@ class ManyLensesTest(unittest.TestCase):
             for lens in lenses:
                 client.send(LENS + "Move", {"lens": lens, "axis": "focus", "target": {"position": 320}})
             moved = {lens: client.receive() for lens in lenses}
-            log, doctor = daemon.log(), daemon.lensctl("doctor").stdout
+            doctor = daemon.lensctl("doctor").stdout
             for lens, (name, kind) in done.items():
                 with self.subTest(lens=lens, file=name, kind=kind):
                     status = lenses[lens]
@@ -167,7 +167,7 @@ class ManyLensesTest(unittest.TestCase):
                     self.assertEqual(len(status["warnings"]), 1, status)
                     warning = status["warnings"][0]
                     self.assertIn(f"{lens}.{name}", warning)
-                    self.assertIn(warning, log)
+                    daemon.wait_log(warning)
                     self.assertIn(warning, doctor)
                     told = self.one(client, lens, name, status, moved[lens])
                     seen[told] = seen.get(told, 0) + 1

@@ -222,7 +222,7 @@ class StopIsNeverLate(DaemonTest):
         with self.daemon.client() as monitor, self.daemon.client() as mover:
             monitor.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
             monitor.send(LENS + "Monitor", {"lens": "a"}, more=True)
-            mover.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 3000}})
+            mover.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 4000}})
             time.sleep(2.0)
             with self.daemon.client() as reader:
                 now = reader.call(LENS + "Status", {"lens": "a"})["parameters"]["lenses"][0]["readAtNs"]

@@ -6,7 +6,7 @@ import tempfile
 import time
 import unittest
 
-from harness import HERE, LENS, Daemon
+from harness import HERE, LENS, PATIENCE, Daemon
 
 FAULTS = """
 [[fault]]
@@ -36,6 +36,12 @@ class Metrics(unittest.TestCase):
     def metrics(self, client):
         return {one["lens"]: one for one in client.call(LENS + "Metrics")["parameters"]["lenses"]}
 
+    def wait_until_moving(self, client):
+        deadline = time.monotonic() + 20 * PATIENCE
+        while client.call(LENS + "Status", {"lens": "good"})["parameters"]["lenses"][0]["activity"] != "moving":
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.005)
+
     def test_each_is_counted_once_and_of_its_own_lens(self):
         draw = random.Random(5)
         nothing = {"framesLost": 0, "framesLate": 0, "packetsLost": 0, "packetsResent": 0, "busErrors": 0}
@@ -56,6 +62,7 @@ class Metrics(unittest.TestCase):
             superseded = {"lens": "good", "axis": "focus", "target": {"position": 4000}}
             with self.daemon.client() as other:
                 other.send(LENS + "Move", superseded)
+                self.wait_until_moving(client)  # of two connections either may be read first
                 self.assertEqual(client.call(LENS + "Stop", {"lens": "good"}), {"parameters": {}})
                 self.assertEqual(other.receive()["error"], LENS + "Cancelled")
             focus = client.call(LENS + "Autofocus", {"lens": "good"})["parameters"]["autofocus"]

@@ -152,8 +152,7 @@ class Motion(DaemonTest):
         client.send(LENS + "Autofocus", {"lens": "a"}, more=True)
         self.wait_for(lambda: self.activity() == "autofocus")
         client.socket.close()
-        self.wait_for(lambda: self.activity() == "idle", seconds=5)
-        self.assertFalse(self.position()["moving"])
+        self.wait_for(lambda: self.activity() == "idle" and not self.position()["moving"], seconds=5)  # it has to brake first
 
     def activity(self):
         with self.daemon.client() as client:

@@ -141,7 +141,7 @@ class Watch(DaemonTest):
                 screen.until(r"^> a")
                 screen.process.send_signal(number)
                 self.assertEqual(screen.end(), (status, True))
-        screen = Screen(self.daemon, "--timeout", "300ms")
+        screen = Screen(self.daemon, "--timeout", "1s")
         self.assertEqual(screen.end(), (0, True))
 
     def test_a_daemon_that_goes_ends_it_with_its_error(self):
@@ -159,7 +159,7 @@ class Watch(DaemonTest):
         self.assertNotIn(OPEN, screen.seen)
 
     def test_elsewhere_it_is_a_line_at_each_change(self):
-        told = self.daemon.lensctl("status", "a", "--watch", "--timeout", "200ms")
+        told = self.daemon.lensctl("status", "a", "--watch", "--timeout", "1s")
         self.assertEqual(told.returncode, 0)
         self.assertRegex(told.stdout, r"^a: ")
         self.assertNotIn("\x1b", told.stdout)
