@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "defocus/defocus.h"
+#include "fixed_pattern.h"
 #include "moving.h"
 #include "searches.h"
 #include "sharpness_curve.h"
@@ -17,8 +18,8 @@
 namespace lensd::autofocus {
 namespace {
 
-constexpr int kSmallestWindow = 16;  ///< px
-constexpr int kMostMovesOn = 3;      ///< of an answer to a sharper frame beside it
+constexpr int kSmallestWindow = 16;        ///< px
+constexpr double kSigmaLessPattern = 2.0;  ///< times that of noise alone: what of the scene is left in the pattern
 
 struct MethodRow {
   std::string_view name;
@@ -139,7 +140,10 @@ Result<Session> Session::Create(std::string_view method, const Setup& setup) {
 }
 
 Session::Session(const Setup& setup, std::vector<std::string_view> names)
-    : setup_(setup), names_(std::move(names)), curve_(std::make_unique<SharpnessCurve>()) {
+    : setup_(setup),
+      names_(std::move(names)),
+      curve_(std::make_unique<SharpnessCurve>()),
+      stays_(std::make_unique<FixedPattern>()) {
   StartMethod();
 }
 
@@ -168,7 +172,7 @@ Result<Advice> Session::Next(const Place& place, const drivers::Frame& frame, co
     const auto [least, most] = std::ranges::minmax(*frame.samples);
     repeated_ = repeated_ || least != most;
   }
-  last_ = {frame, place.position};
+  last_ = {frame, place.position, *window};
   Look look;
   look.position = place.position;
   look.position_sigma = place.sigma;
@@ -178,6 +182,10 @@ Result<Advice> Session::Next(const Place& place, const drivers::Frame& frame, co
   look.tiles = ScoreTiles(frame, *window);
   int pixels = 0;
   look.score = ScoreOf(*look.tiles, {}, pixels);
+  if (stays_->known())
+    look = stays_->Without(look);
+  else
+    stays_->Keep(look);
   curve_->Add(look);
   return Follow(look);
 }
@@ -216,15 +224,18 @@ Advice Session::Follow(const Look& look) {
   if (frames() == 1 && names_.size() > 1) PutInOrder(look);
   Advice advice = proof_ ? Prove(look.position) : Ask(look);
   // The next method begins where the last one gave up.
-  while (Refused(advice) && running_ + 1 < names_.size()) {
+  while (Refused(advice)) {
+    if (running_ + 1 == names_.size() && !TakeOutWhatStays(std::get<Verdict>(advice).cause)) break;
     proof_.reset();
-    earlier_ = std::get<Verdict>(advice);
+    Verdict verdict = std::get<Verdict>(advice);
+    TellEarlier(verdict);
+    earlier_ = std::move(verdict);
     ++running_;
     StartMethod();
-    advice = Ask(look);
+    advice = stays_->known() ? FromTheStart() : Ask(look);
   }
   if (auto* verdict = std::get_if<Verdict>(&advice); verdict != nullptr && earlier_) {
-    verdict->reason += "; before that, " + std::string(names_[running_ - 1]) + ": " + earlier_->reason;
+    TellEarlier(*verdict);
     if (!verdict->focused && verdict->candidates.empty()) verdict->candidates = earlier_->candidates;
     if (!verdict->log_slope) verdict->log_slope = earlier_->log_slope;
   }
@@ -244,6 +255,41 @@ Advice Session::Follow(const Look& look) {
   return advice;
 }
 
+/// Why the method before gave up, in the reason.
+void Session::TellEarlier(Verdict& verdict) const {
+  if (verdict.focused && stays_->known()) {
+    verdict.reason += "; what stays in place whatever the focus (dirt, hot pixels; " +
+                      std::to_string(std::lround(100.0 * stays_->share())) +
+                      " % of what the duller frames show) is left out";
+  }
+  if (earlier_) verdict.reason += "; before that, " + std::string(names_[running_ - 1]) + ": " + earlier_->reason;
+}
+
+/// The last method was the sweep, and saw mostly what no focus changes: it is put behind once more, without that.
+bool Session::TakeOutWhatStays(Cause cause) {
+  constexpr Cause kOfWhatShows[] = {Cause::NoTexture, Cause::TooBright, Cause::Unclear, Cause::EndOfTravel};
+  const bool of_what_shows = std::ranges::find(kOfWhatShows, cause) != std::end(kOfWhatShows);
+  if (!of_what_shows || names_.back() != "sweep" || stays_->known() || !stays_->Find(setup_)) return false;
+  names_.push_back(names_.back());
+  return true;
+}
+
+/// The frames that are there, without what stays in place, go through the method before the lens is asked for others.
+Advice Session::FromTheStart() {
+  const std::vector<Look>& looks = stays_->Looks();
+  curve_ = std::make_unique<SharpnessCurve>();
+  for (const Look& look : looks) curve_->Add(look);
+  const double near = std::max(0.6 * setup_.resolution, 0.3 * setup_.blur_px.value_or(0.0));
+  Advice advice = method_->Next(looks.front());
+  while (const auto* go = std::get_if<GoAndLook>(&advice)) {
+    const auto distance = [&](const Look& look) { return std::abs(look.position - go->position); };
+    const auto taken = std::ranges::min_element(looks, {}, distance);
+    if (distance(*taken) > near) return advice;
+    advice = method_->Next(*taken);
+  }
+  return Proved(advice, last_->position);
+}
+
 bool Session::Refused(const Advice& advice) {
   const auto* verdict = std::get_if<Verdict>(&advice);
   return verdict != nullptr && !verdict->focused && !verdict->final;
@@ -251,38 +297,15 @@ bool Session::Refused(const Advice& advice) {
 
 /// The method's advice; an answer is proved first.
 Advice Session::Ask(const Look& look) {
-  Advice advice = method_->Next(look);
+  return Proved(method_->Next(look), look.position);
+}
+
+Advice Session::Proved(Advice advice, double stands) {
   const auto* verdict = std::get_if<Verdict>(&advice);
   if (verdict == nullptr || !verdict->focused || verdict->proven) return advice;
   proof_ = {.verdict = *verdict};
-  return Prove(look.position);
-}
-
-/// Frames on both sides of the answer, as far as the travel goes, and last one at the answer itself.
-Advice Session::Prove(double stands) {
-  Verdict& verdict = proof_->verdict;
-  const double answer = verdict.position;
-  if (const auto side = SideToSee(answer)) return GoAndLook{*side};
-  if (stands != answer && !proof_->sent) {
-    proof_->sent = true;
-    return GoAndLook{answer};
-  }
-  if (const auto farther = FartherSide()) {
-    proof_->sent = false;
-    return GoAndLook{*farther};
-  }
-  // A frame beside it that is sharper takes its place.
-  if (const auto better = SharperBeside()) {
-    if (++proof_->moves_on > kMostMovesOn)
-      return Refuse({Cause::Unclear, "frames beside the answer are sharper wherever it is sought"});
-    verdict.sigma = std::max(verdict.sigma, 0.5 * std::abs(*better - answer));
-    verdict.position = *better;
-    verdict.subject.reset();
-    verdict.found_by = FoundBy::Sharpness;
-    proof_->sent = true;
-    return GoAndLook{*better};
-  }
-  return Check();
+  if (stays_->known()) proof_->verdict.sigma *= kSigmaLessPattern;
+  return Prove(stands);
 }
 
 int Session::frames_expected() const {
@@ -297,103 +320,6 @@ double Session::relative_sharpness() const {
   if (curve_->size() == 0) return 0.0;
   const auto taken = curve_->Taken();
   return taken.front().value > 0 ? taken.back().value / taken.front().value : 0.0;
-}
-
-/// A frame of this place is there, as near as the motor gets: it need not be asked for again.
-static bool TakenAt(const std::vector<CurvePoint>& points, double place, double resolution) {
-  return std::ranges::any_of(
-      points, [&](const CurvePoint& point) { return std::abs(point.position - place) <= 0.6 * resolution; });
-}
-
-/// A place beside the answer where no frame has been taken yet.
-std::optional<double> Session::SideToSee(double answer) const {
-  const auto [least, most, wanted] = ReachOfSides(setup_);
-  const auto points = curve_->Points();
-  const CurvePoint centre{.position = answer};
-  for (const double sign : {1.0, -1.0}) {
-    const double room = sign > 0 ? setup_.highest - answer : answer - setup_.lowest;
-    if (room < least) continue;
-    if (SeenOnSide(points, centre, sign * least, sign * most) != SideSeen::Nothing) continue;
-    const double place = answer + sign * std::min(wanted, room);
-    if (!TakenAt(points, place, setup_.resolution)) return place;
-  }
-  return std::nullopt;
-}
-
-/// From the answer, where the lens stands: a place farther to a side where what was seen is as sharp, as far as that
-/// may still prove a top. A fine texture falls off within a depth of field, a coarse one later.
-std::optional<double> Session::FartherSide() const {
-  constexpr double kFar = 0.8;  ///< of the farthest
-  if (!setup_.blur_px) return std::nullopt;
-  const auto [least, most, wanted] = ReachOfSides(setup_);
-  const auto taken = curve_->Taken();
-  const CurvePoint& last = taken.back();
-  for (const double sign : {1.0, -1.0}) {
-    const double room = sign > 0 ? setup_.highest - last.position : last.position - setup_.lowest;
-    if (room < kFar * most) continue;
-    if (SeenOnSide(taken, last, sign * least, sign * most) != SideSeen::Alike) continue;
-    if (SeenOnSide(taken, last, sign * kFar * most, sign * most) != SideSeen::Nothing) continue;
-    const double place = last.position + sign * std::min(0.95 * most, room);
-    if (!TakenAt(taken, place, setup_.resolution)) return place;
-  }
-  return std::nullopt;
-}
-
-/// Where a frame near the one taken last is the sharpest of all and clearly sharper.
-std::optional<double> Session::SharperBeside() const {
-  const auto [least, most, wanted] = ReachOfSides(setup_);
-  if (!setup_.blur_px) return std::nullopt;
-  const auto taken = curve_->Taken();
-  const CurvePoint& last = taken.back();
-  const auto& best = *std::ranges::max_element(taken, {}, &CurvePoint::value);
-  const double off = best.position - last.position;
-  if (std::abs(off) < least || std::abs(off) > most) return std::nullopt;
-  if (SeenOnSide({&best, 1}, last, off, off) != SideSeen::Sharper) return std::nullopt;
-  return best.position;
-}
-
-/// Something must have changed with focus, the frame at the answer must be no worse than the one before the run began,
-/// no frame of the run may be clearly sharper than it, and on each side one must have been clearly less sharp.
-Verdict Session::Check() const {
-  constexpr double kSharpestShare = 0.8;  ///< of the sharpest frame seen: less is another place than the peak
-  constexpr double kSigmas = 4.0;
-  constexpr double kClearRise = 6.0;  ///< sigmas
-  const auto sharpness = curve_->Taken();
-  const CurvePoint& last = sharpness.back();
-  Verdict verdict = proof_->verdict;
-  const auto refuse = [&](Why why) {
-    verdict.focused = false;
-    verdict.confidence = 0.0;
-    verdict.cause = why.cause;
-    verdict.reason = why.reason;
-    return verdict;
-  };
-  const auto clearly_below = [&](const CurvePoint& other, double share) {
-    return last.value + kSigmas * std::hypot(last.sigma, other.sigma) < share * other.value;
-  };
-  const auto dullest = std::ranges::min_element(sharpness, {}, &CurvePoint::value);
-  if (last.value - dullest->value < kClearRise * std::hypot(last.sigma, dullest->sigma)) {
-    return refuse(curve_->Overexposed() ? kTooBright : kNoPeak);
-  }
-  if (clearly_below(sharpness.front(), 1.0)) {
-    return refuse({Cause::Unclear, "the check frame is less sharp than the first frame was"});
-  }
-  const auto sharpest = std::ranges::max_element(sharpness, {}, &CurvePoint::value);
-  if (clearly_below(*sharpest, kSharpestShare)) {
-    return refuse({Cause::Unclear, "the check frame is less sharp than the search promised"});
-  }
-  const auto [least, most, wanted] = ReachOfSides(setup_);
-  for (const double sign : {1.0, -1.0}) {
-    const double room = sign > 0 ? setup_.highest - last.position : last.position - setup_.lowest;
-    if (room < least) continue;  // the method has judged the end of the travel
-    const SideSeen seen = SeenOnSide(sharpness, last, sign * least, sign * most);
-    if (seen == SideSeen::LessSharp) continue;
-    if (room < 2.0 * least) return refuse(AtTheEndOf(setup_));
-    return refuse({Cause::Unclear, seen == SideSeen::Sharper
-                                       ? "a frame beside the answer is sharper than it"
-                                       : "frames beside the answer are as sharp as it: no top was seen"});
-  }
-  return verdict;
 }
 
 }  // namespace lensd::autofocus

@@ -117,14 +117,14 @@ double SharpnessCurve::Noise(const std::vector<char>& left_out) const {
   for (const CurveSample& sample : samples_) {
     scores.push_back(sample.tiles ? ScoreOf(*sample.tiles, left_out, pixels) : sample.score);
   }
-  return NoiseVariance(scores, samples_.empty() || !samples_.front().tiles ? 8 : samples_.front().tiles->bits);
+  if (samples_.empty() || !samples_.front().tiles) return NoiseVariance(scores, 8);
+  return std::max(NoiseVariance(scores, samples_.front().tiles->bits), samples_.front().tiles->rounding);
 }
 
 std::vector<CurvePoint> SharpnessCurve::Taken() const {
   const auto left_out = LeftOut();
   const double noise = Noise(left_out);
-  const bool only_rounding =
-      !samples_.empty() && samples_.front().tiles && noise <= NoiseVariance({}, samples_.front().tiles->bits);
+  const bool only_rounding = !samples_.empty() && samples_.front().tiles && noise <= samples_.front().tiles->rounding;
   std::vector<CurvePoint> points;
   for (const CurveSample& sample : samples_) {
     int pixels = 1;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "autofocus/sharpness.h"
+
 namespace lensd::autofocus {
 namespace {
 
@@ -45,6 +47,7 @@ std::shared_ptr<const TileScores> ScoreTiles(const drivers::Frame& frame, const 
   scores->rows = along(window.height);
   scores->bits = frame.bits;
   scores->full_scale = static_cast<double>((1u << frame.bits) - 1u);
+  scores->rounding = NoiseVariance({}, frame.bits);
   const auto full = static_cast<std::uint16_t>(scores->full_scale);
   const bool some_clipped = AnyClipped(frame, window, full);
   for (int j = 0; j < scores->rows; ++j) {

@@ -25,6 +25,7 @@ struct TileScores {
   int rows = 0;
   double full_scale = 1.0;
   int bits = 8;
+  double rounding = 0.0;  ///< variance that rounding to those leaves, full scale squared
   std::vector<TileSum> tiles;
 };
 

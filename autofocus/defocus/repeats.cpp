@@ -15,7 +15,6 @@ constexpr double kFirstBin = 3.5;     // below, the window's own shape shows, an
 constexpr double kHighest = 0.45;     // cycles per px
 constexpr double kBandsPerBin = 2.0;  // frequencies that are taken as one
 constexpr double kVisible = 3.0;      // standard deviations over the noise
-constexpr double kStep = 0.5;         // px of blur
 constexpr double kMostBlur = 0.6;     // of the side: farther, what is between the bands would show
 
 struct Band {
@@ -51,23 +50,29 @@ std::vector<double> EnergyByFrequency(const Tiles& tiles, double side) {
 
 }  // namespace
 
-double RiseWithBlur(const Tiles& tiles, double most_px) {
-  constexpr double kUnseen = 0.002;  // of the sharpness in focus: less rises and falls unseen
+std::vector<double> SharpnessUnderBlur(const Tiles& tiles, double most_px) {
   const double side = std::min(tiles.front().width, tiles.front().height);
   const auto energy = EnergyByFrequency(tiles, side);
-  const auto sharpness = [&](double blur) {
+  std::vector<double> sharpness;
+  for (double blur = 0.0; blur <= std::min(most_px, kMostBlur * side); blur += kBlurStep) {
     double sum = 0.0;
     for (std::size_t i = 0; i < energy.size(); ++i) {
       const double left = DiskResponse(blur * (static_cast<double>(i) + 0.5) / (kBandsPerBin * side));
       sum += energy[i] * left * left;
     }
-    return sum;
-  };
-  const double sharp = sharpness(0.0);
-  if (!(sharp > 0)) return 1.0;
+    sharpness.push_back(sum);
+  }
+  const double sharp = sharpness.front();
+  if (!(sharp > 0)) return {};
+  for (double& value : sharpness) value /= sharp;
+  return sharpness;
+}
+
+double RiseWithBlur(const Tiles& tiles, double most_px) {
+  constexpr double kUnseen = 0.002;  // of the sharpness in focus: less rises and falls unseen
   double least = 1.0, rise = 1.0;
-  for (double blur = 0.0; blur <= std::min(most_px, kMostBlur * side); blur += kStep) {
-    const double now = sharpness(blur) / sharp + kUnseen;
+  for (const double sharpness : SharpnessUnderBlur(tiles, most_px)) {
+    const double now = sharpness + kUnseen;
     least = std::min(least, now);
     rise = std::max(rise, now / least);
   }

@@ -2,9 +2,17 @@
 // need not be the one.
 #pragma once
 
+#include <vector>
+
 #include "defocus/rings.h"
 
 namespace lensd::autofocus::defocus {
+
+constexpr double kBlurStep = 0.5;  ///< px
+
+/// Sharpness of such a picture, over that of it as it is, as a disk of blur grows from 0 in steps of kBlurStep to
+/// `most_px` or 0.6 of the side. Empty: no frequency stands out of the noise.
+std::vector<double> SharpnessUnderBlur(const Tiles& tiles, double most_px);
 
 /// How sharpness would go as such a picture is blurred by a disk that grows to `most_px`: the most by which it rises
 /// again, as a factor of what it was before. 1: it only falls, as that of a texture of many frequencies does.

@@ -31,6 +31,7 @@ struct Place {
   bool on_the_way = false;  ///< it moved meanwhile
 };
 
+class FixedPattern;
 class SharpnessCurve;
 
 class Session {
@@ -68,12 +69,17 @@ class Session {
   static bool Refused(const Advice& advice);
   Advice Follow(const Look& look);
   Advice Ask(const Look& look);
+  Advice Proved(Advice advice, double stands);
+  void TellEarlier(Verdict& verdict) const;
+  bool TakeOutWhatStays(Cause cause);
+  Advice FromTheStart();
   void PutInOrder(const Look& first);
   Advice Prove(double stands);
   std::optional<double> SideToSee(double answer) const;
   std::optional<double> FartherSide() const;
   std::optional<double> SharperBeside() const;
   Verdict Check() const;
+  bool MayRepeat(const CurvePoint& answer) const;
 
   Setup setup_;
   std::vector<std::string_view> names_;  ///< to be tried in this order
@@ -82,9 +88,11 @@ class Session {
   std::unique_ptr<Method> method_;
   int frames_before_ = 0;                  ///< it began
   std::unique_ptr<SharpnessCurve> curve_;  ///< of all frames
+  std::unique_ptr<FixedPattern> stays_;    ///< taken out of them where a sweep found nothing
   struct Sent {
     drivers::Frame frame;
     double position = 0.0;
+    Window window;
   };
   std::optional<Sent> last_;
   bool repeated_ = false;  ///< one frame was the one before, though the lens had moved
