@@ -18,14 +18,14 @@ constexpr double kSigmas = 4.0;
 constexpr double kRepeats = 1.2;       ///< RiseWithBlur()
 constexpr double kMostBlur = 100.0;    ///< px
 constexpr int kMostSide = 256;         ///< px
-constexpr double kNearPx = 6.0;       ///< of blur as told: nearer, its shape matters
+constexpr double kNearPx = 6.0;        ///< of blur as told: nearer, its shape matters
 constexpr double kSlope = 0.7;         ///< of the told blur, at least
 constexpr double kTimes = 2.5;         ///< what is left
 constexpr double kLeftAnyhow = 0.002;  ///< of the top: shading, and what the spectrum does not show
 
 /// From `begin`, the top, away from it.
 template <class Iterator>
-bool RisesFrom(Iterator begin, Iterator end, double top) {
+bool RisesFrom(const Iterator& begin, const Iterator& end, double top) {
   CurvePoint least = *begin;
   for (auto point = begin; point != end; ++point) {
     const double rise = point->value - least.value;

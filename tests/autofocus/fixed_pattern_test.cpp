@@ -42,7 +42,8 @@ Sensor SensorWith(Flaw flaw, unsigned seed) {
       const double x = kSide * uniform(random), y = kSide * uniform(random), radius = 3.0 + 5.0 * uniform(random);
       const double loss = 0.1 + 0.3 * uniform(random);
       for (int i = 0; i < kSide * kSide; ++i) {
-        const double r = std::hypot(i % kSide - x, i / kSide - y);
+        const int row = i / kSide;
+        const double r = std::hypot(i % kSide - x, row - y);
         sensor.gain[static_cast<std::size_t>(i)] *= 1.0 - loss / (1.0 + std::exp(2.0 * (r - radius)));
       }
     }

@@ -27,7 +27,8 @@ drivers::Frame PictureOf(const std::array<Point, 6>& points, double position, un
     double sum = 0.0;
     for (const bool draw : {false, true}) {
       for (int i = 0; i < kSize * kSize; ++i) {
-        const double r = std::hypot(i % kSize - point.x, i / kSize - point.y);
+        const int row = i / kSize;
+        const double r = std::hypot(i % kSize - point.x, row - point.y);
         const double share = 1.0 / (1.0 + std::exp(4.0 * (r - radius)));
         if (draw)
           light[i] += point.light * share / sum;
