@@ -37,21 +37,28 @@ FocusScore ScoreOfWhole(const TileScores& tiles) {
   return ScoreOf(tiles, {}, pixels);
 }
 
-/// The mean of the middle third of values in order.
-float MiddleThird(std::span<const float> sorted) {
-  const std::size_t outer = sorted.size() / 3;
-  const auto middle = sorted.subspan(outer, sorted.size() - 2 * outer);
-  return std::accumulate(middle.begin(), middle.end(), 0.0F) / static_cast<float>(middle.size());
+constexpr std::size_t kBlock = 64;        ///< pixels that are sorted side by side
+using Block = std::array<float, kBlock>;  ///< of one frame
+
+/// Each pixel's values over the frames in order: neighbours change places, by turns the even and the odd ones.
+void SortByPixel(std::vector<Block>& values) {
+  for (std::size_t turn = 0; turn < values.size(); ++turn) {
+    for (std::size_t k = turn % 2; k + 1 < values.size(); k += 2) {
+      for (std::size_t i = 0; i < kBlock; ++i) {
+        const float less = std::min(values[k][i], values[k + 1][i]), more = std::max(values[k][i], values[k + 1][i]);
+        values[k][i] = less;
+        values[k + 1][i] = more;
+      }
+    }
+  }
 }
 
-/// The same without `one` of them.
-float MiddleThirdOfOthers(std::span<const float> sorted, float one) {
-  const std::size_t others = sorted.size() - 1, outer = others / 3, count = others - 2 * outer;
-  const auto at = static_cast<std::size_t>(std::ranges::lower_bound(sorted, one) - sorted.begin());
-  const bool in_the_middle = at >= outer && at < outer + count;
-  const auto middle = sorted.subspan(at < outer ? outer + 1 : outer, in_the_middle ? count + 1 : count);
-  const float sum = std::accumulate(middle.begin(), middle.end(), in_the_middle ? -one : 0.0F);
-  return sum / static_cast<float>(count);
+Block SumOf(std::span<const Block> values) {
+  Block sum{};
+  for (const Block& block : values) {
+    for (std::size_t i = 0; i < kBlock; ++i) sum[i] += block[i];
+  }
+  return sum;
 }
 
 /// Each pixel less the median of the eight around it; the window's rim: 0.
@@ -124,7 +131,8 @@ FixedPattern::Kept FixedPattern::CutOut(const drivers::Frame& frame, const Windo
 void FixedPattern::Keep(const Look& look) {
   if (full_ || look.on_the_way || look.frame == nullptr) return;
   const std::size_t size = static_cast<std::size_t>(look.window.width) * static_cast<std::size_t>(look.window.height);
-  if (size * (kept_.size() + 1) > kMostSamples) {
+  const bool other_size = !kept_.empty() && kept_.front().window.samples->size() != size;
+  if (other_size || size * (kept_.size() + 1) > kMostSamples) {
     full_ = true;
     kept_.clear();
     return;
@@ -146,44 +154,50 @@ std::vector<std::size_t> FixedPattern::Spread(const Setup& setup) const {
   return spread;
 }
 
-/// What pixel `p` of these frames shows, over their light.
-std::vector<float> FixedPattern::ShownAt(std::size_t p, std::span<const std::size_t> frames) const {
-  std::vector<float> shown;
-  shown.reserve(frames.size());
-  for (const std::size_t i : frames) {
-    shown.push_back(static_cast<float>((*kept_[i].window.samples)[p] / kept_[i].light));
-  }
-  return shown;
+/// The pattern, and of each of these frames the samples less what the others show.
+std::vector<std::vector<std::uint16_t>> FixedPattern::FindPattern(std::span<const std::size_t> frames) {
+  const std::size_t size = kept_.front().window.samples->size();
+  pattern_.resize(size);
+  std::vector<std::vector<std::uint16_t>> less(frames.size(), std::vector<std::uint16_t>(size));
+  for (std::size_t first = 0; first < size; first += kBlock) FindBlock(frames, first, less);
+  MarkHotPixels(pattern_, kept_.front().window.width, kept_.front().window.height);
+  return less;
 }
 
-void FixedPattern::FindPattern(std::span<const std::size_t> frames) {
-  const drivers::Frame& first = kept_[frames.front()].window;
-  const auto full = static_cast<std::uint16_t>(FullScale(first));
-  pattern_.resize(first.samples->size());
-  for (std::size_t p = 0; p < pattern_.size(); ++p) {
-    const auto at_full =
-        std::ranges::count_if(frames, [&](std::size_t i) { return (*kept_[i].window.samples)[p] >= full; });
-    auto shown = ShownAt(p, frames);
-    std::ranges::sort(shown);
-    pattern_[p] = 2 * static_cast<std::size_t>(at_full) > frames.size() ? kNothing : MiddleThird(shown);
-  }
-  MarkHotPixels(pattern_, first.width, first.height);
-}
-
-/// Each less what the others of these frames show.
-void FixedPattern::CleanByOthers(std::span<const std::size_t> frames) {
-  std::vector<std::vector<std::uint16_t>> samples(frames.size(), std::vector<std::uint16_t>(pattern_.size()));
-  for (std::size_t p = 0; p < pattern_.size(); ++p) {
-    const auto shown = ShownAt(p, frames);
-    auto sorted = shown;
-    std::ranges::sort(sorted);
-    for (std::size_t k = 0; k < frames.size(); ++k) {
-      const float others = MiddleThirdOfOthers(sorted, shown[k]);
-      samples[k][p] = Less((*kept_[frames[k]].window.samples)[p], others, kept_[frames[k]]);
+void FixedPattern::FindBlock(std::span<const std::size_t> frames, std::size_t first,
+                             std::vector<std::vector<std::uint16_t>>& less) {
+  const auto full = static_cast<std::uint16_t>(FullScale(kept_.front().window));
+  const std::size_t pixels = std::min(kBlock, pattern_.size() - first);
+  std::vector<Block> shown(frames.size());
+  std::array<std::size_t, kBlock> at_full{};
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    const Kept& kept = kept_[frames[k]];
+    const auto light = static_cast<float>(kept.light);
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const std::uint16_t sample = (*kept.window.samples)[first + i];
+      shown[k][i] = sample / light;
+      at_full[i] += sample >= full ? 1 : 0;
     }
   }
-  for (std::size_t k = 0; k < frames.size(); ++k)
-    clean_[frames[k]] = Scored(kept_[frames[k]], FilledIn(kept_[frames[k]], std::move(samples[k])));
+  std::vector<Block> sorted = shown;
+  SortByPixel(sorted);
+  const std::span<const Block> in_order = sorted;
+  const std::size_t outer = frames.size() / 3, middle = frames.size() - 2 * outer;
+  const Block sum = SumOf(in_order.subspan(outer, middle));
+  for (std::size_t i = 0; i < pixels; ++i) {
+    pattern_[first + i] = 2 * at_full[i] > frames.size() ? kNothing : sum[i] / static_cast<float>(middle);
+  }
+  // Without one of them, the middle third of the others begins and ends one place on, or has a gap.
+  const std::size_t outer_of_others = (frames.size() - 1) / 3, count = frames.size() - 1 - 2 * outer_of_others;
+  const Block sum_with_one = SumOf(in_order.subspan(outer_of_others, count + 1));
+  const Block &least = sorted[outer_of_others], &most = sorted[outer_of_others + count];
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    const Kept& kept = kept_[frames[k]];
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const float others = (sum_with_one[i] - std::clamp(shown[k][i], least[i], most[i])) / static_cast<float>(count);
+      less[k][first + i] = Less((*kept.window.samples)[first + i], others, kept);
+    }
+  }
 }
 
 /// Of the gradient energy that the duller half of these frames shows.
@@ -207,10 +221,12 @@ double FixedPattern::ShareOf(std::span<const std::size_t> frames) const {
 bool FixedPattern::Find(const Setup& setup) {
   const auto frames = Spread(setup);
   if (frames.size() < kLeastFrames) return false;
-  FindPattern(frames);
+  auto less = FindPattern(frames);
   clean_.clear();
   for (const Kept& kept : kept_) clean_.push_back(Scored(kept, Clean(kept)));
-  CleanByOthers(frames);
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    clean_[frames[k]] = Scored(kept_[frames[k]], FilledIn(kept_[frames[k]], std::move(less[k])));
+  }
   share_ = ShareOf(frames);
   if (share_ <= kWorthwhile) pattern_.clear();
   return known();

@@ -17,18 +17,22 @@ namespace lensd::autofocus {
 /// is beside them.
 class FixedPattern {
  public:
-  /// Keeps the window of a frame where the lens stood. Without effect beyond 32 MiB in all.
+  /// Keeps the window of a frame where the lens stood. Nothing is kept any more after 32 MiB in all, or after a window
+  /// of another size.
   void Keep(const Look& look);
   /// True: the pattern is known from now on. It needs 6 frames, each 5 px of blur (a twentieth of the range where blur
   /// is not known) from the others, and has to be more than half of the gradient energy, less noise, that the duller
   /// half of them shows: else nothing is gained, or frames are refused for another reason.
   bool Find(const Setup& setup);
   bool known() const { return !pattern_.empty(); }
+  bool Fits(const Window& window) const {
+    return window.width == kept_.front().window.width && window.height == kept_.front().window.height;
+  }
   /// Of the gradient energy of the duller frames; 0..1.
   double share() const { return share_; }
   /// What is kept, without the pattern, in the order taken. Looks without a frame: only tiles and score are of it.
   const std::vector<Look>& Looks() const { return clean_; }
-  /// The same of another frame of that window.
+  /// The same of another frame of that window, which has the same size.
   Look Without(const Look& look) const;
   /// That window, in 16 bits.
   drivers::Frame PictureWithout(const drivers::Frame& frame, const Window& window) const;
@@ -41,9 +45,8 @@ class FixedPattern {
   };
   static Kept CutOut(const drivers::Frame& frame, const Window& window);
   std::vector<std::size_t> Spread(const Setup& setup) const;
-  std::vector<float> ShownAt(std::size_t p, std::span<const std::size_t> frames) const;
-  void FindPattern(std::span<const std::size_t> frames);
-  void CleanByOthers(std::span<const std::size_t> frames);
+  std::vector<std::vector<std::uint16_t>> FindPattern(std::span<const std::size_t> frames);
+  void FindBlock(std::span<const std::size_t> frames, std::size_t first, std::vector<std::vector<std::uint16_t>>& less);
   double ShareOf(std::span<const std::size_t> frames) const;
   static std::uint16_t Less(std::uint16_t sample, float pattern, const Kept& kept);
   drivers::Frame Clean(const Kept& kept) const;

@@ -167,6 +167,8 @@ Result<Advice> Session::Next(const Place& place, const drivers::Frame& frame, co
   if (last_ && (last_->frame.width != frame.width || last_->frame.height != frame.height)) {
     return Fail(Code::InvalidArgument, "every frame of an autofocus must have the same size");
   }
+  if (stays_->known() && !stays_->Fits(*window))
+    return Fail(Code::InvalidArgument, "the region of an autofocus must keep its size");
   // A camera's noise never repeats itself; a picture of one value may.
   if (last_ && place.position != last_->position && *last_->frame.samples == *frame.samples) {
     const auto [least, most] = std::ranges::minmax(*frame.samples);
