@@ -101,7 +101,8 @@ std::optional<double> Session::SharperBeside() const {
 Verdict Session::Check() const {
   constexpr double kSharpestShare = 0.8;  ///< of the sharpest frame seen: less is another place than the peak
   constexpr double kSigmas = 4.0;
-  constexpr double kClearRise = 6.0;  ///< sigmas
+  // Sigmas. What of the scene is left in a pattern scatters beside the noise.
+  const double clear_rise = stays_->known() ? 12.0 : 6.0;
   const auto sharpness = curve_->Taken();
   const CurvePoint& last = sharpness.back();
   Verdict verdict = proof_->verdict;
@@ -116,7 +117,7 @@ Verdict Session::Check() const {
     return last.value + kSigmas * std::hypot(last.sigma, other.sigma) < share * other.value;
   };
   const auto dullest = std::ranges::min_element(sharpness, {}, &CurvePoint::value);
-  if (last.value - dullest->value < kClearRise * std::hypot(last.sigma, dullest->sigma)) {
+  if (last.value - dullest->value < clear_rise * std::hypot(last.sigma, dullest->sigma)) {
     return refuse(curve_->Overexposed() ? kTooBright : kNoPeak);
   }
   if (clearly_below(sharpness.front(), 1.0)) {

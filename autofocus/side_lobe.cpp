@@ -15,12 +15,13 @@ namespace {
 
 constexpr double kOfTop = 1.0 / 12.0;
 constexpr double kSigmas = 4.0;
-constexpr double kRepeats = 1.2;       ///< RiseWithBlur()
-constexpr double kMostBlur = 100.0;    ///< px
-constexpr int kMostSide = 256;         ///< px
-constexpr double kNearPx = 6.0;        ///< of blur as told: nearer, its shape matters
-constexpr double kSlope = 0.7;         ///< of the told blur, at least
-constexpr double kTimes = 2.5;         ///< what is left
+constexpr double kFlicker = 0.03;    ///< of sharpness: what changes from frame to frame besides noise, as hot pixels do
+constexpr double kRepeats = 1.2;     ///< RiseWithBlur()
+constexpr double kMostBlur = 100.0;  ///< px
+constexpr int kMostSide = 256;       ///< px
+constexpr double kNearPx = 6.0;      ///< of blur as told: nearer, its shape matters
+constexpr double kSlope = 0.7;       ///< of the told blur, at least
+constexpr double kTimes = 2.5;       ///< what is left
 constexpr double kLeftAnyhow = 0.002;  ///< of the top: shading, and what the spectrum does not show
 
 /// From `begin`, the top, away from it.
@@ -51,7 +52,7 @@ bool LeavesMore(std::span<const CurvePoint> points, const CurvePoint& top, doubl
     const auto i = static_cast<std::size_t>(kSlope * blur / defocus::kBlurStep);
     return blur > kNearPx && i < left.size() &&
            point.value - least.value > (kTimes * left[i] + kLeftAnyhow) * (top.value - least.value) +
-                                           kSigmas * std::hypot(point.sigma, least.sigma);
+                                           kSigmas * std::hypot(point.sigma, least.sigma) + kFlicker * point.value;
   });
 }
 
