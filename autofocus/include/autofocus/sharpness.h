@@ -12,7 +12,8 @@
 namespace lensd::autofocus {
 
 struct Sharpness {
-  double value = 0.0;  ///< gradient energy without noise over squared mean; about 0 where nothing can be seen, a black frame too
+  double value =
+      0.0;  ///< gradient energy without noise over squared mean; about 0 where nothing can be seen, a black frame too
   double sigma = 0.0;  ///< its standard deviation from frame to frame
 };
 
