@@ -46,10 +46,10 @@ Result<void> Lens::StartMove(Axis axis, Native target) {
   if (!found) return PassOn(found);
   if (!std::isfinite(target.value)) return Fail(Code::InvalidArgument, "a target must be a finite number");
   const AxisCapabilities& can = **found;
-  if (target < can.minimum || target > can.maximum) {
+  if (target < can.lowest_count() || target > can.highest_count()) {
     std::ostringstream message;
-    message << AxisName(axis) << " target " << target.value << " is outside " << can.minimum.value << ".."
-            << can.maximum.value << " " << NativeUnitName(can.unit);
+    message << AxisName(axis) << " target " << target.value << " is outside " << can.lowest_count().value << ".."
+            << can.highest_count().value << " " << NativeUnitName(can.unit);
     return Fail(Code::OutOfRange, message.str());
   }
   return Noted(DoStartMove(axis, target));

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "base/clock.h"
 #include "base/result.h"
@@ -57,6 +58,9 @@ struct AxisCapabilities {
   Native minimum{0.0};      ///< lowest target the device takes
   Native maximum{0.0};      ///< highest target the device takes
   double resolution = 1.0;  ///< native units between neighbouring targets, > 0
+  /// Targets that the device's own count takes, where these are more than those from minimum to maximum: the count of a
+  /// device that has lost it may be set off from the travel, which stays the same.
+  std::optional<std::pair<Native, Native>> counts = {};
   Feedback feedback = Feedback::Counts;
   bool can_home = false;      ///< StartHome() finds a reference
   bool needs_home = false;    ///< absolute moves are refused before homing
@@ -67,6 +71,8 @@ struct AxisCapabilities {
   double lost_travel = -1.0;  ///< part of all travel that may get lost unnoticed; below 0: what its feedback suggests
 
   bool follows() const { return Follows(feedback); }
+  Native lowest_count() const { return counts ? counts->first : minimum; }
+  Native highest_count() const { return counts ? counts->second : maximum; }
 };
 
 /// What a lens is and can do. Immutable once the device is open.
@@ -110,7 +116,7 @@ class Lens {
   /// Protocol: from the device.
   Result<void> StartHome(Axis axis);
   /// Starts a motion to `target` in native units; a motion under way is retargeted. Unsupported: no such axis.
-  /// InvalidArgument: not a finite number. OutOfRange: outside the capabilities. Otherwise as StartHome().
+  /// InvalidArgument: not a finite number. OutOfRange: outside what its count takes. Otherwise as StartHome().
   Result<void> StartMove(Axis axis, Native target);
   /// Where everything is now. Disconnected, Timeout, Protocol.
   Result<LensState> Read();
