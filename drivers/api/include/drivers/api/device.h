@@ -31,13 +31,56 @@ struct NominalOptics {
   /// Iris: native minimum is min_f_number, maximum is max_f_number, even in log(f-number) between.
 };
 
+/// A part that the device lists and that cannot be used, as was found while it was opened.
+struct LeftOut {
+  std::string part;               ///< an axis' name, "camera" (its pictures), "exposure" or "gain"
+  std::string reason;             ///< for people
+  Code code = Code::Unsupported;  ///< of the error that was the reason
+
+  bool operator==(const LeftOut&) const = default;
+};
+
+/// What was found of a device while it was opened, beside what it can do.
+class Findings {
+ public:
+  /// The part is there and cannot be used. Of several reasons for one part the first is kept.
+  void LeaveOut(std::string_view part, const Error& why);
+  /// The part could be used in another way.
+  void TakeBack(std::string_view part);
+  /// Something is not as it should be, and costs no part.
+  void Doubt(std::string what) { doubts_.push_back(std::move(what)); }
+  void Add(const Findings& more);
+
+  const std::vector<LeftOut>& left_out() const { return left_out_; }
+  const std::vector<std::string>& doubts() const { return doubts_; }
+  /// What was found of one part; nullptr: nothing.
+  const LeftOut* Of(std::string_view part) const;
+  /// Of a device of which nothing can be used: lists the reasons. Its code is that of a reason that may pass, where
+  /// there is one, else Unsupported. `device` begins the message.
+  Error NothingLeft(const std::string& device) const;
+
+ private:
+  std::vector<LeftOut> left_out_;
+  std::vector<std::string> doubts_;
+};
+
+/// Whether an error that came while one part was looked at concerns the whole device: it is gone, or the call was
+/// interrupted. After any other error the rest of the device may be as it should.
+inline bool ConcernsAll(const Error& error) {
+  return error.code == Code::Disconnected || error.code == Code::Cancelled || error.code == Code::WrongDevice;
+}
+
 /// An open device. Either part may be absent, not both. Destroying it closes the handle.
 struct Device {
   std::unique_ptr<Lens> lens;
   std::unique_ptr<Camera> camera;
   std::optional<NominalOptics> optics;       ///< only from drivers that know (the simulated one)
   std::shared_ptr<Simulation> simulation{};  ///< null: real hardware
+  Findings findings{};                       ///< parts that were left out, and why
 };
+
+/// A lens of which every axis was left out, so that its camera can still be served: it has no axes.
+std::unique_ptr<Lens> LensWithoutAxes(Capabilities who, const Clock& clock);
 
 /// Opens a device from the table of its [[lens]] or [lens.camera] section. Every key must be known.
 using OpenFunction = Result<Device> (*)(const Settings& settings, const Clock& clock);
