@@ -45,6 +45,9 @@ struct Config {
   VideoRange range = VideoRange::Auto;
   std::optional<Duration> latency{};  ///< from the end of an exposure to its time stamp, at most
   int buffers = 4;
+
+  /// It says which pictures are wanted: a camera without them is not the one that is configured.
+  bool names_pictures() const { return !format.empty() || width > 0 || frame_rate_hz > 0.0; }
 };
 
 /// BadData.

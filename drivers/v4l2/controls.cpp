@@ -10,6 +10,8 @@
 #include <string>
 #include <utility>
 
+#include "drivers/api/device.h"
+
 namespace lensd::drivers::v4l2 {
 namespace {
 
@@ -27,20 +29,31 @@ v4l2_ext_controls Around(v4l2_ext_control& control) {
   return all;
 }
 
-}  // namespace
-
-Result<std::optional<Control>> FindControl(const Node& node, std::uint32_t id) {
+/// What the driver says of a control; none: it has none.
+Result<std::optional<v4l2_query_ext_ctrl>> Query(const Node& node, std::uint32_t id) {
   v4l2_query_ext_ctrl query{};
   query.id = id;
   const int status = node.Ioctl(VIDIOC_QUERY_EXT_CTRL, &query);
   if (status == -EINVAL || status == -ENOTTY) return std::nullopt;
   if (status < 0) return KernelError(-status, node.path() + ", asking for a control");
-  if ((query.flags & (V4L2_CTRL_FLAG_DISABLED | V4L2_CTRL_FLAG_READ_ONLY)) != 0 || !Plain(query.type)) {
-    return std::nullopt;
-  }
+  return query;
+}
+
+std::string NameOf(const v4l2_query_ext_ctrl& query) {
+  return {query.name, strnlen(query.name, sizeof query.name)};
+}
+
+/// Empty, or why no number can be set with it.
+std::string WhyNotSettable(const v4l2_query_ext_ctrl& query) {
+  if ((query.flags & V4L2_CTRL_FLAG_DISABLED) != 0) return "is disabled by the device's driver";
+  if ((query.flags & V4L2_CTRL_FLAG_READ_ONLY) != 0) return "can be read and not set";
+  return Plain(query.type) ? "" : "takes no number";
+}
+
+Result<Control> ControlOf(const Node& node, const v4l2_query_ext_ctrl& query) {
   Control control;
-  control.id = id;
-  control.name.assign(query.name, strnlen(query.name, sizeof query.name));
+  control.id = query.id;
+  control.name = NameOf(query);
   control.minimum = query.minimum;
   control.maximum = query.maximum;
   // Values of plain controls have 32 bits: beyond those nothing that is said of them can be so.
@@ -56,6 +69,36 @@ Result<std::optional<Control>> FindControl(const Node& node, std::uint32_t id) {
   control.live = control.readable && (query.flags & V4L2_CTRL_FLAG_VOLATILE) != 0;
   control.inactive = (query.flags & V4L2_CTRL_FLAG_INACTIVE) != 0;
   return control;
+}
+
+}  // namespace
+
+Result<std::optional<Control>> FindControl(const Node& node, std::uint32_t id) {
+  const auto query = Query(node, id);
+  if (!query) return PassOn(query);
+  if (!*query || !WhyNotSettable(**query).empty()) return std::nullopt;
+  auto control = ControlOf(node, **query);
+  if (!control) return PassOn(control);
+  return *std::move(control);
+}
+
+Result<std::optional<Control>> FindPart(const Node& node, std::uint32_t id) {
+  auto query = Query(node, id);
+  if (!query && !drivers::ConcernsAll(query.error())) query = Query(node, id);
+  if (!query) return PassOn(query);
+  if (!*query) return std::nullopt;
+  const std::string what = "the control \"" + NameOf(**query) + "\" ";
+  if (const std::string why = WhyNotSettable(**query); !why.empty()) return Fail(Code::Unsupported, what + why);
+  auto control = ControlOf(node, **query);
+  if (!control) return PassOn(control);
+  if (control->minimum == control->maximum) {
+    return Fail(Code::Unsupported, what + "is fixed at " + std::to_string(control->minimum));
+  }
+  if (control->step > control->maximum - control->minimum) {
+    return Fail(Code::Protocol, what + "has steps of " + std::to_string(control->step) + " in a range from " +
+                                    std::to_string(control->minimum) + " to " + std::to_string(control->maximum));
+  }
+  return *std::move(control);
 }
 
 Result<void> SetControl(const Node& node, const Control& control, std::int64_t value) {
@@ -79,6 +122,12 @@ Result<std::int64_t> GetControl(const Node& node, const Control& control) {
   const int status = node.Ioctl(VIDIOC_G_EXT_CTRLS, &all);
   if (status < 0) return KernelError(-status, node.path() + ", reading \"" + control.name + "\"");
   return std::int64_t{one.value};
+}
+
+Result<std::int64_t> GetControlAtOpening(const Node& node, const Control& control) {
+  auto value = GetControl(node, control);
+  if (!value && !drivers::ConcernsAll(value.error())) value = GetControl(node, control);
+  return value;
 }
 
 void Subscribe(const Node& node, std::uint32_t id) {

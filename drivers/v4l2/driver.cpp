@@ -77,15 +77,23 @@ Result<void> HoldIris(const Node& node, Automatics& automatics) {
   return automatics.Hold(V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL);
 }
 
-/// Null where the node has no control of a lens.
+/// The device goes on with an automatism that could not be switched off, which may set back what is set by hand.
+Result<void> DoubtOnly(const Result<void>& held, const std::string& what, drivers::Findings& findings) {
+  if (held || drivers::ConcernsAll(held.error())) return held;
+  findings.Doubt(what + " could not be switched off and may move it: " + held.error().message);
+  return {};
+}
+
+/// Null where the node has no control of a lens that can be used.
 Result<std::unique_ptr<drivers::Lens>> LensOn(std::shared_ptr<const Node> node, std::shared_ptr<Automatics> automatics,
                                               drivers::Capabilities who, bool coil, const Config& config,
-                                              const Clock& clock) {
+                                              drivers::Findings& findings, const Clock& clock) {
   std::vector<AxisParts> axes;
   for (const AxisControl& one : kAxisControls) {
-    auto control = FindControl(*node, one.id);
-    if (!control) return PassOn(control);
-    if (!*control || (*control)->minimum >= (*control)->maximum) continue;
+    auto control = FindPart(*node, one.id);
+    if (!control && drivers::ConcernsAll(control.error())) return PassOn(control);
+    if (!control) findings.LeaveOut(drivers::AxisName(one.axis), control.error());
+    if (!control || !*control) continue;
     AxisConfig axis = config.axes[one.axis];
     if (coil && !axis.speed) axis.speed = kCoilSpeed * axis.scale;
     if (coil && !axis.settle) axis.settle = kCoilSettle;
@@ -93,12 +101,17 @@ Result<std::unique_ptr<drivers::Lens>> LensOn(std::shared_ptr<const Node> node, 
   }
   if (axes.empty()) return std::unique_ptr<drivers::Lens>();
   // Before anything is written: while the device focuses by itself it refuses or ignores what it is told.
-  if (auto held = automatics->Hold(V4L2_CID_FOCUS_AUTO, 0); !held) return PassOn(held);
-  if (std::ranges::find(axes, Axis::Iris, &AxisParts::axis) != axes.end()) {
-    if (auto held = HoldIris(*node, *automatics); !held) return PassOn(held);
+  const auto has = [&](Axis axis) { return std::ranges::find(axes, axis, &AxisParts::axis) != axes.end(); };
+  Result<void> held;
+  if (has(Axis::Focus)) {
+    held = DoubtOnly(automatics->Hold(V4L2_CID_FOCUS_AUTO, 0), "focus: the device's own autofocus", findings);
   }
+  if (held && has(Axis::Iris)) {
+    held = DoubtOnly(HoldIris(*node, *automatics), "iris: the device's automatic exposure", findings);
+  }
+  if (!held) return PassOn(held);
   return CodeLens::Make(std::move(who), std::move(axes), std::move(automatics),
-                        std::make_unique<NodeChanges>(std::move(node)), clock);
+                        std::make_unique<NodeChanges>(std::move(node)), findings, clock);
 }
 
 Result<drivers::Device> OpenCoil(Kernel& kernel, const Config& config, const Clock& clock) {
@@ -111,9 +124,12 @@ Result<drivers::Device> OpenCoil(Kernel& kernel, const Config& config, const Clo
   axes.push_back({Axis::Focus, std::move(*chip), axis});
   drivers::Capabilities who{
       .driver = "v4l2", .model = "DW9714 voice coil on " + config.i2c_bus, .serial = "", .axes = {}};
-  auto lens = CodeLens::Make(std::move(who), std::move(axes), nullptr, nullptr, clock);
+  drivers::Device device;
+  auto lens = CodeLens::Make(std::move(who), std::move(axes), nullptr, nullptr, device.findings, clock);
   if (!lens) return PassOn(lens);
-  return drivers::Device{.lens = std::move(*lens), .camera = nullptr, .optics = std::nullopt};
+  if (!*lens) return PassOn(device.findings.NothingLeft(config.i2c_bus));
+  device.lens = std::move(*lens);
+  return device;
 }
 
 /// The video nodes that show pictures: a USB camera has others beside, for metadata.
@@ -141,6 +157,17 @@ Result<Place> FindPlace(Kernel& kernel, const Config& config) {
   return Place{node->path, node->serial};
 }
 
+/// Null where its pictures are of no use.
+Result<std::unique_ptr<drivers::Camera>> CameraOn(const std::shared_ptr<const Node>& node,
+                                                  std::shared_ptr<Automatics> automatics, const NodeInfo& info,
+                                                  const std::string& serial, const Config& config,
+                                                  drivers::Findings& findings, const Clock& clock) {
+  auto camera = StreamCamera::Make(node, std::move(automatics), info, serial, config, findings, clock);
+  if (camera || config.names_pictures() || drivers::ConcernsAll(camera.error())) return camera;
+  findings.LeaveOut("camera", camera.error());
+  return std::unique_ptr<drivers::Camera>();
+}
+
 }  // namespace
 
 Result<drivers::Device> OpenOn(Kernel& kernel, const Config& config, const Clock& clock) {
@@ -150,22 +177,30 @@ Result<drivers::Device> OpenOn(Kernel& kernel, const Config& config, const Clock
   auto opened = Node::Open(kernel, place->path);
   if (!opened) return PassOn(opened);
   const auto node = std::make_shared<const Node>(std::move(*opened));
-  const auto info = AskNode(*node);
-  if (!info && info.error().code != Code::Unsupported) return PassOn(info);
-  const bool coil = !info;  // a sub-device: nothing but controls
+  auto info = AskNode(*node);
+  if (!info && info.error().code != Code::Unsupported && !drivers::ConcernsAll(info.error())) info = AskNode(*node);
+  if (!info && drivers::ConcernsAll(info.error())) return PassOn(info);
+  const bool coil = !info && info.error().code == Code::Unsupported;  // a sub-device: nothing but controls
   const auto automatics = std::make_shared<Automatics>(node);
   drivers::Device device;
   if (config.parts != Parts::Camera) {
-    const std::string model = coil ? "lens sub-device " + place->path : info->card + " (" + info->driver + ")";
+    const std::string model = info   ? info->card + " (" + info->driver + ")"
+                              : coil ? "lens sub-device " + place->path
+                                     : "video device " + place->path;
     auto lens = LensOn(node, automatics, {.driver = "v4l2", .model = model, .serial = place->serial, .axes = {}}, coil,
-                       config, clock);
+                       config, device.findings, clock);
     if (!lens) return PassOn(lens);
     device.lens = std::move(*lens);
   }
-  if (config.parts != Parts::Lens && !coil && info->capture) {
-    auto camera = StreamCamera::Make(node, automatics, *info, place->serial, config, clock);
+  const bool pictures = config.parts != Parts::Lens;
+  if (pictures && !info && !coil) device.findings.LeaveOut("camera", info.error());
+  if (pictures && info && info->capture) {
+    auto camera = CameraOn(node, automatics, *info, place->serial, config, device.findings, clock);
     if (!camera) return PassOn(camera);
     device.camera = std::move(*camera);
+  }
+  if (!device.lens && !device.camera && !device.findings.left_out().empty()) {
+    return PassOn(device.findings.NothingLeft(place->path));
   }
   if (!device.lens && !device.camera) {
     const char* lacks = config.parts == Parts::Camera ? "no picture"

@@ -34,17 +34,33 @@ std::int64_t HighestOf(const Control& control) {
 
 }  // namespace
 
-Result<ImageControls> ImageControls::Find(std::shared_ptr<const Node> node, std::shared_ptr<Automatics> automatics) {
+Result<std::optional<Control>> ImageControls::FirstOf(std::initializer_list<std::uint32_t> ids, const std::string& part,
+                                                      drivers::Findings& findings) const {
+  for (const std::uint32_t id : ids) {
+    auto control = FindPart(*node_, id);
+    if (control && *control && (*control)->readable) {
+      if (const auto value = GetControlAtOpening(*node_, **control); !value) control = PassOn(value);
+    }
+    if (control && *control) {
+      findings.TakeBack(part);
+      return control;
+    }
+    if (control) continue;
+    if (drivers::ConcernsAll(control.error())) return control;
+    findings.LeaveOut(part, control.error());
+  }
+  return std::nullopt;
+}
+
+Result<ImageControls> ImageControls::Find(std::shared_ptr<const Node> node, std::shared_ptr<Automatics> automatics,
+                                          drivers::Findings& findings) {
   ImageControls found(std::move(node), std::move(automatics));
-  auto exposure = FindControl(*found.node_, V4L2_CID_EXPOSURE_ABSOLUTE);
+  auto exposure = found.FirstOf({V4L2_CID_EXPOSURE_ABSOLUTE}, "exposure", findings);
   if (!exposure) return PassOn(exposure);
   found.exposure_control_ = *std::move(exposure);
-  for (const std::uint32_t id : {V4L2_CID_GAIN, V4L2_CID_ANALOGUE_GAIN}) {
-    if (found.gain_control_) break;
-    auto gain = FindControl(*found.node_, id);
-    if (!gain) return PassOn(gain);
-    found.gain_control_ = *std::move(gain);
-  }
+  auto gain = found.FirstOf({V4L2_CID_GAIN, V4L2_CID_ANALOGUE_GAIN}, "gain", findings);
+  if (!gain) return PassOn(gain);
+  found.gain_control_ = *std::move(gain);
   return found;
 }
 

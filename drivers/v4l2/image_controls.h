@@ -2,19 +2,23 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "controls.h"
 #include "drivers/api/camera.h"
+#include "drivers/api/device.h"
 
 namespace lensd::drivers::v4l2 {
 
 /// The automatisms that would set them back are switched off first, and stay so while the device is open. One thread.
 class ImageControls {
  public:
-  /// Errors of the device.
-  static Result<ImageControls> Find(std::shared_ptr<const Node> node, std::shared_ptr<Automatics> automatics);
+  /// What cannot be used is left out. Errors of the whole device.
+  static Result<ImageControls> Find(std::shared_ptr<const Node> node, std::shared_ptr<Automatics> automatics,
+                                    drivers::Findings& findings);
 
   /// What can be set, and from where to where.
   void Describe(drivers::CameraCapabilities& can) const;
@@ -30,6 +34,9 @@ class ImageControls {
  private:
   ImageControls(std::shared_ptr<const Node> node, std::shared_ptr<Automatics> automatics)
       : node_(std::move(node)), automatics_(std::move(automatics)) {}
+  /// The first of `ids` that can be used.
+  Result<std::optional<Control>> FirstOf(std::initializer_list<std::uint32_t> ids, const std::string& part,
+                                         drivers::Findings& findings) const;
   /// What the control has then.
   Result<std::int64_t> Set(const Control& control, double value);
   /// Nothing: it does not say, or what it says has no effect now.

@@ -187,12 +187,13 @@ Result<double> StreamCamera::SetRate(const Node& node, const NodeInfo& info, dou
 Result<std::unique_ptr<drivers::Camera>> StreamCamera::Make(std::shared_ptr<const Node> node,
                                                             std::shared_ptr<Automatics> automatics,
                                                             const NodeInfo& info, const std::string& serial,
-                                                            const Config& config, const Clock& clock) {
+                                                            const Config& config, drivers::Findings& findings,
+                                                            const Clock& clock) {
   const auto format = Negotiate(*node, info, config);
   if (!format) return PassOn(format);
   const auto rate = SetRate(*node, info, config.frame_rate_hz);
   if (!rate) return PassOn(rate);
-  auto image = ImageControls::Find(node, std::move(automatics));
+  auto image = ImageControls::Find(node, std::move(automatics), findings);
   if (!image) return PassOn(image);
   drivers::CameraCapabilities can;
   can.driver = "v4l2";

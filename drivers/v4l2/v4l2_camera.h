@@ -30,11 +30,12 @@ Result<NodeInfo> AskNode(const Node& node);
 /// Poll() takes what the kernel has filled, hands out the newest and gives the rest back; there is no thread.
 class StreamCamera final : public drivers::Camera {
  public:
-  /// Sets format, size and rate as configured. Unsupported: no picture format that is known, or not the one asked for.
+  /// Sets format, size and rate as configured; exposure and gain that cannot be used are left out. Unsupported: no
+  /// picture format that is known, or not the one asked for.
   static Result<std::unique_ptr<drivers::Camera>> Make(std::shared_ptr<const Node> node,
                                                        std::shared_ptr<Automatics> automatics, const NodeInfo& info,
                                                        const std::string& serial, const Config& config,
-                                                       const Clock& clock);
+                                                       drivers::Findings& findings, const Clock& clock);
   ~StreamCamera() override;
 
  private:

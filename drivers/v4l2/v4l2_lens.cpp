@@ -106,7 +106,7 @@ struct CodeLens::AxisRun {
 
 Result<std::unique_ptr<drivers::Lens>> CodeLens::Make(drivers::Capabilities who, std::vector<AxisParts> axes,
                                                       std::shared_ptr<void> held, std::unique_ptr<Changes> changes,
-                                                      const Clock& clock) {
+                                                      drivers::Findings& findings, const Clock& clock) {
   std::vector<AxisRun> runs;
   for (AxisParts& parts : axes) {
     AxisRun run;
@@ -114,8 +114,13 @@ Result<std::unique_ptr<drivers::Lens>> CodeLens::Make(drivers::Capabilities who,
     run.scale = parts.config.scale;
     run.codes_per_s = parts.config.speed.value_or(0.0) / parts.config.scale;
     run.actuator = std::move(parts.actuator);
-    const auto read = run.actuator->Read();
-    if (!read) return PassOn(read);
+    auto read = run.actuator->Read();
+    if (!read && !drivers::ConcernsAll(read.error())) read = run.actuator->Read();
+    if (!read && drivers::ConcernsAll(read.error())) return PassOn(read);
+    if (!read) {
+      findings.LeaveOut(drivers::AxisName(run.axis), read.error());
+      continue;
+    }
     const CodeRange range = run.actuator->range();
     run.known = read->has_value();
     run.seen = *read;
@@ -135,6 +140,7 @@ Result<std::unique_ptr<drivers::Lens>> CodeLens::Make(drivers::Capabilities who,
     who.axes[parts.axis] = can;
     runs.push_back(std::move(run));
   }
+  if (runs.empty()) return std::unique_ptr<drivers::Lens>();
   return std::unique_ptr<drivers::Lens>(
       new CodeLens(std::move(who), std::move(runs), std::move(held), std::move(changes), clock));
 }

@@ -14,6 +14,7 @@
 
 #include "actuator.h"
 #include "config.h"
+#include "drivers/api/device.h"
 #include "drivers/api/lens.h"
 
 namespace lensd::drivers::v4l2 {
@@ -42,10 +43,10 @@ class Changes {
 class CodeLens final : public drivers::Lens {
  public:
   /// `held` is destroyed after the last write, as is `changes`: automatics to set back, nodes to close. Reads every
-  /// axis once.
+  /// axis; one that cannot be read is left out. Null: none is left. Errors of the whole device.
   static Result<std::unique_ptr<drivers::Lens>> Make(drivers::Capabilities who, std::vector<AxisParts> axes,
                                                      std::shared_ptr<void> held, std::unique_ptr<Changes> changes,
-                                                     const Clock& clock);
+                                                     drivers::Findings& findings, const Clock& clock);
   ~CodeLens() override = default;
 
  private:

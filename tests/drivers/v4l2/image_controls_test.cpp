@@ -48,7 +48,7 @@ class V4l2Image : public ::testing::Test {
     auto opened = Node::Open(kernel_, kCamera);
     EXPECT_TRUE(opened.has_value());
     const auto shared = std::make_shared<const Node>(*std::move(opened));
-    auto found = ImageControls::Find(shared, std::make_shared<Automatics>(shared));
+    auto found = ImageControls::Find(shared, std::make_shared<Automatics>(shared), findings_);
     EXPECT_TRUE(found.has_value());
     controls_.emplace(*std::move(found));
     return *controls_;
@@ -56,6 +56,7 @@ class V4l2Image : public ::testing::Test {
 
   ScriptedKernel kernel_;
   std::optional<ImageControls> controls_;
+  drivers::Findings findings_;
 };
 
 TEST_F(V4l2Image, TellsItsRanges) {
