@@ -28,19 +28,24 @@ Result<Selection> Select(std::span<const std::uint8_t> configuration, const UvcC
 Result<Device> MakeDevice(const std::shared_ptr<Session>& session, const UvcConfig& config) {
   Device device;
   if (config.lens) {
-    auto lens = UvcLens::Open(session, config.lens_config);
-    // A camera without a lens is a camera, unless the lens is what was asked for.
-    if (!lens && (lens.error().code != Code::Unsupported || !config.camera)) return PassOn(lens);
-    if (lens) device.lens = *std::move(lens);
+    auto lens = UvcLens::Open(session, config.lens_config, device.findings);
+    if (!lens) return PassOn(lens);
+    device.lens = *std::move(lens);
   }
   if (config.camera) {
-    auto camera = UvcCamera::Open(session, config.camera_config);
+    auto camera = UvcCamera::Open(session, config.camera_config, device.findings);
     const CameraConfig& asked = config.camera_config;
-    const bool wanted = asked.format || asked.width || !device.lens;
-    if (!camera && (camera.error().code != Code::Unsupported || wanted)) return PassOn(camera);
+    const bool named = asked.format || asked.width || asked.frame_rate_hz;
+    const bool listed = !session->function.streams.empty();
+    const bool asked_alone = !listed && !config.lens;
+    if (!camera && (ConcernsAll(camera.error()) || named || asked_alone)) return PassOn(camera);
+    if (!camera && listed) device.findings.LeaveOut("camera", camera.error());
     if (camera) device.camera = *std::move(camera);
   }
-  return device;
+  if (device.lens || device.camera) return device;
+  if (!device.findings.left_out().empty()) return PassOn(device.findings.NothingLeft("this camera"));
+  return Fail(Code::Unsupported, session->terminal.id == 0 ? "this camera has no camera terminal, so no lens"
+                                                           : "this camera has no focus, iris or zoom");
 }
 
 }  // namespace lensd::drivers::uvc

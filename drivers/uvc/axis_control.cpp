@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/api/device.h"
+
 namespace lensd::drivers::uvc {
 namespace {
 
@@ -12,6 +14,7 @@ namespace {
 Result<std::optional<std::int64_t>> Ask(Controls& controls, std::uint8_t request, ControlAddress at,
                                         std::uint16_t length, const std::string& what) {
   auto bytes = controls.TryGet(request, at, length, what);
+  if (!bytes && !ConcernsAll(bytes.error())) bytes = controls.TryGet(request, at, length, what);
   if (!bytes) return PassOn(bytes);
   if (!*bytes) return std::nullopt;
   return FromLittle(**bytes);
@@ -39,16 +42,23 @@ Result<ControlRange> ReadRange(Controls& controls, ControlAddress at, const Unit
   if (!minimum || !maximum || !current) {
     return Fail(Code::Unsupported, what + ": the camera lists the control but does not tell its range");
   }
+  if (info && (*info & 0x02) == 0) return Fail(Code::Unsupported, what + ": the control can be read and not set");
   ControlRange range;
-  range.can_set = !info || (*info & 0x02) != 0;
   range.asynchronous = info && (*info & 0x10) != 0;
   range.minimum = *minimum;
   range.maximum = *maximum;
   range.resolution = std::max<std::int64_t>(1, resolution.value_or(1));
   range.current = *current;
-  if (range.minimum >= range.maximum) {
-    return Fail(Code::Protocol, what + ": the camera's range " + std::to_string(range.minimum) + ".." +
-                                    std::to_string(range.maximum) + " is empty");
+  const std::string from_to = std::to_string(range.minimum) + " to " + std::to_string(range.maximum);
+  if (range.minimum == range.maximum) {
+    return Fail(Code::Unsupported, what + ": the control is fixed at " + std::to_string(range.minimum));
+  }
+  if (range.minimum > range.maximum) {
+    return Fail(Code::Protocol, what + ": the camera says that the control goes from " + from_to);
+  }
+  if (range.resolution > range.maximum - range.minimum) {
+    return Fail(Code::Protocol, what + ": the camera says that the control has steps of " +
+                                    std::to_string(range.resolution) + " in a range from " + from_to);
   }
   return range;
 }

@@ -11,7 +11,6 @@ namespace lensd::drivers::uvc {
 
 /// What a control says of itself (GET_INFO, GET_MIN, ...), in its own units.
 struct ControlRange {
-  bool can_set = false;
   bool asynchronous = false;  ///< GET_INFO D4: a setting returns at once and its end comes over the status endpoint
   std::int64_t minimum = 0;
   std::int64_t maximum = 0;
@@ -23,7 +22,9 @@ struct ControlRange {
 };
 
 /// Asks an unsigned control of up to 4 bytes for its range. A device that refuses to tell the resolution gets 1, as the
-/// class text has it. Unsupported: no range can be had. Protocol: an empty range, or a value outside it.
+/// class text has it. What failed once is asked once more; a control that does not answer is not asked further. Errors
+/// say why it cannot be used. Unsupported: no range can be had, it is fixed, or it cannot be set. Protocol: an
+/// impossible range. Errors of the transfer.
 Result<ControlRange> ReadRange(Controls& controls, ControlAddress at, const UnitControl& control,
                                const std::string& what);
 

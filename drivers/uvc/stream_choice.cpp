@@ -94,6 +94,9 @@ Result<StreamChoice> Choose(const VideoFunction& function, const CameraConfig& c
   std::vector<Candidate> candidates;
   auto stream = function.streams.begin();
   for (; stream != function.streams.end() && candidates.empty(); ++stream) candidates = Candidates(*stream, config);
+  if (candidates.empty() && Offers(function).empty()) {
+    return Fail(Code::Unsupported, "no picture format of this camera can be read");
+  }
   if (candidates.empty()) {
     return Fail(Code::Unsupported, "the camera does not offer the picture asked for; it has " + Offers(function));
   }

@@ -21,13 +21,14 @@ double GammaOf(std::uint8_t transfer_characteristics) {
   return transfer_characteristics == kBt470Bg ? 2.8 : kVideoGamma;
 }
 
-/// Of a control that can be set; nothing: it cannot, or does not tell its range, which is as good.
+/// Of a control that can be used; nothing: it is left out.
 Result<std::optional<ControlRange>> AskRange(Controls& controls, ControlAddress at, const UnitControl& control,
-                                             const std::string& what) {
-  auto range = ReadRange(controls, at, control, what);
-  if (range) return range->can_set ? std::optional(*range) : std::nullopt;
-  if (range.error().code == Code::Unsupported || range.error().code == Code::Protocol) return std::nullopt;
-  return PassOn(range);
+                                             const std::string& part, Findings& findings) {
+  auto range = ReadRange(controls, at, control, part);
+  if (range) return *range;
+  if (ConcernsAll(range.error())) return PassOn(range);
+  findings.LeaveOut(part, range.error());
+  return std::nullopt;
 }
 
 std::int64_t HighestOf(const ControlRange& range) {
@@ -42,11 +43,12 @@ std::size_t MostBytes(const StreamChoice& choice) {
 
 }  // namespace
 
-Result<std::unique_ptr<Camera>> UvcCamera::Open(std::shared_ptr<Session> session, const CameraConfig& config) {
+Result<std::unique_ptr<Camera>> UvcCamera::Open(std::shared_ptr<Session> session, const CameraConfig& config,
+                                                Findings& findings) {
   session->transport().BeginCall();
   auto choice = Choose(session->function, config);
   if (!choice) return PassOn(choice);
-  const auto ranges = AskRanges(*session);
+  const auto ranges = AskRanges(*session, findings);
   if (!ranges) return PassOn(ranges);
   CameraCapabilities can;
   can.driver = "uvc";
@@ -76,16 +78,16 @@ UvcCamera::~UvcCamera() {
   Contain([this] { (void)DoStop(); });
 }
 
-Result<UvcCamera::Ranges> UvcCamera::AskRanges(Session& session) {
+Result<UvcCamera::Ranges> UvcCamera::AskRanges(Session& session, Findings& findings) {
   Ranges ranges;
   if (session.terminal.id != 0 && session.terminal.Has(kExposureAbsolute.bit)) {
-    auto exposure = AskRange(session.controls, session.At(kExposureAbsolute), kExposureAbsolute, "exposure");
+    auto exposure = AskRange(session.controls, session.At(kExposureAbsolute), kExposureAbsolute, "exposure", findings);
     if (!exposure) return PassOn(exposure);
     ranges.exposure = *exposure;
   }
   if (const ProcessingUnit* unit = UnitWithGain(session.function, session.terminal)) {
     ranges.gain_at = {kGain.selector, unit->id, session.function.interface};
-    auto gain = AskRange(session.controls, ranges.gain_at, kGain, "gain");
+    auto gain = AskRange(session.controls, ranges.gain_at, kGain, "gain", findings);
     if (!gain) return PassOn(gain);
     ranges.gain = *gain;
   }

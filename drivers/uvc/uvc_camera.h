@@ -7,6 +7,7 @@
 #include "axis_control.h"
 #include "config.h"
 #include "drivers/api/camera.h"
+#include "drivers/api/device.h"
 #include "drivers/pixels/colour.h"
 #include "drivers/pixels/luma.h"
 #include "frame_assembler.h"
@@ -19,8 +20,10 @@ namespace lensd::drivers::uvc {
 /// from one exposure and the latency before a picture's first byte to its last byte.
 class UvcCamera final : public Camera {
  public:
-  /// Unsupported: no picture that fits the configuration. Errors of the device.
-  static Result<std::unique_ptr<Camera>> Open(std::shared_ptr<Session> session, const CameraConfig& config);
+  /// Exposure and gain that are listed and cannot be used are left out. Unsupported: no picture that fits the
+  /// configuration. Errors of the whole device.
+  static Result<std::unique_ptr<Camera>> Open(std::shared_ptr<Session> session, const CameraConfig& config,
+                                              Findings& findings);
   ~UvcCamera() override;
 
  private:
@@ -43,7 +46,7 @@ class UvcCamera final : public Camera {
   Counters DoCount() const override;
   void DoInterrupt() override { session_->transport().Interrupt(); }
 
-  static Result<Ranges> AskRanges(Session& session);
+  static Result<Ranges> AskRanges(Session& session, Findings& findings);
   static void Describe(const Ranges& ranges, CameraCapabilities& can);
   /// As the camera has it; one frame period where it does not say.
   Result<Duration> AskExposure();

@@ -46,16 +46,30 @@ AxisCapabilities RelativeCapabilities(const LensConfig& config, double resolutio
   return can;
 }
 
+/// Automatics that cannot be switched off cost no axis: they may set back what is set by hand, or do not exist.
+Result<void> TakeFromAutomatics(Session& session, Findings& findings) {
+  const auto doubt = [&](const Result<void>& taken, const char* what) -> Result<void> {
+    if (taken || ConcernsAll(taken.error())) return taken;
+    findings.Doubt(std::string(what) + " could not be switched off and may move it: " + taken.error().message);
+    return {};
+  };
+  const CameraTerminal& terminal = session.terminal;
+  Result<void> done;
+  if (terminal.Has(kFocusAbsolute.bit) || terminal.Has(kFocusRelative.bit)) {
+    done = doubt(session.automatics.TakeFocus(), "focus: the camera's own autofocus");
+  }
+  if (done && terminal.Has(kIrisAbsolute.bit)) {
+    done = doubt(session.automatics.TakeIris(), "iris: the camera's automatic exposure");
+  }
+  return done;
+}
+
 }  // namespace
 
-Result<std::optional<UvcLens::AbsoluteAxis>> UvcLens::FindAxis(Session& session, Axis axis, const LensConfig& config) {
+Result<UvcLens::AbsoluteAxis> UvcLens::AskAxis(Session& session, Axis axis, const LensConfig& config) {
   const UnitControl& control = ControlOf(axis);
-  if (!session.terminal.Has(control.bit)) return std::nullopt;
   auto range = ReadRange(session.controls, session.At(control), control, NameOf(axis));
-  // A control that is listed and does not work is a control that is not there.
-  if (!range && range.error().code == Code::Unsupported) return std::nullopt;
   if (!range) return PassOn(range);
-  if (!range->can_set) return std::nullopt;
   AbsoluteAxis absolute;
   absolute.control = control;
   absolute.range = *range;
@@ -64,26 +78,34 @@ Result<std::optional<UvcLens::AbsoluteAxis>> UvcLens::FindAxis(Session& session,
   return absolute;
 }
 
-Result<std::unique_ptr<Lens>> UvcLens::Open(std::shared_ptr<Session> session, const LensConfig& config) {
-  session->transport().BeginCall();
-  if (session->terminal.id == 0) return Fail(Code::Unsupported, "this camera has no camera terminal, so no lens");
-  if (auto taken = session->automatics.TakeFocus(); !taken) return PassOn(taken);
-  if (session->terminal.Has(kIrisAbsolute.bit)) {
-    if (auto taken = session->automatics.TakeIris(); !taken) return PassOn(taken);
+Result<UvcLens::Axes> UvcLens::FindAxes(Session& session, const LensConfig& config, Findings& findings) {
+  Axes axes;
+  for (const Axis axis : kAbsoluteAxes) {
+    if (!session.terminal.Has(ControlOf(axis).bit)) continue;
+    auto asked = AskAxis(session, axis, config);
+    if (!asked && ConcernsAll(asked.error())) return PassOn(asked);
+    if (!asked) findings.LeaveOut(AxisName(axis), asked.error());
+    if (asked) axes[axis] = *asked;
   }
+  return axes;
+}
+
+Result<std::unique_ptr<Lens>> UvcLens::Open(std::shared_ptr<Session> session, const LensConfig& config,
+                                            Findings& findings) {
+  session->transport().BeginCall();
+  if (session->terminal.id == 0) return std::unique_ptr<Lens>();
+  if (auto taken = TakeFromAutomatics(*session, findings); !taken) return PassOn(taken);
+  auto axes = FindAxes(*session, config, findings);
+  if (!axes) return PassOn(axes);
   Capabilities can;
   can.driver = "uvc";
   can.model = session->identity.model;
   can.serial = session->identity.serial;
-  Axes axes;
   bool any = false;
   for (const Axis axis : kAbsoluteAxes) {
-    auto found = FindAxis(*session, axis, config);
-    if (!found) return PassOn(found);
-    axes[axis] = *found;
-    if (!axes[axis]) continue;
+    if (!(*axes)[axis]) continue;
     any = true;
-    const AbsoluteAxis& absolute = *axes[axis];
+    const AbsoluteAxis& absolute = *(*axes)[axis];
     AxisCapabilities of;
     if (absolute.unit != 1.0) of.unit = NativeUnit::FNumber;
     of.minimum = Native{static_cast<double>(absolute.range.minimum) * absolute.unit};
@@ -93,15 +115,20 @@ Result<std::unique_ptr<Lens>> UvcLens::Open(std::shared_ptr<Session> session, co
     of.can_stop = Follows(config.feedback);
     can.axes[axis] = of;
   }
-  const bool relative = !axes[Axis::Focus] && session->terminal.Has(kFocusRelative.bit) && config.focus_travel;
-  if (relative) can.axes[Axis::Focus] = RelativeCapabilities(config, ResolutionMs(session->controls.options()));
-  if (!any && !relative) {
-    const bool only_relative = session->terminal.Has(kFocusRelative.bit);
-    return Fail(Code::Unsupported, only_relative ? "this camera's focus knows only nearer and farther: set "
-                                                   "focus_travel_ms, the time from end to end"
-                                                 : "this camera has no focus, iris or zoom that can be set");
+  if (!(*axes)[Axis::Focus] && session->terminal.Has(kFocusRelative.bit)) {
+    if (config.focus_travel) {
+      any = true;
+      findings.TakeBack(AxisName(Axis::Focus));
+      can.axes[Axis::Focus] = RelativeCapabilities(config, ResolutionMs(session->controls.options()));
+    } else {
+      findings.LeaveOut(AxisName(Axis::Focus),
+                        {Code::Unsupported,
+                         "this camera's focus knows only nearer and farther: set focus_travel_ms, "
+                         "the time from end to end"});
+    }
   }
-  return std::unique_ptr<Lens>(new UvcLens(std::move(can), std::move(session), config, axes));
+  if (!any) return std::unique_ptr<Lens>();
+  return std::unique_ptr<Lens>(new UvcLens(std::move(can), std::move(session), config, *axes));
 }
 
 UvcLens::UvcLens(Capabilities capabilities, std::shared_ptr<Session> session, const LensConfig& config,

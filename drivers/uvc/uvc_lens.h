@@ -7,6 +7,7 @@
 
 #include "axis_control.h"
 #include "config.h"
+#include "drivers/api/device.h"
 #include "drivers/api/lens.h"
 #include "relative_focus.h"
 #include "session.h"
@@ -18,9 +19,10 @@ namespace lensd::drivers::uvc {
 /// where the control is asynchronous and reading back is no proof, until the status endpoint says that it is done.
 class UvcLens final : public Lens {
  public:
-  /// Asks every control for its range and takes focus and iris from the camera's automatics. Unsupported: no control of
-  /// a lens that can be set. Errors of the device.
-  static Result<std::unique_ptr<Lens>> Open(std::shared_ptr<Session> session, const LensConfig& config);
+  /// Asks every control for its range and takes focus and iris from the camera's automatics. Controls that are listed
+  /// and cannot be used are left out. Null: no axis is left. Errors of the whole device.
+  static Result<std::unique_ptr<Lens>> Open(std::shared_ptr<Session> session, const LensConfig& config,
+                                            Findings& findings);
   ~UvcLens() override;
 
  private:
@@ -45,7 +47,8 @@ class UvcLens final : public Lens {
   Result<void> DoStop(Axis axis) override;
   void DoInterrupt() override { session_->transport().Interrupt(); }
 
-  static Result<std::optional<AbsoluteAxis>> FindAxis(Session& session, Axis axis, const LensConfig& config);
+  static Result<AbsoluteAxis> AskAxis(Session& session, Axis axis, const LensConfig& config);
+  static Result<Axes> FindAxes(Session& session, const LensConfig& config, Findings& findings);
   Result<void> SetTo(Axis axis, std::int64_t value);
   Result<void> SetOnce(Axis axis, const AbsoluteAxis& absolute, std::int64_t value);
   Result<AxisState> ReadAxis(Axis axis, AbsoluteAxis& absolute);

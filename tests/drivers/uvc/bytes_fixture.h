@@ -22,7 +22,9 @@ class UvcBytes : public ::testing::Test {
     session_ = std::make_shared<Session>(wire_, clock_, std::move(function), CameraTerminal{1, controls},
                                          Identity{"webcam", "A1"}, ControlOptions{});
   }
-  Result<std::unique_ptr<Lens>> OpenLens(const LensConfig& config = {}) { return UvcLens::Open(session_, config); }
+  Result<std::unique_ptr<Lens>> OpenLens(const LensConfig& config = {}) {
+    return UvcLens::Open(session_, config, findings_);
+  }
   /// Range of the focus: 0..1023 as in section 8, now at 300.
   void ExpectFocusRange(const std::string& info = "03") {
     wire_->ExpectIn("A1 86 00 06 00 01 01 00", info);
@@ -35,6 +37,7 @@ class UvcBytes : public ::testing::Test {
   SteppedClock clock_;
   std::shared_ptr<ScriptedTransport> wire_ = std::make_shared<ScriptedTransport>(clock_);
   std::shared_ptr<Session> session_;
+  Findings findings_;
 };
 
 }  // namespace lensd::drivers::uvc

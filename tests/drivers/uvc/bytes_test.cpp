@@ -195,7 +195,11 @@ TEST_F(UvcBytes, Section8EmptyRangeIsRefused) {
   wire_->ExpectIn("A1 83 00 06 00 01 02 00", "05 00");
   wire_->ExpectIn("A1 84 00 06 00 01 02 00", "01 00");
   wire_->ExpectIn("A1 81 00 06 00 01 02 00", "05 00");
-  EXPECT_EQ(OpenLens().error().code, Code::Protocol);
+  const auto lens = OpenLens();
+  ASSERT_TRUE(lens.has_value()) << lens.error().message;
+  EXPECT_EQ(*lens, nullptr);
+  ASSERT_NE(findings_.Of("focus"), nullptr);
+  EXPECT_EQ(findings_.Of("focus")->code, Code::Protocol);
 }
 
 TEST_F(UvcBytes, Section4SettingsKeepTheirDistance) {

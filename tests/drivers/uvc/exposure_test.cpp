@@ -15,7 +15,7 @@ TEST_F(UvcBytes, Section2ExposureInUnitsOf100us) {
   wire_->ExpectIn("A1 83 00 04 00 01 04 00", "10 27 00 00");
   wire_->ExpectIn("A1 84 00 04 00 01 04 00", "01 00 00 00");
   wire_->ExpectIn("A1 81 00 04 00 01 04 00", "64 00 00 00");
-  auto camera = UvcCamera::Open(session_, {});
+  auto camera = UvcCamera::Open(session_, {}, findings_);
   ASSERT_TRUE(camera.has_value()) << camera.error().message;
   const CameraCapabilities& can = (*camera)->capabilities();
   EXPECT_TRUE(can.can_set_exposure);
@@ -50,7 +50,7 @@ TEST_F(UvcBytes, GainOfTheProcessingUnitThatTheTerminalFeeds) {
   wire_->ExpectIn("A1 83 00 04 00 07 02 00", "00 01");
   wire_->ExpectIn("A1 84 00 04 00 07 02 00", "08 00");
   wire_->ExpectIn("A1 81 00 04 00 07 02 00", "20 00");
-  auto camera = UvcCamera::Open(session_, {});
+  auto camera = UvcCamera::Open(session_, {}, findings_);
   ASSERT_TRUE(camera.has_value()) << camera.error().message;
   const auto gain = (*camera)->capabilities().gain;
   ASSERT_TRUE(gain.has_value());
@@ -85,9 +85,10 @@ TEST_F(UvcBytes, AGainThatCannotBeSetOrDoesNotTellItsRangeIsNone) {
     answer("A1 83 00 04 00 02 02 00", "64 00");
     answer("A1 84 00 04 00 02 02 00", "01 00");
     answer("A1 81 00 04 00 02 02 00", "00 00");
-    auto camera = UvcCamera::Open(session_, {});
+    auto camera = UvcCamera::Open(session_, {}, findings_);
     ASSERT_TRUE(camera.has_value()) << camera.error().message;
     EXPECT_FALSE((*camera)->capabilities().gain.has_value());
+    EXPECT_NE(findings_.Of("gain"), nullptr);
     camera->reset();
     session_.reset();
   }
