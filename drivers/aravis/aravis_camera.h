@@ -8,6 +8,7 @@
 #include "control_link.h"
 #include "device_clock.h"
 #include "drivers/api/camera.h"
+#include "drivers/api/device.h"
 #include "pixel_format.h"
 #include "stream.h"
 
@@ -27,9 +28,18 @@ struct CameraFacts {
   Duration shortest_exposure{};  ///< 0: not known
   Duration longest_exposure{};   ///< 0: not known
   std::optional<GainRange> gain;
+  Findings findings;  ///< exposure or gain that are listed and cannot be used
 };
 
-/// Brings the camera into the state `config` wants and tells what it is then; on the link's thread.
+/// What a camera says it is.
+struct CameraIdentity {
+  std::string model;
+  std::string serial;
+};
+CameraIdentity IdentityOf(ArvCamera* camera);
+
+/// Brings the camera into the state `config` wants and says what it is then; on the link's thread. What cannot be used
+/// and is not configured is left out.
 Result<CameraFacts> SetUpCamera(ArvCamera* camera, const CameraConfig& config);
 
 /// Frames come over a thread of Aravis', registers over the link's. After a loss it streams again by itself where it

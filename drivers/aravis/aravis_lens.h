@@ -7,10 +7,17 @@
 #include <utility>
 
 #include "control_link.h"
+#include "drivers/api/device.h"
 #include "drivers/api/lens.h"
 #include "lens_names.h"
 
 namespace lensd::drivers::aravis {
+
+/// Whether what went wrong with one feature concerns the whole camera: one that leaves a register unanswered for as
+/// long as Aravis asks does not answer at all.
+inline bool CameraIsGone(const Error& error) {
+  return ConcernsAll(error) || error.code == Code::Timeout;
+}
 
 /// One axis as this camera offers it; empty names: there is none.
 struct AxisFeature {
@@ -31,12 +38,14 @@ struct LensFacts {
   std::string abort;
   std::string temperature;
   PerAxis<std::optional<AxisFeature>> axes;
+  Findings findings;  ///< axes that are listed and cannot be used
 
   bool any() const;
 };
 
 /// Selects the lens' controller and looks for its features, those of `names` first; on the link's thread. No axis at
-/// all is an answer. Unsupported: a feature named in the configuration does not exist or cannot be written.
+/// all is an answer; one that is listed and cannot be used is left out. Unsupported: a feature named in the
+/// configuration does not exist or cannot be written. Errors of the whole device.
 Result<LensFacts> FindLens(ArvCamera* camera, const LensNames& names);
 
 /// What the link's thread does with the lens, and what it knows of it. Shared with every task, as the camera may be

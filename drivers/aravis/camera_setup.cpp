@@ -5,6 +5,7 @@
 #include <string>
 
 #include "aravis_camera.h"
+#include "aravis_lens.h"
 
 namespace lensd::drivers::aravis {
 namespace {
@@ -58,16 +59,22 @@ Result<void> SetRegion(ArvCamera* camera, const CameraConfig& config) {
                                     std::to_string(got[3]) + "]");
 }
 
-/// The camera's own control of exposure and gain would change pictures while they are compared.
-Result<void> SetLight(ArvCamera* camera, const CameraConfig& config) {
-  if (Has(camera, "ExposureAuto")) {
-    auto off = Do("switching ExposureAuto off", arv_camera_set_string, camera, "ExposureAuto", "Off");
-    if (!off) return off;
-  }
-  if (Has(camera, "GainAuto")) {
-    auto off = Do("switching GainAuto off", arv_camera_set_string, camera, "GainAuto", "Off");
-    if (!off) return off;
-  }
+/// The camera's own control of exposure and gain would change pictures while they are compared. Where it cannot be
+/// switched off, neither can what it controls be set.
+Result<void> SwitchOff(ArvCamera* camera, const char* automatic, const char* part, bool configured,
+                       Findings& findings) {
+  if (!Has(camera, automatic)) return {};
+  const std::string doing = "switching " + std::string(automatic) + " off";
+  auto off = Do(doing, arv_camera_set_string, camera, automatic, "Off");
+  if (off || configured || CameraIsGone(off.error())) return off;
+  findings.LeaveOut(part, off.error());
+  return {};
+}
+
+Result<void> SetLight(ArvCamera* camera, const CameraConfig& config, Findings& findings) {
+  auto off = SwitchOff(camera, "ExposureAuto", "exposure", config.exposure_ms.has_value(), findings);
+  if (off) off = SwitchOff(camera, "GainAuto", "gain", config.gain.has_value(), findings);
+  if (!off) return off;
   if (config.gain) {
     if (auto set = Do("setting gain", arv_camera_set_gain, camera, *config.gain); !set) return set;
   }
@@ -112,43 +119,88 @@ double PixelPitch(ArvCamera* camera) {
   return 0.0;
 }
 
+/// Assumed where a camera does not say how long it exposes, and neither how fast.
+constexpr Duration kUnknownExposure = std::chrono::milliseconds(100);
+
+Result<void> ReadExposureFacts(ArvCamera* camera, CameraFacts& facts) {
+  if (arv_camera_is_exposure_time_available(camera, nullptr) == 0) return {};
+  CallError least_error, exposure_error;
+  const double exposure_us = arv_camera_get_exposure_time(camera, exposure_error.out());
+  const bool frames_say = facts.frame_rate_hz > 0.0;
+  facts.exposure = frames_say ? Duration(std::llround(1e9 / facts.frame_rate_hz)) : kUnknownExposure;
+  if (exposure_error) {
+    const Error why = exposure_error.Why("asking for the exposure time").error();
+    if (CameraIsGone(why)) return PassOn(why);
+    facts.findings.LeaveOut("exposure", why);
+    return {};
+  }
+  facts.exposure = Duration(std::llround(exposure_us * 1e3));
+  // A camera that says nothing of its ranges has none that are known.
+  double lowest_us = 0.0, highest_us = 0.0;
+  arv_camera_get_exposure_time_bounds(camera, &lowest_us, &highest_us, least_error.out());
+  constexpr double kMostUs = 1e12;
+  if (!least_error && lowest_us >= highest_us) {
+    facts.findings.LeaveOut(
+        "exposure", {Code::Unsupported, "the camera says that exposures go from " + std::to_string(lowest_us) + " to " +
+                                            std::to_string(highest_us) + " us"});
+  }
+  if (!least_error && lowest_us >= 0.0 && highest_us > lowest_us && highest_us < kMostUs) {
+    facts.shortest_exposure = Duration(std::llround(lowest_us * 1e3));
+    facts.longest_exposure = Duration(std::llround(highest_us * 1e3));
+  }
+  facts.can_set_exposure = facts.findings.Of("exposure") == nullptr;
+  return {};
+}
+
+Result<void> ReadGainFacts(ArvCamera* camera, CameraFacts& facts) {
+  if (arv_camera_is_gain_available(camera, nullptr) == 0) return {};
+  CallError bounds_error, value_error;
+  GainRange gain;
+  arv_camera_get_gain_bounds(camera, &gain.lowest, &gain.highest, bounds_error.out());
+  (void)arv_camera_get_gain(camera, value_error.out());
+  for (const CallError* error : {&bounds_error, &value_error}) {
+    if (!*error) continue;
+    const Error why = error->Why("asking for the gain").error();
+    if (CameraIsGone(why)) return PassOn(why);
+    facts.findings.LeaveOut("gain", why);
+  }
+  if (!bounds_error && !(gain.lowest < gain.highest)) {
+    facts.findings.LeaveOut(
+        "gain", {Code::Unsupported, "the camera says that gains go from " + std::to_string(gain.lowest) + " to " +
+                                        std::to_string(gain.highest)});
+  }
+  if (facts.findings.Of("gain") == nullptr) facts.gain = gain;
+  return {};
+}
+
 Result<void> ReadFacts(ArvCamera* camera, const CameraConfig& config, CameraFacts& facts) {
-  CallError region_error, model_error, serial_error, rate_error, exposure_error;
+  CallError region_error, rate_error;
   gint x = 0, y = 0;
   arv_camera_get_region(camera, &x, &y, &facts.width, &facts.height, region_error.out());
   if (region_error) return region_error.Why("asking for the size of the picture");
-  facts.model = Text(arv_camera_get_vendor_name(camera, nullptr));
-  const std::string model = Text(arv_camera_get_model_name(camera, model_error.out()));
-  facts.model += (facts.model.empty() || model.empty() ? "" : " ") + model;
-  facts.serial = Text(arv_camera_get_device_serial_number(camera, serial_error.out()));
+  const CameraIdentity identity = IdentityOf(camera);
+  facts.model = identity.model;
+  facts.serial = identity.serial;
   facts.pixel_um = config.pixel_um > 0.0 ? config.pixel_um : PixelPitch(camera);
   if (config.trigger.empty() && arv_camera_is_frame_rate_available(camera, nullptr)) {
     facts.frame_rate_hz = arv_camera_get_frame_rate(camera, rate_error.out());
     if (rate_error || !(facts.frame_rate_hz > 0.0)) facts.frame_rate_hz = 0.0;
   }
-  // A camera that says nothing of its ranges has none that are known.
-  CallError least_error, gain_error;
-  double lowest_us = 0.0, highest_us = 0.0;
-  arv_camera_get_exposure_time_bounds(camera, &lowest_us, &highest_us, least_error.out());
-  constexpr double kMostUs = 1e12;
-  if (!least_error && lowest_us >= 0.0 && highest_us > lowest_us && highest_us < kMostUs) {
-    facts.shortest_exposure = Duration(std::llround(lowest_us * 1e3));
-    facts.longest_exposure = Duration(std::llround(highest_us * 1e3));
-  }
-  GainRange gain;
-  if (arv_camera_is_gain_available(camera, nullptr) != 0) {
-    arv_camera_get_gain_bounds(camera, &gain.lowest, &gain.highest, gain_error.out());
-    if (!gain_error && gain.highest > gain.lowest) facts.gain = gain;
-  }
-  facts.can_set_exposure = arv_camera_is_exposure_time_available(camera, nullptr) != 0;
-  if (!facts.can_set_exposure) return {};
-  const double exposure_us = arv_camera_get_exposure_time(camera, exposure_error.out());
-  if (exposure_error) return exposure_error.Why("asking for the exposure time");
-  facts.exposure = Duration(std::llround(exposure_us * 1e3));
-  return {};
+  if (auto read = ReadExposureFacts(camera, facts); !read) return read;
+  return ReadGainFacts(camera, facts);
 }
 
 }  // namespace
+
+CameraIdentity IdentityOf(ArvCamera* camera) {
+  CallError model_error, serial_error;
+  CameraIdentity identity;
+  identity.model = Text(arv_camera_get_vendor_name(camera, nullptr));
+  const std::string model = Text(arv_camera_get_model_name(camera, model_error.out()));
+  identity.model += (identity.model.empty() || model.empty() ? "" : " ") + model;
+  identity.serial = Text(arv_camera_get_device_serial_number(camera, serial_error.out()));
+  return identity;
+}
 
 Result<CameraFacts> SetUpCamera(ArvCamera* camera, const CameraConfig& config) {
   // One that went away while it streamed may stream still.
@@ -161,9 +213,8 @@ Result<CameraFacts> SetUpCamera(ArvCamera* camera, const CameraConfig& config) {
   auto format = SetPixelFormat(camera, config.pixel_format);
   if (!format) return PassOn(format);
   facts.format = *format;
-  for (const auto step : {SetPace, SetLight}) {
-    if (auto done = step(camera, config); !done) return PassOn(done);
-  }
+  if (auto done = SetPace(camera, config); !done) return PassOn(done);
+  if (auto done = SetLight(camera, config, facts.findings); !done) return PassOn(done);
   if (auto done = ReadFacts(camera, config, facts); !done) return PassOn(done);
   return facts;
 }

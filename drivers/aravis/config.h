@@ -28,6 +28,11 @@ struct CameraConfig {
   int buffers = 8;
   double gamma = 1.0;  ///< of the samples
   StampMeaning stamp = StampMeaning::ExposureStart;
+
+  /// It says how pictures are to be: a camera without them is not the one that is configured.
+  bool names_pictures() const {
+    return !pixel_format.empty() || !trigger.empty() || exposure_ms || gain || frame_rate_hz || region;
+  }
 };
 
 struct LensNames {

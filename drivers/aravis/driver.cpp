@@ -16,8 +16,11 @@ namespace {
 
 /// What was found out when the camera was first opened, and must not change when it comes back.
 struct Found {
-  std::optional<CameraFacts> camera;
-  std::optional<LensFacts> lens;
+  bool opened = false;
+  CameraIdentity identity{};
+  std::optional<CameraFacts> camera{};  ///< nothing: its pictures were left out
+  LensFacts lens{};
+  Findings findings{};
 };
 
 bool SameAxis(const std::optional<AxisFeature>& before, const std::optional<AxisFeature>& now) {
@@ -39,26 +42,44 @@ Result<void> ExpectLens(ArvCamera* camera, const DriverConfig& config, const Len
   return Fail(Code::WrongDevice, "the camera with " + config.Named() + " is back, but " + what);
 }
 
-Result<void> SetUp(ArvCamera* camera, const DriverConfig& config, Found& found) {
+Result<void> SetUpFirst(ArvCamera* camera, const DriverConfig& config, Found& found) {
   auto facts = SetUpCamera(camera, config.camera);
-  if (!facts) return PassOn(facts);
-  if (!found.camera) {
-    auto lens = FindLens(camera, config.lens);
-    if (!lens) return PassOn(lens);
-    found.camera = *std::move(facts);
-    found.lens = *std::move(lens);
+  if (!facts && (CameraIsGone(facts.error()) || config.camera.names_pictures())) return PassOn(facts);
+  auto lens = FindLens(camera, config.lens);
+  if (!lens) return PassOn(lens);
+  found.identity = IdentityOf(camera);
+  found.findings.Add(lens->findings);
+  if (facts) found.findings.Add(facts->findings);
+  if (!facts) found.findings.LeaveOut("camera", facts.error());
+  if (!facts && !lens->any()) return PassOn(found.findings.NothingLeft("the camera with " + config.Named()));
+  if (facts) found.camera = *std::move(facts);
+  found.lens = *std::move(lens);
+  found.opened = true;
+  return {};
+}
+
+Result<void> SetUp(ArvCamera* camera, const DriverConfig& config, Found& found) {
+  if (!found.opened) {
+    Found first;
+    if (auto done = SetUpFirst(camera, config, first); !done) return done;
+    found = std::move(first);
     return {};
   }
-  const CameraFacts& before = *found.camera;
-  if (facts->serial != before.serial || facts->model != before.model) {
-    return Fail(Code::WrongDevice, "another camera answers at " + config.Named() + " now: " + facts->model +
-                                       " with serial number " + facts->serial + " instead of " + before.model +
-                                       " with " + before.serial);
+  if (const CameraIdentity now = IdentityOf(camera);
+      now.serial != found.identity.serial || now.model != found.identity.model) {
+    return Fail(Code::WrongDevice, "another camera answers at " + config.Named() + " now: " + now.model +
+                                       " with serial number " + now.serial + " instead of " + found.identity.model +
+                                       " with " + found.identity.serial);
   }
-  if (facts->width != before.width || facts->height != before.height || facts->format != before.format) {
-    return Fail(Code::WrongDevice, "the camera came back with another picture size or format");
+  if (found.camera) {
+    const auto facts = SetUpCamera(camera, config.camera);
+    if (!facts) return PassOn(facts);
+    const CameraFacts& before = *found.camera;
+    if (facts->width != before.width || facts->height != before.height || facts->format != before.format) {
+      return Fail(Code::WrongDevice, "the camera came back with another picture size or format");
+    }
   }
-  return ExpectLens(camera, config, *found.lens);
+  return ExpectLens(camera, config, found.lens);
 }
 
 }  // namespace
@@ -77,11 +98,12 @@ Result<Device> OpenAravis(const Settings& settings, const Clock& clock) {
       AravisLink::Open(*config, [found, config = *config](ArvCamera* camera) { return SetUp(camera, config, *found); });
   if (!link) return PassOn(link);
   Device device;
-  device.camera = std::make_unique<AravisCamera>(*link, *config, *found->camera, clock);
-  if (found->lens->any()) {
-    LensFacts lens = *found->lens;
-    if (lens.model.empty()) lens.model = "lens of " + found->camera->model;
-    device.lens = std::make_unique<AravisLens>(*link, std::move(lens), found->camera->serial, clock);
+  device.findings = found->findings;
+  if (found->camera) device.camera = std::make_unique<AravisCamera>(*link, *config, *found->camera, clock);
+  if (found->lens.any()) {
+    LensFacts lens = found->lens;
+    if (lens.model.empty()) lens.model = "lens of " + found->identity.model;
+    device.lens = std::make_unique<AravisLens>(*link, std::move(lens), found->identity.serial, clock);
   }
   return device;
 }

@@ -58,8 +58,22 @@ Result<void> ReadLimits(ArvCamera* camera, const AxisCandidate& candidate, AxisF
   axis.can.minimum = Native{low};
   axis.can.maximum = Native{high};
   // Where a node states none, Aravis says 1 for integers and the smallest number there is for reals.
-  const bool stated = !step_error && std::isfinite(step) && step > 1e-9 * (high - low) && step <= high - low;
+  const bool stated = !step_error && std::isfinite(step) && step > 1e-9 * (high - low);
+  if (stated && step > high - low) {
+    return Fail(Code::Protocol, axis.feature + " has steps that are larger than its range");
+  }
   axis.can.resolution = stated ? step : axis.is_integer ? 1.0 : (high - low) / kFloatSteps;
+  return {};
+}
+
+/// Where it stands can be read.
+Result<void> ReadOnce(ArvCamera* camera, const AxisFeature& axis) {
+  CallError error;
+  const double value = axis.is_integer
+                           ? static_cast<double>(arv_camera_get_integer(camera, axis.feature.c_str(), error.out()))
+                           : arv_camera_get_float(camera, axis.feature.c_str(), error.out());
+  if (error) return error.Why("reading " + axis.feature);
+  if (!std::isfinite(value)) return Fail(Code::Protocol, axis.feature + " reads as no number");
   return {};
 }
 
@@ -85,6 +99,11 @@ Result<AxisFeature> Describe(ArvCamera* camera, const AxisCandidate& candidate, 
   axis.can.needs_home = axis.can.can_home && (Uninitialized(camera, axis.status) || Uninitialized(camera, lens.status));
   axis.can.can_stop = !lens.abort.empty();
   if (auto read = ReadLimits(camera, candidate, axis); !read) return PassOn(read);
+  // One that waits for its first initialization need not be readable before.
+  if (axis.can.needs_home) return axis;
+  auto read = ReadOnce(camera, axis);
+  if (!read && !CameraIsGone(read.error())) read = ReadOnce(camera, axis);
+  if (!read) return PassOn(read);
   return axis;
 }
 
@@ -113,12 +132,20 @@ Result<void> FindAxis(ArvCamera* camera, Axis axis, const LensNames& names, Lens
   }
   for (const AxisCandidate& candidate : AxisCandidates()) {
     const std::string feature(candidate.feature);
-    if (candidate.axis != axis || !Has(camera, feature) || !CanWrite(camera, feature)) continue;
+    if (candidate.axis != axis || !Has(camera, feature)) continue;
+    if (!CanWrite(camera, feature)) {
+      lens.findings.LeaveOut(AxisName(axis), {Code::Unsupported, feature + " can be read and not written"});
+      continue;
+    }
     // A feature without limits is there for a lens that is not.
-    if (auto described = Describe(camera, candidate, lens, names)) {
+    auto described = Describe(camera, candidate, lens, names);
+    if (described) {
       lens.axes[axis] = *std::move(described);
+      lens.findings.TakeBack(AxisName(axis));
       return {};
     }
+    if (CameraIsGone(described.error())) return PassOn(described);
+    lens.findings.LeaveOut(AxisName(axis), described.error());
   }
   return {};
 }

@@ -141,6 +141,7 @@ Result<void> GigeCamera::Body::Describe() {
     add(Axis::Zoom, registers::kZoomTarget, registers::kZoomPlace, ZoomNative, ZoomCount);
   }
   description = GenicamText(text);
+  if (options.edit_description) description = options.edit_description(std::move(description));
   if (options.names == "none") axes.clear();
   if (!description.empty()) return {};
   return Fail(

@@ -2,6 +2,7 @@
 // Aravis' fake camera, what its registers do and what its pictures show is the simulator's.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -28,6 +29,7 @@ struct GigeOptions {
   GigePosition position = GigePosition::Live;
   Duration busy_late{};    ///< from the beginning of a motion until its status says Busy
   std::uint64_t seed = 1;  ///< of the noise
+  std::function<std::string(std::string)> edit_description{};  ///< what the camera serves in place of its description
 };
 
 /// The camera is there from Start() until it is destroyed. Registers follow the simulated lens within about a
