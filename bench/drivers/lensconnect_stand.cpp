@@ -55,7 +55,8 @@ class LensConnectStand final : public ModelStand {
       : model_(std::make_shared<ModelLens>(clock_, TraitsFor(weather))), sky_(std::make_shared<Sky>()) {}
 
   Result<drivers::Device> Open() override {
-    auto lens = LensConnectLens::Open(std::make_unique<Spoiling>(model_, clock_, sky_), {}, "bench", clock_);
+    drivers::Findings findings;
+    auto lens = LensConnectLens::Open(std::make_unique<Spoiling>(model_, clock_, sky_), {}, "bench", findings, clock_);
     if (!lens) return PassOn(lens);
     return drivers::Device{.lens = *std::move(lens), .camera = nullptr, .optics = {}};
   }

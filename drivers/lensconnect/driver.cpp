@@ -64,9 +64,11 @@ Result<Device> OpenLensConnect(const Settings& settings, const Clock& clock) {
   if (!node) return PassOn(node);
   auto transport = OpenHidraw(node->path);
   if (!transport) return PassOn(transport);
-  auto lens = LensConnectLens::Open(*std::move(transport), config, node->serial, clock);
+  Device device;
+  auto lens = LensConnectLens::Open(*std::move(transport), config, node->serial, device.findings, clock);
   if (!lens) return PassOn(lens);
-  return Device{.lens = *std::move(lens), .camera = nullptr, .optics = std::nullopt};
+  device.lens = *std::move(lens);
+  return device;
 }
 
 Result<std::vector<FoundDevice>> ProbeLensConnect() {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/clock.h"
+#include "drivers/api/device.h"
 #include "drivers/api/lens.h"
 #include "registers.h"
 
@@ -22,16 +23,21 @@ struct Config {
   bool zoom_reversed = false;           ///< counts zoom from its other end
   std::optional<bool> backlash_cancel;  ///< the lens' own backlash compensation; none: as it is
   PerAxis<std::optional<std::uint16_t>> speed;  ///< pulses per second; none: as it is
+
+  /// Whether a key says something of this axis.
+  bool names(Axis axis) const {
+    return speed[axis] || (axis == Axis::Iris && iris_reversed) || (axis == Axis::Zoom && zoom_reversed);
+  }
 };
 
 /// See drivers/api/lens.h. Busy may rise late, or not at all where a motor is there already or was quick; an end of a
 /// motion counts only when two looks agree on it, because any reply may be another program's.
 class LensConnectLens final : public Lens {
  public:
-  /// Sets up the bridge and asks the lens what it has. Disconnected, Timeout, Protocol; OutOfRange: a speed that the
-  /// motor does not have.
+  /// Sets up the bridge and asks the lens what it has. A motor that is listed and cannot be used is left out, unless
+  /// `config` names it. Disconnected, Timeout, Protocol; OutOfRange: a speed that the motor does not have.
   static Result<std::unique_ptr<Lens>> Open(std::unique_ptr<Transport> transport, const Config& config,
-                                            std::string serial, const Clock& clock);
+                                            std::string serial, Findings& findings, const Clock& clock);
   ~LensConnectLens() override;
 
  private:
@@ -62,6 +68,11 @@ class LensConnectLens final : public Lens {
 
   LensConnectLens(Capabilities capabilities, std::unique_ptr<Registers> registers, PerAxis<std::optional<Track>> tracks,
                   const Config& config, const Clock& clock);
+  struct Found {
+    Track track;
+    AxisCapabilities can;
+  };
+  static Result<Found> AskAxis(Registers& registers, const Motor& motor, const Config& config, bool lost);
   static Result<Track> AskMotor(Registers& registers, const Motor& motor, const Config& config);
   static Result<AxisCapabilities> AskSpeed(Registers& registers, const Track& track, const Config& config);
 

@@ -7,7 +7,8 @@
 namespace lensd::drivers::lensconnect {
 namespace {
 
-constexpr int kOpenTimeouts = 10;  ///< opening takes some hundred transfers: so many times the I/O time-out in all
+constexpr int kOpenTimeouts = 10;  ///< of the I/O time-out, for what is asked of the whole lens
+constexpr int kMotorTimeouts = 4;  ///< the same of one motor, which takes some thirty transfers
 constexpr int kSameTwice = 6;
 constexpr std::size_t kNameLength = 24;
 
@@ -106,8 +107,18 @@ Result<AxisCapabilities> LensConnectLens::AskSpeed(Registers& registers, const T
   return can;
 }
 
+Result<LensConnectLens::Found> LensConnectLens::AskAxis(Registers& registers, const Motor& motor, const Config& config,
+                                                        bool lost) {
+  auto track = AskMotor(registers, motor, config);
+  if (!track) return PassOn(track);
+  track->homed = !lost;
+  auto can = AskSpeed(registers, *track, config);
+  if (!can) return PassOn(can);
+  return Found{*std::move(track), *can};
+}
+
 Result<std::unique_ptr<Lens>> LensConnectLens::Open(std::unique_ptr<Transport> transport, const Config& config,
-                                                    std::string serial, const Clock& clock) {
+                                                    std::string serial, Findings& findings, const Clock& clock) {
   auto registers = std::make_unique<Registers>(std::move(transport), clock);
   registers->BeginCall(clock.Now() + kOpenTimeouts * config.io_timeout);
   if (auto opened = registers->Open(); !opened) return PassOn(opened);
@@ -118,17 +129,21 @@ Result<std::unique_ptr<Lens>> LensConnectLens::Open(std::unique_ptr<Transport> t
   if (!ask.ended()) return PassOn(ask.ended().error());
   Capabilities can{.driver = "lensconnect", .model = {}, .serial = std::move(serial), .axes = {}};
   PerAxis<std::optional<Track>> tracks;
+  bool any = false;
   for (const Motor& motor : kMotors) {
     if ((present & motor.mask) == 0) continue;
-    auto track = AskMotor(*registers, motor, config);
-    if (!track) return PassOn(track);
-    track->homed = (lost & motor.mask) == 0;
-    auto axis = AskSpeed(*registers, *track, config);
-    if (!axis) return PassOn(axis);
-    can.axes[motor.axis] = *axis;
-    tracks[motor.axis] = *std::move(track);
+    registers->BeginCall(clock.Now() + kMotorTimeouts * config.io_timeout);
+    auto found = AskAxis(*registers, motor, config, (lost & motor.mask) != 0);
+    if (!found && (ConcernsAll(found.error()) || config.names(motor.axis))) return PassOn(found);
+    if (!found) findings.LeaveOut(AxisName(motor.axis), found.error());
+    if (!found) continue;
+    any = true;
+    can.axes[motor.axis] = found->can;
+    tracks[motor.axis] = std::move(found->track);
   }
   if ((present & kAnyMotor) == 0) return Fail(Code::WrongDevice, "the lens says that it has no motors");
+  if (!any) return PassOn(findings.NothingLeft("the lens"));
+  registers->BeginCall(clock.Now() + kMotorTimeouts * config.io_timeout);
   auto model = registers->ReadText(address::kModelName, kNameLength);
   if (!model) return PassOn(model);
   can.model = model->empty() ? "LensConnect" : *model;

@@ -10,7 +10,7 @@ class LensConnectStand final : public contract::SteppedStand {
  public:
   Result<drivers::Device> Open() override {
     auto transport = std::make_unique<testing::ModelTransport>(model_, clock_);
-    auto lens = drivers::lensconnect::LensConnectLens::Open(std::move(transport), {}, "A123", clock_);
+    auto lens = drivers::lensconnect::LensConnectLens::Open(std::move(transport), {}, "A123", findings_, clock_);
     if (!lens) return PassOn(lens);
     return drivers::Device{.lens = *std::move(lens), .camera = nullptr, .optics = std::nullopt};
   }
@@ -22,6 +22,7 @@ class LensConnectStand final : public contract::SteppedStand {
 
  private:
   std::shared_ptr<testing::ModelLens> model_ = std::make_shared<testing::ModelLens>(clock_);
+  drivers::Findings findings_;
 };
 
 INSTANTIATE_TEST_SUITE_P(LensConnect, LensContract, contract::Stands<LensConnectStand>());

@@ -55,7 +55,7 @@ class Driven : public ::testing::Test {
  protected:
   void Open(const Config& config = {}) {
     auto transport = std::make_unique<Noting>(std::make_unique<testing::ModelTransport>(model_, clock_), notes_);
-    auto lens = LensConnectLens::Open(std::move(transport), config, "A123", clock_);
+    auto lens = LensConnectLens::Open(std::move(transport), config, "A123", findings_, clock_);
     ASSERT_TRUE(lens) << lens.error().message;
     lens_ = *std::move(lens);
   }
@@ -87,6 +87,7 @@ class Driven : public ::testing::Test {
   std::shared_ptr<testing::ModelLens> model_ = std::make_shared<testing::ModelLens>(clock_);
   std::shared_ptr<Noting::Notes> notes_ = std::make_shared<Noting::Notes>();
   std::unique_ptr<Lens> lens_;
+  Findings findings_;
 };
 
 // Section 5, "Connect": capabilities, then what needs initialisation, then each motor's limits and speed.
@@ -268,7 +269,7 @@ TEST_F(Driven, SpeedIsSetAndCheckedAgainstTheLens) {
   lens_.reset();
   config.speed[Axis::Focus] = 9000;
   auto transport = std::make_unique<testing::ModelTransport>(model_, clock_);
-  const auto lens = LensConnectLens::Open(std::move(transport), config, "A123", clock_);
+  const auto lens = LensConnectLens::Open(std::move(transport), config, "A123", findings_, clock_);
   ASSERT_FALSE(lens);
   EXPECT_EQ(lens.error().code, Code::OutOfRange);
   EXPECT_NE(lens.error().message.find("100 to 8000"), std::string::npos);

@@ -75,7 +75,7 @@ class Storm {
  private:
   void Open() {
     auto lens = drivers::lensconnect::LensConnectLens::Open(std::make_unique<testing::ModelTransport>(model_, clock_),
-                                                            {}, "A123", clock_);
+                                                            {}, "A123", findings_, clock_);
     ASSERT_TRUE(lens) << lens.error().message;
     auto rig = rig::Rig::Create({}, {.lens = *std::move(lens), .camera = nullptr, .optics = {}}, clock_);
     ASSERT_TRUE(rig);
@@ -138,6 +138,7 @@ class Storm {
   Instant last_fault_at_{};
   SteppedClock clock_;
   std::shared_ptr<testing::ModelLens> model_ = std::make_shared<testing::ModelLens>(clock_);
+  drivers::Findings findings_;
   std::unique_ptr<rig::Rig> rig_;
 };
 
@@ -145,8 +146,9 @@ class Storm {
 TEST(LensConnectPower, LostWhileAMotorRunsIsSeenOnAllOthersAtOnce) {
   SteppedClock clock;
   const auto model = std::make_shared<testing::ModelLens>(clock);
+  drivers::Findings findings;
   auto lens = drivers::lensconnect::LensConnectLens::Open(std::make_unique<testing::ModelTransport>(model, clock), {},
-                                                          "A123", clock);
+                                                          "A123", findings, clock);
   ASSERT_TRUE(lens) << lens.error().message;
   const auto rests = [&](Axis axis) {
     for (int i = 0; i < 10'000; ++i) {
