@@ -63,8 +63,14 @@ std::vector<std::string> OpenLenses(const Config& config, const ConfigFaults& fa
   for (const LensConfig& lens : config.lenses) {
     if (!CheckSettings(lens) || lens.device.driver == nullptr || Among(faults.lenses, lens.where)) continue;
     const auto opened = OpenDevice(lens, clock);
-    if (opened) CheckRefocus(lens, *opened, problems);
-    if (opened) continue;
+    if (opened) {
+      CheckRefocus(lens, *opened, problems);
+      for (const drivers::LeftOut& one : opened->findings.left_out()) {
+        waiting.push_back(lens.where.Text() + ": lens \"" + lens.name + "\": " + one.part +
+                          " is left out: " + one.reason);
+      }
+      continue;
+    }
     if (opened.error().code == Code::BadData) {
       problems.Add(opened.error().message, lens.where);
     } else {

@@ -137,12 +137,21 @@ Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig
       {"serial", TextOrNull(lens.serial)},
       {"axes", AxesInfoJson(rig)},
       {"optics", planning != nullptr ? OpticsJson(*rig.optics(), config, *planning, calibration_file) : Json(nullptr)},
-      {"camera", rig.camera() ? CameraJson(*rig.camera()) : Json(nullptr)}};
+      {"camera", rig.camera() ? CameraJson(*rig.camera()) : Json(nullptr)},
+      {"leftOut", LeftOutJson(rig.findings())}};
+}
+
+Json LeftOutJson(const drivers::Findings& findings) {
+  Json left_out = Json::array();
+  for (const drivers::LeftOut& one : findings.left_out()) {
+    left_out.push_back({{"part", one.part}, {"reason", one.reason}});
+  }
+  return left_out;
 }
 
 Json AbsentInfoJson(const std::string& name, std::string_view driver) {
-  return {{"name", name},          {"driver", driver},  {"model", nullptr}, {"serial", nullptr},
-          {"axes", Json::array()}, {"optics", nullptr}, {"camera", nullptr}};
+  return {{"name", name},          {"driver", driver},  {"model", nullptr},  {"serial", nullptr},
+          {"axes", Json::array()}, {"optics", nullptr}, {"camera", nullptr}, {"leftOut", Json::array()}};
 }
 
 /// Without the frames that came well: a state that changes with each of them would be told all the time.

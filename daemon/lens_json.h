@@ -32,6 +32,8 @@ std::string_view BacklashCauseName(rig::BacklashCause cause);
 /// LensInfo.
 varlink::Json InfoJson(const std::string& name, const rig::Rig& rig, const rig::RigConfig& config,
                        const Planning* planning, const std::string& calibration_file);
+/// LeftOut of the interface, each part that was.
+varlink::Json LeftOutJson(const drivers::Findings& findings);
 /// LensInfo of a lens that has not been there yet.
 varlink::Json AbsentInfoJson(const std::string& name, std::string_view driver);
 /// Counters of the interface.

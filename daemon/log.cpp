@@ -80,6 +80,8 @@ const char* MessageId(Event event) {
       return "52c1e7f09b3d4a68b7f4d0a39e6c8125";
     case Event::SlopeForgotten:
       return "a7e2409d5c1b4f83960d7be4f1c8a352";
+    case Event::PartLeftOut:
+      return "38c5f1a06e9d4b72a1f3e70d9b24c6d8";
   }
   return "";
 }
@@ -222,11 +224,11 @@ void OnFailure(std::function<void(Failure)> told) {
 }
 
 std::string_view EventName(Event event) {
-  static constexpr std::array<std::string_view, 20> kNames = {
-      "started",      "reloaded",      "stopping",         "lensReady",  "lensLost",  "calibrationMissing",
-      "stateDamaged", "notHomed",      "lensFailed",       "moveFailed", "axisFault", "autofocusRefused",
-      "dropped",      "callFailed",    "motorsNotStopped", "notKept",    "notParked", "failureNotTold",
-      "refocused",    "slopeForgotten"};
+  static constexpr std::array<std::string_view, 21> kNames = {
+      "started",      "reloaded",       "stopping",         "lensReady",  "lensLost",  "calibrationMissing",
+      "stateDamaged", "notHomed",       "lensFailed",       "moveFailed", "axisFault", "autofocusRefused",
+      "dropped",      "callFailed",     "motorsNotStopped", "notKept",    "notParked", "failureNotTold",
+      "refocused",    "slopeForgotten", "partLeftOut"};
   return kNames[static_cast<std::size_t>(event)];
 }
 

@@ -29,7 +29,8 @@ enum class Event {
   NotParked,
   FailureNotTold,
   Refocused,
-  SlopeForgotten
+  SlopeForgotten,
+  PartLeftOut
 };
 
 enum class Severity { Info, Warning, Error };

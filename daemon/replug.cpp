@@ -5,6 +5,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "barrier.h"
@@ -15,12 +16,15 @@ namespace {
 
 using drivers::Axis;
 
-bool SameAxes(const drivers::Capabilities& a, const drivers::Capabilities& b) {
+/// An axis that was left out before is not missed, and not used either where it works now.
+bool SameAxes(const drivers::Capabilities& before, const drivers::Findings& findings,
+              const drivers::Capabilities& now) {
   for (const Axis axis : drivers::kAxes) {
-    if (a.axes[axis].has_value() != b.axes[axis].has_value()) return false;
-    if (!a.axes[axis]) continue;
-    const auto& x = *a.axes[axis];
-    const auto& y = *b.axes[axis];
+    if (!before.axes[axis] && findings.Of(drivers::AxisName(axis)) != nullptr) continue;
+    if (before.axes[axis].has_value() != now.axes[axis].has_value()) return false;
+    if (!before.axes[axis]) continue;
+    const auto& x = *before.axes[axis];
+    const auto& y = *now.axes[axis];
     if (x.unit != y.unit || x.minimum != y.minimum || x.maximum != y.maximum || x.resolution != y.resolution)
       return false;
   }
@@ -42,8 +46,9 @@ class Slot {
  public:
   Slot(drivers::Device device, std::function<Result<drivers::Device>()> open, PlugSignal& signal)
       : device_(std::move(device)), open_(std::move(open)), signal_(signal) {
-    if (device_.lens) lens_ = device_.lens->capabilities();
-    if (device_.camera) camera_ = device_.camera->capabilities();
+    first_.findings = device_.findings;
+    if (device_.lens) first_.lens = device_.lens->capabilities();
+    if (device_.camera) first_.camera = device_.camera->capabilities();
   }
 
   /// The device, taken over from the thread that opened it where it is back; else why there is none.
@@ -124,18 +129,32 @@ class Slot {
   /// Empty, or in what the device differs from the one before.
   std::string Misfit(const drivers::Device& other) const {
     const std::string end = "; restart lensd if that is meant";
-    if ((other.lens != nullptr) != lens_.has_value()) return "the device there has no lens" + end;
-    if ((other.camera != nullptr) != camera_.has_value()) return "the device there has no camera" + end;
-    if (lens_) {
+    if (first_.lens && !other.lens) return "the device there has no lens" + Why("", other.findings) + end;
+    if (first_.camera && !other.camera) return "the device there has no camera" + Why("camera", other.findings) + end;
+    if (!first_.lens && other.lens) return "the device there has a lens" + end;
+    if (!first_.camera && other.camera && first_.findings.Of("camera") == nullptr)
+      return "the device there has a camera" + end;
+    if (first_.lens) {
       const auto& can = other.lens->capabilities();
-      if (const auto who = Another(*lens_, can); !who.empty()) return who + end;
-      if (!SameAxes(can, *lens_)) return "the lens came back with other axes or ranges" + end;
+      if (const auto who = Another(*first_.lens, can); !who.empty()) return who + end;
+      if (!SameAxes(*first_.lens, first_.findings, can)) {
+        return "the lens came back with other axes or ranges" + Why("", other.findings) + end;
+      }
     }
-    if (!camera_) return "";
+    if (!first_.camera) return "";
     const auto& can = other.camera->capabilities();
-    if (const auto who = Another(*camera_, can); !who.empty()) return who + end;
-    const bool same = can.width == camera_->width && can.height == camera_->height && can.bits == camera_->bits;
+    if (const auto who = Another(*first_.camera, can); !who.empty()) return who + end;
+    const bool same =
+        can.width == first_.camera->width && can.height == first_.camera->height && can.bits == first_.camera->bits;
     return same ? "" : "the camera came back with another picture size or format" + end;
+  }
+
+  /// Why a part was left out this time; an empty `part`: any of them.
+  static std::string Why(std::string_view part, const drivers::Findings& now) {
+    for (const drivers::LeftOut& one : now.left_out()) {
+      if (part.empty() || one.part == part) return " (" + one.part + " cannot be used: " + one.reason + ")";
+    }
+    return "";
   }
 
   template <class Described>
@@ -158,8 +177,11 @@ class Slot {
     drivers::Counters camera;
     std::uint64_t lens = 0;
   } closed_;  ///< counted of devices that were closed
-  std::optional<drivers::Capabilities> lens_;
-  std::optional<drivers::CameraCapabilities> camera_;
+  struct {
+    std::optional<drivers::Capabilities> lens;
+    std::optional<drivers::CameraCapabilities> camera;
+    drivers::Findings findings;
+  } first_;  ///< what was opened first, and must come back
   std::function<Result<drivers::Device>()> open_;
   PlugSignal& signal_;
   std::optional<Retry> retry_;  // last: its thread uses the others
@@ -289,6 +311,7 @@ drivers::Device SurviveUnplugging(drivers::Device device, std::function<Result<d
                                   PlugSignal& signal) {
   drivers::Device outer;
   outer.optics = device.optics;
+  outer.findings = device.findings;
   std::optional<drivers::Capabilities> lens;
   std::optional<drivers::CameraCapabilities> camera;
   if (device.lens) lens = device.lens->capabilities();

@@ -158,6 +158,7 @@ void ServedLens::StartRig(Made made, Result<std::vector<rig::Preset>> presets) {
   const FileNotes& notes = shown_.notes;
   if (!notes.of_calibration.empty()) Log(Severity::Warning, Event::StateUnreadable, notes.of_calibration, name());
   for (const std::string& warning : notes.warnings) Log(Severity::Warning, Event::StateUnreadable, warning, name());
+  TellLeftOut();
   kept_.calibration = std::move(made.calibration);
   kept_.presets = std::move(presets);
   plans_.optics = rig->GetStatus().optics;

@@ -72,10 +72,11 @@ struct LensUsers {
   std::unique_ptr<LensSlope> slope{};
 };
 
-/// What is to be known of the files that are kept of a lens.
+/// What is to be known of the files that are kept of a lens, and of its devices.
 struct FileNotes {
   std::string of_calibration;         ///< empty: it was read without a word, or has been written since
   std::vector<std::string> warnings;  ///< of the others
+  drivers::Findings devices;          ///< parts of its devices that were left out
   std::optional<rig::Unkept> calibration_unkept;
 };
 
@@ -293,6 +294,7 @@ class ServedLens {
   void TellChange();
   void TellLease(const varlink::Json& change);
   void TellFaults(const rig::Status& before) const;
+  void TellLeftOut() const;
   void TellKept(std::string_view what, const std::optional<rig::Unkept>& unkept) const;
   void TellCalibration(const Result<void>& kept) const;
   void Published(const std::shared_ptr<Tenure>& tenure, const rig::Status& status, std::vector<Worker::Task> later);

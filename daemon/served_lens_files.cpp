@@ -91,7 +91,8 @@ Result<ServedLens::Made> ServedLens::MakeRig(const std::shared_ptr<Tenure>& tenu
 void ServedLens::LoadLearned(Made& made) const {
   const auto take = [&]<class Content>(Result<daemon::Kept<Content>> kept, Result<Content>& learned) {
     const std::string warning =
-        kept ? kept->warning : kept.error().message + ": nothing more is kept of it until that is mended and lensd restarted";
+        kept ? kept->warning
+             : kept.error().message + ": nothing more is kept of it until that is mended and lensd restarted";
     if (!warning.empty()) made.notes.warnings.push_back(warning);
     learned = kept ? Result<Content>(std::move(kept->content)) : PassOn(kept);
   };
@@ -109,6 +110,7 @@ Result<ServedLens::Made> ServedLens::RigOf(drivers::Device device,
       rig::Rig::Create(config_.rig, std::move(device), surroundings_.clock, std::move(calibration), std::move(memory));
   if (!rig) return PassOn(rig);
   made.rig = *std::move(rig);
+  made.notes.devices = made.rig->findings();
   return made;
 }
 

@@ -14,6 +14,8 @@ Json ServedLens::StateJson(const rig::Status& status) const {
   Json json = StatusJson(name(), status);
   const FileNotes& notes = shown_.notes;
   json["warnings"] = notes.warnings;
+  for (const std::string& doubt : notes.devices.doubts()) json["warnings"].push_back(doubt);
+  json["leftOut"] = LeftOutJson(notes.devices);
   if (!notes.of_calibration.empty()) json["warnings"].insert(json["warnings"].begin(), notes.of_calibration);
   if (notes.calibration_unkept) json["unwritten"].push_back(UnwrittenJson("calibration", *notes.calibration_unkept));
   if (config_.rig.temperature.compensate && status.optics && !status.compensates) {
@@ -80,6 +82,17 @@ void ServedLens::TellFaults(const rig::Status& before) const {
     const auto& is = shown_.status->axes[axis];
     if (!is || is->fault == (was ? was->fault : "")) continue;
     watchers().Announce(*this, "fault", {{"axis", drivers::AxisName(axis)}, {"fault", TextOrNull(is->fault)}});
+  }
+}
+
+/// What its devices have and cannot use, once for each opening.
+void ServedLens::TellLeftOut() const {
+  for (const drivers::LeftOut& one : shown_.notes.devices.left_out()) {
+    Log(Severity::Warning, Event::PartLeftOut, one.part + " is left out: " + one.reason,
+        {.lens = name(), .axis = drivers::AxisFromName(one.part) ? one.part : std::string()});
+  }
+  for (const std::string& doubt : shown_.notes.devices.doubts()) {
+    Log(Severity::Warning, Event::PartLeftOut, doubt, name());
   }
 }
 

@@ -44,6 +44,10 @@ const drivers::CameraCapabilities* Rig::camera() const {
   return impl_->device.camera ? &impl_->device.camera->capabilities() : nullptr;
 }
 
+const drivers::Findings& Rig::findings() const {
+  return impl_->device.findings;
+}
+
 const OpticsTable* Rig::optics() const {
   return impl_->optics.table();
 }

@@ -103,7 +103,9 @@ void CheckConfiguration(const std::string& file, bool daemon_answers, std::size_
   std::istringstream lines(said.empty() ? "lensd could not look at " + file : said);  // one a mistake
   for (std::string line; std::getline(lines, line);) {
     if (status == 0) {
-      findings.Warn("configuration", line, "plug the lens in; lensd finds it then");
+      findings.Warn("configuration", line,
+                    line.contains(" is left out: ") ? "the other parts of the lens work without it"
+                                                    : "plug the lens in; lensd finds it then");
     } else {
       findings.Problem("configuration", line,
                        "correct it; `lensd --check-config --config " + file + "` checks it again");
@@ -204,6 +206,17 @@ bool CheckFiles(const Json& lens, Findings& findings) {
   return list("warnings").empty() && list("unwritten").empty();
 }
 
+/// What its devices have and lensd goes without.
+bool CheckParts(const Json& lens, Findings& findings) {
+  const std::string name = lens.value("name", "");
+  const Json parts = lens.value("leftOut", Json::array());
+  for (const Json& one : parts) {
+    findings.Warn("lens " + name, TextOf(one, "part") + " is left out: " + TextOf(one, "reason"),
+                  "mend the device or end what holds it, then plug it in again or restart lensd; other parts work");
+  }
+  return parts.empty();
+}
+
 void CheckLens(const Json& lens, Findings& findings) {
   const std::string check = "lens " + lens.value("name", "");
   if (!lens.value("connected", false)) {
@@ -212,7 +225,8 @@ void CheckLens(const Json& lens, Findings& findings) {
                             "plug it in and power it; lensd finds it by itself. `lensctl devices` tells what is there");
   }
   const bool files_fine = CheckFiles(lens, findings);
-  bool fine = CheckCounters(lens, findings) && files_fine;
+  const bool parts_fine = CheckParts(lens, findings);
+  bool fine = CheckCounters(lens, findings) && files_fine && parts_fine;
   for (const Json& axis : lens["axes"]) {
     const std::string name = axis.value("axis", "");
     if (const std::string fault = TextOf(axis, "fault"); !fault.empty()) {

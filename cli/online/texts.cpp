@@ -28,6 +28,16 @@ std::string FocusText(const Json& object) {
          std::string(vergence > 0.0 ? OriginWords() : "");
 }
 
+/// One line for each part that a lens goes without.
+std::string PartsText(const Json& lens) {
+  std::string lines;
+  if (!Has(lens, "leftOut")) return lines;
+  for (const Json& one : lens["leftOut"]) {
+    lines += "\n  without " + TextOf(one, "part") + ": " + TextOf(one, "reason");
+  }
+  return lines;
+}
+
 }  // namespace
 
 std::string TextOf(const Json& object, const char* key) {
@@ -71,7 +81,7 @@ std::string InfoText(const Json& info) {
     const Json& camera = info["camera"];
     line += ", camera " + NumberText(camera, "widthPx", 6, "x") + NumberText(camera, "heightPx", 6, " px");
   }
-  return line;
+  return line + PartsText(info);
 }
 
 std::string RefocusText(const Json& refocus) {
@@ -118,6 +128,7 @@ std::string StatusText(const Json& status) {
   if (Has(status, "warnings")) {
     for (const Json& warning : status["warnings"]) line += "\n  " + warning.get<std::string>();
   }
+  line += PartsText(status);
   if (Has(status, "unwritten")) {
     for (const Json& file : status["unwritten"]) {
       line += "\n  " + TextOf(file, "file") +

@@ -23,18 +23,20 @@ struct Desk {
   std::string serial = "1";
   std::atomic<bool> streaming{false};
   std::atomic<bool> garbled{false};
+  std::atomic<bool> lame{false};   ///< its iris is left out
+  std::atomic<bool> blind{false};  ///< its camera is left out
 };
 
 class TestLens final : public drivers::Lens {
  public:
-  explicit TestLens(std::shared_ptr<Desk> desk) : Lens(Can(desk->serial)), desk_(std::move(desk)) {}
+  explicit TestLens(std::shared_ptr<Desk> desk) : Lens(Can(*desk)), desk_(std::move(desk)) {}
   ~TestLens() override { ++desk_->closed; }
 
  private:
-  static drivers::Capabilities Can(const std::string& serial) {
-    drivers::Capabilities can{.driver = "test", .model = "test", .serial = serial, .axes = {}};
+  static drivers::Capabilities Can(const Desk& desk) {
+    drivers::Capabilities can{.driver = "test", .model = "test", .serial = desk.serial, .axes = {}};
     can.axes[Axis::Focus] = {.maximum = Native{100}, .can_home = true, .needs_home = true};
-    can.axes[Axis::Iris] = {.maximum = Native{100}};
+    if (!desk.lame) can.axes[Axis::Iris] = {.maximum = Native{100}};
     return can;
   }
   Result<void> Answer() const {
@@ -86,9 +88,12 @@ class ReplugTest : public ::testing::Test {
     ++desk_->tried;
     if (!desk_->plugged) return Fail(Code::Disconnected, "no lens is plugged in");
     ++desk_->opened;
-    return drivers::Device{.lens = std::make_unique<TestLens>(desk_),
-                           .camera = std::make_unique<TestCamera>(desk_),
-                           .optics = std::nullopt};
+    drivers::Device device;
+    device.lens = std::make_unique<TestLens>(desk_);
+    if (!desk_->blind) device.camera = std::make_unique<TestCamera>(desk_);
+    if (desk_->lame) device.findings.LeaveOut("iris", {Code::Protocol, "it limps"});
+    if (desk_->blind) device.findings.LeaveOut("camera", {Code::Busy, "it is dark"});
+    return device;
   }
   void Open() {
     device_ = SurviveUnplugging(*OpenAtDesk(), [this] { return OpenAtDesk(); }, signal_);
@@ -111,6 +116,40 @@ class ReplugTest : public ::testing::Test {
   PlugSignal signal_;
   drivers::Device device_;
 };
+
+/// What was left out is not missed when the device comes back, whether it works by then or not.
+TEST_F(ReplugTest, PartsThatWereLeftOutMayComeBackOrNot) {
+  for (const bool mended : {false, true}) {
+    desk_->plugged = desk_->lame = desk_->blind = true;
+    Open();
+    ASSERT_NE(device_.findings.Of("iris"), nullptr);
+    EXPECT_EQ(device_.camera, nullptr);
+    desk_->plugged = false;
+    EXPECT_EQ(ReadCode(), Code::Disconnected);
+    desk_->lame = desk_->blind = !mended;
+    desk_->plugged = true;
+    signal_.Raise();
+    EXPECT_TRUE(Eventually([&] { return device_.lens->Read().has_value(); }));
+    device_ = {};
+  }
+}
+
+/// What worked is waited for, with the reason why it does not.
+TEST_F(ReplugTest, PartsThatWorkedAreWaitedFor) {
+  Open();
+  desk_->plugged = false;
+  EXPECT_EQ(ReadCode(), Code::Disconnected);
+  desk_->lame = true;
+  desk_->plugged = true;
+  signal_.Raise();
+  EXPECT_TRUE(Eventually([&] {
+    const auto read = device_.lens->Read();
+    return !read && read.error().message.find("it limps") != std::string::npos;
+  }));
+  desk_->lame = false;
+  signal_.Raise();
+  EXPECT_TRUE(Eventually([&] { return device_.lens->Read().has_value(); }));
+}
 
 TEST_F(ReplugTest, ADeviceThatStaysIsLeftAlone) {
   Open();

@@ -124,6 +124,12 @@ std::optional<double> CameraInfo::frameRateHz() const {
 bool CameraInfo::colour() const {
   return Access::Get<bool>(*this, "colour");
 }
+std::string LeftOut::part() const {
+  return Access::Get<std::string>(*this, "part");
+}
+std::string LeftOut::reason() const {
+  return Access::Get<std::string>(*this, "reason");
+}
 std::string LensInfo::name() const {
   return Access::Get<std::string>(*this, "name");
 }
@@ -144,6 +150,9 @@ std::optional<OpticsInfo> LensInfo::optics() const {
 }
 std::optional<CameraInfo> LensInfo::camera() const {
   return Access::Get<std::optional<CameraInfo>>(*this, "camera");
+}
+std::vector<LeftOut> LensInfo::leftOut() const {
+  return Access::Get<std::vector<LeftOut>>(*this, "leftOut");
 }
 std::string AxisStatus::axis() const {
   return Access::Get<std::string>(*this, "axis");
@@ -288,6 +297,9 @@ std::int64_t LensStatus::stepsExpected() const {
 }
 std::vector<AxisStatus> LensStatus::axes() const {
   return Access::Get<std::vector<AxisStatus>>(*this, "axes");
+}
+std::vector<LeftOut> LensStatus::leftOut() const {
+  return Access::Get<std::vector<LeftOut>>(*this, "leftOut");
 }
 std::optional<double> LensStatus::vergenceD() const {
   return Access::Get<std::optional<double>>(*this, "vergenceD");

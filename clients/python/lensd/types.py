@@ -184,6 +184,18 @@ class CameraInfo:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LeftOut:
+    """Feature "leftOut". A part that a device lists and that cannot be used, as was found when it was opened: the lens
+    goes without. It is looked for again when the device is opened again. What the configuration names is never left
+    out: without it the lens is absent or wrongDevice."""
+
+    # The name of an axis, or camera (its pictures), exposure, or gain.
+    part: str
+    # Why it cannot be used.
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class LensInfo:
     """One configured lens."""
 
@@ -201,6 +213,8 @@ class LensInfo:
     optics: Optional[OpticsInfo] = None
     # Null when there is no camera.
     camera: Optional[CameraInfo] = None
+    # Feature "leftOut". Parts that its devices have and that cannot be used; empty when all is well.
+    left_out: list[LeftOut]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -327,7 +341,8 @@ class LensStatus:
     # Feature "hold". Until when what lensd does by itself waits, by the longest of the holds; null where there is none.
     hold_until_ns: Optional[int] = None
     # What is to be known of the files this lens was opened with: damaged (then it goes without, and a copy is kept), or
-    # edited by hand. A calibration that is written since takes its warning away.
+    # edited by hand. A calibration that is written since takes its warning away. Also what of its device is not as it
+    # should be and costs no part of it, such as an autofocus of its own that could not be switched off.
     warnings: Optional[list[str]] = None
     # Files on disk that are older than what is told here; empty when all is well.
     unwritten: Optional[list[Unwritten]] = None
@@ -341,6 +356,8 @@ class LensStatus:
     steps_expected: int
     # Its axes.
     axes: list[AxisStatus]
+    # Feature "leftOut". As in LensInfo.
+    left_out: list[LeftOut]
     # Vergence the lens is focused at, null where the optics or the place of focus are not known.
     vergence_d: Optional[float] = None
     # The same as a distance, null also when infinite or past infinity.

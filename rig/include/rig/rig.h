@@ -282,6 +282,7 @@ class Rig {
 
   const drivers::Capabilities& lens() const;
   const drivers::CameraCapabilities* camera() const;  ///< nullptr: none
+  const drivers::Findings& findings() const;          ///< parts of its devices that were left out
   const OpticsTable* optics() const;                  ///< nullptr: not known
   /// Lowest and highest native target of an axis that the lens has, whether it answers or not.
   std::pair<Native, Native> SoftLimits(drivers::Axis axis) const;

@@ -206,7 +206,7 @@ class Draw {
 
   TableControl Ill(std::uint16_t length, std::string& defect) {
     TableControl control = Healthy(length);
-    for (auto& [request, answer] : control.answers) answer.outcome = Fate::Done;
+    for (auto& [request, answer] : control.answers) answer = {answer.value};
     auto& answers = control.answers;
     const std::uint8_t one = std::array{kGetMin, kGetMax, kGetCur}[static_cast<std::size_t>(Below(3))];
     switch (Below(7)) {

@@ -18,6 +18,7 @@ class DaemonMetrics;
 class AxisInfo;
 class OpticsInfo;
 class CameraInfo;
+class LeftOut;
 class LensInfo;
 class AxisStatus;
 class Counters;
@@ -284,6 +285,17 @@ class LENSD_API CameraInfo : public Value {
   bool colour() const;
 };
 
+/// Feature "leftOut". A part that a device lists and that cannot be used, as was found when it was opened: the lens
+/// goes without. It is looked for again when the device is opened again. What the configuration names is never left
+/// out: without it the lens is absent or wrongDevice.
+class LENSD_API LeftOut : public Value {
+ public:
+  /// The name of an axis, or camera (its pictures), exposure, or gain.
+  std::string part() const;
+  /// Why it cannot be used.
+  std::string reason() const;
+};
+
 /// One configured lens.
 class LENSD_API LensInfo : public Value {
  public:
@@ -301,6 +313,8 @@ class LENSD_API LensInfo : public Value {
   std::optional<OpticsInfo> optics() const;
   /// Null when there is no camera.
   std::optional<CameraInfo> camera() const;
+  /// Feature "leftOut". Parts that its devices have and that cannot be used; empty when all is well.
+  std::vector<LeftOut> leftOut() const;
 };
 
 /// One axis now.
@@ -418,7 +432,8 @@ class LENSD_API LensStatus : public Value {
   /// Feature "hold". Until when what lensd does by itself waits, by the longest of the holds; null where there is none.
   std::optional<std::int64_t> holdUntilNs() const;
   /// What is to be known of the files this lens was opened with: damaged (then it goes without, and a copy is kept), or
-  /// edited by hand. A calibration that is written since takes its warning away.
+  /// edited by hand. A calibration that is written since takes its warning away. Also what of its device is not as it
+  /// should be and costs no part of it, such as an autofocus of its own that could not be switched off.
   std::vector<std::string> warnings() const;
   /// Files on disk that are older than what is told here; empty when all is well.
   std::vector<Unwritten> unwritten() const;
@@ -432,6 +447,8 @@ class LENSD_API LensStatus : public Value {
   std::int64_t stepsExpected() const;
   /// Its axes.
   std::vector<AxisStatus> axes() const;
+  /// Feature "leftOut". As in LensInfo.
+  std::vector<LeftOut> leftOut() const;
   /// Vergence the lens is focused at, null where the optics or the place of focus are not known.
   std::optional<double> vergenceD() const;
   /// The same as a distance, null also when infinite or past infinity.
