@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "proto/interfaces.h"
+#include "varlink/interface_definition.h"
 
 namespace lensd::cli {
 namespace {
@@ -77,6 +78,17 @@ std::string MessageOf(const varlink::Reply& refused) {
   return "the daemon answered " + refused.error + " " + varlink::WriteJson(refused.parameters);
 }
 
+/// Whether a method has a parameter for the key of a lease, which the interface itself says.
+bool TakesLease(std::string_view method) {
+  static const auto interface = varlink::InterfaceDefinition::Parse(proto::LensInterfaceText());
+  const std::size_t dot = method.rfind('.');
+  if (!interface || dot == method.npos || method.substr(0, dot) != interface->name()) return false;
+  const auto found = interface->methods().find(method.substr(dot + 1));
+  if (found == interface->methods().end()) return false;
+  const auto& fields = found->second.input->fields;
+  return std::ranges::find(fields, "lease", &varlink::FieldDefinition::name) != fields.end();
+}
+
 }  // namespace
 
 /// Becomes readable on Control-C or SIGTERM while it lives.
@@ -106,32 +118,9 @@ class SignalWatch {
 };
 
 Json WithLease(std::string_view method, Json parameters) {
-  constexpr std::array<std::string_view, 21> kDriving = {"SetExposure",
-                                                         "Move",
-                                                         "Home",
-                                                         "Plan",
-                                                         "Autofocus",
-                                                         "AutofocusBegin",
-                                                         "MeasureBacklash",
-                                                         "Calibrate",
-                                                         "PresetSave",
-                                                         "PresetRemove",
-                                                         "PresetRecall",
-                                                         "ResetFaults",
-                                                         "TakeLease",
-                                                         "DropLease",
-                                                         "MeasureFocusShift",
-                                                         "RemoveFocusShift",
-                                                         "FocusMap",
-                                                         "FocusAt",
-                                                         "FocusAtAdd",
-                                                         "FocusAtForget",
-                                                         "ForgetDrift"};
   const char* const key = std::getenv("LENSD_LEASE");
-  const auto name = method.substr(method.rfind('.') + 1);
-  const bool takes_it =
-      method.starts_with(proto::kLensInterface) && std::ranges::find(kDriving, name) != kDriving.end();
-  if (key != nullptr && *key != 0 && takes_it && !parameters.contains("lease")) parameters["lease"] = key;
+  if (key == nullptr || *key == 0 || parameters.contains("lease") || !TakesLease(method)) return parameters;
+  parameters["lease"] = key;
   return parameters;
 }
 

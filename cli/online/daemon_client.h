@@ -52,8 +52,8 @@ class DaemonClient {
   std::function<void()> interrupted_;
 };
 
-/// Methods that move or change a lens, or renew its lease, take the key of it, which $LENSD_LEASE hands from one
-/// command to the next.
+/// Adds the key of a lease, which $LENSD_LEASE hands from one command to the next, where the interface gives the method
+/// a parameter `lease` and the caller has given none.
 varlink::Json WithLease(std::string_view method, varlink::Json parameters);
 
 /// The interface's methods by their short name.

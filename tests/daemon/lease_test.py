@@ -7,7 +7,27 @@ import subprocess
 import time
 import unittest
 
-from harness import BIN, LENS, DaemonTest
+from harness import BIN, HERE, LENS, PATIENCE, DaemonTest
+from interface_test import Definition
+
+
+def drawn(draw, definition, kind, never=()):
+    """A value of a type of the interface; of what may be left out, half is, and the fields that are named always are."""
+    if isinstance(kind, str):
+        if kind in definition.types:
+            return drawn(draw, definition, definition.types[kind])
+        return {"bool": draw.random() < 0.5, "int": draw.randint(0, 5), "float": draw.uniform(0.5, 5), "object": {},
+                "string": draw.choice(["x", "y"])}[kind]
+    what, inner = kind
+    if what == "enum":
+        return draw.choice(inner)
+    if what == "struct":
+        return {name: drawn(draw, definition, given[1] if given[0] == "?" else given) for name, given in inner.items()
+                if name not in never and (given[0] != "?" or draw.random() < 0.5)}
+    if what == "?":
+        return drawn(draw, definition, inner)
+    values = [drawn(draw, definition, inner) for _ in range(draw.randint(0, 2))]
+    return values if what == "[]" else {f"k{number}": value for number, value in enumerate(values)}
 
 
 class Lease(DaemonTest):
@@ -217,6 +237,55 @@ class Lease(DaemonTest):
             self.assertIn(holder.wait(timeout=60), (130, -signal.SIGINT))  # it may not wait for signals yet
             self.wait_for(lambda: "error" not in self.move(other, 10))
 
+
+class KeyOfLensctl(DaemonTest):
+    def test_undo_and_forget_what_was_learned_take_it(self):
+        key = json.loads(self.daemon.lensctl("lease", "take", "a", "--for", "60s", "--json").stdout)["lease"]
+        environment = {**os.environ, "LENSD_LEASE": key}
+        for position in ("@40", "@60"):
+            self.assertEqual(self.daemon.lensctl("focus", "a", position, env=environment).returncode, 0)
+        for command in (("undo", "a"), ("learned", "forget", "a")):
+            refused = self.daemon.lensctl(*command)
+            self.assertEqual(refused.returncode, 9, refused)
+            taken = self.daemon.lensctl(*command, env=environment)
+            self.assertEqual(taken.returncode, 0, taken)
+        self.assertEqual(self.daemon.lensctl("lease", "drop", "a", env=environment).returncode, 0)
+
+
+class EveryDrivingMethod(DaemonTest):
+    def test_takes_it(self):
+        """Those that have a parameter `lease` in the interface file, with parameters that are drawn by their types."""
+        with open(os.path.join(HERE, "..", "..", "proto", "io.lensd.Lens.varlink"), encoding="utf-8") as file:
+            definition = Definition(file.read())
+        driving = [name for name, (given, _) in definition.methods.items() if "lease" in given[1]]
+        self.assertGreaterEqual(len(driving), 23)
+        draw = random.Random(os.environ.get("LENSD_TEST_SEED", 38))
+        for name in [*driving, *draw.choices(driving, k=1000 if os.environ.get("LENSD_TEST_LEVEL") == "long" else 0)]:
+            parameters = {**drawn(draw, definition, definition.methods[name][0], {"lease", "takeOver"}), "lens": "a"}
+            if name == "Plan":
+                parameters["apply"] = True  # a plan that is not applied drives nothing
+            with self.subTest(method=name, parameters=parameters), self.daemon.client() as owner:
+                key = owner.call(LENS + "TakeLease", {"lens": "a", "forMs": 600000})["parameters"]["lease"]
+                refused = self.lensctl_while_stopping(name, parameters, "")
+                taken = self.lensctl_while_stopping(name, parameters, key)
+                owner.call(LENS + "DropLease", {"lens": "a", "lease": key})
+                self.assertEqual((refused.returncode, json.loads(refused.stdout)["error"]), (9, "leased"), refused)
+                self.assertNotEqual(taken.returncode, 9, taken)
+                self.assertNotIn("leased", taken.stdout + taken.stderr)
+
+    def lensctl_while_stopping(self, method, parameters, key):
+        """`lensctl call` with a key in its environment. What it sets going is stopped until it has ended: the answer is
+        what counts, and a measurement takes long."""
+        process = subprocess.Popen(
+            [os.path.join(BIN, "lensctl"), "--socket", self.daemon.socket, "--json", "call", method, json.dumps(parameters)],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, "LENSD_LEASE": key})
+        deadline = time.monotonic() + 60 * PATIENCE
+        with process, self.daemon.client() as client:
+            while process.poll() is None and time.monotonic() < deadline:
+                client.call(LENS + "Stop", {"lens": "a"})
+                time.sleep(0.01)
+            self.assertIsNotNone(process.poll(), "it never ended")
+            return subprocess.CompletedProcess(process.args, process.returncode, *process.communicate())
 
 if __name__ == "__main__":
     unittest.main()
