@@ -7,8 +7,10 @@
 #include <condition_variable>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <utility>
 
+#include "description_check.h"
 #include "discovery.h"
 #include "gobject_handles.h"
 
@@ -16,6 +18,7 @@ namespace lensd::drivers::aravis {
 namespace {
 
 constexpr Duration kSearchDeadline = std::chrono::seconds(8);
+constexpr Duration kTurnDeadline = std::chrono::seconds(3);
 
 std::vector<ListedCamera> ListNow() {
   arv_update_device_list();
@@ -67,20 +70,68 @@ SharedSearch& TheSearch() {
   return search;
 }
 
-/// By its addresses, with no list in between: no lock is held.
+/// Addresses that somebody in this process opens a camera at; twice where that took too long.
+struct Turns {
+  std::mutex mutex;
+  std::condition_variable ended;
+  std::multiset<std::string> taken;
+};
+
+Turns& TheTurns() {
+  static Turns turns;
+  return turns;
+}
+
+/// Aravis 0.8 parses every description into one and the same variable of its own.
+std::mutex& OneDescriptionAtATime() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+/// " (Local:camera.xml;8000;1a2b)", for messages; empty: nobody knows it.
+std::string Shown(std::string file) {
+  constexpr std::size_t kMostShown = 80;
+  if (file.empty()) return "";
+  if (file.size() > kMostShown) file.replace(kMostShown, std::string::npos, "...");
+  std::ranges::replace_if(file, [](char c) { return c < ' ' || c > '~'; }, '?');
+  return " (" + file + ")";
+}
+
+/// The camera of a device just opened. Opening a device evaluates no node of its description, making the camera does.
+Result<OpenedCamera> CameraOf(ArvDevice* device, const std::string& named, const std::string& file) {
+  std::size_t size = 0;
+  const char* text = arv_device_get_genicam_xml(device, &size);
+  if (const auto checked = CheckDescription({text, text == nullptr ? 0 : size}); !checked) {
+    return Fail(Code::Unsupported, "the camera with " + named + " is not used: its GenICam file" + Shown(file) + " " +
+                                       checked.error().message);
+  }
+  CallError error;
+  OpenedCamera opened;
+  opened.camera.reset(arv_camera_new_with_device(device, error.out()));
+  if (error) return error.Why("opening the camera with " + named);
+  if (!opened.camera) return Fail(Code::Disconnected, "the camera with " + named + " cannot be opened");
+  return opened;
+}
+
+/// By its addresses, with no list in between: that lock is not held.
 Result<OpenedCamera> OpenAt(const std::string& host, const std::string& named) {
   const auto route = AskCamera(host);
   if (!route) return Fail(route.error().code, "no camera with " + named + ": " + route.error().message);
-  CallError device_error, camera_error;
+  const auto file = AskForFile(*route);
+  if (!file) return Fail(file.error().code, "no camera with " + named + ": " + file.error().message);
+  auto turn = std::make_unique<CameraTurn>(route->camera);
+  CallError error;
   const Handle<GInetAddress> here(g_inet_address_new_from_string(route->here.c_str()));
   const Handle<GInetAddress> there(g_inet_address_new_from_string(route->camera.c_str()));
-  const Handle<ArvDevice> device(arv_gv_device_new(here.get(), there.get(), device_error.out()));
-  if (device_error) return device_error.Why("opening the camera with " + named);
+  std::unique_lock lock(OneDescriptionAtATime());
+  const Handle<ArvDevice> device(arv_gv_device_new(here.get(), there.get(), error.out()));
+  lock.unlock();
+  if (error) return error.Why("opening the camera with " + named);
   if (!device) return Fail(Code::Disconnected, "the camera with " + named + " cannot be opened");
-  OpenedCamera opened;
-  opened.camera.reset(arv_camera_new_with_device(device.get(), camera_error.out()));
-  opened.address = route->camera;
-  if (camera_error) return camera_error.Why("opening the camera with " + named);
+  auto opened = CameraOf(device.get(), named, *file);
+  if (!opened) return opened;
+  opened->address = route->camera;
+  opened->turn = std::move(turn);
   return opened;
 }
 
@@ -92,14 +143,29 @@ bool IsMeant(const ListedCamera& listed, const DriverConfig& config) {
 Result<OpenedCamera> OpenNamed(const ListedCamera& listed, const std::string& named) {
   if (listed.protocol == "GigEVision") return OpenAt(listed.address, named);
   CallError error;
-  OpenedCamera opened;
-  opened.camera.reset(arv_camera_new(listed.id.c_str(), error.out()));
+  std::unique_lock lock(OneDescriptionAtATime());
+  const Handle<ArvDevice> device(arv_open_device(listed.id.c_str(), error.out()));
+  lock.unlock();
   if (error) return error.Why("opening the camera with " + named);
-  if (!opened.camera) return Fail(Code::Disconnected, "the camera with " + named + " cannot be opened");
-  return opened;
+  if (!device) return Fail(Code::Disconnected, "the camera with " + named + " cannot be opened");
+  return CameraOf(device.get(), named, "");
 }
 
 }  // namespace
+
+CameraTurn::CameraTurn(std::string address) : address_(std::move(address)) {
+  Turns& turns = TheTurns();
+  std::unique_lock lock(turns.mutex);
+  turns.ended.wait_for(lock, kTurnDeadline, [&] { return !turns.taken.contains(address_); });
+  turns.taken.insert(address_);
+}
+
+CameraTurn::~CameraTurn() {
+  Turns& turns = TheTurns();
+  const std::lock_guard lock(turns.mutex);
+  turns.taken.erase(turns.taken.find(address_));
+  turns.ended.notify_all();
+}
 
 Result<std::vector<ListedCamera>> SearchCameras() {
   return TheSearch().Search();

@@ -2,6 +2,7 @@
 // camera that is not there would hold up those that are: here an address is asked first, and all searches are one.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,23 @@ struct ListedCamera {
   std::string vendor, model, serial;
 };
 
+/// While it lives, nobody else in this process opens the camera at that address: who opens one controls it, and a
+/// second opening would blame another program for that.
+class CameraTurn {
+ public:
+  /// Waits until the others have done, 3 s at most.
+  explicit CameraTurn(std::string address);
+  ~CameraTurn();
+  CameraTurn(const CameraTurn&) = delete;
+  CameraTurn& operator=(const CameraTurn&) = delete;
+
+ private:
+  const std::string address_;
+};
+
 /// A camera that was opened, and the address it is at; empty: it is not on a network.
 struct OpenedCamera {
+  std::unique_ptr<CameraTurn> turn;  ///< null: it is not on a network. Give it up once nothing hangs on being alone
   Handle<ArvCamera> camera;
   std::string address;
 };

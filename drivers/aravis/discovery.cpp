@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <vector>
@@ -65,6 +67,56 @@ Result<std::vector<std::string>> AddressesOf(const std::string& host) {
   return addresses;
 }
 
+struct DatagramSocket {
+  DatagramSocket() : number(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {}
+  ~DatagramSocket() {
+    if (number >= 0) close(number);
+  }
+  DatagramSocket(const DatagramSocket&) = delete;
+  DatagramSocket& operator=(const DatagramSocket&) = delete;
+
+  const int number;
+};
+
+constexpr std::size_t kAddressBytes = 512;  ///< where the file is, as text
+constexpr std::array<std::uint32_t, 2> kAddressesOfFile = {0x0200, 0x0400};
+
+/// READMEM_CMD, which needs no control of the camera. Empty: no answer, or no such memory.
+std::string AskMemory(int socket, std::uint32_t address) {
+  if (socket < 0) return "";
+  constexpr unsigned char kReadMemory = 0x84, kMemory = 0x85;
+  const auto byte = [&](int shift) { return static_cast<unsigned char>(address >> shift); };
+  const std::array<unsigned char, 16> question = {0x42,     0x01,     0x00,    kReadMemory, 0x00, 0x08, 0x4c, byte(8),
+                                                  byte(24), byte(16), byte(8), byte(0),     0x00, 0x00, 0x02, 0x00};
+  for (int i = 0; i < kTries; ++i) {
+    if (send(socket, question.data(), question.size(), MSG_NOSIGNAL) < 0) return "";
+    const Instant deadline = std::chrono::steady_clock::now() + kEachTry;
+    for (Duration left = kEachTry; left > Duration{}; left = deadline - std::chrono::steady_clock::now()) {
+      pollfd ready{.fd = socket, .events = POLLIN, .revents = 0};
+      if (poll(&ready, 1, static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(left).count())) <= 0) break;
+      std::array<char, 1024> packet{};
+      const ssize_t size = recv(socket, packet.data(), packet.size(), 0);
+      if (size < static_cast<ssize_t>(kHeader)) continue;
+      const bool meant = packet[3] == static_cast<char>(kMemory) && packet[6] == static_cast<char>(question[6]) &&
+                         packet[7] == static_cast<char>(question[7]);
+      if (!meant) continue;
+      if (packet[0] != 0 || packet[1] != 0) return "";
+      constexpr std::size_t kData = kHeader + 4;
+      if (static_cast<std::size_t>(size) < kData + kAddressBytes) return "";
+      const char* text = packet.data() + kData;
+      return {text, strnlen(text, kAddressBytes)};
+    }
+  }
+  return "";
+}
+
+/// Of "Local:camera.xml;8000;1a2b?SchemaVersion=1.1.0", in bytes; 0 where it states none.
+std::uint64_t SizeStated(const std::string& address) {
+  const std::size_t first = address.find(';');
+  const std::size_t second = first == std::string::npos ? first : address.find(';', first + 1);
+  return second == std::string::npos ? 0 : std::strtoull(address.c_str() + second + 1, nullptr, 16);
+}
+
 Result<Route> AskAddress(const std::string& address) {
   Hail hail(address);
   Presence presence = Presence::Silent;
@@ -106,7 +158,7 @@ void Hail::Fails(int error) {
 }
 
 void Hail::Send() {
-  if (presence_ == Presence::Unreachable || presence_ == Presence::Refuses) return;
+  if (socket_ < 0 || presence_ == Presence::Unreachable || presence_ == Presence::Refuses) return;
   if (send(socket_, kQuestion.data(), kQuestion.size(), MSG_NOSIGNAL) < 0) Fails(errno);
 }
 
@@ -148,6 +200,25 @@ Result<Route> AskCamera(const std::string& host) {
     if (route) break;
   }
   return route;
+}
+
+Result<std::string> AskForFile(const Route& route) {
+  constexpr std::uint64_t kLargest = std::uint64_t{16} << 20;
+  const DatagramSocket asking;
+  const sockaddr_in there = At(route.camera);
+  if (asking.number < 0 || connect(asking.number, reinterpret_cast<const sockaddr*>(&there), sizeof there) != 0) {
+    return Fail(Code::Disconnected, route.camera + " cannot be reached: " + std::strerror(errno));
+  }
+  // The second counts where Aravis cannot use the first.
+  std::string first = AskMemory(asking.number, kAddressesOfFile.front());
+  if (first.empty()) {
+    return Fail(Code::Disconnected, "the camera at " + route.camera + " does not say where its GenICam file is");
+  }
+  const std::string second = AskMemory(asking.number, kAddressesOfFile.back());
+  const std::uint64_t size = std::max(SizeStated(first), SizeStated(second));
+  if (size <= kLargest) return first;
+  return Fail(Code::Unsupported, "the camera at " + route.camera + " says that its GenICam file has " +
+                                     std::to_string(size) + " bytes, more than lensd accepts (16 MiB)");
 }
 
 }  // namespace lensd::drivers::aravis

@@ -47,4 +47,9 @@ struct Route {
 /// name up. From any thread. Disconnected: no device is there, and why as far as is known. Protocol: not a camera.
 Result<Route> AskCamera(const std::string& host);
 
+/// Where the camera at the end of `route` says that its GenICam file is: "Local:camera.xml;8000;1a2b". Takes a second
+/// at most. From any thread. Disconnected: no answer. Unsupported: a file of more than 16 MiB: Aravis takes the size
+/// that the camera states, ends the process where there is not as much memory, and fetches for hours where there is.
+Result<std::string> AskForFile(const Route& route);
+
 }  // namespace lensd::drivers::aravis

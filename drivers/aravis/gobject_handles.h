@@ -9,6 +9,7 @@
 
 // GLib and Aravis name them so.
 using ArvCamera = struct _ArvCamera;  // NOLINT(bugprone-reserved-identifier)
+using ArvDevice = struct _ArvDevice;  // NOLINT(bugprone-reserved-identifier)
 using GError = struct _GError;        // NOLINT(bugprone-reserved-identifier)
 
 namespace lensd::drivers::aravis {

@@ -11,12 +11,16 @@
 namespace lensd::drivers::aravis {
 namespace {
 
-/// A camera that another program controls lets itself be read; one on USB that is in use does not, and stays unknown.
-bool HasLens(const ListedCamera& listed) {
-  const auto opened = OpenListed(listed);
-  if (!opened) return false;
+/// Whether it has a lens, or why it cannot be used. A camera that another program controls lets itself be read; one on
+/// USB that is in use does not, and stays unknown.
+void LookForLens(const ListedCamera& camera, FoundDevice& device) {
+  const auto opened = OpenListed(camera);
+  if (!opened) {
+    if (opened.error().code == Code::Unsupported) device.problem = opened.error().message;
+    return;
+  }
   const auto lens = FindLens(opened->camera.get(), {});
-  return lens && lens->any();
+  device.lens = lens && lens->any();
 }
 
 }  // namespace
@@ -35,7 +39,7 @@ Result<std::vector<FoundDevice>> ProbeAravis() {
     device.node = camera.protocol + " " + camera.address;
     device.config = camera.serial.empty() ? "id = \"" + camera.id + "\"" : "serial = \"" + camera.serial + "\"";
     device.camera = true;
-    device.lens = std::chrono::steady_clock::now() - began < kAskAtMost && HasLens(camera);
+    if (std::chrono::steady_clock::now() - began < kAskAtMost) LookForLens(camera, device);
     found.push_back(std::move(device));
   }
   return found;

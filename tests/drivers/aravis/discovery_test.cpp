@@ -9,6 +9,7 @@
 #include <cstring>
 #include <future>
 #include <stdexcept>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -19,6 +20,7 @@ namespace lensd {
 namespace {
 
 using drivers::aravis::AskCamera;
+using drivers::aravis::AskForFile;
 using testing::GigeStand;
 using testing::LoopbackTurn;
 using namespace std::chrono_literals;
@@ -31,7 +33,7 @@ class SilentPort {
     here.sin_family = AF_INET;
     here.sin_port = htons(3956);
     inet_pton(AF_INET, address, &here.sin_addr);
-    if (bind(socket_, reinterpret_cast<const sockaddr*>(&here), sizeof here) != 0) {
+    if (socket_ < 0 || bind(socket_, reinterpret_cast<const sockaddr*>(&here), sizeof here) != 0) {
       throw std::runtime_error(std::string(address) + " is in use");
     }
     const timeval limit{.tv_sec = 0, .tv_usec = 10000};
@@ -49,7 +51,7 @@ class SilentPort {
       sockaddr_in asker{};
       socklen_t size = sizeof asker;
       const auto got = recvfrom(socket_, packet.data(), packet.size(), 0, reinterpret_cast<sockaddr*>(&asker), &size);
-      if (got != 8 || ++count < first) continue;
+      if (got < 8 || ++count < first) continue;
       const std::vector<unsigned char> answer = make(packet.data());
       sendto(socket_, answer.data(), answer.size(), 0, reinterpret_cast<const sockaddr*>(&asker), size);
     }
@@ -114,6 +116,53 @@ TEST(AravisDiscovery, EveryReasonHasItsOwnWords) {
   }
   end = true;
   serving.join();
+}
+
+/// As GigE Vision has it: no error, READMEM_ACK, the address asked for and 512 bytes from there.
+std::vector<unsigned char> Memory(const unsigned char* question, std::string_view text) {
+  std::vector<unsigned char> answer(8 + 4 + 512);
+  answer[3] = 0x85;
+  answer[4] = 0x02;
+  answer[5] = 0x04;
+  std::memcpy(answer.data() + 6, question + 6, 6);
+  std::memcpy(answer.data() + 12, text.data(), text.size());
+  return answer;
+}
+
+/// Aravis makes room for as many bytes as the camera says that it has, and ends the process where there are not as
+/// many.
+TEST(AravisDiscovery, AFileThatNoCameraCanHaveIsNotFetched) {
+  const LoopbackTurn turn;
+  const SilentPort camera("127.0.0.45"), silent("127.0.0.46");
+  const struct {
+    std::string_view first, second, refused;
+  } cases[] = {{"Local:camera.zip;8000;1a2b?SchemaVersion=1.1.0", "", ""},
+               {"Local:///camera.xml;8000;1000000", "", ""},
+               {"Local:///camera.xml;8000;1000001", "", "16777217 bytes"},
+               {"local:camera.xml;0;ffffffffffffffff", "", "18446744073709551615 bytes"},
+               {"http://example.org/camera.xml", "Local:camera.xml;8000;7fffffffffff", "140737488355327 bytes"},
+               {"File:camera.xml", "", ""}};
+  for (const auto& each : cases) {
+    std::atomic<bool> end = false;
+    std::thread serving([&] {
+      camera.Serve(1, end, [&](const unsigned char* question) {
+        return Memory(question, question[10] == 0x02 ? each.first : each.second);
+      });
+    });
+    const auto good = AskForFile({.camera = "127.0.0.45", .here = "127.0.0.1"});
+    end = true;
+    serving.join();
+    EXPECT_EQ(good.has_value(), each.refused.empty()) << each.first;
+    if (good) {
+      EXPECT_EQ(*good, each.first);
+      continue;
+    }
+    EXPECT_EQ(good.error().code, Code::Unsupported);
+    EXPECT_NE(good.error().message.find(each.refused), std::string::npos) << good.error().message;
+  }
+  const auto mute = AskForFile({.camera = "127.0.0.46", .here = "127.0.0.1"});
+  ASSERT_FALSE(mute);
+  EXPECT_EQ(mute.error().code, Code::Disconnected) << mute.error().message;
 }
 
 /// Aravis would look for each for seconds, and hold a lock of the whole process meanwhile.

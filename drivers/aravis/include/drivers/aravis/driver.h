@@ -7,10 +7,10 @@ namespace lensd::drivers::aravis {
 
 /// Opens the camera named by `serial`, `address` (of the network) or `id` (as Aravis writes it), and its lens where it
 /// has motorised axes. The other keys: docs/drivers/aravis.md. BadData: a key that is unknown or wrong. Disconnected:
-/// no such camera. Busy: another program controls it. Unsupported: it has no pixel format that can be read, or an
-/// overridden feature does not exist. The camera is served by a thread of the driver's own; when it goes away, calls
-/// fail with Disconnected (WrongDevice: another one is in its place) and the thread looks for it again until the device
-/// is destroyed, which takes up to 6 s then.
+/// no such camera. Busy: another program controls it. Unsupported: it has no pixel format that can be read, an
+/// overridden feature does not exist, or its GenICam file is none that Aravis may evaluate. The camera is served by a
+/// thread of the driver's own; when it goes away, calls fail with Disconnected (WrongDevice: another one is in its
+/// place) and the thread looks for it again until the device is destroyed, which takes up to 6 s then.
 Result<Device> OpenAravis(const Settings& settings, const Clock& clock);
 /// Whether settings for OpenAravis() make sense without the device. BadData.
 Result<void> CheckAravis(const Settings& settings);
