@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "camera_search.h"
 #include "discovery.h"
 #include "gige_stand.h"
 
@@ -195,6 +196,35 @@ TEST(AravisDiscovery, AddressesThatAreSilentDelayNobody) {
     EXPECT_EQ(device.error().code, Code::Disconnected) << device.error().message;
   }
   EXPECT_LT(clock.Now() - begin, 10s) << "nor one another";
+}
+
+/// Who looks at a camera controls it for as long as that takes: a lens that is opened meanwhile waits for it, and
+/// blames no other program.
+TEST(AravisDiscovery, ASearchDoesNotKeepALensFromItsCamera) {
+  GigeStand stand;
+  const drivers::aravis::ListedCamera listed = {.id = "camera",
+                                                .physical_id = "",
+                                                .protocol = "GigEVision",
+                                                .address = "127.0.0.1",
+                                                .vendor = "",
+                                                .model = "",
+                                                .serial = ""};
+  std::atomic<bool> end = false;
+  std::atomic<int> looked = 0;
+  std::thread search([&] {
+    while (!end) looked += drivers::aravis::OpenListed(listed).has_value() ? 1 : 0;
+  });
+  constexpr int kOpenings = 20;
+  const MonotonicClock clock;
+  const Instant begin = clock.Now();
+  for (int i = 0; i < kOpenings; ++i) {
+    const auto device = stand.Open();
+    EXPECT_TRUE(device) << device.error().message;
+  }
+  EXPECT_LT(clock.Now() - begin, 15s) << "half of what they take without turns";
+  end = true;
+  search.join();
+  EXPECT_GT(looked, 0);
 }
 
 }  // namespace
