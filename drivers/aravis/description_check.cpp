@@ -228,10 +228,10 @@ class Graph {
   /// Aravis makes room for as many bytes as a register is said to have, and ends the process where there are not as
   /// many. A length that the camera tells while it runs cannot be checked here.
   Result<void> CheckLength(const DescriptionNode& node) {
-    if (!IsRegister(node)) return {};
+    // Nobody reads a plain Register: they are large, for files and tables.
+    if (!IsRegister(node) || node.element == "Register") return {};
     const auto length = LengthOf(node);
     if (!length) {
-      if (node.element == "Register") return {};  // nothing reads these
       return Fail(Code::BadData, "lets \"" + node.length_reference + "\" say how long \"" + Shown(node) +
                                      "\" is, which is no constant");
     }

@@ -125,6 +125,7 @@ TEST(GenicamDescription, CirclesThatNobodyFollowsAreAccepted) {
                          "<StructEntry Name=\"A\"><Bit>1</Bit></StructEntry>"
                          "<StructEntry Name=\"B\"><Bit>2</Bit></StructEntry></StructReg>")),
             "");
+  EXPECT_EQ(WhyNot(Whole("<Register Name=\"Table\"><Address>0</Address><Length>0x100000</Length></Register>")), "");
 }
 
 const std::string kExpressions =
