@@ -9,7 +9,7 @@
 namespace lensd::sim {
 namespace {
 
-// A leg holds a few hundred bytes; frames look back by one exposure, within which no rig sends this many commands.
+// Of 112 bytes each; frames look back by one exposure, within which no rig sends this many commands.
 constexpr std::size_t kMostLegs = 512;
 
 double Seconds(Duration duration) {
@@ -26,11 +26,7 @@ double EndOf(const Path& path, double before) {
   return path.empty() ? before : path.back().position + path.back().TravelAfter(path.back().seconds);
 }
 
-/// Where a path is after `seconds`, and how fast.
-struct Motion {
-  double position = 0.0;
-  double speed = 0.0;
-};
+/// Of a path after `seconds`.
 Motion MotionAt(const Path& path, double before, double after, double seconds) {
   if (seconds < 0.0) return {before, 0.0};
   for (const Stretch& stretch : path) {
@@ -44,74 +40,99 @@ Motion MotionAt(const Path& path, double before, double after, double seconds) {
 
 }  // namespace
 
-Motor::Motor(const MotorSettings& settings, double start) : settings_(settings) {
-  Leg leg;
+Motor::Motor(const MotorSettings& settings, double start) : settings_(settings), legs_(kMostLegs) {
+  Leg& leg = newest();
   leg.count_before = leg.shaft_before = leg.place_before = leg.count_after = start;
-  legs_.push_back(std::move(leg));
 }
 
-const Motor::Leg& Motor::LegAt(Duration at) const {
-  for (auto leg = legs_.rbegin(); leg != legs_.rend(); ++leg) {
-    if (leg->start <= at) return *leg;
+Motor::Number Motor::NumberAt(Duration at) const {
+  for (Number number = begun_; number-- > first();) {
+    if (LegOf(number).start <= at) return number;
   }
-  return legs_.front();
+  return first();
 }
 
-Motor::Leg& Motor::Begin(Duration at, Path count) {
-  const Leg& last = legs_.back();
-  const double seconds = Seconds(at - last.start);
+Path Motor::CountOf(const Leg& leg) const {
+  if (!leg.goal) return {};
+  const auto& [target, back] = *leg.goal;
+  const auto plan = [this](double from, double speed, double to) {
+    return PlanPath(from, speed, to, settings_.top_speed, settings_.acceleration);
+  };
+  Path path = plan(leg.count_before, leg.count_speed_before, target);
+  const Path on = plan(target, 0.0, target + back);
+  path.insert(path.end(), on.begin(), on.end());
+  return path;
+}
+
+Motor::Paths Motor::PathsFrom(const Leg& leg) const {
+  Paths paths;
+  paths.count = CountOf(leg);
+  const double inner_stop = settings_.low - settings_.backlash;
+  paths.shaft = ThroughStops(paths.count, leg.shaft_before, 1.0 - leg.loss, inner_stop, settings_.high);
+  paths.place = ThroughBacklash(paths.shaft, leg.place_before, settings_.backlash);
+  return paths;
+}
+
+const Motor::Paths& Motor::PathsOf(Number number) const {
+  if (number + 1 == begun_) return newest_paths_;
+  if (asked_ != number) asked_paths_ = PathsFrom(LegOf(number));
+  asked_ = number;
+  return asked_paths_;
+}
+
+Motor::State Motor::Now(Duration at) const {
+  const Leg& leg = LegOf(begun_ - 1);
+  const Paths& paths = newest_paths_;
+  const double seconds = Seconds(at - leg.start);
+  return {MotionAt(paths.count, leg.count_before, leg.count_after, seconds),
+          MotionAt(paths.shaft, leg.shaft_before, EndOf(paths.shaft, leg.shaft_before), seconds),
+          MotionAt(paths.place, leg.place_before, EndOf(paths.place, leg.place_before), seconds), seconds};
+}
+
+Motor::Leg& Motor::Begin(Duration at, std::optional<Goal> goal) {
+  const State now = Now(at);
+  const Leg& last = newest();
   Leg next;
   next.start = at;
-  next.count_before = MotionAt(last.count, last.count_before, last.count_after, seconds).position;
-  next.shaft_before = MotionAt(last.shaft, last.shaft_before, EndOf(last.shaft, last.shaft_before), seconds).position;
-  const Motion place = MotionAt(last.place, last.place_before, EndOf(last.place, last.place_before), seconds);
-  next.place_before = place.position;
-  next.place_speed_before = place.speed;
-  next.sway = SwayAt(last, seconds);
-  next.homed_before = next.homed_after = seconds < TimeOf(last.count) ? last.homed_before : last.homed_after;
+  next.goal = goal;
+  next.count_before = now.count.position;
+  next.count_speed_before = now.count.speed;
+  next.shaft_before = now.shaft.position;
+  next.place_before = now.place.position;
+  next.place_speed_before = now.place.speed;
+  next.loss = loss_;
+  next.sway = SwayAt(begun_ - 1, now.seconds);
+  next.homed_before = next.homed_after =
+      now.seconds < TimeOf(newest_paths_.count) ? last.homed_before : last.homed_after;
   next.complains = stalled_ && last.complains;
   if (stalled_) {
-    next.complains = next.complains || !count.empty();
-    count.clear();
+    next.complains = next.complains || !CountOf(next).empty();
+    next.goal.reset();
   }
-  next.count_after = EndOf(count, next.count_before);
-  next.count = std::move(count);
-  const double inner_stop = settings_.low - settings_.backlash;
-  next.shaft = ThroughStops(next.count, next.shaft_before, 1.0 - loss_, inner_stop, settings_.high);
-  next.place = ThroughBacklash(next.shaft, next.place_before, settings_.backlash);
-  legs_.push_back(std::move(next));
-  if (legs_.size() > kMostLegs) legs_.pop_front();
-  return legs_.back();
+  newest_paths_ = PathsFrom(next);
+  next.count_after = EndOf(newest_paths_.count, next.count_before);
+  ++begun_;
+  return newest() = next;
 }
 
 void Motor::MoveTo(Duration at, double target) {
-  const Leg& last = legs_.back();
-  const Motion now = MotionAt(last.count, last.count_before, last.count_after, Seconds(at - last.start));
-  Leg& leg = Begin(at, PlanPath(now.position, now.speed, target, settings_.top_speed, settings_.acceleration));
+  Leg& leg = Begin(at, Goal{target});
   if (!stalled_) leg.count_after = target;
 }
 
 void Motor::Home(Duration at) {
-  const Leg& last = legs_.back();
-  const double seconds = Seconds(at - last.start);
-  const Motion count = MotionAt(last.count, last.count_before, last.count_after, seconds);
-  const double shaft = MotionAt(last.shaft, last.shaft_before, EndOf(last.shaft, last.shaft_before), seconds).position;
+  const State now = Now(at);
   // A reference switch ends the search, not a count: steps that get lost are made up for.
   const double made = std::max(1.0 - loss_, 0.01);
-  const double inward = (shaft - settings_.low + settings_.backlash) / made;
-  const double stop = count.position - inward;
-  Path path = PlanPath(count.position, count.speed, stop, settings_.top_speed, settings_.acceleration);
-  const Path back = PlanPath(stop, 0.0, stop + settings_.backlash / made, settings_.top_speed, settings_.acceleration);
-  path.insert(path.end(), back.begin(), back.end());
-  Leg& leg = Begin(at, std::move(path));
+  const double inward = (now.shaft.position - settings_.low + settings_.backlash) / made;
+  Leg& leg = Begin(at, Goal{now.count.position - inward, settings_.backlash / made});
   leg.homed_before = false;
   leg.homed_after = !stalled_;
   if (!stalled_) leg.count_after = settings_.low;
 }
 
 void Motor::Halt(Duration at, double grid) {
-  const Leg& last = legs_.back();
-  const Motion now = MotionAt(last.count, last.count_before, last.count_after, Seconds(at - last.start));
+  const Motion now = Now(at).count;
   if (now.speed == 0.0) return;
   const double stop = now.position + now.speed * std::abs(now.speed) / (2.0 * settings_.acceleration);
   const double places = (stop - settings_.low) / grid;
@@ -122,47 +143,45 @@ void Motor::Halt(Duration at, double grid) {
 void Motor::SetStalled(Duration at, bool stalled) {
   const bool cuts_off = stalled && MovingAt(at);
   stalled_ = stalled;
-  Leg& leg = Begin(at, {});
+  Leg& leg = Begin(at, std::nullopt);
   leg.complains = stalled && (leg.complains || cuts_off);
 }
 
 void Motor::SetLoss(Duration at, double part) {
   loss_ = part;
-  const Leg& last = legs_.back();
-  const Motion now = MotionAt(last.count, last.count_before, last.count_after, Seconds(at - last.start));
+  const Leg& last = newest();
   const double target = last.count_after;
   const bool moving = MovingAt(at);
   if (moving && last.homed_after && !last.homed_before) return Home(at);
-  Leg& leg = Begin(
-      at, moving ? PlanPath(now.position, now.speed, target, settings_.top_speed, settings_.acceleration) : Path{});
+  Leg& leg = Begin(at, moving ? std::optional(Goal{target}) : std::nullopt);
   if (moving && !stalled_) leg.count_after = target;
 }
 
 void Motor::Knock(Duration at, double by) {
   SetLoss(at, loss_);
-  Leg& leg = legs_.back();
+  Leg& leg = newest();
   const double low = settings_.low - settings_.backlash;
   const double moved = std::clamp(leg.shaft_before + by, low, settings_.high) - leg.shaft_before;
   leg.shaft_before += moved;
   leg.place_before = std::clamp(leg.place_before + moved, settings_.low, settings_.high);
-  leg.shaft = ThroughStops(leg.count, leg.shaft_before, 1.0 - loss_, low, settings_.high);
-  leg.place = ThroughBacklash(leg.shaft, leg.place_before, settings_.backlash);
+  newest_paths_ = PathsFrom(leg);
 }
 
 void Motor::LosePower(Duration at) {
-  Leg& leg = Begin(at, {});
+  Leg& leg = Begin(at, std::nullopt);
   leg.count_before = leg.count_after = settings_.low;
   leg.homed_before = leg.homed_after = false;
 }
 
 double Motor::CountAt(Duration at) const {
-  const Leg& leg = LegAt(at);
-  return MotionAt(leg.count, leg.count_before, leg.count_after, Seconds(at - leg.start)).position;
+  const Number number = NumberAt(at);
+  const Leg& leg = LegOf(number);
+  return MotionAt(PathsOf(number).count, leg.count_before, leg.count_after, Seconds(at - leg.start)).position;
 }
 
 bool Motor::MovingAt(Duration at) const {
-  const Leg& leg = LegAt(at);
-  return Seconds(at - leg.start) < TimeOf(leg.count);
+  const Number number = NumberAt(at);
+  return Seconds(at - LegOf(number).start) < TimeOf(PathsOf(number).count);
 }
 
 bool Motor::HomedAt(Duration at) const {
@@ -174,23 +193,26 @@ bool Motor::ComplainsAt(Duration at) const {
 }
 
 double Motor::RestPlaceAt(Duration at) const {
-  const Leg& leg = LegAt(at);
-  return MotionAt(leg.place, leg.place_before, EndOf(leg.place, leg.place_before), Seconds(at - leg.start)).position;
+  const Number number = NumberAt(at);
+  const Leg& leg = LegOf(number);
+  const Path& path = PathsOf(number).place;
+  return MotionAt(path, leg.place_before, EndOf(path, leg.place_before), Seconds(at - leg.start)).position;
 }
 
 double Motor::PlaceAt(Duration at) const {
-  const Leg& leg = LegAt(at);
-  return RestPlaceAt(at) + SwayAt(leg, Seconds(at - leg.start)).offset;
+  const Number number = NumberAt(at);
+  return RestPlaceAt(at) + SwayAt(number, Seconds(at - LegOf(number).start)).offset;
 }
 
 /// Walks the stretches up to `seconds`. On a spring, offset'' + 2 z w offset' + w^2 offset = -acceleration, and a jump
 /// of the driving speed (backlash taken up, a stop hit) jumps offset' by as much the other way.
-Motor::Sway Motor::SwayAt(const Leg& leg, double seconds) const {
+Motor::Sway Motor::SwayAt(Number number, double seconds) const {
+  const Leg& leg = LegOf(number);
   Sway sway = leg.sway;
   if (seconds <= 0.0) return sway;
   const bool rings = settings_.ring_hz > 0.0;
   double speed = leg.place_speed_before;
-  for (const Stretch& stretch : leg.place) {
+  for (const Stretch& stretch : PathsOf(number).place) {
     const double part = std::min(seconds, stretch.seconds);
     if (rings) sway.speed -= stretch.speed - speed;
     rings ? Spring(sway, stretch.acceleration, part) : Creep(sway, stretch, part);

@@ -10,7 +10,8 @@
 //  - compliance: the mechanism hangs on a damped spring (it rings) or creeps after the shaft with a time constant.
 #pragma once
 
-#include <deque>
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "base/clock.h"
@@ -28,6 +29,12 @@ struct Stretch {
   double SpeedAfter(double t) const { return speed + acceleration * t; }
 };
 using Path = std::vector<Stretch>;
+
+/// Where something is, and how fast it goes.
+struct Motion {
+  double position = 0.0;
+  double speed = 0.0;
+};
 
 /// The fastest path from a place and speed to rest at `target` within a speed and an acceleration, both > 0. Where
 /// there is no room to stop, it stops beyond and comes back.
@@ -51,7 +58,7 @@ struct MotorSettings {
 };
 
 /// Times count from the making of the world. Commands come in order of time; the past can be asked for as far back as
-/// the last few hundred commands. Not thread-safe.
+/// the last few hundred commands. Not thread-safe, nor are two calls that only ask.
 class Motor {
  public:
   Motor(const MotorSettings& settings, double start);
@@ -72,7 +79,7 @@ class Motor {
   void LosePower(Duration at);
 
   /// How far back can be asked.
-  Duration earliest() const { return legs_.front().start; }
+  Duration earliest() const { return LegOf(first()).start; }
   double CountAt(Duration at) const;
   bool MovingAt(Duration at) const;
   bool HomedAt(Duration at) const;
@@ -89,31 +96,64 @@ class Motor {
     double offset = 0.0;
     double speed = 0.0;
   };
+  /// Where the count is driven to: to `target`, then on by `back`.
+  struct Goal {
+    double target = 0.0;
+    double back = 0.0;
+  };
+  /// What happened at `start`, and all that its paths follow from: of some hundred bytes, and none elsewhere, so that
+  /// what is remembered takes the memory that it took at first.
   struct Leg {
     Duration start{};
-    Path count;
-    Path shaft;
-    Path place;
+    std::optional<Goal> goal;   ///< none: it is not driven
     double count_before = 0.0;  ///< at `start`
+    double count_speed_before = 0.0;
     double shaft_before = 0.0;
     double place_before = 0.0;
     double place_speed_before = 0.0;
     double count_after = 0.0;  ///< once the path is done
-    Sway sway;                 ///< at `start`
+    double loss = 0.0;
+    Sway sway;  ///< at `start`
     bool homed_before = true;
     bool homed_after = true;
     bool complains = false;
   };
+  struct Paths {
+    Path count;
+    Path shaft;
+    Path place;
+  };
+  /// Legs count from 0, the motor's making.
+  using Number = std::size_t;
+  static constexpr Number kNone = static_cast<Number>(-1);
 
-  const Leg& LegAt(Duration at) const;
-  /// Begins a leg that continues from the state at `at` along `count`.
-  Leg& Begin(Duration at, Path count);
-  Sway SwayAt(const Leg& leg, double seconds) const;
+  Number first() const { return begun_ > legs_.size() ? begun_ - legs_.size() : 0; }
+  const Leg& LegOf(Number number) const { return legs_[number % legs_.size()]; }
+  Leg& newest() { return legs_[(begun_ - 1) % legs_.size()]; }
+  Number NumberAt(Duration at) const;
+  const Leg& LegAt(Duration at) const { return LegOf(NumberAt(at)); }
+  Path CountOf(const Leg& leg) const;
+  Paths PathsFrom(const Leg& leg) const;
+  /// Of a leg that is remembered. Valid until the next call, or the next leg.
+  const Paths& PathsOf(Number number) const;
+  struct State {
+    Motion count, shaft, place;
+    double seconds = 0.0;  ///< since the newest leg began
+  };
+  /// At the beginning of the newest leg or later.
+  State Now(Duration at) const;
+  /// Begins a leg that continues from the state at `at`.
+  Leg& Begin(Duration at, std::optional<Goal> goal);
+  Sway SwayAt(Number number, double seconds) const;
   void Spring(Sway& sway, double acceleration, double seconds) const;
   void Creep(Sway& sway, const Stretch& stretch, double seconds) const;
 
   MotorSettings settings_;
-  std::deque<Leg> legs_;
+  std::vector<Leg> legs_;  ///< a ring of all that may ever be remembered
+  Number begun_ = 1;       ///< legs
+  Paths newest_paths_;
+  mutable Number asked_ = kNone;  ///< the older leg that was asked for last
+  mutable Paths asked_paths_;
   bool stalled_ = false;
   double loss_ = 0.0;
 };
