@@ -5,12 +5,14 @@
 #include <cmath>
 #include <list>
 #include <map>
+#include <memory_resource>
 #include <mutex>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include "lens_grid.h"
+#include "picture_memory.h"
 
 namespace lensd::sim {
 namespace {
@@ -18,14 +20,20 @@ namespace {
 /// Of full scale: below the photon noise of a white pixel holding 10,000 electrons (1 %), and quick.
 constexpr double kTolerance = 2.0 / 255.0;
 
-Picture PictureFrom(const LightImage& image) {
-  Picture picture;
-  picture.light.resize(image.light.size());
+std::vector<Picture::Bright> BrightOf(const LightImage& image) {
+  std::vector<Picture::Bright> bright;
   for (std::size_t i = 0; i < image.light.size(); ++i) {
-    const float light = image.light[i];
-    if (light > 1.0f) picture.bright.push_back({static_cast<std::uint32_t>(i), light});
+    if (image.light[i] > 1.0f) bright.push_back({static_cast<std::uint32_t>(i), image.light[i]});
+  }
+  return bright;
+}
+
+Picture PictureFrom(const LightImage& image, const std::vector<Picture::Bright>& bright,
+                    std::pmr::memory_resource& memory) {
+  Picture picture{Picture::Light(image.light.size(), &memory), {bright.begin(), bright.end(), &memory}};
+  for (std::size_t i = 0; i < image.light.size(); ++i) {
     // NOLINTNEXTLINE(bugprone-incorrect-roundings): never negative, and lround() calls a function for each.
-    picture.light[i] = static_cast<std::uint16_t>(std::clamp(light, 0.0f, 1.0f) * 65535.0f + 0.5f);
+    picture.light[i] = static_cast<std::uint16_t>(std::clamp(image.light[i], 0.0f, 1.0f) * 65535.0f + 0.5f);
   }
   return picture;
 }
@@ -72,8 +80,12 @@ constexpr std::size_t kMostViews = 16;  // beside the first
 }  // namespace
 
 struct Pictures::Shelf {
-  Shelf(std::shared_ptr<const Scene> watched, std::shared_ptr<const View> view, std::size_t room)
-      : scene(std::move(watched)), first(std::move(view)), most(room) {}
+  Shelf(std::shared_ptr<const Scene> watched, std::shared_ptr<const View> view, std::size_t budget_bytes)
+      : scene(std::move(watched)),
+        first(std::move(view)),
+        most_bytes(budget_bytes - budget_bytes / 32),
+        memory(std::make_shared<PictureMemory>(sizeof(std::uint16_t) * static_cast<std::size_t>(scene->camera.width) *
+                                               static_cast<std::size_t>(scene->camera.height))) {}
 
   struct Key {
     LensGrid::Key lens;
@@ -85,7 +97,8 @@ struct Pictures::Shelf {
 
   const std::shared_ptr<const Scene> scene;
   const std::shared_ptr<const View> first;  ///< with the lens centre where distances start
-  const std::size_t most;                   ///< pictures
+  const std::size_t most_bytes;             ///< in use; the rest of the budget is what pages have more
+  const std::shared_ptr<PictureMemory> memory;
 
   std::mutex views_mutex;
   std::list<std::pair<std::int64_t, std::shared_ptr<const View>>> views;  ///< most recent first
@@ -106,8 +119,17 @@ struct Pictures::Shelf {
   }
 
   std::mutex mutex;
-  std::list<Entry> by_use;  ///< most recent first
-  std::map<Key, std::list<Entry>::iterator> by_key;
+  std::pmr::list<Entry> by_use{memory.get()};  ///< most recent first
+  std::pmr::map<Key, std::pmr::list<Entry>::iterator> by_key{memory.get()};
+  std::size_t bytes = 0;  ///< that all of it takes
+
+  /// What remembering a picture takes, about: of small ones the books are a twentieth.
+  std::size_t BytesOf(std::size_t light, std::size_t bright) const {
+    constexpr std::size_t kBooks = sizeof(Picture) + sizeof(Entry) + sizeof(decltype(by_key)::value_type) + 128;
+    return memory->BytesFor(light * sizeof(std::uint16_t)) + memory->BytesFor(bright * sizeof(Picture::Bright)) +
+           kBooks;
+  }
+  std::size_t BytesOf(const Picture& picture) const { return BytesOf(picture.light.size(), picture.bright.size()); }
 
   std::shared_ptr<const Picture> Find(const Key& key) {
     const std::lock_guard lock(mutex);
@@ -117,14 +139,33 @@ struct Pictures::Shelf {
     return found->second->second;
   }
 
-  void Keep(const Key& key, const std::shared_ptr<const Picture>& picture) {
+  /// Forgets the longest unused until so much more has room, or nothing is left. With the mutex held.
+  void ForgetFor(std::size_t more_bytes) {
+    while (bytes + more_bytes > most_bytes && !by_use.empty()) {
+      bytes -= BytesOf(*by_use.back().second);
+      by_key.erase(by_use.back().first);
+      by_use.pop_back();
+    }
+  }
+
+  /// Room first, then the picture: both together would take more than the budget.
+  std::shared_ptr<const Picture> Keep(const Key& key, const LightImage& image) {
+    const auto bright = BrightOf(image);
+    const std::size_t more_bytes = BytesOf(image.light.size(), bright.size());
+    {
+      const std::lock_guard lock(mutex);
+      ForgetFor(more_bytes);
+    }
+    std::shared_ptr<const Picture> picture =
+        std::allocate_shared<Picture>(InPictureMemory<Picture>(memory), PictureFrom(image, bright, *memory));
     const std::lock_guard lock(mutex);
-    if (by_key.contains(key)) return;  // another thread was quicker
+    if (const auto known = by_key.find(key); known != by_key.end())
+      return known->second->second;  // another was quicker
+    ForgetFor(more_bytes);
     by_use.emplace_front(key, picture);
     by_key.emplace(key, by_use.begin());
-    if (by_use.size() <= most) return;
-    by_key.erase(by_use.back().first);
-    by_use.pop_back();
+    bytes += more_bytes;
+    return picture;
   }
 };
 
@@ -135,10 +176,8 @@ Result<std::shared_ptr<Pictures>> Pictures::Create(std::shared_ptr<const Scene> 
   const bool colourful = scene->camera.colour && std::ranges::any_of(scene->surfaces, IsColoured);
   auto view = View::Of(*scene, colourful);
   if (!view) return PassOn(view);
-  const std::size_t picture_bytes =
-      2 * static_cast<std::size_t>(scene->camera.width) * static_cast<std::size_t>(scene->camera.height);
-  const std::size_t most = std::max<std::size_t>(1, budget_bytes / picture_bytes);
-  return std::shared_ptr<Pictures>(new Pictures(std::make_unique<Shelf>(std::move(scene), *std::move(view), most)));
+  return std::shared_ptr<Pictures>(
+      new Pictures(std::make_unique<Shelf>(std::move(scene), *std::move(view), budget_bytes)));
 }
 
 const Scene& Pictures::scene() const {
@@ -146,12 +185,7 @@ const Scene& Pictures::scene() const {
 }
 
 std::size_t Pictures::bytes() const {
-  const std::lock_guard lock(shelf_->mutex);
-  std::size_t sum = 0;
-  for (const auto& [key, picture] : shelf_->by_use) {
-    sum += picture->light.size() * sizeof(std::uint16_t) + picture->bright.size() * sizeof(Picture::Bright);
-  }
-  return sum;
+  return shelf_->memory->bytes();
 }
 
 bool Pictures::colourful() const {
@@ -169,9 +203,7 @@ Result<std::shared_ptr<const Picture>> Pictures::At(const OpticalState& state, c
   auto rendered =
       (*view)->renderers[which].Render((*view)->grid.StateOf(key.lens), {.tolerance = kTolerance, .stop = stop});
   if (!rendered) return PassOn(rendered);
-  auto picture = std::make_shared<const Picture>(PictureFrom(rendered->image));
-  shelf_->Keep(key, picture);
-  return picture;
+  return shelf_->Keep(key, rendered->image);
 }
 
 }  // namespace lensd::sim

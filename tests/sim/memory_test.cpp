@@ -1,14 +1,19 @@
-// What a simulated lens remembers takes no more memory however long it runs.
+// What a simulated lens remembers takes the memory that it says, and no more however long it runs.
 #include <gtest/gtest.h>
 #include <malloc.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
+#include <memory>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "motor.h"
+#include "sim/pictures.h"
+#include "stage.h"
 #include "test_level.h"
 
 namespace lensd::sim {
@@ -24,6 +29,15 @@ bool LiveBytesAreCounted() {
   const std::size_t before = LiveBytes();
   const std::vector<char> trial(std::size_t{64} << 10);
   return LiveBytes() >= before + trial.size();
+}
+
+/// What the process has of memory that is no file's.
+std::size_t ResidentBytes() {
+  std::ifstream maps("/proc/self/smaps_rollup");
+  for (std::string line; std::getline(maps, line);) {
+    if (line.starts_with("Anonymous:")) return std::stoul(line.substr(10)) * 1024;
+  }
+  return 0;
 }
 
 Duration FromSeconds(double seconds) {
@@ -122,6 +136,58 @@ TEST(Memory, AMotorTakesWhatItTookAtFirst) {
     const std::size_t before = LiveBytes();
     for (int i = 0; i < 1000; ++i) drawn.Command();
     EXPECT_LT(LiveBytes(), before + 4096) << "seed " << seed;
+  }
+}
+
+TEST(Memory, PicturesTakeWhatTheySay) {
+  if (!LiveBytesAreCounted()) GTEST_SKIP() << "another allocator";
+  std::mt19937 random(11);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  constexpr std::size_t kBudget = std::size_t{8} << 20;
+  double worst = 0.0;
+  for (int round = 0; round < 6; ++round) {
+    Scene scene = SmallScene();
+    // The first is that of tests/daemon: ten of its pictures are whole pages.
+    scene.camera.width = round == 0 ? 64 : static_cast<int>(uniform(16.0, 50.0));
+    scene.camera.height = round == 0 ? 48 : static_cast<int>(uniform(16.0, 40.0));
+    scene.surfaces[0].paint = SinusoidPaint{8.0, 0.0};
+    if (round % 2 == 1) scene.lights.push_back({0.5, 0.5, 1.0, uniform(3.0, 300.0)});  // brighter than white
+    const auto pictures = *Pictures::Create(std::make_shared<const Scene>(scene), kBudget);
+    std::vector<std::vector<char>> passing(64);
+    const auto take = [&] {
+      ASSERT_TRUE(pictures->At({LensModel::Thin, 0.025, 0.025 / uniform(1.4, 8.0), 0.025 + uniform(0.0, 1e-3)}));
+      // What a program does meanwhile.
+      passing[random() % passing.size()] = std::vector<char>(static_cast<std::size_t>(uniform(1.0, 4096.0)), 'x');
+    };
+    for (int i = 0; i < 400; ++i) take();  // what is made once is made now
+    const std::size_t resident = ResidentBytes();
+    const std::size_t said = pictures->bytes();
+    for (int i = 0; i < 1200; ++i) take();
+    const auto taken = static_cast<double>(ResidentBytes()) - static_cast<double>(resident);
+    const auto told = static_cast<double>(pictures->bytes()) - static_cast<double>(said);
+    worst = std::max(worst, std::abs(taken - told));
+    EXPECT_LE(pictures->bytes(), kBudget);
+    EXPECT_NEAR(taken, told, 0.02 * told + 128e3) << "round " << round;
+  }
+  std::printf("memory of pictures differs from what is said by at most %.0f KiB\n", worst / 1024.0);
+}
+
+TEST(Memory, PicturesStayWithinTheirBudget) {
+  for (const int width : {24, 64, 150, 400, 900}) {
+    Scene scene = SmallScene();
+    scene.camera.width = width;
+    scene.camera.height = width / 2;
+    scene.lights.push_back({0.5, 0.5, 1.0, 300.0});
+    constexpr std::size_t kBudget = std::size_t{3} << 19;
+    const auto pictures = *Pictures::Create(std::make_shared<const Scene>(scene), kBudget);
+    std::size_t most = 0;
+    for (int i = 0; i < std::min(2000, 600 * 24 / width); ++i) {
+      ASSERT_TRUE(pictures->At({LensModel::Thin, 0.025, 0.0125, 0.025 + 1e-6 * i}));
+      most = std::max(most, pictures->bytes());
+    }
+    EXPECT_LE(most, kBudget) << width;
   }
 }
 

@@ -68,7 +68,7 @@ TEST(Pictures, AreSharedByStatesThatLookTheSame) {
 TEST(Pictures, ForgetTheLongestUnusedWithinTheirBudget) {
   Scene scene = SmallScene();
   scene.surfaces[0].paint = SinusoidPaint{8.0, 0.0};
-  const auto pictures = *Pictures::Create(std::make_shared<const Scene>(scene), 2 * 2 * 32 * 24);
+  const auto pictures = *Pictures::Create(std::make_shared<const Scene>(scene), 4500);  // for two, of 1,850 each
   const auto at = [&](double extension_um) {
     return *pictures->At({LensModel::Thin, 0.025, 0.0125, 0.025 + 1e-6 * extension_um});
   };

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <memory_resource>
 #include <stop_token>
 #include <vector>
 
@@ -20,8 +21,10 @@ struct Picture {
     std::uint32_t index;
     float light;  ///< > 1
   };
-  std::vector<std::uint16_t> light;  ///< in 1/65535
-  std::vector<Bright> bright;        ///< what is brighter than white; 65535 there
+  using Light = std::pmr::vector<std::uint16_t>;
+  using Brights = std::pmr::vector<Bright>;
+  Light light;     ///< in 1/65535
+  Brights bright;  ///< what is brighter than white; 65535 there
 };
 
 /// What part of the light a picture is made of: luminance for a camera without colour.
@@ -32,13 +35,14 @@ enum class Channel { Luminance, Red, Green, Blue };
 /// All calls from any thread.
 class Pictures {
  public:
-  /// `budget_bytes` bounds what is remembered; the longest unused goes first. InvalidArgument: as Renderer::Create().
+  /// `budget_bytes` bounds what is remembered, though one picture always is; the longest unused goes first.
+  /// InvalidArgument: as Renderer::Create().
   static Result<std::shared_ptr<Pictures>> Create(std::shared_ptr<const Scene> scene,
                                                   std::size_t budget_bytes = std::size_t{512} << 20);
   ~Pictures();
 
   const Scene& scene() const;
-  /// What is remembered now.
+  /// Memory of what is remembered now, in pages of its own.
   std::size_t bytes() const;
   /// Whether red, green and blue differ: else their pictures are that of the luminance.
   bool colourful() const;
