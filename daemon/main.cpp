@@ -1,4 +1,5 @@
 // lensd: reads its configuration, opens the lenses, and serves them until it is told to stop.
+#include <malloc.h>
 #include <signal.h>
 #include <sysexits.h>
 #include <unistd.h>
@@ -233,9 +234,18 @@ int PrintUnitDropIn(const Config& config, const Options& options) {
   return written ? EX_OK : EX_IOERR;
 }
 
+/// By default glibc gives threads heaps of their own, eight for each processor, and each keeps what it once needed: with
+/// four lenses on two processors that was 5.4 MiB of free memory, where one heap held 2.3. With two, stops and snapshots
+/// take as long as with sixteen. Before any thread begins.
+void ShareHeaps() {
+  constexpr int kHeaps = 2;
+  mallopt(M_ARENA_MAX, kHeaps);
+}
+
 int Main(int argc, char** argv) {
   const auto options = ParseOptions(argc, argv);
   if (const int* status = std::get_if<int>(&options)) return *status;
+  ShareHeaps();
   sigset_t blocked;
   sigemptyset(&blocked);
   sigaddset(&blocked, SIGTERM);
