@@ -33,9 +33,8 @@ std::string FileChangedUnder(const ServedLens& lens, const LensConfig& config,
 }  // namespace
 
 LensService::LensService(EventLoop& loop, const Clock& clock, std::string state)
-    : loop_(loop),
-      clock_(clock),
-      watchers_(loop, clock),
+    : watchers_(loop, clock),
+      files_(loop),
       surroundings_{loop, clock, watchers_, plug_signal_, files_, plans_, std::move(state), clock.Now()},
       definition_(BuiltInDefinition(proto::LensInterfaceText())) {
   for (const auto rows :
@@ -47,8 +46,8 @@ LensService::LensService(EventLoop& loop, const Clock& clock, std::string state)
 }
 
 LensService::~LensService() {
-  files_.End();  // what it writes belongs to lenses
-  plans_.End();  // and what it solves
+  files_.thread().End();  // what it writes belongs to lenses
+  plans_.End();           // and what it solves
 }
 
 void LensService::AddLens(const LensConfig& config, ServedLens::Open open, const ServedLens* before) {
@@ -77,6 +76,7 @@ std::vector<std::string> LensService::CalibrationFiles() const {
 Result<LensService::Replaced> LensService::Replace(const std::vector<LensConfig>& configs, const OpenerOf& opener,
                                                    const std::vector<FileMark>& calibrations) {
   constexpr std::size_t kMostRetired = 256;  // a megabyte each at most
+  if (files_.finishing()) return Fail(Code::Busy, "lensd is stopping");
   if (retired_.size() + lenses_.size() > kMostRetired) {
     return Fail(Code::Busy, "the configuration was changed too often since the start: restart lensd");
   }
@@ -123,7 +123,7 @@ Result<LensService::Replaced> LensService::Replace(const std::vector<LensConfig>
 varlink::Json LensService::OwnMetrics() {
   const FailureCommands::Counts failures = FailureCommands::Get().counts();
   return {{"sinceNs", surroundings_.began.time_since_epoch().count()},
-          {"filesWaiting", files_.waiting()},
+          {"filesWaiting", files_.thread().waiting()},
           {"plansWaiting", plans_.waiting()},
           {"failuresTold", failures.run},
           {"failuresNotTold", failures.failed},
@@ -138,8 +138,8 @@ void LensService::TellListed(const ServedLens& lens, std::string_view change, co
 /// A device is opened once its last user has let go of it.
 void LensService::BeginAfter(ServedLens& lens, const ServedLens& before) {
   constexpr Duration kPause = std::chrono::milliseconds(2);
-  if (before.ended()) return lens.Begin();
-  loop_.After(kPause, [this, &lens, &before] { BeginAfter(lens, before); });
+  if (before.left() == ServedLens::Left::Nothing) return lens.Begin();
+  loop().After(kPause, [this, &lens, &before] { BeginAfter(lens, before); });
 }
 
 void LensService::LookAfter() {
@@ -148,14 +148,14 @@ void LensService::LookAfter() {
   }
 }
 
-std::vector<std::string> LensService::StillEnding() const {
-  std::vector<std::string> names;
+std::vector<const ServedLens*> LensService::StillEnding() const {
+  std::vector<const ServedLens*> ending;
   for (const auto* lenses : {&lenses_, &retired_}) {
     for (const auto& lens : *lenses) {
-      if (!lens->ended() || lens->stuck() > 0) names.push_back(lens->name());
+      if (lens->left() != ServedLens::Left::Nothing || lens->stuck() > 0) ending.push_back(lens.get());
     }
   }
-  return names;
+  return ending;
 }
 
 bool LensService::Admit(const Method& method, const ExchangePointer& exchange) {

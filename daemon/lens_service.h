@@ -35,7 +35,7 @@ class LensService final : public Service {
   using OpenerOf = std::function<ServedLens::Open(const LensConfig&)>;
   /// Serves these lenses in place of those there are. One whose configuration is another one comes to its end and is
   /// opened anew after that; one whose configuration is the same goes on undisturbed, unless its calibration is not the
-  /// file any more that is in `calibrations`. Busy: that was done too often.
+  /// file any more that is in `calibrations`. Busy: that was done too often, or lensd is stopping.
   Result<Replaced> Replace(const std::vector<LensConfig>& configs, const OpenerOf& opener,
                            const std::vector<FileMark>& calibrations = {});
   /// Where the calibrations of the lenses are kept.
@@ -44,15 +44,15 @@ class LensService final : public Service {
   /// How to read the configuration again, for the method Reload.
   void OnReload(Reload reload) { reload_ = std::move(reload); }
   const Reload& reload() const { return reload_; }
-  TaskThread& files() { return files_; }
+  KeptFiles& files() { return files_; }
   varlink::Json OwnMetrics();  ///< DaemonMetrics of the interface
   /// Stops what moves and answers every caller. No lens takes commands from now on. With `parks` what is to park goes
   /// there first, until this is called again. The answer is how long that may take at most.
   Duration End(ServedLens::Parks parks);
   /// Gives up calls of drivers that do not come back. To be called several times a second.
   void LookAfter();
-  /// Names of the lenses whose threads have not ended: the destructor would wait for them.
-  std::vector<std::string> StillEnding() const;
+  /// The lenses whose threads have not ended: the destructor would wait for them.
+  std::vector<const ServedLens*> StillEnding() const;
   /// Raised when something was plugged in: a lens that waits for its device looks at once. Outlives every device.
   PlugSignal& plug_signal() { return plug_signal_; }
 
@@ -62,8 +62,8 @@ class LensService final : public Service {
 
   const std::vector<std::unique_ptr<ServedLens>>& lenses() const { return lenses_; }
   Watchers& watchers() { return watchers_; }
-  EventLoop& loop() { return loop_; }
-  const Clock& clock() const { return clock_; }
+  EventLoop& loop() { return surroundings_.loop; }
+  const Clock& clock() const { return surroundings_.clock; }
   /// The lens the call means, there or not; null: there is none.
   ServedLens* Named(const ExchangePointer& exchange) const;
   /// The same; else answers the call with why not and returns null.
@@ -76,11 +76,9 @@ class LensService final : public Service {
   std::function<void(const ExchangePointer&)> ForLens(void (*serve)(ServedLens&, const ExchangePointer&));
 
  private:
-  EventLoop& loop_;
-  const Clock& clock_;
   PlugSignal plug_signal_;
   Watchers watchers_;
-  TaskThread files_;
+  KeptFiles files_;
   TaskThread plans_;
   const LensSurroundings surroundings_;
   varlink::InterfaceDefinition definition_;

@@ -6,6 +6,7 @@
 
 #include <systemd/sd-daemon.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -87,11 +88,40 @@ Result<void> MakeStateFolder(const std::string& folder) {
   return {};
 }
 
-/// Ends the loop once every lens has come to its end, or some take too long.
-void QuitInOrder(EventLoop& loop, LensService& service, Instant deadline) {
+/// How long the end may take at most.
+struct Ends {
+  Instant devices;  ///< lenses to come to their end
+  Instant disks;    ///< what is kept of them to be on disk
+};
+
+/// Ends the loop once every lens has come to its end and what is kept of them is on disk, or that takes too long.
+void QuitInOrder(EventLoop& loop, LensService& service, Ends ends) {
   constexpr Duration kPause = std::chrono::milliseconds(2);
-  if (service.StillEnding().empty() || MonotonicClock().Now() >= deadline) return loop.Quit();
-  loop.After(kPause, [&loop, &service, deadline] { QuitInOrder(loop, service, deadline); });
+  const Instant now = MonotonicClock().Now();
+  const bool left = std::ranges::all_of(service.StillEnding(), [&](const ServedLens* lens) {
+    return now >= ends.devices && lens->left() != ServedLens::Left::Disk;
+  });
+  const bool on_disk = service.files().Finish(now);
+  if ((left && on_disk) || now >= ends.disks) return loop.Quit();
+  loop.After(kPause, [&loop, &service, ends] { QuitInOrder(loop, service, ends); });
+}
+
+/// What is lost, by name, once nothing waits for it any more.
+void TellLost(LensService& service) {
+  for (const ServedLens* lens : service.StillEnding()) {
+    if (lens->left() == ServedLens::Left::Disk) {
+      Log(Severity::Error, Event::StateNotKept, "its positions are not on disk: lensd ends before the disk took them",
+          lens->name());
+    } else {
+      Log(Severity::Warning, Event::Stopping, "its device does not answer: it is left as it is", lens->name());
+    }
+  }
+  for (const KeptFiles::Missing& lost : service.files().missing()) {
+    Log(Severity::Error, Event::StateNotKept,
+        lost.file.what + " (" + lost.file.path + "): not on disk as lensd ends, " +
+            (lost.why.empty() ? "the disk has not taken it yet" : "which failed: " + lost.why),
+        lost.file.lens);
+  }
 }
 
 std::string Listed(std::string_view what, const std::vector<std::string>& names) {
@@ -132,8 +162,8 @@ FailureCommands::Commands CommandsOf(const Config& config) {
 void OfferReload(EventLoop& loop, LensService& service, Router& router, const std::string& file, const Clock& clock) {
   service.OnReload(
       [&loop, &service, &router, file, &clock](const std::function<void(const Result<LensService::Replaced>&)>& then) {
-        const auto taken =
-            service.files().Submit([&loop, &service, &router, file, &clock, then, paths = service.CalibrationFiles()] {
+        const auto taken = service.files().thread().Submit(
+            [&loop, &service, &router, file, &clock, then, paths = service.CalibrationFiles()] {
               auto config = ReadConfig(file);
               std::vector<FileMark> marks;
               for (const std::string& path : paths) marks.push_back(MarkOf(path));
@@ -152,7 +182,9 @@ void OfferReload(EventLoop& loop, LensService& service, Router& router, const st
 }
 
 Result<void> WatchSignals(EventLoop& loop, LensService& service) {
-  static constexpr Duration kEndAtMost = std::chrono::milliseconds(1500);  // static: the handler outlives this call
+  // TimeoutStopSec= of the units is 15 s, and the commands of on_failure have one second after this.
+  static constexpr Duration kDiskAtMost = std::chrono::seconds(13);  // static: the handler outlives this call
+  static constexpr Duration kDeviceAtMost = std::chrono::milliseconds(1500);
   auto watched = loop.OnSignals({SIGTERM, SIGINT}, [&, stopping = false](int) mutable {
     if (std::exchange(stopping, true)) {
       Log(Severity::Info, Event::Stopping, "told to end again: what still parks stops where it is");
@@ -162,7 +194,8 @@ Result<void> WatchSignals(EventLoop& loop, LensService& service) {
     sd_notify(0, "STOPPING=1");
     Log(Severity::Info, Event::Stopping, "stopping");
     const Duration parking = service.End(ServedLens::Parks::First);
-    QuitInOrder(loop, service, MonotonicClock().Now() + parking + kEndAtMost);
+    const Instant now = MonotonicClock().Now();
+    QuitInOrder(loop, service, {.devices = now + parking + kDeviceAtMost, .disks = now + kDiskAtMost});
   });
   if (!watched) return watched;
   return loop.OnSignals({SIGHUP}, [&service](int) {
@@ -201,12 +234,10 @@ int Serve(const Options& options, const Config& config, const Clock& clock) {
   const auto ended = (*loop)->Run();
   const int status = ended ? EX_OK : Explain(ended.error());
   if (!ended) return status;
-  for (const std::string& lens : service.StillEnding()) {
-    Log(Severity::Warning, Event::Stopping, "its device does not answer: it is left as it is", lens);
-  }
+  TellLost(service);
   FailureCommands::Get().End();
-  if (service.StillEnding().empty()) return status;
-  // Threads that hang in a driver cannot be waited for.
+  if (service.StillEnding().empty() && !service.files().thread().busy()) return status;
+  // Threads that hang in a driver or at a disk cannot be waited for.
   listener->Remove();
   FlushLog();
   _exit(status);

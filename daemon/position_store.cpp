@@ -90,6 +90,7 @@ void PositionStore::Write() {
       if (!work_.next) return work_.quit;
       text = *std::exchange(work_.next, std::nullopt);
       number = work_.asked;
+      stops_->SetWriting(true);
       return work_.writing = true;
     });
     if (number == 0) return;
@@ -99,6 +100,7 @@ void PositionStore::Write() {
     }
     stops_->Tell([&] {
       work_.writing = false;
+      stops_->SetWriting(false);
       work_.written = number;
       work_.result = std::move(result);
     });

@@ -98,8 +98,14 @@ Duration ServedLens::End(std::string why, Parks parks) {
   return {};
 }
 
-bool ServedLens::ended() const {
-  return opening_.life == Life::Ended && (!retry_ || retry_->ended());
+/// Where it stands is not on disk yet, and it is at that.
+bool ServedLens::WritesPositions() const {
+  return worker_ && (PositionsWait(*shown_.status) || stop_signal_->IsWriting());
+}
+
+ServedLens::Left ServedLens::left() const {
+  if (opening_.life == Life::Ended && (!retry_ || retry_->ended())) return Left::Nothing;
+  return WritesPositions() ? Left::Disk : Left::Device;
 }
 
 // ---- from a device to a rig ---------------------------------------------------------------------------------------
@@ -194,6 +200,11 @@ void ServedLens::StartRig(Made made, Result<std::vector<rig::Preset>> presets) {
 void ServedLens::WorkerEnded(std::optional<Error> why) {
   if (opening_.life >= Life::Parking) {
     if (why) Log(Severity::Error, Event::LensFailed, why->message, name());
+    if (PositionsWait(*shown_.status)) {
+      const auto& unkept = shown_.status->unkept;
+      Log(Severity::Error, Event::StateNotKept,
+          "its positions are not on disk, and lensd tries no more" + (unkept ? ": " + unkept->reason : ""), name());
+    }
     opening_.life = Life::Ended;
     return;
   }

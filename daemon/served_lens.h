@@ -14,6 +14,7 @@
 #include "config.h"
 #include "driving_calls.h"
 #include "event_loop.h"
+#include "kept_files.h"
 #include "lens_holds.h"
 #include "lens_lease.h"
 #include "lens_slope.h"
@@ -43,7 +44,7 @@ struct LensSurroundings {
   const Clock& clock;
   Watchers& watchers;
   PlugSignal& plugged;
-  TaskThread& files;  ///< writes what is kept: no disk is waited for in the event loop
+  KeptFiles& files;   ///< writes what is kept: no disk is waited for in the event loop
   TaskThread& plans;  ///< solves what may take longer than the event loop can spare
   std::string state;  ///< folder for what outlives the daemon; empty: nowhere
   Instant began{};    ///< when lensd did
@@ -134,7 +135,10 @@ class ServedLens {
   /// Begins to end: what moves is stopped, and every caller answered; from now on it says `why` it takes no commands.
   /// Axes that are to park and can go there first; a second call ends that. The answer is how long it may take more.
   Duration End(std::string why, Parks parks = Parks::No);
-  bool ended() const;  ///< its device is not used any more, but by calls that hang
+  /// What its end waits for. Nothing: its device is not used any more, but by calls that hang. Disk: the device has
+  /// come to rest, and where is being written.
+  enum class Left { Nothing, Disk, Device };
+  Left left() const;
   /// Calls that hang in its driver, each with a thread: the destructor would wait for them.
   std::size_t stuck() const { return opening_.stuck.size(); }
   /// Gives up a call that does not come back, and opens the device anew. To be called several times a second.
@@ -231,7 +235,8 @@ class ServedLens {
     std::optional<rig::Unkept> calibration_unkept;  ///< as FileNotes has it
     UnwrittenCalibration unwritten;
     Result<std::vector<rig::Preset>> presets;
-    std::deque<PresetChange> preset_changes;  ///< the first is under way
+    std::deque<PresetChange> preset_changes;  ///< that wait
+    bool presets_under_way = false;           ///< those before them are being written
   };
   enum class Life { Opening, Tried, Parking, Ending, Ended };
   /// A thread that does not come back from a call; one of the two.
@@ -281,6 +286,7 @@ class ServedLens {
   void TakeOpened(const Tenure& tenure, Result<Made> rig, Result<std::vector<rig::Preset>> presets);
   void GiveUp(Duration after, std::string_view what);
   void GiveUpStops();
+  bool WritesPositions() const;
   void ForgetStuck();
   void StartRig(Made made, Result<std::vector<rig::Preset>> presets);
   void HomeAtStart();
@@ -304,7 +310,7 @@ class ServedLens {
                        std::function<void(const Result<void>&)> then);
   void NoteCalibration(std::uint64_t number, const std::shared_ptr<const rig::Calibration>& next,
                        const Result<void>& kept);
-  void NextPresetChange();
+  void WritePresets();
   void WorkerEnded(std::optional<Error> why);
   Duration PauseAfterFailure();
 

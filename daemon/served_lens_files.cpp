@@ -151,6 +151,7 @@ void ServedLens::KeepUnwritten(std::optional<UnwrittenCalibration::Content> unwr
   if (const auto lost = kept_.unwritten.Get()) {
     Log(Severity::Error, Event::CalibrationMissing,
         lost->file + ": could not be written, and another device is there now", name());
+    surroundings_.files.Forget(lost->file);
   }
   kept_.unwritten.Put(std::nullopt);
   kept_.calibration_unkept.reset();
@@ -160,23 +161,21 @@ void ServedLens::KeepUnwritten(std::optional<UnwrittenCalibration::Content> unwr
 void ServedLens::KeepCalibration(std::uint64_t number, std::shared_ptr<const rig::Calibration> next,
                                  std::function<void(const Result<void>&)> then) {
   if (!kept_.calibration.path.empty()) kept_.unwritten.Put(UnwrittenCalibration::Content{kept_.calibration.path, next});
-  const auto ended = [this, number, next, then = std::move(then)](Result<void> kept, Code code, const FileMark& mark) {
+  const KeptFile file{.path = kept_.calibration.path, .lens = name(), .what = "its calibration"};
+  std::string text = next ? rig::CalibrationText(*next) : "";
+  auto ended = [this, number, next = std::move(next), then = std::move(then)](Result<void> kept, const FileMark& mark) {
     if (kept && number == kept_.calibration_writes) {
       kept_.calibration = mark;
       kept_.unwritten.Put(std::nullopt);
     }
-    if (!kept) kept = Fail(code, "in force, but not kept: " + kept.error().message + "; lensd goes on trying");
+    if (!kept) {
+      const Code code = kept.error().code == Code::Busy ? Code::Busy : Code::NotKept;
+      kept = Fail(code, "in force, but not kept: " + kept.error().message + "; lensd goes on trying");
+    }
     NoteCalibration(number, next, kept);
     then(kept);
   };
-  auto keep = [this, end = ended, file = kept_.calibration.path, next = std::move(next)]() mutable {
-    auto kept = Keep(file, next ? rig::CalibrationText(*next) : "");
-    // Moved on: it may hold a call, which is let go of where calls live.
-    surroundings_.loop.Post(
-        [tell = std::move(end), kept = std::move(kept), mark = MarkOf(file)] { tell(kept, Code::NotKept, mark); });
-  };
-  const bool taken = surroundings_.files.Submit(std::move(keep));
-  if (!taken) ended(Fail(Code::Busy, "too much waits to be written"), Code::Busy, {});
+  surroundings_.files.Keep(file, std::move(text), std::move(ended));
 }
 
 /// What became of an attempt to write the calibration that is in force.
@@ -208,29 +207,47 @@ void ServedLens::ChangePresets(EditPresets edit, std::function<void(const Result
     return done(Fail(Code::Busy, "too many presets wait to be written; try again"));
   }
   kept_.preset_changes.push_back({std::move(edit), std::move(done)});
-  if (kept_.preset_changes.size() == 1) NextPresetChange();
+  if (!kept_.presets_under_way) WritePresets();
 }
 
-/// Carries out the first of the changes, then those behind it. A file that cannot be read is never written over.
-void ServedLens::NextPresetChange() {
-  const auto end = [this](const Result<void>& result) {
-    const PresetChange ended = std::move(kept_.preset_changes.front());
-    kept_.preset_changes.pop_front();
-    ended.done(result);
-    if (!kept_.preset_changes.empty()) surroundings_.loop.Post([this] { NextPresetChange(); });
-  };
-  if (!kept_.presets) return end(Fail(Code::NotKept, "presets cannot be kept: " + kept_.presets.error().message));
+/// Carries out the changes that wait, one after the other, and writes the file once for all of them: on a slow disk
+/// they would pile up otherwise. A file that cannot be read is never written over.
+void ServedLens::WritePresets() {
+  auto waiting = std::exchange(kept_.preset_changes, {});
+  if (!kept_.presets) {
+    const auto why = Fail(Code::NotKept, "presets cannot be kept: " + kept_.presets.error().message);
+    for (PresetChange& change : waiting) change.done(why);
+    return;
+  }
   std::vector<rig::Preset> presets = *kept_.presets;
-  if (auto edited = kept_.preset_changes.front().edit(presets); !edited) return end(edited);
+  std::vector<std::function<void(const Result<void>&)>> made;
+  kept_.presets_under_way = true;
+  for (PresetChange& change : waiting) {
+    std::vector<rig::Preset> changed = presets;
+    if (auto edited = change.edit(changed); !edited) {
+      change.done(edited);
+      continue;
+    }
+    presets = std::move(changed);
+    made.push_back(std::move(change.done));
+  }
   std::ranges::sort(presets, {}, &rig::Preset::label);
-  const bool taken = surroundings_.files.Submit([this, end, presets = std::move(presets)]() mutable {
-    auto kept = Keep(PresetsFile(config_, surroundings_.state), rig::PresetsText(presets));
-    surroundings_.loop.Post([this, end, kept = std::move(kept), presets = std::move(presets)]() mutable {
-      if (kept) kept_.presets = std::move(presets);
-      end(kept ? kept : Fail(Code::NotKept, "the presets could not be written: " + kept.error().message));
-    });
+  const auto end = [this, presets, made](const Result<void>& kept) {
+    if (kept) kept_.presets = presets;
+    kept_.presets_under_way = false;
+    for (const auto& done : made) done(kept);
+    if (!kept_.presets_under_way && !kept_.preset_changes.empty()) WritePresets();
+  };
+  if (made.empty()) return end({});
+  const KeptFile file{.path = PresetsFile(config_, surroundings_.state),
+                      .lens = name(),
+                      .what = "its presets",
+                      .otherwise = KeptFile::Otherwise::Undone};
+  surroundings_.files.Keep(file, rig::PresetsText(presets), [end](const Result<void>& kept, const FileMark&) {
+    if (kept) return end({});
+    if (kept.error().code == Code::Busy) return end(Fail(Code::Busy, kept.error().message + "; try again"));
+    end(Fail(Code::NotKept, "the presets could not be written: " + kept.error().message));
   });
-  if (!taken) end(Fail(Code::Busy, "too much waits to be written; try again"));
 }
 
 }  // namespace lensd::daemon

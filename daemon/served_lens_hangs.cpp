@@ -18,6 +18,7 @@ void ServedLens::LookAfter() {
   const Instant now = surroundings_.clock.Now();
   if (worker_) {
     GiveUpStops();
+    if (opening_.life >= Life::Ending && WritesPositions()) return;  // its disk is slow, not its device
     if (now - worker_->busy_since().value_or(now) >= kHungCall) GiveUp(kHungCall, "in a call");
   } else if (retry_) {
     if (opening_.tenure->OpeningFor(now) >= kHungOpening) GiveUp(kHungOpening, "while it was being opened");

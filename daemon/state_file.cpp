@@ -1,10 +1,10 @@
-// No disk is waited for in the event loop: a file that hangs keeps nothing but the others that wait behind it.
+// What is learned of a lens is in force at once, whatever its disk does.
 #include "state_file.h"
 
 #include <ctime>
 #include <utility>
 
-#include "calibration_store.h"
+#include "kept_files.h"
 #include "log.h"
 #include "served_lens.h"
 
@@ -12,18 +12,13 @@ namespace lensd::daemon {
 
 void KeepStateFile(const ServedLens& lens, std::string file, std::string text, std::string what,
                    std::function<void(const Result<void>&)> then) {
-  const LensSurroundings& around = lens.surroundings();
-  const auto ended = [name = lens.name(), what = std::move(what), then = std::move(then)](const Result<void>& kept) {
+  const KeptFile kept_file{.path = std::move(file), .lens = lens.name(), .what = what};
+  auto ended = [name = lens.name(), what = std::move(what), then = std::move(then)](const Result<void>& kept,
+                                                                                    const FileMark&) {
     if (!kept) Log(Severity::Warning, Event::StateNotKept, what + ": " + kept.error().message, name);
     then(kept ? kept : Fail(Code::NotKept, "in force, but not kept: " + kept.error().message));
   };
-  auto keep = [&loop = around.loop, end = ended, file = std::move(file), text = std::move(text)]() mutable {
-    auto kept = Keep(file, text);
-    // Moved on: it may hold a call, which is let go of where calls live.
-    loop.Post([tell = std::move(end), kept = std::move(kept)] { tell(kept); });
-  };
-  const bool taken = around.files.Submit(std::move(keep));
-  if (!taken) ended(Fail(Code::Busy, "too much waits to be written"));
+  lens.surroundings().files.Keep(kept_file, std::move(text), std::move(ended));
 }
 
 std::string StateFileMoment() {

@@ -21,6 +21,12 @@ class StopSignal {
   }
   /// From within `done()` or `change()`.
   bool severed() const { return severed_; }
+  /// From there too: whether a disk is being written to.
+  void SetWriting(bool writing) { writing_ = writing; }
+  bool IsWriting() {
+    const std::lock_guard lock(mutex_);
+    return writing_;
+  }
   bool IsSevered() {
     const std::lock_guard lock(mutex_);
     return severed_;
@@ -57,6 +63,7 @@ class StopSignal {
   std::condition_variable wake_;
   int raised_ = 0;        // guarded by mutex_
   bool severed_ = false;  // guarded by mutex_
+  bool writing_ = false;  // guarded by mutex_
 };
 
 }  // namespace lensd::daemon

@@ -37,6 +37,11 @@ class TaskThread {
     const std::lock_guard lock(mutex_);
     return tasks_.size();
   }
+  /// Whether a task is in progress: the destructor would wait for it.
+  bool busy() {
+    const std::lock_guard lock(mutex_);
+    return busy_;
+  }
 
   /// From any thread. False: too many wait already.
   bool Submit(Task task) {
@@ -53,9 +58,11 @@ class TaskThread {
   void Run(const std::stop_token& stop) {
     for (;;) {
       std::unique_lock lock(mutex_);
+      busy_ = false;
       if (!wake_.wait(lock, stop, [this] { return !tasks_.empty(); }) || stop.stop_requested()) return;
       Task task = std::move(tasks_.front());
       tasks_.pop_front();
+      busy_ = true;
       lock.unlock();
       (void)Guarded("a task", task);
     }
@@ -64,6 +71,7 @@ class TaskThread {
   std::mutex mutex_;
   std::condition_variable_any wake_;
   std::deque<Task> tasks_;  // guarded by mutex_
+  bool busy_ = false;       // guarded by mutex_
   std::jthread thread_;     // last: it uses the others
 };
 

@@ -13,6 +13,8 @@ namespace {
 
 /// How long a lens may take to stand still before it is closed.
 constexpr Duration kRestAtMost = std::chrono::milliseconds(500);
+/// How long its positions may take to get to the disk after that. When lensd ends it may be over before.
+constexpr Duration kKeptAtMost = std::chrono::seconds(12);
 
 /// The worker whose thread this is.
 thread_local Worker* t_here = nullptr;
@@ -24,6 +26,10 @@ bool AnyMoving(const rig::Status& status) {
 }
 
 }  // namespace
+
+bool PositionsWait(const rig::Status& status) {
+  return status.connected && (status.unkept || status.in_motion_on_disk);
+}
 
 Worker::Worker(std::unique_ptr<rig::Rig> rig, const Clock& clock, std::shared_ptr<StopSignal> stops, Listener listener)
     : rig_(std::move(rig)), clock_(clock), stops_(std::move(stops)), listener_(std::move(listener)) {
@@ -119,20 +125,28 @@ void Worker::Publish() {
 }
 
 void Worker::ComeToRest() {
-  const Instant deadline = clock_.Now() + kRestAtMost;
+  const Instant latest = clock_.Now() + kKeptAtMost;
+  Instant deadline = clock_.Now() + kRestAtMost;
+  const auto waits = [&](const rig::Status& status) {
+    return AnyMoving(status) ? clock_.Now() < deadline : PositionsWait(status) && clock_.Now() < latest;
+  };
   rig_->Stop({}, [](const Result<void>&) {});
-  Instant wake = rig_->Step(clock_.Now());
-  while (AnyMoving(rig_->GetStatus()) && clock_.Now() < deadline) {
-    std::this_thread::sleep_until(std::min(wake, deadline));
-    wake = rig_->Step(clock_.Now());
-  }
+  Instant wake = clock_.Now();
+  do {
+    std::this_thread::sleep_until(std::min(wake, AnyMoving(rig_->GetStatus()) ? deadline : latest));
+    const Instant before = clock_.Now();
+    wake = rig_->Step(before);
+    Publish();
+    deadline = std::min(latest, deadline + (clock_.Now() - before));  // a slow disk takes none of the lens' time
+  } while (waits(rig_->GetStatus()));
 }
 
 void Worker::Run(const std::stop_token& stop) {
   t_here = this;
   auto why = Guarded("the worker of this lens", [&] {
     Serve(stop);
-    if (AnyMoving(rig_->GetStatus())) ComeToRest();
+    const rig::Status status = rig_->GetStatus();
+    if (AnyMoving(status) || PositionsWait(status)) ComeToRest();
   });
   Batch never_taken;
   std::unique_ptr<rig::Rig> gone;

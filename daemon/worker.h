@@ -54,7 +54,8 @@ class Worker {
   /// The thread hangs: what waits for it is dropped, and of what it yet does nothing is published. Only its end is
   /// told.
   void Abandon();
-  /// Begins to end: stops what moves, waits a moment until it stands, and answers every caller Cancelled.
+  /// Begins to end: stops what moves, waits a moment until it stands and until the disk has where, and answers every
+  /// caller Cancelled.
   void End();
 
  private:
@@ -87,5 +88,8 @@ class Worker {
   bool abandoned_ = false;  // guarded by publishing_
   std::jthread thread_;
 };
+
+/// Whether where the axes rest is not on disk, as far as their device says where that is.
+bool PositionsWait(const rig::Status& status);
 
 }  // namespace lensd::daemon

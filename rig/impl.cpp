@@ -339,11 +339,11 @@ Status Rig::Impl::GetStatus() const {
   status.sampled_at = *reader.sampled_at();
   status.temperature = reader.temperature();
   for (const Axis axis : drivers::kAxes) {
-    if (axes[axis] && axes[axis]->state()) status.axes[axis] = axes[axis]->Describe(problem.has_value());
-  }
-  for (const Axis axis : drivers::kAxes) {
     const auto& unkept = remembered.unkept(axis);
     if (unkept && (!status.unkept || unkept->since < status.unkept->since)) status.unkept = unkept;
+    if (!axes[axis] || !axes[axis]->state()) continue;
+    status.axes[axis] = axes[axis]->Describe(problem.has_value());
+    if (remembered.InMotion(axis)) status.in_motion_on_disk = true;
   }
   optics.Describe(status, problem.has_value());
   return status;

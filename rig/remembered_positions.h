@@ -49,6 +49,8 @@ class RememberedPositions {
   void Agrees(drivers::Axis axis) { unkept_[axis].reset(); }
   /// What of an axis is not on disk, though it rests there; nothing: it is.
   const std::optional<Unkept>& unkept(drivers::Axis axis) const { return unkept_[axis]; }
+  /// Whether an axis moves as far as the disk knows.
+  bool InMotion(drivers::Axis axis) const { return memory_ && axes_[axis] && axes_[axis]->in_motion; }
   bool keeps() const { return memory_ != nullptr; }
 
  private:

@@ -73,7 +73,7 @@ class Learned(DaemonTest):
         return self.ask("GetLearned")["learned"]
 
     def wait_kept(self, runs):
-        """Until so many are on disk: at its end lensd drops what still waits to be written."""
+        """Until so many are on disk."""
         def kept():
             if not os.path.exists(self.file):
                 return 0

@@ -68,9 +68,11 @@ struct Life::Parts {
   }
 
   void Quit(Instant deadline) {
-    if (service->StillEnding().empty()) return loop->Quit();
-    if (MonotonicClock().Now() >= deadline)
-      machine::Found("told to end, it does not: " + service->StillEnding().front());
+    const Instant now = MonotonicClock().Now();
+    const auto ending = service->StillEnding();
+    const bool on_disk = service->files().Finish(now);
+    if (ending.empty() && (on_disk || now >= deadline)) return loop->Quit();
+    if (now >= deadline) machine::Found("told to end, it does not: " + ending.front()->name());
     loop->After(std::chrono::milliseconds(2), [this, deadline] { Quit(deadline); });
   }
 };

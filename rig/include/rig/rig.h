@@ -257,8 +257,9 @@ struct Status {
   CommandCount focus_commands{};        ///< as Rig::commands_given() has them
   bool has_camera = false;
   bool streaming = false;
-  drivers::Counters counters;    ///< of camera and lens
-  std::optional<Unkept> unkept;  ///< positions on disk are older than these
+  drivers::Counters counters;      ///< of camera and lens
+  std::optional<Unkept> unkept;    ///< positions on disk are older than these
+  bool in_motion_on_disk = false;  ///< an axis moves as far as the disk knows: it does, or came to rest just now
 };
 
 /// The rig. One thread calls everything but Interrupt(). A command acts at once, but motors start and all callbacks
