@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "drivers/api/thread_barrier.h"
+#include "drivers/hotplug/waking.h"
 #include "usb_errors.h"
 
 namespace lensd::drivers::uvc {
@@ -111,7 +112,7 @@ class UsbLink final : public Transport {
 };
 
 Result<void> UsbLink::Open() {
-  usb_.fd = ::open(options_.node.c_str(), O_RDWR | O_CLOEXEC);
+  usb_.fd = hotplug::OpenInTurn([this] { return ::open(options_.node.c_str(), O_RDWR | O_CLOEXEC); });
   if (usb_.fd < 0) {
     const int error = errno;
     const std::string what = options_.node + ": " + std::strerror(error);

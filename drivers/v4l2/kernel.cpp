@@ -15,13 +15,16 @@
 #include <system_error>
 #include <utility>
 
+#include "drivers/hotplug/waking.h"
+
 namespace lensd::drivers::v4l2 {
 namespace {
 
 class Machine final : public Kernel {
  public:
   int Open(const std::string& path) override {
-    const int fd = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    const auto open_it = [&] { return open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC); };
+    const int fd = drivers::hotplug::OpenInTurn(open_it);
     return fd < 0 ? -errno : fd;
   }
   void Close(int fd) override { close(fd); }
