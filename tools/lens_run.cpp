@@ -316,6 +316,10 @@ int Run(const std::vector<std::string>& arguments) {
   const MonotonicClock clock;
   auto device = driver->open(script->settings, clock);
   if (!device) return Complain(device.error());
+  for (const drivers::LeftOut& one : device->findings.left_out()) {
+    std::fprintf(stderr, "%s is left out: %s\n", one.part.c_str(), one.reason.c_str());
+  }
+  for (const std::string& doubt : device->findings.doubts()) std::fprintf(stderr, "%s\n", doubt.c_str());
   Session session(std::move(*device), clock, script->timeout_s);
   for (const Command& command : script->commands) {
     if (auto done = session.Do(command); !done) return Complain(done.error());
