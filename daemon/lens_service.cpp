@@ -89,7 +89,8 @@ Result<LensService::Replaced> LensService::Replace(const std::vector<LensConfig>
     const auto old = named(config.name);
     const std::string changed = old == before.end() ? "" : FileChangedUnder(**old, config, calibrations);
     if (!changed.empty()) replaced.changed_files.push_back(changed);
-    if (old != before.end() && changed.empty() && SameLens((*old)->config(), config)) {
+    const bool same = old != before.end() && changed.empty() && SameLens((*old)->config(), config);
+    if (same && !(*old)->status().may_regain) {
       replaced.unchanged.push_back(config.name);
       lenses_.push_back(std::move(*old));
       continue;

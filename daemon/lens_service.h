@@ -35,7 +35,8 @@ class LensService final : public Service {
   using OpenerOf = std::function<ServedLens::Open(const LensConfig&)>;
   /// Serves these lenses in place of those there are. One whose configuration is another one comes to its end and is
   /// opened anew after that; one whose configuration is the same goes on undisturbed, unless its calibration is not the
-  /// file any more that is in `calibrations`. Busy: that was done too often, or lensd is stopping.
+  /// file any more that is in `calibrations`, or a part of it was left out that may work by now. Busy: that was done
+  /// too often, or lensd is stopping.
   Result<Replaced> Replace(const std::vector<LensConfig>& configs, const OpenerOf& opener,
                            const std::vector<FileMark>& calibrations = {});
   /// Where the calibrations of the lenses are kept.

@@ -193,7 +193,9 @@ std::pair<Native, Native> Rig::SoftLimits(Axis axis) const {
 }
 
 Status Rig::GetStatus() const {
-  return impl_->GetStatus();
+  Status status = impl_->GetStatus();
+  status.may_regain = impl_->device.findings.may_pass();
+  return status;
 }
 
 void Rig::CutReadingShort() {

@@ -212,7 +212,7 @@ bool CheckParts(const Json& lens, Findings& findings) {
   const Json parts = lens.value("leftOut", Json::array());
   for (const Json& one : parts) {
     findings.Warn("lens " + name, TextOf(one, "part") + " is left out: " + TextOf(one, "reason"),
-                  "mend the device or end what holds it, then plug it in again or restart lensd; other parts work");
+                  "mend the device, or end what holds it, then: lensctl reload; its other parts work");
   }
   return parts.empty();
 }

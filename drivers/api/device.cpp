@@ -44,6 +44,10 @@ void Findings::Add(const Findings& more) {
   doubts_.insert(doubts_.end(), more.doubts_.begin(), more.doubts_.end());
 }
 
+bool Findings::may_pass() const {
+  return std::ranges::any_of(left_out_, [](const LeftOut& one) { return MayPass(one.code); });
+}
+
 const LeftOut* Findings::Of(std::string_view part) const {
   const auto found = std::ranges::find(left_out_, part, &LeftOut::part);
   return found == left_out_.end() ? nullptr : &*found;

@@ -54,11 +54,11 @@ Result<ControlRange> ReadRange(Controls& controls, ControlAddress at, const Unit
     return Fail(Code::Unsupported, what + ": the control is fixed at " + std::to_string(range.minimum));
   }
   if (range.minimum > range.maximum) {
-    return Fail(Code::Protocol, what + ": the camera says that the control goes from " + from_to);
+    return Fail(Code::Unsupported, what + ": the camera says that the control goes from " + from_to);
   }
   if (range.resolution > range.maximum - range.minimum) {
-    return Fail(Code::Protocol, what + ": the camera says that the control has steps of " +
-                                    std::to_string(range.resolution) + " in a range from " + from_to);
+    return Fail(Code::Unsupported, what + ": the camera says that the control has steps of " +
+                                       std::to_string(range.resolution) + " in a range from " + from_to);
   }
   return range;
 }

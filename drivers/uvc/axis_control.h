@@ -22,9 +22,9 @@ struct ControlRange {
 };
 
 /// Asks an unsigned control of up to 4 bytes for its range. A device that refuses to tell the resolution gets 1, as the
-/// class text has it. What failed once is asked once more; a control that does not answer is not asked further. Errors
-/// say why it cannot be used. Unsupported: no range can be had, it is fixed, or it cannot be set. Protocol: an
-/// impossible range. Errors of the transfer.
+/// class text has it. What failed once is asked once more; a control that does not answer is not asked further.
+/// Unsupported: it cannot be used, since it says no range, an impossible one or a single value, or cannot be set.
+/// Errors of the transfer.
 Result<ControlRange> ReadRange(Controls& controls, ControlAddress at, const UnitControl& control,
                                const std::string& what);
 

@@ -90,13 +90,13 @@ Result<std::optional<Control>> FindPart(const Node& node, std::uint32_t id) {
   const std::string what = "the control \"" + NameOf(**query) + "\" ";
   if (const std::string why = WhyNotSettable(**query); !why.empty()) return Fail(Code::Unsupported, what + why);
   auto control = ControlOf(node, **query);
-  if (!control) return PassOn(control);
+  if (!control) return Fail(Code::Unsupported, control.error().message);
   if (control->minimum == control->maximum) {
     return Fail(Code::Unsupported, what + "is fixed at " + std::to_string(control->minimum));
   }
   if (control->step > control->maximum - control->minimum) {
-    return Fail(Code::Protocol, what + "has steps of " + std::to_string(control->step) + " in a range from " +
-                                    std::to_string(control->minimum) + " to " + std::to_string(control->maximum));
+    return Fail(Code::Unsupported, what + "has steps of " + std::to_string(control->step) + " in a range from " +
+                                       std::to_string(control->minimum) + " to " + std::to_string(control->maximum));
   }
   return *std::move(control);
 }

@@ -106,6 +106,22 @@ class LeftOutTest(Played):
         self.assertEqual(shown.returncode, 0, shown.stderr)
         self.assertEqual(daemon.lensctl("focus", "@100").returncode, 8)  # unsupported
 
+    def test_reload_looks_again(self):
+        """What failed may work by now; what is no use by what the device says of itself is not worth a disturbance."""
+        def zoom(daemon):
+            return [axis["axis"] for axis in self.info(daemon)["axes"]]
+
+        for broken, regains in (("009a090d 1 100 400 1 100 100 0 geterr 32\n", True), (ZOOM_REVERSED, False)):
+            daemon = self.play(FOCUS + broken)
+            self.assertEqual(zoom(daemon), ["focus"])
+            self.environment(FOCUS + "009a090d 1 100 400 1 100 100 0\n")
+            reloaded = json.loads(daemon.lensctl("reload", "--json").stdout)
+            self.assertEqual(reloaded["reopened" if regains else "unchanged"], ["cam"])
+            self.assertEqual(daemon.lensctl("focus", "@50").returncode, 0)
+            self.assertEqual(zoom(daemon), ["focus", "zoom"] if regains else ["focus"])
+            self.assertEqual(len(self.status(daemon)["leftOut"]), 0 if regains else 1)
+            self.doCleanups()
+
     def test_doctor(self):
         daemon = self.play(FOCUS + ZOOM_REVERSED)
         said = "zoom is left out: " + self.status(daemon)["leftOut"][0]["reason"]

@@ -61,7 +61,8 @@ def reload() -> Call[ReloadReply]:
     it names has changed; one whose configuration is another one stops, answers its callers with Cancelled, and is
     opened anew; it keeps its lease. A configuration with a mistake is refused whole (BadConfiguration), and all stays
     as it is. Unsupported: lensd has none. Busy: that was done too often, or too much waits to be read. `added`,
-    `removed`, `reopened` and `unchanged` are names of lenses."""
+    `removed`, `reopened` and `unchanged` are names of lenses. Feature "leftOut": a lens of which a part was left out
+    because its device, or the way to it, failed is opened anew too."""
     return Call("io.lensd.Lens.Reload", {}, ReloadReply)
 
 

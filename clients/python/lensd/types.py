@@ -186,8 +186,8 @@ class CameraInfo:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeftOut:
     """Feature "leftOut". A part that a device lists and that cannot be used, as was found when it was opened: the lens
-    goes without. It is looked for again when the device is opened again. What the configuration names is never left
-    out: without it the lens is absent or wrongDevice."""
+    goes without. It is looked for again when the device is opened again, as by Reload. What the configuration names is
+    never left out: without it the lens is absent or wrongDevice."""
 
     # The name of an axis, or camera (its pictures), exposure, or gain.
     part: str

@@ -256,6 +256,7 @@ struct Status {
   std::optional<Instant> held_until{};  ///< lensd's own corrections wait until then
   CommandCount focus_commands{};        ///< as Rig::commands_given() has them
   bool has_camera = false;
+  bool may_regain = false;  ///< a part was left out that may work when the devices are opened again
   bool streaming = false;
   drivers::Counters counters;      ///< of camera and lens
   std::optional<Unkept> unkept;    ///< positions on disk are older than these

@@ -286,8 +286,8 @@ class LENSD_API CameraInfo : public Value {
 };
 
 /// Feature "leftOut". A part that a device lists and that cannot be used, as was found when it was opened: the lens
-/// goes without. It is looked for again when the device is opened again. What the configuration names is never left
-/// out: without it the lens is absent or wrongDevice.
+/// goes without. It is looked for again when the device is opened again, as by Reload. What the configuration names is
+/// never left out: without it the lens is absent or wrongDevice.
 class LENSD_API LeftOut : public Value {
  public:
   /// The name of an axis, or camera (its pictures), exposure, or gain.
@@ -1957,7 +1957,8 @@ class LENSD_API ReloadReply : public Value {
 /// names has changed; one whose configuration is another one stops, answers its callers with Cancelled, and is opened
 /// anew; it keeps its lease. A configuration with a mistake is refused whole (BadConfiguration), and all stays as it
 /// is. Unsupported: lensd has none. Busy: that was done too often, or too much waits to be read. `added`, `removed`,
-/// `reopened` and `unchanged` are names of lenses.
+/// `reopened` and `unchanged` are names of lenses. Feature "leftOut": a lens of which a part was left out because its
+/// device, or the way to it, failed is opened anew too.
 class LENSD_API ReloadParameters : public Value {
  public:
   using Reply = ReloadReply;

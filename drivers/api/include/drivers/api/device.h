@@ -53,6 +53,8 @@ class Findings {
 
   const std::vector<LeftOut>& left_out() const { return left_out_; }
   const std::vector<std::string>& doubts() const { return doubts_; }
+  /// One of the reasons was trouble on the way to the device, or somebody else who uses it: it is worth another look.
+  bool may_pass() const;
   /// What was found of one part; nullptr: nothing.
   const LeftOut* Of(std::string_view part) const;
   /// Of a device of which nothing can be used: lists the reasons. Its code is that of a reason that may pass, where
