@@ -33,8 +33,11 @@ bool SameAxis(const std::optional<AxisFeature>& before, const std::optional<Axis
 Result<void> ExpectLens(ArvCamera* camera, const DriverConfig& config, const LensFacts& before) {
   const auto now = FindLens(camera, config.lens);
   if (!now && now.error().code != Code::Unsupported) return PassOn(now);
-  const bool same = now && now->status == before.status && now->abort == before.abort &&
-                    std::ranges::all_of(kAxes, [&](Axis axis) { return SameAxis(before.axes[axis], now->axes[axis]); });
+  const bool same =
+      now && now->status == before.status && now->abort == before.abort && std::ranges::all_of(kAxes, [&](Axis axis) {
+        const bool not_missed = !before.axes[axis] && before.findings.Of(AxisName(axis)) != nullptr;
+        return not_missed || SameAxis(before.axes[axis], now->axes[axis]);
+      });
   if (same) return {};
   const std::string what = !now         ? now.error().message
                            : now->any() ? "its lens has other features or ranges than before"
