@@ -114,7 +114,8 @@ class LeftOutTest(Played):
         for broken, regains in (("009a090d 1 100 400 1 100 100 0 geterr 32\n", True), (ZOOM_REVERSED, False)):
             daemon = self.play(FOCUS + broken)
             self.assertEqual(zoom(daemon), ["focus"])
-            self.environment(FOCUS + "009a090d 1 100 400 1 100 100 0\n")
+            with open(os.path.join(self.folder.name, "table.ctl"), "w", encoding="utf-8") as table:
+                table.write(FOCUS + "009a090d 1 100 400 1 100 100 0\n")
             reloaded = json.loads(daemon.lensctl("reload", "--json").stdout)
             self.assertEqual(reloaded["reopened" if regains else "unchanged"], ["cam"])
             self.assertEqual(daemon.lensctl("focus", "@50").returncode, 0)
