@@ -107,7 +107,7 @@ class Daemon:
     """lensd with the given lenses over tests/daemon/small.toml."""
     program = "lensd"
 
-    def __init__(self, lenses=("a", "b"), config=None, arguments=(), preload=None, stderr=None, opened=True):
+    def __init__(self, lenses=("a", "b"), config=None, arguments=(), preload=None, stderr=None):
         self.folder = tempfile.TemporaryDirectory(prefix="lensd-test-")
         self.socket = os.path.join(self.folder.name, "s")
         self.config = os.path.join(self.folder.name, "lensd.toml")
@@ -120,16 +120,16 @@ class Daemon:
         self.process = subprocess.Popen([os.path.join(BIN, self.program), "--config", self.config, "--socket", self.socket,
                                          *arguments], stderr=stderr or self.errors,
                                         env={**os.environ, **({"LD_PRELOAD": preload} if preload else {})})
-        self.wait_until_ready(**({} if opened else {"opened": False}))
+        self.wait_until_ready()
 
-    def wait_until_ready(self, opened=True):
+    def wait_until_ready(self):
         """Until it answers, and has tried to open every lens."""
         deadline = time.monotonic() + 20 * PATIENCE
         while time.monotonic() < deadline and self.process.poll() is None:
             # TypeError: it closed the connection without an answer.
             with contextlib.suppress(OSError, TypeError), Client(self.socket) as client:
                 lenses = client.call(LENS + "Status")["parameters"]["lenses"]
-                if not opened or all(lens["connection"] != "connecting" for lens in lenses):
+                if all(lens["connection"] != "connecting" for lens in lenses):
                     return
             time.sleep(0.02)
         raise AssertionError("lensd does not answer: " + self.log())
