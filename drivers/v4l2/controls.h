@@ -34,8 +34,8 @@ struct ControlEvent {
 
 /// The control, or none where the node has none that can be written. Disconnected and the like: from the device.
 Result<std::optional<Control>> FindControl(const Node& node, std::uint32_t id);
-/// The control as a part of the device, or none where the node lists none. Unsupported: it is listed and cannot be used,
-/// since it cannot be set, has an impossible range, or nothing to choose from. Otherwise as FindControl().
+/// The control as a part of the device, or none where the node lists none. Unsupported: it is listed and cannot be
+/// used, since it cannot be set, has an impossible range, or nothing to choose from. Otherwise as FindControl().
 Result<std::optional<Control>> FindPart(const Node& node, std::uint32_t id);
 /// EACCES here means that an automatism of the device holds the control: Busy.
 Result<void> SetControl(const Node& node, const Control& control, std::int64_t value);
