@@ -13,6 +13,7 @@
 #include "description_check.h"
 #include "discovery.h"
 #include "gobject_handles.h"
+#include "packed_file.h"
 
 namespace lensd::drivers::aravis {
 namespace {
@@ -97,13 +98,30 @@ std::string Shown(std::string file) {
   return " (" + file + ")";
 }
 
+std::unexpected<Error> NotUsed(const std::string& named, const std::string& file, const Error& why) {
+  return Fail(Code::Unsupported,
+              "the camera with " + named + " is not used: its GenICam file" + Shown(file) + " " + why.message);
+}
+
+/// What can be told of the file before Aravis fetches and unpacks it. Returns the place of the file.
+Result<std::string> CheckFile(const Route& route, const std::string& named) {
+  const auto places = AskForFile(route);
+  if (!places) return Fail(places.error().code, "no camera with " + named + ": " + places.error().message);
+  for (const std::string& place : *places) {
+    if (!IsPacked(place)) continue;
+    const auto bytes = FetchFile(route, place);
+    if (!bytes) return Fail(bytes.error().code, "no camera with " + named + ": " + bytes.error().message);
+    if (const auto checked = CheckPackedFile(*bytes); !checked) return NotUsed(named, place, checked.error());
+  }
+  return places->front();
+}
+
 /// The camera of a device just opened. Opening a device evaluates no node of its description, making the camera does.
 Result<OpenedCamera> CameraOf(ArvDevice* device, const std::string& named, const std::string& file) {
   std::size_t size = 0;
   const char* text = arv_device_get_genicam_xml(device, &size);
   if (const auto checked = CheckDescription({text, text == nullptr ? 0 : size}); !checked) {
-    return Fail(Code::Unsupported, "the camera with " + named + " is not used: its GenICam file" + Shown(file) + " " +
-                                       checked.error().message);
+    return NotUsed(named, file, checked.error());
   }
   CallError error;
   OpenedCamera opened;
@@ -117,8 +135,8 @@ Result<OpenedCamera> CameraOf(ArvDevice* device, const std::string& named, const
 Result<OpenedCamera> OpenAt(const std::string& host, const std::string& named) {
   const auto route = AskCamera(host);
   if (!route) return Fail(route.error().code, "no camera with " + named + ": " + route.error().message);
-  const auto file = AskForFile(*route);
-  if (!file) return Fail(file.error().code, "no camera with " + named + ": " + file.error().message);
+  const auto file = CheckFile(*route, named);
+  if (!file) return PassOn(file);
   auto turn = std::make_unique<CameraTurn>(route->camera);
   CallError error;
   const Handle<GInetAddress> here(g_inet_address_new_from_string(route->here.c_str()));

@@ -14,6 +14,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 namespace lensd::drivers::aravis {
@@ -78,16 +79,24 @@ struct DatagramSocket {
   const int number;
 };
 
-constexpr std::size_t kAddressBytes = 512;  ///< where the file is, as text
-constexpr std::array<std::uint32_t, 2> kAddressesOfFile = {0x0200, 0x0400};
+constexpr std::size_t kMostAsked = 512;  ///< bytes that are asked for at once, at most
+constexpr std::array<std::uint32_t, 2> kPlacesOfFile = {0x0200, 0x0400};
+
+/// Whether that is READMEM_ACK to this question, with as many bytes.
+bool IsMemory(std::string_view packet, std::string_view question) {
+  constexpr char kMemory = static_cast<char>(0x85);
+  return packet.size() >= kHeader && packet[2] == 0 && packet[3] == kMemory &&
+         packet.substr(6, 2) == question.substr(6, 2);
+}
 
 /// READMEM_CMD, which needs no control of the camera. Empty: no answer, or no such memory.
-std::string AskMemory(int socket, std::uint32_t address) {
+std::string AskMemory(int socket, std::uint32_t address, std::size_t count, std::uint16_t number) {
   if (socket < 0) return "";
-  constexpr unsigned char kReadMemory = 0x84, kMemory = 0x85;
-  const auto byte = [&](int shift) { return static_cast<unsigned char>(address >> shift); };
-  const std::array<unsigned char, 16> question = {0x42,     0x01,     0x00,    kReadMemory, 0x00, 0x08, 0x4c, byte(8),
-                                                  byte(24), byte(16), byte(8), byte(0),     0x00, 0x00, 0x02, 0x00};
+  constexpr char kReadMemory = static_cast<char>(0x84);
+  std::string question = {0x42, 0x01, 0x00, kReadMemory, 0x00, 0x08};
+  for (const int shift : {8, 0}) question += static_cast<char>(number >> shift);
+  for (const int shift : {24, 16, 8, 0}) question += static_cast<char>(address >> shift);
+  question += {0x00, 0x00, static_cast<char>(count >> 8), static_cast<char>(count)};
   for (int i = 0; i < kTries; ++i) {
     if (send(socket, question.data(), question.size(), MSG_NOSIGNAL) < 0) return "";
     const Instant deadline = std::chrono::steady_clock::now() + kEachTry;
@@ -96,25 +105,36 @@ std::string AskMemory(int socket, std::uint32_t address) {
       if (poll(&ready, 1, static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(left).count())) <= 0) break;
       std::array<char, 1024> packet{};
       const ssize_t size = recv(socket, packet.data(), packet.size(), 0);
-      if (size < static_cast<ssize_t>(kHeader)) continue;
-      const bool meant = packet[3] == static_cast<char>(kMemory) && packet[6] == static_cast<char>(question[6]) &&
-                         packet[7] == static_cast<char>(question[7]);
-      if (!meant) continue;
-      if (packet[0] != 0 || packet[1] != 0) return "";
+      if (size < 0 || !IsMemory({packet.data(), static_cast<std::size_t>(size)}, question)) continue;
       constexpr std::size_t kData = kHeader + 4;
-      if (static_cast<std::size_t>(size) < kData + kAddressBytes) return "";
-      const char* text = packet.data() + kData;
-      return {text, strnlen(text, kAddressBytes)};
+      if (packet[0] != 0 || packet[1] != 0 || static_cast<std::size_t>(size) < kData + count) return "";
+      return {packet.data() + kData, count};
     }
   }
   return "";
 }
 
-/// Of "Local:camera.xml;8000;1a2b?SchemaVersion=1.1.0", in bytes; 0 where it states none.
-std::uint64_t SizeStated(const std::string& address) {
-  const std::size_t first = address.find(';');
-  const std::size_t second = first == std::string::npos ? first : address.find(';', first + 1);
-  return second == std::string::npos ? 0 : std::strtoull(address.c_str() + second + 1, nullptr, 16);
+/// Of "Local:camera.xml;8000;1a2b?SchemaVersion=1.1.0"; 0 where it states none.
+struct Extent {
+  std::uint64_t address = 0, size = 0;  ///< bytes
+};
+
+Extent ExtentOf(const std::string& place) {
+  const std::size_t first = place.find(';');
+  const std::size_t second = first == std::string::npos ? first : place.find(';', first + 1);
+  if (second == std::string::npos) return {};
+  return {.address = std::strtoull(place.c_str() + first + 1, nullptr, 16),
+          .size = std::strtoull(place.c_str() + second + 1, nullptr, 16)};
+}
+
+constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 20;
+
+/// To the control port of that camera.
+Result<void> Connect(const DatagramSocket& socket, const Route& route) {
+  const sockaddr_in there = At(route.camera);
+  if (socket.number >= 0 && connect(socket.number, reinterpret_cast<const sockaddr*>(&there), sizeof there) == 0)
+    return {};
+  return Fail(Code::Disconnected, route.camera + " cannot be reached: " + std::strerror(errno));
 }
 
 Result<Route> AskAddress(const std::string& address) {
@@ -202,23 +222,50 @@ Result<Route> AskCamera(const std::string& host) {
   return route;
 }
 
-Result<std::string> AskForFile(const Route& route) {
-  constexpr std::uint64_t kLargest = std::uint64_t{16} << 20;
+Result<std::vector<std::string>> AskForFile(const Route& route) {
   const DatagramSocket asking;
-  const sockaddr_in there = At(route.camera);
-  if (asking.number < 0 || connect(asking.number, reinterpret_cast<const sockaddr*>(&there), sizeof there) != 0) {
-    return Fail(Code::Disconnected, route.camera + " cannot be reached: " + std::strerror(errno));
+  if (auto connected = Connect(asking, route); !connected) return PassOn(connected);
+  std::vector<std::string> places;
+  std::uint16_t number = 1;
+  for (const std::uint32_t place : kPlacesOfFile) {
+    const std::string text = AskMemory(asking.number, place, kMostAsked, number++);
+    if (places.empty() && text.empty()) {
+      return Fail(Code::Disconnected, "the camera at " + route.camera + " does not say where its GenICam file is");
+    }
+    places.emplace_back(text.c_str());  // up to the first 0
+    const std::uint64_t size = ExtentOf(places.back()).size;
+    if (size <= kLargestFile) continue;
+    return Fail(Code::Unsupported, "the camera at " + route.camera + " says that its GenICam file has " +
+                                       std::to_string(size) + " bytes, more than lensd accepts (16 MiB)");
   }
-  // The second counts where Aravis cannot use the first.
-  std::string first = AskMemory(asking.number, kAddressesOfFile.front());
-  if (first.empty()) {
-    return Fail(Code::Disconnected, "the camera at " + route.camera + " does not say where its GenICam file is");
+  return places;
+}
+
+bool IsPacked(const std::string& place) {
+  return place.substr(0, place.find(';')).ends_with(".zip");
+}
+
+Result<std::string> FetchFile(const Route& route, const std::string& place) {
+  constexpr Duration kDeadline = std::chrono::seconds(10);
+  const Instant deadline = std::chrono::steady_clock::now() + kDeadline;
+  const DatagramSocket asking;
+  if (auto connected = Connect(asking, route); !connected) return PassOn(connected);
+  const Extent extent = ExtentOf(place);
+  std::string bytes;
+  std::uint16_t number = 1;
+  while (bytes.size() < extent.size) {
+    const std::size_t count = std::min<std::size_t>(kMostAsked, extent.size - bytes.size());
+    const auto address = static_cast<std::uint32_t>(extent.address + bytes.size());
+    const std::string block = AskMemory(asking.number, address, count, number);
+    if (block.empty())
+      return Fail(Code::Disconnected, "the camera at " + route.camera + " does not send its GenICam file");
+    if (std::chrono::steady_clock::now() > deadline) {
+      return Fail(Code::Timeout, "the camera at " + route.camera + " takes too long to send its GenICam file");
+    }
+    bytes += block;
+    number = static_cast<std::uint16_t>(number % 0xffff + 1);  // never 0
   }
-  const std::string second = AskMemory(asking.number, kAddressesOfFile.back());
-  const std::uint64_t size = std::max(SizeStated(first), SizeStated(second));
-  if (size <= kLargest) return first;
-  return Fail(Code::Unsupported, "the camera at " + route.camera + " says that its GenICam file has " +
-                                     std::to_string(size) + " bytes, more than lensd accepts (16 MiB)");
+  return bytes;
 }
 
 }  // namespace lensd::drivers::aravis

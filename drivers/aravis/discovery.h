@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "base/clock.h"
 #include "base/result.h"
@@ -47,9 +48,17 @@ struct Route {
 /// name up. From any thread. Disconnected: no device is there, and why as far as is known. Protocol: not a camera.
 Result<Route> AskCamera(const std::string& host);
 
-/// Where the camera at the end of `route` says that its GenICam file is: "Local:camera.xml;8000;1a2b". Takes a second
-/// at most. From any thread. Disconnected: no answer. Unsupported: a file of more than 16 MiB: Aravis takes the size
-/// that the camera states, ends the process where there is not as much memory, and fetches for hours where there is.
-Result<std::string> AskForFile(const Route& route);
+/// Where the camera at the end of `route` says that its GenICam file is: "Local:camera.xml;8000;1a2b", and perhaps
+/// another place. Takes a second at most. From any thread. Disconnected: no answer. Unsupported: a file of more than 16
+/// MiB: Aravis takes the size that the camera states, ends the process where there is not as much memory, and fetches
+/// for hours where there is.
+Result<std::vector<std::string>> AskForFile(const Route& route);
+
+/// Whether a file at that place is a zip file.
+bool IsPacked(const std::string& place);
+
+/// The bytes of the file at such a place in the camera. Takes a millisecond for 512 bytes, 10 s at most. From any
+/// thread. Disconnected: the camera does not send them. Timeout.
+Result<std::string> FetchFile(const Route& route, const std::string& place);
 
 }  // namespace lensd::drivers::aravis
