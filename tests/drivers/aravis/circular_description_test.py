@@ -109,13 +109,13 @@ class CircularDescriptions(unittest.TestCase):
         self.assertEqual(lenses["good"]["connection"], "connected")
 
     def refused_in_searches(self, daemon, chain):
-        self.found(json.loads(daemon.lensctl("--json", "devices").stdout)["devices"], chain)
+        self.found(json.loads(daemon.lensctl("--json", "devices").stdout), chain)
         done = subprocess.run([os.path.join(BIN, "lensd"), "--devices"], capture_output=True, text=True,
                               timeout=60 * PATIENCE, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.found(json.loads(done.stdout)["devices"], chain)
         self.assertIn(chain, daemon.lensctl("doctor").stdout)
-        moved = daemon.lensctl("--lens", "good", "focus", "@100")
+        moved = daemon.lensctl("focus", "good", "@100")
         self.assertEqual(moved.returncode, 0, moved.stdout + moved.stderr)
 
     def found(self, devices, chain):
