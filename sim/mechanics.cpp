@@ -99,6 +99,7 @@ drivers::Capabilities CapabilitiesOf(const LensSettings& lens) {
   capabilities.driver = "sim";
   capabilities.model = kModels[static_cast<std::size_t>(lens.model)];
   capabilities.axes[Axis::Focus] = AxisOver(lens, NativeUnit::Steps, 0.0, lens.steps - 1.0, 1.0);
+  capabilities.axes[Axis::Focus]->direction = {drivers::Direction::NearPositive, "the simulated lens"};
   capabilities.axes[Axis::Focus]->speed = lens.speed_steps_per_s;
   capabilities.axes[Axis::Focus]->settle = Duration(std::llround(lens.settle_ms * 1e6));
   // As a data sheet would tell. An encoder sits behind it.

@@ -94,6 +94,7 @@ Result<AxisFeature> Describe(ArvCamera* camera, const AxisCandidate& candidate, 
   axis.initialize = IfThere(camera, candidate.initialize);
   if (axis.initialize.empty() || !names.initialize.empty()) axis.initialize = lens.initialize;
   axis.can.unit = candidate.unit;
+  axis.can.direction = candidate.direction;
   axis.can.feedback = names.feedback.value_or(candidate.feedback);
   axis.can.can_home = !axis.initialize.empty();
   axis.can.needs_home = axis.can.can_home && (Uninitialized(camera, axis.status) || Uninitialized(camera, lens.status));

@@ -4,10 +4,14 @@
 namespace lensd::drivers::aravis {
 namespace {
 
+/// GenICam SFNC 2.7.1, 23.4.21 FocusStepper: "0 is the closest focus". Of the others, Allied Vision's and The Imaging
+/// Source's own features, no document says which end 0 is. FocalPower grows toward near by its unit.
+constexpr KnownDirection kByTheStandard{Direction::NearNegative, "the GenICam standard (SFNC)"};
+
 // clang-format off
 constexpr AxisCandidate kAxisCandidates[] = {
     // axis         feature               unit                     feedback          status                initialize               minimum            maximum
-    {Axis::Focus,  "FocusStepper",        NativeUnit::Steps,       Feedback::Counts, "FocusStatus",        "FocusInitialize",       "",                ""},
+    {Axis::Focus,  "FocusStepper",        NativeUnit::Steps,       Feedback::Counts, "FocusStatus",        "FocusInitialize",       "",                "", kByTheStandard},
     {Axis::Focus,  "FocalPower",          NativeUnit::Dioptres,    Feedback::Echo,   "FocusStatus",        "FocusInitialize",       "",                ""},
     {Axis::Focus,  "EFLensFocusCurrent",  NativeUnit::Steps,       Feedback::Counts, "",                   "EFLensInitialize",      "EFLensFocusMin",  "EFLensFocusMax"},
     {Axis::Focus,  "Focus",               NativeUnit::Steps,       Feedback::None,   "",                   "",                      "",                ""},

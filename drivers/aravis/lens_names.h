@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -20,6 +21,7 @@ struct AxisCandidate {
   std::string_view initialize;  ///< command that finds the reference
   std::string_view minimum;     ///< features that hold the ends, where the position itself has no limits
   std::string_view maximum;
+  std::optional<KnownDirection> direction{};  ///< of focus
 };
 
 /// What belongs to the whole lens.

@@ -70,6 +70,9 @@ Result<LensConnectLens::Track> LensConnectLens::AskMotor(Registers& registers, c
   return track;
 }
 
+/// Computar's own sample programs: the key "Near" adds steps to focus, "Far" takes them away.
+constexpr KnownDirection kByComputar{Direction::NearPositive, "the maker of the lens (LensConnect)"};
+
 Result<AxisCapabilities> LensConnectLens::AskSpeed(Registers& registers, const Track& track, const Config& config) {
   const Motor& motor = track.motor;
   AxisCapabilities can{.unit = NativeUnit::Steps,
@@ -78,6 +81,7 @@ Result<AxisCapabilities> LensConnectLens::AskSpeed(Registers& registers, const T
                        .can_home = true,
                        .needs_home = true,
                        .can_stop = motor.axis != Axis::Filter && config.stop_value != 0};
+  if (motor.axis == Axis::Focus) can.direction = kByComputar;
   if (motor.axis == Axis::Filter) return can;  // it has no speed
   const std::string name(AxisName(motor.axis));
   if (config.backlash_cancel) {

@@ -22,7 +22,7 @@ drivers::Capabilities CapabilitiesOf(const std::vector<DriveConfig>& drives, con
   for (const DriveConfig& drive : drives) {
     if (drive.profile.name != can.model) can.model += ", " + drive.profile.name;
     can.serial += (can.serial.empty() ? "" : "+") + std::to_string(drive.unit);
-    drivers::AxisCapabilities axis;
+    drivers::AxisCapabilities axis;  // which way a motor turns a lens is up to who mounted it: no direction is known
     axis.minimum = Native{drive.low};
     axis.maximum = Native{drive.high};
     axis.resolution = std::abs(drive.scale) * std::max(1.0, std::abs(drive.profile.position_scale));

@@ -34,6 +34,11 @@ double ResolutionMs(const ControlOptions& options) {
   return std::max(10.0, Milliseconds(options.interval));
 }
 
+/// USB video class, CT_FOCUS_RELATIVE_CONTROL: 1 is toward near, 0xFF toward infinity; travel is counted from the far
+/// end. Of CT_FOCUS_ABSOLUTE_CONTROL nothing can be vouched for: by the class it is the distance in millimetres, larger
+/// being farther, and most cameras count something of their own.
+constexpr KnownDirection kByTheClass{Direction::NearPositive, "the USB video class (relative focus)"};
+
 AxisCapabilities RelativeCapabilities(const LensConfig& config, double resolution_ms) {
   AxisCapabilities can;
   can.unit = NativeUnit::Position;
@@ -43,6 +48,7 @@ AxisCapabilities RelativeCapabilities(const LensConfig& config, double resolutio
   can.lost_travel = kLostByGears;
   can.can_home = can.needs_home = true;
   can.speed = 1000.0;
+  can.direction = kByTheClass;
   return can;
 }
 

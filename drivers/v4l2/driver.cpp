@@ -32,6 +32,19 @@ constexpr AxisControl kAxisControls[] = {
 constexpr double kCoilSpeed = 16000.0;
 constexpr Duration kCoilSettle = std::chrono::milliseconds(10);
 
+/// Kernel documentation, ext-ctrls-camera.rst, V4L2_CID_FOCUS_ABSOLUTE: "Positive values set the focus closer to the
+/// camera, negative values towards infinity."
+constexpr drivers::KnownDirection kByV4l2{drivers::Direction::NearPositive, "the V4L2 standard"};
+/// The kernel's driver of this chip hands its codes through: more current pulls the lens toward near.
+constexpr drivers::KnownDirection kByDw9714{drivers::Direction::NearPositive, "the voice coil driver DW9714"};
+
+/// uvcvideo hands on what the camera means by its focus, which is not what V4L2 means: millimetres of distance by the
+/// USB video class, and something else in most cameras.
+std::optional<drivers::KnownDirection> DirectionOn(std::string_view kernel_driver) {
+  if (kernel_driver == "uvcvideo") return std::nullopt;
+  return kByV4l2;
+}
+
 /// A node, and what the device is called.
 struct Place {
   std::string path;
@@ -86,7 +99,8 @@ Result<void> DoubtOnly(const Result<void>& held, const std::string& what, driver
 
 /// Null where the node has no control of a lens that can be used.
 Result<std::unique_ptr<drivers::Lens>> LensOn(std::shared_ptr<const Node> node, std::shared_ptr<Automatics> automatics,
-                                              drivers::Capabilities who, bool coil, const Config& config,
+                                              drivers::Capabilities who, bool coil,
+                                              std::optional<drivers::KnownDirection> direction, const Config& config,
                                               drivers::Findings& findings, const Clock& clock) {
   std::vector<AxisParts> axes;
   for (const AxisControl& one : kAxisControls) {
@@ -97,7 +111,8 @@ Result<std::unique_ptr<drivers::Lens>> LensOn(std::shared_ptr<const Node> node, 
     AxisConfig axis = config.axes[one.axis];
     if (coil && !axis.speed) axis.speed = kCoilSpeed * axis.scale;
     if (coil && !axis.settle) axis.settle = kCoilSettle;
-    axes.push_back({one.axis, std::make_unique<ControlActuator>(node, **control), axis});
+    axes.push_back({one.axis, std::make_unique<ControlActuator>(node, **control), axis,
+                    one.axis == Axis::Focus ? direction : std::nullopt});
   }
   if (axes.empty()) return std::unique_ptr<drivers::Lens>();
   // Before anything is written: while the device focuses by itself it refuses or ignores what it is told.
@@ -121,7 +136,7 @@ Result<drivers::Device> OpenCoil(Kernel& kernel, const Config& config, const Clo
   AxisConfig axis = config.axes[Axis::Focus];
   if (!axis.speed) axis.speed = kCoilSpeed * axis.scale;
   if (!axis.settle) axis.settle = kCoilSettle;
-  axes.push_back({Axis::Focus, std::move(*chip), axis});
+  axes.push_back({Axis::Focus, std::move(*chip), axis, kByDw9714});
   drivers::Capabilities who{
       .driver = "v4l2", .model = "DW9714 voice coil on " + config.i2c_bus, .serial = "", .axes = {}};
   drivers::Device device;
@@ -187,8 +202,10 @@ Result<drivers::Device> OpenOn(Kernel& kernel, const Config& config, const Clock
     const std::string model = info   ? info->card + " (" + info->driver + ")"
                               : coil ? "lens sub-device " + place->path
                                      : "video device " + place->path;
+    // Of a video device that does not say whose it is nothing is known.
+    const auto direction = info ? DirectionOn(info->driver) : coil ? std::optional(kByV4l2) : std::nullopt;
     auto lens = LensOn(node, automatics, {.driver = "v4l2", .model = model, .serial = place->serial, .axes = {}}, coil,
-                       config, device.findings, clock);
+                       direction, config, device.findings, clock);
     if (!lens) return PassOn(lens);
     device.lens = std::move(*lens);
   }

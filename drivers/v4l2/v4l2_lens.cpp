@@ -137,6 +137,7 @@ Result<std::unique_ptr<drivers::Lens>> CodeLens::Make(drivers::Capabilities who,
     can.can_stop = run.codes_per_s > 0.0;
     can.speed = parts.config.speed.value_or(0.0);
     can.settle = parts.config.settle.value_or(Duration::zero());
+    can.direction = parts.direction;
     who.axes[parts.axis] = can;
     runs.push_back(std::move(run));
   }

@@ -24,6 +24,7 @@ struct AxisParts {
   drivers::Axis axis = drivers::Axis::Focus;
   std::unique_ptr<Actuator> actuator;
   AxisConfig config;
+  std::optional<drivers::KnownDirection> direction{};  ///< of focus
 };
 
 /// Something that happened to an axis without us.

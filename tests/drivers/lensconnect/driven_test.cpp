@@ -116,6 +116,8 @@ TEST_F(Driven, OpensAmidStrayReports) {
   model().Spoil(LensConnectFault::StrayReply, 8);
   Open();
   EXPECT_EQ(lens_->capabilities().axes[Axis::Focus]->maximum.value, 4000);
+  ASSERT_TRUE(lens_->capabilities().axes[Axis::Focus]->direction);
+  EXPECT_EQ(lens_->capabilities().axes[Axis::Focus]->direction->direction, Direction::NearPositive);
 }
 
 // Section 2 and its errata: which reports may be used at all.

@@ -14,6 +14,7 @@ TEST_F(UvcBytes, Section8FocusAutoOffThenMaximumThenFocus500ThenAutoRestored) {
   const auto& focus = *(*lens)->capabilities().axes[Axis::Focus];
   EXPECT_EQ(focus.maximum, Native{1023.0});
   EXPECT_EQ(focus.feedback, Feedback::Echo);
+  EXPECT_FALSE(focus.direction) << "millimetres by the class, something else in most cameras";
   wire_->ExpectOut("21 01 00 06 00 01 02 00", "F4 01");  // "set focus 500"
   EXPECT_TRUE((*lens)->StartMove(Axis::Focus, Native{500.0}).has_value());
   wire_->ExpectIn("A1 81 00 06 00 01 02 00", "F4 01");
@@ -43,6 +44,9 @@ TEST_F(UvcBytes, Section8FocusNearSpeed3AndStop) {
   auto lens = OpenLens(config);
   ASSERT_TRUE(lens.has_value()) << lens.error().message;
   EXPECT_EQ((*lens)->StartMove(Axis::Focus, Native{100.0}).error().code, Code::NotHomed);
+  const auto& direction = (*lens)->capabilities().axes[Axis::Focus]->direction;
+  ASSERT_TRUE(direction);
+  EXPECT_EQ(direction->direction, Direction::NearPositive) << "positions are travel toward near, by the class";
   // To the far end, and a quarter more.
   wire_->ExpectOut("21 01 00 07 00 01 02 00", "FF 03");
   ASSERT_TRUE((*lens)->StartHome(Axis::Focus).has_value());

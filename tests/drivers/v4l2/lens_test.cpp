@@ -34,6 +34,23 @@ TEST_F(V4l2Lens, ACoilHasNoFeedbackAndSettlesByTime) {
   EXPECT_FALSE(device.lens->capabilities().axes[Axis::Iris].has_value());
 }
 
+/// Section 1: V4L2 has larger values nearer; uvcvideo hands on whatever the camera means.
+TEST_F(V4l2Lens, TheDirectionIsThatOfTheStandardWhereTheKernelKeepsToIt) {
+  OpenCoil();
+  const auto direction = [&] { return device.lens->capabilities().axes[Axis::Focus]->direction; };
+  ASSERT_TRUE(direction());
+  EXPECT_EQ(direction()->direction, drivers::Direction::NearPositive);
+  EXPECT_EQ(direction()->by, "the V4L2 standard");
+  for (const char* driver : {"scripted", "uvcvideo"}) {
+    device = {};
+    kernel.nodes[kVideo] = VideoNode();
+    kernel.nodes[kVideo].driver = driver;
+    Open({.device = kVideo, .parts = Parts::Lens});
+    EXPECT_EQ(direction().has_value(), driver == std::string("scripted"));
+    EXPECT_FALSE(device.lens->capabilities().axes[Axis::Iris]->direction) << "it is of focus";
+  }
+}
+
 /// Section 3: full-scale jumps click the coil: long moves are ramped, as the kernel does, at 16 codes a millisecond.
 TEST_F(V4l2Lens, RampsLongMoves) {
   OpenCoil();

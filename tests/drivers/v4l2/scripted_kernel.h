@@ -42,6 +42,7 @@ struct ScriptedNode {
   std::map<unsigned long, int> failing;                        ///< request: errno
   bool gone = false;
   bool video = false;  ///< answers VIDIOC_QUERYCAP
+  std::string driver = "scripted";
   int opened = 0;
   int closed = 0;
 
@@ -129,7 +130,7 @@ class ScriptedKernel final : public Kernel {
  private:
   static int QueryCapability(const ScriptedNode& node, v4l2_capability* about) {
     if (!node.video) return -ENOTTY;
-    std::snprintf(reinterpret_cast<char*>(about->driver), sizeof about->driver, "scripted");
+    std::snprintf(reinterpret_cast<char*>(about->driver), sizeof about->driver, "%s", node.driver.c_str());
     std::snprintf(reinterpret_cast<char*>(about->card), sizeof about->card, "Scripted Camera");
     about->capabilities = V4L2_CAP_STREAMING;
     return 0;

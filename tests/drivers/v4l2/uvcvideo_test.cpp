@@ -122,6 +122,7 @@ TEST_F(UvcVideo, TheLensGoesWhereItIsTold) {
   const auto& can = *device.lens->capabilities().axes[Axis::Focus];
   EXPECT_EQ(can.maximum, Native{1023});
   EXPECT_FALSE(can.follows());
+  EXPECT_FALSE(can.direction) << "the kernel hands on what the camera means";
   EXPECT_TRUE(device.lens->capabilities().axes[Axis::Iris].has_value());
   for (const double target : {700.0, 1023.0, 0.0, 301.0}) ASSERT_NO_FATAL_FAILURE(MoveTo(target));
 }

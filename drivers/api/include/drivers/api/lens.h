@@ -52,6 +52,20 @@ inline bool Follows(Feedback feedback) {
   return feedback == Feedback::Counts || feedback == Feedback::Encoder;
 }
 
+/// Which way a focus axis counts: whether larger native positions focus nearer or farther.
+enum class Direction { NearPositive, NearNegative };
+/// In the order of Direction: choices of a configuration, and names for people.
+inline constexpr std::array<std::string_view, 2> kDirectionNames = {"near-positive", "near-negative"};
+inline std::string_view DirectionName(Direction direction) {
+  return kDirectionNames[static_cast<std::size_t>(direction)];
+}
+
+/// A direction that a driver can vouch for, because a standard or the maker of the device fixes it.
+struct KnownDirection {
+  Direction direction = Direction::NearPositive;
+  std::string_view by;  ///< who says so, for people: "the V4L2 standard". A literal.
+};
+
 /// What one axis can do. Fixed for the life of the device.
 struct AxisCapabilities {
   NativeUnit unit = NativeUnit::Steps;
@@ -69,6 +83,7 @@ struct AxisCapabilities {
   Duration settle{};          ///< from standing still to a steady picture, as far as the driver knows
   double backlash = -1.0;     ///< native units, as far as the driver knows; 0: none; below 0: not known
   double lost_travel = -1.0;  ///< part of all travel that may get lost unnoticed; below 0: what its feedback suggests
+  std::optional<KnownDirection> direction{};  ///< of focus; nothing: neither a standard nor the device says
 
   bool follows() const { return Follows(feedback); }
   Native lowest_count() const { return counts ? counts->first : minimum; }
