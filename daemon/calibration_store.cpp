@@ -86,6 +86,10 @@ std::string SlopeFile(const LensConfig& config, const std::string& state, const 
   return FileOfDevice(config, state, serial, ".slope.toml");
 }
 
+std::string DirectionFile(const LensConfig& config, const std::string& state, const std::string& serial) {
+  return FileOfDevice(config, state, serial, ".direction.toml");
+}
+
 Result<Kept<std::shared_ptr<const rig::Calibration>>> LoadCalibration(const std::string& file, Writer writer) {
   return Load<std::shared_ptr<const rig::Calibration>>(file, writer, [](const Settings& settings) {
     auto calibration = rig::ReadCalibration(settings);
@@ -118,6 +122,15 @@ Result<Kept<std::vector<rig::DriftSample>>> LoadFocusDrift(const std::string& fi
 Result<Kept<std::vector<rig::SlopeRun>>> LoadLearnedSlope(const std::string& file) {
   return Load<std::vector<rig::SlopeRun>>(file, Writer::Lensd,
                                           [](const Settings& settings) { return rig::ReadLearnedSlope(settings); });
+}
+
+Result<Kept<std::optional<drivers::Direction>>> LoadSeenDirection(const std::string& file) {
+  using Seen = std::optional<drivers::Direction>;
+  return Load<Seen>(file, Writer::Lensd, [](const Settings& settings) -> Result<Seen> {
+    auto seen = rig::ReadSeenDirection(settings);
+    if (!seen) return PassOn(seen);
+    return *seen;
+  });
 }
 
 Result<void> Keep(const std::string& file, const std::string& text) {

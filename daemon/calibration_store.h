@@ -2,12 +2,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
 #include "config.h"
 #include "rig/calibration.h"
+#include "rig/direction.h"
 #include "rig/focus_drift.h"
 #include "rig/learned_slope.h"
 #include "rig/presets.h"
@@ -24,6 +26,9 @@ std::string PresetsFile(const LensConfig& config, const std::string& state);
 std::string RefocusFile(const LensConfig& config, const std::string& state);
 /// NAME[-SERIAL].slope.toml there.
 std::string SlopeFile(const LensConfig& config, const std::string& state, const std::string& serial);
+
+/// NAME[-SERIAL].direction.toml there.
+std::string DirectionFile(const LensConfig& config, const std::string& state, const std::string& serial);
 
 /// What a kept file holds, and what its reader should know of it.
 template <class Content>
@@ -46,6 +51,7 @@ Result<void> CheckNamedCalibration(const std::string& file);
 Result<Kept<std::vector<rig::Preset>>> LoadPresets(const std::string& file);
 Result<Kept<std::vector<rig::DriftSample>>> LoadFocusDrift(const std::string& file);
 Result<Kept<std::vector<rig::SlopeRun>>> LoadLearnedSlope(const std::string& file);
+Result<Kept<std::optional<drivers::Direction>>> LoadSeenDirection(const std::string& file);
 
 /// Replaces the file by `text` with a checksum, or removes it where `text` is empty; nothing where `file` is empty. On
 /// return that outlives a crash. Io.

@@ -46,7 +46,17 @@ Json MoveCauseName(rig::MoveCause cause) {
   return TextOrNull(std::string(NameIn(kNames, cause)));
 }
 
+/// Of focus; all are null where nobody says.
+void AddDirection(const rig::FocusDirection& direction, Json& axis) {
+  static constexpr std::array<std::string_view, 4> kFrom = {"configured", "calibration", "seen", "driver"};
+  const bool known = direction.direction.has_value();
+  axis["direction"] = known ? Json(FocusDirectionName(*direction.direction)) : Json(nullptr);
+  axis["directionFrom"] = known ? Json(NameIn(kFrom, direction.from)) : Json(nullptr);
+  axis["directionBy"] = TextOrNull(direction.by);
+}
+
 Json AxesInfoJson(const rig::Rig& rig) {
+  const rig::FocusDirection direction = rig.GetStatus().direction;
   Json axes = Json::array();
   for (const Axis axis : drivers::kAxes) {
     const auto& can = rig.lens().axes[axis];
@@ -61,6 +71,7 @@ Json AxesInfoJson(const rig::Rig& rig) {
                     {"canHome", can->can_home},
                     {"needsHome", can->needs_home},
                     {"canStop", can->can_stop}});
+    if (axis == Axis::Focus) AddDirection(direction, axes.back());
   }
   return axes;
 }
@@ -103,6 +114,10 @@ Json CameraJson(const drivers::CameraCapabilities& camera) {
 
 std::string_view UnitName(drivers::NativeUnit unit) {
   return unit == drivers::NativeUnit::FNumber ? "fNumber" : drivers::NativeUnitName(unit);
+}
+
+std::string_view FocusDirectionName(drivers::Direction direction) {
+  return direction == drivers::Direction::NearPositive ? "nearPositive" : "nearNegative";
 }
 
 Json TextOrNull(std::string text) {

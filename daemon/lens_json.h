@@ -24,6 +24,8 @@ varlink::Json TextOrNull(std::string text);
 varlink::Json NativeJson(double value);
 /// One of Unit of io.lensd.Lens.
 std::string_view UnitName(drivers::NativeUnit unit);
+/// One of FocusDirection.
+std::string_view FocusDirectionName(drivers::Direction direction);
 
 /// Where distances of a call start, as its distanceFrom says.
 std::optional<optics::DistanceFrom> OriginOf(const varlink::Json& parameters);

@@ -53,10 +53,12 @@ void AddPositions(Planning& planning) {
   positions.focal_length = nominal.liquid ? Metres{nominal.focal_length_m} : optics.focal_length();
   positions.focal_length_error = optics.FocalLengthError();
   positions.liquid = nominal.liquid;
-  if (optics.has_focus()) {
+  if (optics.has_focus(rig::OpticsTable::Direction::NotNeeded)) {
     planning.focus = PositionsOf(*planning.lens.axes[Axis::Focus]);
     for (const Native native : planning.focus) positions.focus.push_back(PositionAt(optics, native));
     Sort(positions.focus, planning.focus, &FocusPosition::focal_plane);
+    // What there is can be planned with, but not where the motor has to go for it.
+    if (!optics.has_focus()) planning.focus.clear();
   } else {
     positions.focus.push_back(StandsAt(optics, Metres{nominal.min_extension_m}));
   }
@@ -212,7 +214,7 @@ Result<LensStack> StackFor(const Planning& planning, const proto::LensRequest& a
 
 std::optional<optics::PlanAnswer> CheckNow(const rig::Status& now, const rig::RigConfig& config,
                                            const proto::LensRequest& asked) {
-  if (!now.optics) return std::nullopt;
+  if (!now.optics || rig::LacksDirection(*now.optics)) return std::nullopt;
   const rig::OpticsTable& optics = *now.optics;
   const drivers::NominalOptics& nominal = optics.nominal();
   const double zoom_error = ZoomErrorNow(optics, now);

@@ -16,6 +16,7 @@ namespace lensd::daemon {
 namespace {
 
 using drivers::Axis;
+using drivers::Direction;
 using varlink::Json;
 
 // What follows from a calibration is worked out between two readings of the lens, and a stop waits for that.
@@ -76,7 +77,7 @@ Result<std::optional<rig::Calibration>> WithCurve(rig::Calibration calibration, 
   auto curve = rig::FitFocusCurve(std::move(points), focal_length, error, rig.lens().axes[Axis::Focus]->resolution);
   if (!curve) return PassOn(About("points", curve.error()));
   if (!rig.optics()->has_zoom()) curve->focal_length.reset();
-  curve->approach_near = config.axes[Axis::Focus].approach_near;
+  curve->approach_near = rig.approaches_up(Axis::Focus) == (rig::DirectionOf(*curve) != Direction::NearNegative);
   if (status.axes[Axis::Filter]) curve->filter = status.axes[Axis::Filter]->position.value;
   curve->wavelength = config.wavelength;
   curve->temperature = status.temperature;

@@ -1,11 +1,15 @@
-// GetLearned and ForgetLearned: what autofocus has taught lensd of a lens.
+// GetLearned, ForgetLearned and KeepDirection: what autofocus and setup have taught lensd of a lens.
+#include <functional>
 #include <optional>
+#include <string>
 #include <utility>
 
+#include "calibration_store.h"
 #include "lens_json.h"
 #include "lens_service.h"
 #include "lens_slope.h"
 #include "serve.h"
+#include "state_file.h"
 
 namespace lensd::daemon {
 namespace {
@@ -48,11 +52,43 @@ void ForgetLearned(ServedLens& lens, const ExchangePointer& exchange) {
   });
 }
 
+/// What was seen is in force from now on, and kept.
+void Keep(ServedLens& lens, std::optional<drivers::Direction> seen, std::function<void(const Result<void>&)> done) {
+  const auto command = [seen](rig::Rig& rig, auto answer) {
+    const std::string serial = rig.lens().serial;
+    rig.SetSeenDirection(seen, [serial, answer = std::move(answer)](Result<void> set) mutable {
+      answer(set ? Result<std::string>(serial) : Result<std::string>(PassOn(set)));
+    });
+  };
+  lens.Ask<std::string>(command, [&lens, seen, done = std::move(done)](const Result<std::string>& serial) {
+    if (!serial) return done(PassOn(serial));
+    lens.users().direction.Put(*serial, seen);
+    KeepStateFile(
+        lens, DirectionFile(lens.config(), lens.surroundings().state, *serial),
+        seen ? rig::SeenDirectionText(*seen, StateFileMoment()) : "", "the direction of focus",
+        [&lens, done](const Result<void>& kept) { lens.Replan([done, kept](const Result<void>&) { done(kept); }); });
+  });
+}
+
+void KeepDirection(ServedLens& lens, const ExchangePointer& exchange) {
+  std::optional<drivers::Direction> seen;
+  if (const Json* named = Given(exchange->parameters(), "direction")) {
+    using drivers::Direction;
+    const bool positive = *named == FocusDirectionName(Direction::NearPositive);
+    seen = positive ? Direction::NearPositive : Direction::NearNegative;
+  }
+  Keep(lens, seen, [&lens, exchange](const Result<void>& kept) {
+    if (!kept) return Refuse(exchange, lens, kept.error());
+    exchange->Finish("{}");
+  });
+}
+
 }  // namespace
 
 MethodTable LearnedMethods(LensService& service) {
   return {{"GetLearned", service.ForLens(GetLearned)},
-          {"ForgetLearned", service.ForLens(ForgetLearned), NeedsLease::ToChange, MayChangeState::Yes}};
+          {"ForgetLearned", service.ForLens(ForgetLearned), NeedsLease::ToChange, MayChangeState::Yes},
+          {"KeepDirection", service.ForLens(KeepDirection), NeedsLease::ToChange, MayChangeState::Yes}};
 }
 
 }  // namespace lensd::daemon

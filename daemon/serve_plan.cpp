@@ -108,6 +108,9 @@ struct Problem {
 
 Result<Solved> SolveWith(const Planning& planning, const Problem& problem, Question question) {
   if (auto empty = EmptyRange(question.asked, problem.request, planning.defaults)) return PassOn(*std::move(empty));
+  if ((problem.apply || question.asked.stack) && rig::LacksDirection(*planning.lens.optics)) {
+    return PassOn(rig::DirectionUnknown("a plan cannot be carried out"));
+  }
   if (question.asked.stack) {
     const auto stack = StackFor(planning, question.asked, *problem.now);
     if (!stack) return PassOn(stack);

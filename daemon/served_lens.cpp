@@ -60,6 +60,7 @@ ServedLens::ServedLens(LensConfig config, const LensSurroundings& surroundings, 
   if (before != nullptr) {
     kept_.unwritten.Put(before->kept_.unwritten.Get());
     kept_.calibration_unkept = before->kept_.calibration_unkept;
+    users_->direction.TakeOver(before->users_->direction);
   }
   ShowAbsent("connecting", std::string(kBeingOpened));
 }

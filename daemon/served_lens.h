@@ -26,6 +26,7 @@
 #include "rig/calibration.h"
 #include "rig/presets.h"
 #include "rig/rig.h"
+#include "seen_direction.h"
 #include "state_history.h"
 #include "stop_latch.h"
 #include "stop_signal.h"
@@ -71,6 +72,7 @@ struct LensUsers {
   std::optional<FocusFound> found{};  ///< by the newest autofocus that was sure; event loop thread
   std::unique_ptr<LensRefocus> refocus{};
   std::unique_ptr<LensSlope> slope{};
+  SeenDirection direction{};
 };
 
 /// What is to be known of the files that are kept of a lens, and of its devices.
@@ -280,6 +282,7 @@ class ServedLens {
   Result<Made> MakeRig(const std::shared_ptr<Tenure>& tenure);
   void LoadLearned(Made& made) const;
   Result<Made> RigOf(drivers::Device device, std::shared_ptr<const rig::Calibration> calibration) const;
+  std::optional<drivers::Direction> SeenOf(const std::string& serial, std::vector<std::string>& warnings) const;
   std::unique_ptr<rig::PositionMemory> Memory(const std::string& serial, std::vector<std::string>& warnings) const;
   void OpenAfter(Duration delay);
   bool TryToOpen(const std::shared_ptr<Tenure>& tenure);

@@ -106,12 +106,25 @@ Result<ServedLens::Made> ServedLens::RigOf(drivers::Device device,
   Made made;
   auto memory = Memory(device.lens->capabilities().serial, made.notes.warnings);
   made.simulation = device.simulation;
-  auto rig =
-      rig::Rig::Create(config_.rig, std::move(device), surroundings_.clock, std::move(calibration), std::move(memory));
+  rig::RigConfig config = config_.rig;
+  config.axes[drivers::Axis::Focus].seen = SeenOf(device.lens->capabilities().serial, made.notes.warnings);
+  auto rig = rig::Rig::Create(std::move(config), std::move(device), surroundings_.clock, std::move(calibration),
+                              std::move(memory));
   if (!rig) return PassOn(rig);
   made.rig = *std::move(rig);
   made.notes.devices = made.rig->findings();
   return made;
+}
+
+/// A file that cannot be read tells nothing, and people are told.
+std::optional<drivers::Direction> ServedLens::SeenOf(const std::string& serial,
+                                                     std::vector<std::string>& warnings) const {
+  if (const auto seen = users_->direction.Get(serial)) return *seen;
+  auto kept = LoadSeenDirection(DirectionFile(config_, surroundings_.state, serial));
+  const std::string warning =
+      kept ? kept->warning : kept.error().message + ": what setup saw of the direction of focus is not known";
+  if (!warning.empty()) warnings.push_back(warning);
+  return kept ? kept->content : std::nullopt;
 }
 
 // ---- changes ------------------------------------------------------------------------------------------------------

@@ -17,6 +17,7 @@ Json ServedLens::StateJson(const rig::Status& status) const {
   for (const std::string& doubt : notes.devices.doubts()) json["warnings"].push_back(doubt);
   json["leftOut"] = LeftOutJson(notes.devices);
   if (!notes.of_calibration.empty()) json["warnings"].insert(json["warnings"].begin(), notes.of_calibration);
+  if (!status.direction.warning.empty()) json["warnings"].push_back(status.direction.warning);
   if (notes.calibration_unkept) json["unwritten"].push_back(UnwrittenJson("calibration", *notes.calibration_unkept));
   if (config_.rig.temperature.compensate && status.optics && !status.compensates) {
     json["warnings"].push_back(

@@ -58,7 +58,8 @@ class ZoomScan {
  public:
   ZoomScan(const PlannedLens& lens, const rig::RigConfig& config, const proto::LensRequest& asked, std::stop_token stop)
       : table_(*lens.optics), config_(config), asked_(asked), zoom_(*lens.axes[Axis::Zoom]), stop_(std::move(stop)) {
-    if (table_.has_focus()) ends_ = std::pair(lens.axes[Axis::Focus]->low, lens.axes[Axis::Focus]->high);
+    if (table_.has_focus(rig::OpticsTable::Direction::NotNeeded))
+      ends_ = std::pair(lens.axes[Axis::Focus]->low, lens.axes[Axis::Focus]->high);
   }
 
   /// The places of [first, last], both of the zoom's grid, that were tried, the best first.
@@ -226,7 +227,8 @@ Result<Native> Framing(const ZoomAxis& zoom, const rig::RigConfig& config, const
     if (!f) return PassOn(f);
     const auto depth = optics::DepthInFocus(scale, *f, field.distance);
     const auto extension = depth ? there.ExtensionInFocus(*depth) : PassOn(depth);
-    if (extension && there.has_focus()) breathing = there.FocalLengthAt(*extension) / there.focal_length();
+    if (extension && there.has_focus(rig::OpticsTable::Direction::NotNeeded))
+      breathing = there.FocalLengthAt(*extension) / there.focal_length();
     place = zoom.Nearest(*f / breathing);
   }
   return place;

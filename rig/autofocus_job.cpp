@@ -53,8 +53,8 @@ autofocus::Setup AutofocusJob::SetupFor(const AutofocusRequest& request) const {
   const double middle = 0.5 * (axis.minimum + axis.maximum).value;
   setup.backlash = std::abs(scale.Position(Native{middle + scale.slack}) - scale.Position(Native{middle}));
   const bool calibrated = scale.optics != nullptr;
-  setup.near_is_high = calibrated || axis.config.near_positive;
-  setup.ascending = calibrated ? axis.config.approach_near : axis.approach_up;
+  setup.near_is_high = calibrated || axis.direction.near_positive();
+  setup.ascending = calibrated ? axis.direction.approach_near : axis.approach_up;
   const double pixel_m = (request.outside ? request.outside->pixel_um : means_.camera->capabilities().pixel_um) * 1e-6;
   setup.pictures = !request.outside || !request.outside->scores_only;
   setup.no_stride = request.outside ? "frames from outside cannot be told the lens' place in motion" : WhyNotInMotion();

@@ -23,6 +23,12 @@ void AxisController::SetBacklash(std::optional<double> backlash) {
   track_.BacklashChanged();
 }
 
+void AxisController::SetDirection(FocusDirection direction) {
+  const bool up = setup_.approach_up;
+  rig::SetDirection(setup_, std::move(direction));
+  if (setup_.approach_up != up) track_.BacklashChanged();
+}
+
 AxisStatus AxisController::Describe(bool problem) const {
   return {.unit = setup_.can.unit,
           .position = state_->position,

@@ -60,6 +60,8 @@ class AxisController final : private Motor {
   /// The lens does not answer. Keeps what its positions are judged by when it is back.
   void Lose();
   void SetBacklash(std::optional<double> backlash);
+  /// Where the side of approach becomes another, no backlash counts as taken up.
+  void SetDirection(FocusDirection direction);
 
   /// To `target`, which the soft limits allow, and as a client wants it: with the configured checks of the reference.
   void Move(Native target, std::optional<double> take_up, MoveCallback done);

@@ -2,6 +2,7 @@
 #include "axis_setup.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace lensd::rig {
 namespace {
@@ -34,6 +35,11 @@ void SetBacklash(AxisSetup& setup, std::optional<double> backlash) {
   setup.backlash = backlash.value_or(assumed);
 }
 
+void SetDirection(AxisSetup& setup, FocusDirection direction) {
+  setup.approach_up = direction.approach_up;
+  setup.direction = std::move(direction);
+}
+
 AxisSetup MakeSetup(drivers::Axis axis, const drivers::AxisCapabilities& can, const AxisConfig& config) {
   AxisSetup setup;
   setup.axis = axis;
@@ -45,7 +51,7 @@ AxisSetup MakeSetup(drivers::Axis axis, const drivers::AxisCapabilities& can, co
   if (!setup.speed && can.speed > 0) setup.speed = can.speed;
   // A neighbouring filter is another filter.
   setup.tolerance = config.tolerance.value_or(axis == drivers::Axis::Filter ? 0.5 * can.resolution : can.resolution);
-  setup.approach_up = axis == drivers::Axis::Focus ? config.approach_near == config.near_positive : true;
+  if (axis == drivers::Axis::Focus) SetDirection(setup, DirectionOf(config, can, nullptr));
   SetBacklash(setup, config.backlash);
   setup.lost_travel = LostTravel(can, config);
   setup.impulses = ImpulsesOf(config.shaper, config.ring_hz, config.ring_damping);

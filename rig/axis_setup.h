@@ -7,6 +7,7 @@
 #include "base/clock.h"
 #include "drivers/api/lens.h"
 #include "rig/config.h"
+#include "rig/direction.h"
 #include "shaping.h"
 
 namespace lensd::rig {
@@ -23,6 +24,7 @@ struct AxisSetup {
   double tolerance = 1.0;       ///< native units
   std::optional<double> speed;  ///< native units per second
   Duration settle{};            ///< from standing still to a steady picture
+  FocusDirection direction{};   ///< of focus
   bool approach_up = true;      ///< the last motion goes toward larger positions
   double backlash = 0.0;        ///< native units; assumed where it is not known
   bool backlash_known = true;
@@ -39,7 +41,11 @@ void SetLimits(AxisSetup& setup, Native offset);
 /// As it is known now; nothing: what the driver knows, or an assumption.
 void SetBacklash(AxisSetup& setup, std::optional<double> backlash);
 
-/// What a configuration and a device make of it. `config.limits` must leave something of the range.
+/// As it is known now, with the side from which focus is approached.
+void SetDirection(AxisSetup& setup, FocusDirection direction);
+
+/// What a configuration and a device make of it, without a calibration. `config.limits` must leave something of the
+/// range.
 AxisSetup MakeSetup(drivers::Axis axis, const drivers::AxisCapabilities& can, const AxisConfig& config);
 
 }  // namespace lensd::rig

@@ -57,8 +57,10 @@ Result<AxisConfig> ReadAxis(const Settings& table, Axis axis) {
   SettingsReader read(table, "[lens." + std::string(AxisName(axis)) + "]");
   AxisConfig config;
   if (axis == Axis::Focus) {
-    config.near_positive = read.Choice("direction", {"near-positive", "near-negative"}, 0) == 0;
-    config.approach_near = read.Choice("approach", {"near", "far"}, 0) == 0;
+    const std::vector<std::string_view> directions(drivers::kDirectionNames.begin(), drivers::kDirectionNames.end());
+    if (read.Has("direction"))
+      config.direction = static_cast<drivers::Direction>(read.Choice("direction", directions, 0));
+    if (read.Has("approach")) config.approach_near = read.Choice("approach", {"near", "far"}, 0) == 0;
   }
   config.backlash = ReadBacklash(read);
   ReadSettling(read, config);

@@ -165,7 +165,11 @@ Result<Native> Rig::Impl::InReach(Axis axis, const Target& target) const {
     return Fail(Code::InvalidArgument, "only focus has a near and a far side");
   }
   if (target.kind == Kind::NativeRelative || target.kind == Kind::TowardNear) {
-    const bool backward = target.kind == Kind::TowardNear && !axes[axis]->setup().config.near_positive;
+    const FocusDirection& direction = axes[axis]->setup().direction;
+    if (target.kind == Kind::TowardNear && !direction.direction) {
+      return PassOn(DirectionUnknown("focus cannot be sent nearer or farther"));
+    }
+    const bool backward = target.kind == Kind::TowardNear && !direction.near_positive();
     aimed = axes[axis]->Ahead(backward ? -target.value : target.value);
   } else if (target.kind != Kind::Native) {
     aimed = optics.Aim(axis, target);
@@ -256,6 +260,7 @@ void Rig::Impl::Autofocus(AutofocusRequest request, ProgressCallback progress, A
     replies.Add(std::move(done), Result<AutofocusOutcome>(PassOn(why)));
   };
   if (auto pinned = PinRange(request); !pinned) return refuse(pinned.error());
+  if (auto judged = CheckPolicy(request); !judged) return refuse(judged.error());
   auto search = autofocus.SearchFor(request);
   if (!search) return refuse(search.error());
   if (request.conditions) {
@@ -266,16 +271,6 @@ void Rig::Impl::Autofocus(AutofocusRequest request, ProgressCallback progress, A
   Disturb(Axis::Focus);
   if (focus_under_way) axes[Axis::Focus]->Halt();
   autofocus.Begin(std::move(request), *std::move(search), std::move(progress), std::move(done));
-}
-
-void Rig::Impl::SetCalibration(std::shared_ptr<const Calibration> calibration, StopCallback done) {
-  // The run holds the table of the old one.
-  auto possible = OpticalState::TableFor(optics.config(), device, calibration);
-  if (!possible) return replies.Add(std::move(done), Result<void>(PassOn(possible)));
-  autofocus.Cancel({Code::Superseded, "the lens got another calibration"});
-  optics.Adopt(*std::move(possible), std::move(calibration));
-  if (reader.sampled_at()) optics.NoteConditions(reader.temperature());
-  replies.Add(std::move(done), Result<void>());
 }
 
 // ---- who is displaced ---------------------------------------------------------------------------------------------
@@ -334,6 +329,7 @@ Status Rig::Impl::GetStatus() const {
   status.activity = CurrentActivity();
   if (clock.Now() < held_until) status.held_until = held_until;
   const CommandCount& focus = commands.of[Axis::Focus];
+  if (axes[Axis::Focus]) status.direction = axes[Axis::Focus]->setup().direction;
   status.focus_commands = {focus.given + commands.searches - commands.refused, focus.stops};
   if (!reader.sampled_at()) return status;
   status.sampled_at = *reader.sampled_at();

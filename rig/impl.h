@@ -41,6 +41,7 @@ class Rig::Impl {
   void ResetFaults(const std::vector<drivers::Axis>& axes, StopCallback done);
   void Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done);
   void SetCalibration(std::shared_ptr<const Calibration> calibration, StopCallback done);
+  void SetSeenDirection(std::optional<drivers::Direction> seen, StopCallback done);
 
   std::optional<Error> WhyNotFocused() const;
   std::optional<Error> WhyNotAtRest() const;
@@ -63,6 +64,7 @@ class Rig::Impl {
                                      const Clock& clock);
   Result<Native> InReach(drivers::Axis axis, const Target& target) const;
   Result<void> PinRange(AutofocusRequest& request) const;
+  Result<void> CheckPolicy(const AutofocusRequest& request) const;
   bool WantsReading(Instant now) const;
   void ReadLens();
   void AdvanceMotions();

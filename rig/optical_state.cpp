@@ -48,6 +48,13 @@ OpticalState::OpticalState(RigConfig config, const AxisControllers& axes, std::o
                            std::shared_ptr<const Calibration> calibration)
     : config_(std::move(config)), axes_(axes), table_(std::move(table)), calibration_(std::move(calibration)) {
   AdoptBacklash();
+  AdoptDirection();
+}
+
+void OpticalState::AdoptDirection() {
+  AxisController* const focus = axes_[Axis::Focus].get();
+  if (focus == nullptr) return;
+  focus->SetDirection(DirectionOf(config_.axes[Axis::Focus], focus->setup().can, calibration_.get()));
 }
 
 /// What the configuration leaves to be found out. The take-up is the most it can be.
@@ -66,6 +73,12 @@ void OpticalState::Adopt(std::optional<OpticsTable> table, std::shared_ptr<const
   held_.reset();
   calibration_ = std::move(calibration);
   AdoptBacklash();
+  AdoptDirection();
+}
+
+void OpticalState::Adopt(std::optional<OpticsTable> table, std::optional<drivers::Direction> seen) {
+  config_.axes[Axis::Focus].seen = seen;
+  Adopt(std::move(table), calibration_);
 }
 
 void OpticalState::NoteConditions(std::optional<Celsius> temperature) {
@@ -120,6 +133,7 @@ Result<Native> OpticalState::Aim(Axis axis, const Target& target) const {
     return table_->NativeFromFocalLength(Metres{target.value});
   }
   if (axis != Axis::Focus) return Fail(Code::InvalidArgument, "only focus can be set to a distance");
+  if (table_ && LacksDirection(*table_)) return PassOn(DirectionUnknown("focus cannot be set to a distance"));
   if (!table_ || !table_->has_focus()) {
     return Fail(Code::Unsupported, "this lens is not calibrated: only native positions are possible, such as @1200");
   }
@@ -170,7 +184,7 @@ ErrorFacts OpticalState::ReachOf(Axis axis, const Target& target) const {
   const bool f_numbers = setup.can.unit == drivers::NativeUnit::FNumber || target.kind == Kind::FNumber;
   std::string unit(f_numbers ? "fNumber" : drivers::NativeUnitName(setup.can.unit));
   if (target.kind == Kind::NativeRelative || target.kind == Kind::TowardNear) {
-    const double sign = target.kind == Kind::TowardNear && !setup.config.near_positive ? -1.0 : 1.0;
+    const double sign = target.kind == Kind::TowardNear && !setup.direction.near_positive() ? -1.0 : 1.0;
     const double stands = axes_[axis]->Ahead(0.0).value_or(Native{}).value;
     reach = std::minmax({sign * (low.value - stands), sign * (high.value - stands)});
   } else if (target.kind == Kind::FNumber) {

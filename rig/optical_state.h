@@ -25,6 +25,8 @@ class OpticalState {
   const std::shared_ptr<const Calibration>& calibration() const { return calibration_; }
   /// Another calibration, and TableFor() of it.
   void Adopt(std::optional<OpticsTable> table, std::shared_ptr<const Calibration> calibration);
+  /// Another direction that was seen, and TableFor() with it.
+  void Adopt(std::optional<OpticsTable> table, std::optional<drivers::Direction> seen);
   const RigConfig& config() const { return config_; }
   /// Zoom and filter are taken from the axes.
   void NoteConditions(std::optional<Celsius> temperature);
@@ -51,6 +53,7 @@ class OpticalState {
  private:
   void DescribeBounds(Status& status) const;
   void AdoptBacklash();
+  void AdoptDirection();
   bool Compensates() const;
   Result<Metres> ExtensionOf(const Target& target) const;
   optics::FocusScale ScaleOf(const Target& target) const;
@@ -59,7 +62,7 @@ class OpticalState {
   FNumber FNumberBound(Native position, Native bound) const;
   const AxisController* Known(drivers::Axis axis) const;
 
-  const RigConfig config_;  ///< before the calibration fills in what it leaves open
+  RigConfig config_;  ///< before the calibration fills in what it leaves open
   const AxisControllers& axes_;
   std::optional<OpticsTable> table_;
   std::shared_ptr<const OpticsTable> shared_table_;  ///< the same, for those on other threads

@@ -14,8 +14,8 @@ using drivers::NativeUnit;
 const drivers::NominalOptics& OpticsTable::nominal() const {
   return lens_->nominal;
 }
-bool OpticsTable::has_focus() const {
-  return lens_->focus.has_value();
+bool OpticsTable::has_focus(Direction direction) const {
+  return lens_->focus.has_value() && (direction == Direction::NotNeeded || lens_->direction.direction);
 }
 bool OpticsTable::has_iris() const {
   return lens_->iris.has_value();
@@ -64,7 +64,7 @@ Dioptres OpticsTable::VergenceFromExtension(Metres extension) const {
 
 Result<Metres> OpticsTable::ExtensionInFocus(optics::ObjectDepth depth) const {
   std::optional<Metres> longest;
-  if (has_focus()) {
+  if (lens_->focus) {
     longest = std::max(ExtensionFromNative(lens_->focus->minimum), ExtensionFromNative(lens_->focus->maximum));
   } else {
     longest = Metres{lens_->nominal.max_extension_m};

@@ -6,6 +6,14 @@
 #include "axis_setup.h"
 
 namespace lensd::rig {
+namespace {
+
+/// What is counted in this unit is larger for nearer subjects, by what it is.
+bool GrowsTowardNear(drivers::NativeUnit unit) {
+  return unit == drivers::NativeUnit::Dioptres || unit == drivers::NativeUnit::Millimetres;
+}
+
+}  // namespace
 
 /// With breathing the extension lies between those of the shortest and the longest focal length.
 Result<double> OpticsTable::Lens::Extension(double focal_length, optics::ObjectDepth depth,
@@ -51,13 +59,12 @@ std::optional<OpticsTable::Lens::ApproachShift> OpticsTable::Lens::ShiftToOwnApp
   } else {
     return std::nullopt;
   }
-  const bool upward = axis.approach_near == axis.near_positive;
-  return ApproachShift{.native = upward ? backlash : -backlash, .unsure = unsure};
+  return ApproachShift{.native = direction.approach_up ? backlash : -backlash, .unsure = unsure};
 }
 
 /// Nominal figures are those of a lens moved toward near.
 void OpticsTable::Lens::PlaceNominal(const AxisConfig& axis) {
-  if (!focus || axis.approach_near) return;
+  if (!focus || direction.approach_near) return;
   if (const auto shift = ShiftToOwnApproach(axis)) {
     nominal_shift = shift->native;
     nominal_unsure = shift->unsure;
@@ -70,7 +77,7 @@ Result<void> OpticsTable::Lens::AddFocus(const FocusCurve& measured, const RigCo
   const auto& axis = config.axes[drivers::Axis::Focus];
   Focus entry{.measured = &measured, .extension = {}, .from_vergence = false, .error_m = measured.error.value};
   double shift = 0.0, unsure = 0.0;
-  if (measured.approach_near != axis.approach_near) {
+  if (measured.approach_near != direction.approach_near) {
     const auto known = ShiftToOwnApproach(axis);
     if (!known) {
       return Fail(Code::InvalidArgument,
@@ -95,11 +102,13 @@ Result<void> OpticsTable::Lens::AddFocus(const FocusCurve& measured, const RigCo
   }
   auto curve = Curve::Through(knots);
   if (!curve) return PassOn(curve);
-  if (axis.near_positive ? !curve->rising() : !curve->falling()) {
+  if (direction.near_positive() ? !curve->rising() : !curve->falling()) {
+    const std::string why = direction.from == DirectionFrom::Configured
+                                ? "the lens is configured as " + std::string(DirectionName(*direction.direction))
+                                : "other points of it do";
     return Fail(Code::InvalidArgument, std::string("the calibration of focus must focus ") +
-                                           (axis.near_positive ? "nearer" : "farther") +
-                                           " from point to point: the lens is configured as near-" +
-                                           (axis.near_positive ? "positive" : "negative"));
+                                           (direction.near_positive() ? "nearer" : "farther") +
+                                           " from point to point: " + why);
   }
   const double slope = std::abs((knots.back().value - knots.front().value) / (knots.back().at - knots.front().at));
   entry.error_m += unsure * slope;
@@ -139,7 +148,7 @@ Result<void> OpticsTable::Lens::AddCalibration(const RigConfig& config) {
   }
   if (!focus) return {};
   // Curves of the lens' own approach make those of the other one needless.
-  const bool approach_near = config.axes[drivers::Axis::Focus].approach_near;
+  const bool approach_near = direction.approach_near;
   const bool own = std::ranges::any_of(calibration->focus,
                                        [&](const FocusCurve& curve) { return curve.approach_near == approach_near; });
   for (const FocusCurve& curve : calibration->focus) {
@@ -163,10 +172,18 @@ Result<OpticsTable> OpticsTable::Create(const drivers::NominalOptics& optics, co
   made->calibration = std::move(calibration);
   made->tolerance = config.focal_length_tolerance;
   made->wavelength = config.wavelength;
-  const bool near_positive = config.axes[drivers::Axis::Focus].near_positive;
-  made->extension_at_minimum_m = near_positive ? optics.min_extension_m : optics.max_extension_m;
-  made->extension_at_maximum_m = near_positive ? optics.max_extension_m : optics.min_extension_m;
   const auto& focus = lens.axes[drivers::Axis::Focus];
+  if (focus) made->direction = DirectionOf(config.axes[drivers::Axis::Focus], *focus, made->calibration.get());
+  const bool near_negative = made->direction.direction == drivers::Direction::NearNegative;
+  const bool calibrated = made->calibration && !made->calibration->focus.empty();
+  if (near_negative && focus && !optics.liquid && !calibrated && GrowsTowardNear(focus->unit)) {
+    return Fail(Code::InvalidArgument,
+                "focus of this lens counts in " + std::string(drivers::NativeUnitName(focus->unit)) +
+                    ", which grow toward near, and its direction is near-negative: say \"near-positive\", or count "
+                    "it in steps");
+  }
+  made->extension_at_minimum_m = near_negative ? optics.max_extension_m : optics.min_extension_m;
+  made->extension_at_maximum_m = near_negative ? optics.min_extension_m : optics.max_extension_m;
   const bool focus_known =
       optics.max_extension_m > optics.min_extension_m || (made->calibration && !made->calibration->focus.empty());
   if (focus && Span(*focus) > 0 && focus_known) made->focus = focus;

@@ -9,6 +9,7 @@
 
 #include "curve.h"
 #include "optics/conjugates.h"
+#include "rig/direction.h"
 #include "rig/optics_table.h"
 
 namespace lensd::rig {
@@ -22,6 +23,7 @@ inline double Span(const drivers::AxisCapabilities& axis) {
 struct OpticsTable::Lens {
   drivers::NominalOptics nominal;
   std::shared_ptr<const Calibration> calibration;  ///< may be null
+  FocusDirection direction;                        ///< in which the native range of focus counts
   double tolerance = 0.0;                          ///< of the focal length
   std::optional<Metres> wavelength;
   bool compensate = false;

@@ -105,6 +105,10 @@ void Rig::SetCalibration(std::shared_ptr<const Calibration> calibration, StopCal
   Commanded().SetCalibration(std::move(calibration), std::move(done));
 }
 
+void Rig::SetSeenDirection(std::optional<drivers::Direction> seen, StopCallback done) {
+  Commanded().SetSeenDirection(seen, std::move(done));
+}
+
 Rig::Impl& Rig::Commanded() {
   impl_->commands.since_step = true;
   return *impl_;

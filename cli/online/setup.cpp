@@ -1,6 +1,6 @@
 // setup: the first hour with an unknown lens, in a few minutes: how its axes move, where focus is, what a reversal
 // loses, how much blur a step makes, whether focus turns the way that is configured. It writes nothing: it prints the
-// lines to put into the configuration. The backlash alone is kept, as `lensctl backlash` does it.
+// lines to put into the configuration. Backlash and direction alone are kept, by lensd.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -90,33 +90,63 @@ void SayHowLong(Session& session, const Json& axis) {
                  Short(std::ceil(whole_s / 60.0), 2) + " minutes in all");
 }
 
+const Json* FocusOf(const Json& info) {
+  const auto axis = std::ranges::find_if(info["axes"], [](const Json& a) { return a["axis"] == "focus"; });
+  return axis == info["axes"].end() ? nullptr : &*axis;
+}
+
+/// A lens whose direction is not known does not say how far its sensor is: the middle of what there is will do.
+double ExtensionNear(const Json& status, const Json& optics) {
+  if (status["extensionMm"].is_number()) return status["extensionMm"].get<double>();
+  return 0.5 * (optics["extensionMinMm"].get<double>() + optics["extensionMaxMm"].get<double>());
+}
+
 /// Diameter of the blur that one step away from here makes, in pixels, by the configured optics.
 double BlurPerStep(const Json& info, const Json& status) {
   const Json& optics = info["optics"];
   const Json& camera = info["camera"];
+  const Json* const axis = FocusOf(info);
   if (!optics.is_object() || !camera.is_object() || !camera["pixelUm"].is_number() || !status["fNumber"].is_number() ||
-      !status["extensionMm"].is_number()) {
+      !status["focalLengthMm"].is_number() || axis == nullptr) {
     return 0.0;
   }
-  const auto axis = std::ranges::find_if(info["axes"], [](const Json& a) { return a["axis"] == "focus"; });
-  if (axis == info["axes"].end()) return 0.0;
   const double travel = axis->at("maximum").get<double>() - axis->at("minimum").get<double>();
   const double step_mm =
       (optics["extensionMaxMm"].get<double>() - optics["extensionMinMm"].get<double>()) / std::max(travel, 1.0);
-  const double f = status["focalLengthMm"].get<double>(), e = status["extensionMm"].get<double>();
+  const double f = status["focalLengthMm"].get<double>(), e = ExtensionNear(status, optics);
   return 1e3 * step_mm * f / (status["fNumber"].get<double>() * (f + e)) / camera["pixelUm"].get<double>();
+}
+
+/// As lensd takes it: "nearPositive", "nearNegative", or nothing where nobody says.
+std::optional<std::string> DirectionIn(const Json& info) {
+  const Json* const axis = FocusOf(info);
+  if (axis == nullptr || !axis->contains("direction") || !axis->at("direction").is_string()) return std::nullopt;
+  return axis->at("direction").get<std::string>();
+}
+
+/// What a blur of a pixel is in dioptres at this distance of the sensor, mm; a hundredth of all vergences where the
+/// pixels are not known.
+double VergenceOfBlur(const Json& info, const Json& status, double sensor_mm) {
+  const Json& camera = info["camera"];
+  if (!camera.is_object() || !camera["pixelUm"].is_number() || !status["fNumber"].is_number()) {
+    return 1e-2 * 1e3 * info["optics"]["extensionMaxMm"].get<double>() / (sensor_mm * sensor_mm);
+  }
+  const double f = status["focalLengthMm"].get<double>();
+  const double depth_mm = 1e-3 * camera["pixelUm"].get<double>() * status["fNumber"].get<double>() * sensor_mm / f;
+  return 1e3 * depth_mm / (sensor_mm * sensor_mm);
 }
 
 /// The curve that slope and distance make, where the optics are known well enough for it.
 void MakeCurve(const Json& status, std::optional<double> vergence, SetupFindings& found) {
   const Json &optics = found.info["optics"], &camera = found.info["camera"], &subject = found.autofocus["subject"];
   if (!found.slope.px_per_step || !vergence || !subject.is_object() || found.direction == "undecided") return;
-  if (!optics.is_object() || !optics["focalLengthMaxMm"].is_null() || !found.slope.near_positive) return;
+  const auto direction = found.seen ? found.seen : DirectionIn(found.info);
+  if (!optics.is_object() || !optics["focalLengthMaxMm"].is_null() || !direction) return;
   if (!camera["pixelUm"].is_number() || !status["fNumber"].is_number()) return;
-  const auto axis = std::ranges::find_if(found.info["axes"], [](const Json& a) { return a["axis"] == "focus"; });
+  const Json* const axis = FocusOf(found.info);
   found.curve = CurveOf({.minimum = axis->at("minimum").get<double>(),
                          .maximum = axis->at("maximum").get<double>(),
-                         .near_positive = *found.slope.near_positive == (found.direction != "reversed"),
+                         .near_positive = *direction == "nearPositive",
                          .focus = subject["position"].get<double>(),
                          .vergence = *vergence,
                          .vergence_sigma = subject["sigmaD"].is_number() ? subject["sigmaD"].get<double>() : 0.0,
@@ -126,23 +156,49 @@ void MakeCurve(const Json& status, std::optional<double> vergence, SetupFindings
                         *found.slope.px_per_step);
 }
 
-/// Which way focus turns, where the optics and what autofocus found are told.
+/// Which way focus turns, where the optics and what autofocus found are told. Where no direction is known the place of
+/// focus is read as that of a near-positive lens, even over its travel, as nominal figures have it.
 void TellDirection(const Json& status, double vergence, SetupFindings& found) {
   const Json &optics = found.info["optics"], &subject = found.autofocus["subject"];
-  if (!optics.is_object() || !status["focalLengthMm"].is_number()) return;
-  if (!subject.is_object() || !subject["vergenceD"].is_number() || !subject["sigmaD"].is_number()) return;
-  const auto axis = std::ranges::find_if(found.info["axes"], [](const Json& a) { return a["axis"] == "focus"; });
+  const Json* const axis = FocusOf(found.info);
+  if (axis == nullptr || !optics.is_object() || !status["focalLengthMm"].is_number() || !subject.is_object()) return;
   const double low = optics["extensionMinMm"].get<double>(), high = optics["extensionMaxMm"].get<double>();
-  const double steps = axis->at("maximum").get<double>() - axis->at("minimum").get<double>();
+  const double first = axis->at("minimum").get<double>(), steps = axis->at("maximum").get<double>() - first;
   const Json& lost = found.backlash;
   const double backlash = lost.is_object() && lost["sizeHigh"].is_number() ? lost["sizeHigh"].get<double>() : 0.0;
-  found.direction = DirectionBy({.given = vergence,
-                                 .found = subject["vergenceD"].get<double>(),
-                                 .found_sigma = subject["sigmaD"].get<double>(),
-                                 .backlash_mm = backlash * (high - low) / std::max(steps, 1.0),
-                                 .focal_length = status["focalLengthMm"].get<double>(),
-                                 .extension_min = low,
-                                 .extension_max = high});
+  DirectionFacts facts{.given = vergence,
+                       .backlash_mm = backlash * (high - low) / std::max(steps, 1.0),
+                       .focal_length = status["focalLengthMm"].get<double>(),
+                       .extension_min = low,
+                       .extension_max = high};
+  const auto known = DirectionIn(found.info);
+  if (!known) {
+    const double f = facts.focal_length, along = (subject["position"].get<double>() - first) / std::max(steps, 1.0);
+    const double extension = std::lerp(low, high, along);
+    facts.found = 1e3 * extension / (f * (f + extension));
+    facts.found_sigma = VergenceOfBlur(found.info, status, f + extension);
+  } else if (subject["vergenceD"].is_number() && subject["sigmaD"].is_number()) {
+    facts.found = subject["vergenceD"].get<double>();
+    facts.found_sigma = subject["sigmaD"].get<double>();
+  } else {
+    return;
+  }
+  const std::string verdict = DirectionBy(facts);
+  found.direction = known || verdict == "undecided" ? verdict : "found";
+  if (verdict == "undecided") return;
+  const bool near_positive = (!known || *known == "nearPositive") == (verdict == "right");
+  found.seen = near_positive ? "nearPositive" : "nearNegative";
+}
+
+/// lensd remembers what was seen, and goes by it where neither the configuration nor a calibration says another.
+void KeepSeen(DaemonClient& link, const std::string& lens, SetupFindings& found) {
+  if (!found.seen) return;
+  if (auto kept = link.Ask(MethodOfLens("KeepDirection"), {{"lens", lens}, {"direction", *found.seen}}); !kept) {
+    found.remarks.push_back("the direction seen is not remembered: " + kept.error().message);
+    return;
+  }
+  if (auto info = FindInfo(link, lens)) found.info = *std::move(info);
+  found.goes_by_seen = DirectionIn(found.info) == found.seen;
 }
 
 std::expected<Json, Failure> StatusOf(DaemonClient& link, const std::string& lens) {
@@ -200,6 +256,7 @@ std::expected<void, Failure> SetUpFocus(DaemonClient& link, const std::string& l
   if (!backlash) return PassOn(backlash);
   if (*backlash) found.backlash = (**backlash)["backlash"];
   if (vergence) TellDirection(*status, *vergence, found);
+  KeepSeen(link, lens, found);
   return {};
 }
 
@@ -207,8 +264,8 @@ std::expected<void, Failure> SetUpFocus(DaemonClient& link, const std::string& l
 std::expected<void, Failure> SetUpBlur(DaemonClient& link, const std::string& lens, const Json& region,
                                        std::optional<double> vergence, SetupFindings& found) {
   if (!found.autofocus.is_object() || !found.autofocus.value("focused", false)) return {};
-  const auto axis = std::ranges::find_if(found.info["axes"], [](const Json& a) { return a["axis"] == "focus"; });
-  if (axis == found.info["axes"].end()) return {};
+  const Json* const axis = FocusOf(found.info);
+  if (axis == nullptr) return {};
   auto slope = MeasureBlurSlope(link, lens, *axis, region, found.autofocus["position"].get<double>());
   if (!slope && slope.error().status == Exit::Interrupted) return PassOn(slope);
   if (!slope) {
@@ -232,7 +289,7 @@ std::expected<void, Failure> SetUpBlur(DaemonClient& link, const std::string& le
 
 bool AllWell(const SetupFindings& found) {
   const auto well = [](const Json& axis) { return !axis.contains("trouble") || axis["trouble"].is_null(); };
-  if (!std::ranges::all_of(found.axes, well) || found.direction == "reversed") return false;
+  if (!std::ranges::all_of(found.axes, well) || (found.direction == "reversed" && !found.goes_by_seen)) return false;
   if (found.info["camera"].is_null()) return true;
   return found.autofocus.is_object() && found.autofocus.value("focused", false) && found.backlash.is_object() &&
          found.backlash.value("known", false);

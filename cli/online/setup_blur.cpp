@@ -37,8 +37,6 @@ class Looker {
   std::expected<LightPicture, Failure> Look() {
     auto taken = TakeSnapshot(link_, {{"lens", lens_}, {"region", region_}, {"encoding", "raw"}});
     if (!taken) return PassOn(taken);
-    const Json& extension = taken->frame["extensionMm"];
-    extension_mm_ = extension.is_number() ? std::optional(extension.get<double>()) : std::nullopt;
     const Json& shown = taken->frame["picture"];
     const int bits = shown["bits"].get<int>(), channels = shown["channels"].get<int>();
     const double gamma = shown["gamma"].get<double>(), full = std::pow(2.0, bits) - 1.0;
@@ -56,9 +54,6 @@ class Looker {
     return picture;
   }
 
-  /// That lensd told with the newest picture; none where it knows no optics.
-  std::optional<double> extension_mm() const { return extension_mm_; }
-
   std::expected<LightPicture, Failure> LookOften() {
     auto sum = Look();
     for (int i = 1; sum && i < kSharpPictures; ++i) {
@@ -73,7 +68,6 @@ class Looker {
   DaemonClient& link_;
   const std::string lens_;
   const Json region_;
-  std::optional<double> extension_mm_;
 };
 
 /// The part of the range that is gone to.
@@ -113,15 +107,13 @@ std::vector<double> Places(const Reach& reach, double focus, double slope, doubl
   return places;
 }
 
-/// What one pass over the focus has shown.
-struct Seen {
-  std::vector<std::pair<double, double>> blurs;  ///< position and px, with the sign of the side
-  std::optional<double> first_mm, last_mm;       ///< extension at both ends of the pass, as lensd tells it
-};
+/// What one pass over the focus has shown: position and px of blur, with the sign of the side.
+using Blurs = std::vector<std::pair<double, double>>;
 
 /// Takes one picture at every place, and the sharp ones on the way.
-std::expected<Seen, Failure> Pass(Looker& looker, const std::vector<double>& places, const Reach& reach, double focus) {
-  Seen seen;
+std::expected<Blurs, Failure> Pass(Looker& looker, const std::vector<double>& places, const Reach& reach,
+                                   double focus) {
+  Blurs seen;
   const double before = std::max(reach.low, places.front() - 0.25 * (places.back() - places.front()));
   if (auto moved = looker.Go(reach.OnGrid(before)); !moved) return PassOn(moved);
   std::optional<SharpPicture> sharp;
@@ -142,27 +134,25 @@ std::expected<Seen, Failure> Pass(Looker& looker, const std::vector<double>& pla
     auto picture = looker.Look();
     if (!picture) return PassOn(picture);
     pictures.emplace_back(*there, *std::move(picture));
-    (place == places.front() ? seen.first_mm : seen.last_mm) = looker.extension_mm();
   }
   if (!sharp) {
     if (auto looked = look_sharply(); !looked) return PassOn(looked);
   }
   for (const auto& [place, picture] : pictures) {
-    if (const auto blur = sharp->BlurOf(picture)) seen.blurs.emplace_back(place, place < focus ? -*blur : *blur);
+    if (const auto blur = sharp->BlurOf(picture)) seen.emplace_back(place, place < focus ? -*blur : *blur);
   }
   return seen;
 }
 
-BlurSlope SlopeOf(const Seen& seen, double focus) {
+BlurSlope SlopeOf(const Blurs& seen, double focus) {
   BlurSlope slope;
-  slope.pictures = static_cast<int>(seen.blurs.size());
-  if (seen.first_mm && seen.last_mm) slope.near_positive = *seen.first_mm < *seen.last_mm;
-  auto line = FitLine(seen.blurs);
+  slope.pictures = static_cast<int>(seen.size());
+  auto line = FitLine(seen);
   if (line && line->slope > 0.0) {
     // The picture that counts as sharp was itself a little beside the focus: such a disk takes its square from the
     // others.
     const double own = line->At(focus);
-    std::vector<std::pair<double, double>> whole = seen.blurs;
+    std::vector<std::pair<double, double>> whole = seen;
     for (auto& [place, blur] : whole) blur = std::copysign(std::hypot(blur, own), blur);
     line = FitLine(whole);
   }
@@ -203,7 +193,7 @@ std::expected<BlurSlope, Failure> MeasureBlurSlope(DaemonClient& link, const std
   const auto rough = RoughSlope(looker, sharp, reach, focus);
   if (!rough) return PassOn(rough);
   const auto places = *rough > 0.0 ? Places(reach, focus, *rough, sharp.largest()) : std::vector<double>();
-  std::expected<Seen, Failure> seen;
+  std::expected<Blurs, Failure> seen;
   if (places.size() >= 4) seen = Pass(looker, places, reach, focus);
   if (!seen) return PassOn(seen);
   if (auto back = looker.Go(focus); !back) return PassOn(back);

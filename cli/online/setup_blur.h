@@ -11,10 +11,8 @@ namespace lensd::cli {
 struct BlurSlope {
   std::optional<Measured> px_per_step;  ///< growth of the blur's diameter, px a native unit; none: see `why_not`
   double focus = 0.0;                   ///< where it is least, native units
-  /// Greater positions are nearer, as lensd is configured; none where it knows no optics.
-  std::optional<bool> near_positive;
-  int pictures = 0;     ///< out of focus, that it rests on
-  std::string why_not;  ///< empty: it was measured
+  int pictures = 0;                     ///< out of focus, that it rests on
+  std::string why_not;                  ///< empty: it was measured
 };
 
 /// Takes pictures of `region` (null: the middle) at `focus`, where the lens is in focus, and on both sides of it, all

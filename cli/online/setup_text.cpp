@@ -77,16 +77,30 @@ std::string CurveText(const NominalCurve& curve) {
   return text;
 }
 
-std::string DirectionText(const std::string& direction) {
-  if (direction == "right") return "direction: as configured\n";
-  if (direction == "reversed") {
-    return "direction: reversed; in [lens.focus] say the other one of near-positive and near-negative\n";
-  }
-  if (direction == "undecided") {
+std::string SeenText(const std::string& seen) {
+  return seen == "nearPositive" ? "near-positive" : "near-negative";
+}
+
+std::string DirectionText(const SetupFindings& found) {
+  const auto focus = std::ranges::find_if(found.info["axes"], [](const Json& a) { return a["axis"] == "focus"; });
+  const bool unknown =
+      focus != found.info["axes"].end() && focus->contains("direction") && focus->at("direction").is_null();
+  if (found.direction == "undecided") {
     return "direction: the subject fits both ways (it is in the middle of the travel, or the optics are not those "
            "configured); try another distance\n";
   }
-  return "direction: not tried; --at DISTANCE tries it on a subject in the picture whose distance is known\n";
+  if (!found.seen) {
+    return std::string("direction: ") + (unknown ? "not known, so that no distance can be gone to; " : "not tried; ") +
+           "--at DISTANCE tries it on a subject in the picture whose distance is known\n";
+  }
+  if (found.direction == "right") return "direction: " + SeenText(*found.seen) + ", as expected\n";
+  if (found.goes_by_seen) {
+    return "direction: " + SeenText(*found.seen) + "; lensd goes by it from now on, also when it is restarted\n";
+  }
+  if (focus != found.info["axes"].end() && TextOf(*focus, "directionFrom") == "calibration") {
+    return "direction: reversed: " + SeenText(*found.seen) + ", and the calibration says otherwise; measure it anew\n";
+  }
+  return "direction: reversed; in [lens.focus] say the other one of near-positive and near-negative\n";
 }
 
 /// What goes into the configuration.
@@ -136,7 +150,7 @@ std::string SetupText(const SetupFindings& found) {
     text += AutofocusText(found.autofocus) + "\n";
     if (found.backlash.is_object()) text += BacklashLine(found.backlash) + "\n";
     text += BlurText(found);
-    text += DirectionText(found.direction);
+    text += DirectionText(found);
     if (found.curve) text += CurveText(*found.curve);
   }
   for (const std::string& remark : found.remarks) text += remark + "\n";
@@ -149,6 +163,7 @@ Json SetupJson(const SetupFindings& found, double elapsed_ms) {
           {"autofocus", found.autofocus},
           {"backlash", found.backlash},
           {"direction", found.direction},
+          {"seenDirection", found.seen ? Json(SeenText(*found.seen)) : Json(nullptr)},
           {"blurPxPerStep", found.blur_px_per_step > 0.0 ? Json(found.blur_px_per_step) : Json(nullptr)},
           {"blurSlope", JsonOf(found.slope.px_per_step)},
           {"blurSlopePictures", found.slope.pictures},

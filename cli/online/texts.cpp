@@ -59,12 +59,23 @@ std::string TimeText(const Json& object, const char* key) {
   return ms < 1e3 ? Short(ms, 3) + " ms" : Short(1e-3 * ms, 3) + " s";
 }
 
+std::string FocusDirectionText(const Json& axis) {
+  if (!Has(axis, "direction")) return "direction unknown";
+  const std::string direction = axis["direction"] == "nearPositive" ? "near-positive" : "near-negative";
+  const std::string from = TextOf(axis, "directionFrom");
+  if (from == "configured") return direction + ", configured";
+  if (from == "calibration") return direction + ", by its calibration";
+  if (from == "seen") return direction + ", seen by setup";
+  return direction + ", by " + TextOf(axis, "directionBy");
+}
+
 std::string InfoText(const Json& info) {
   std::string line = TextOf(info, "name") + ": " + TextOf(info, "driver") + " " + TextOf(info, "model");
   for (const Json& axis : info["axes"]) {
     line += ", " + TextOf(axis, "axis") + " " + NumberText(axis, "minimum", 8, "") + ".." +
             NumberText(axis, "maximum", 8, " ") +
             (TextOf(axis, "unit") == "fNumber" ? "f-number" : TextOf(axis, "unit"));
+    if (axis["axis"] == "focus" && axis.contains("direction")) line += " (" + FocusDirectionText(axis) + ")";
   }
   if (Has(info, "optics")) {
     const Json& optics = info["optics"];

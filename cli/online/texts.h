@@ -13,6 +13,8 @@ std::string TextOf(const varlink::Json& object, const char* key);
 std::string NumberText(const varlink::Json& object, const char* key, int digits, const char* unit);
 /// A number of milliseconds: "254 ms", "5.84 s", "?" where there is none.
 std::string TimeText(const varlink::Json& object, const char* key);
+/// Which way focus counts and who says so, of its AxisInfo: "near-positive, by the V4L2 standard".
+std::string FocusDirectionText(const varlink::Json& axis);
 /// One line of LensInfo.
 std::string InfoText(const varlink::Json& info);
 /// One line of LensStatus.

@@ -150,7 +150,7 @@ class Judge {
     const sim::LensSettings& made = lens.scene->lens;
     const double iris_step = std::log(made.max_f_number / made.min_f_number) / (made.iris_steps - 1.0);
     const double zoom_step = made.zooms() ? 1e-6 * (made.max_focal_length_mm - made.min_focal_length_mm) : 0.0;
-    const bool up = lens.config.axes[Axis::Focus].approach_near;
+    const bool up = lens.config.axes[Axis::Focus].approach_near.value_or(true);
     const double low = up ? made.backlash_steps + 1 : 1, high = made.steps - 2.0 - (up ? 0.0 : made.backlash_steps);
     for (double step = low; step <= high; ++step) {
       double least = made.min_f_number, most = made.max_f_number;

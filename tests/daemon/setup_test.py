@@ -181,6 +181,8 @@ class Setup(unittest.TestCase):
             told = lens.daemon.lensctl("setup", "cam", "--at", "2.5m")
             self.assertEqual(told.returncode, 1, told.stdout)
             self.assertIn("direction: reversed; in [lens.focus]", told.stdout)
+            status = lens.daemon.lensctl("status").stdout
+            self.assertIn("near-positive by what setup saw: lensd goes by `direction` of [lens.focus]", status)
 
     def test_a_device_that_repeats_its_target_gives_no_speed(self):
         with Lens(feedback="none") as lens:

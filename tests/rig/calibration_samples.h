@@ -28,7 +28,8 @@ inline drivers::NominalOptics Nominal() {
 
 inline drivers::Capabilities Motors() {
   drivers::Capabilities can{.driver = "test", .model = "", .serial = "", .axes = {}};
-  can.axes[Axis::Focus] = {.maximum = Native{1000.0}};
+  can.axes[Axis::Focus] = {.maximum = Native{1000.0},
+                           .direction = drivers::KnownDirection{drivers::Direction::NearPositive, "the test"}};
   can.axes[Axis::Iris] = {.maximum = Native{100.0}};
   can.axes[Axis::Zoom] = {.maximum = Native{100.0}};
   can.axes[Axis::Filter] = {.unit = drivers::NativeUnit::Position, .maximum = Native{4.0}};

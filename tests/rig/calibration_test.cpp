@@ -252,7 +252,7 @@ TEST(OpticsTable, NominalFiguresHoldMovingTowardNear) {
 
 TEST(OpticsTable, RefusesACalibrationThatContradictsTheWiring) {
   RigConfig config;
-  config.axes[Axis::Focus].near_positive = false;
+  config.axes[Axis::Focus].direction = drivers::Direction::NearNegative;
   const auto made = OpticsTable::Create(Nominal(), Motors(), config, With({Measured()}));
   ASSERT_FALSE(made);
   EXPECT_NE(made.error().message.find("near-negative"), std::string::npos) << made.error().message;
@@ -329,7 +329,8 @@ TEST(CalibrationFile, SaysWhereItIsWrong) {
   const std::string focus = head + "[[focus]]\napproach = \"near\"\nerror_um = 1\n";
   const std::pair<std::string, std::string> wrong[] = {
       {"serial = \"\"\n", "lens.toml:1: the calibration version the file must say version = 1"},
-      {"version = 2\nserial = \"\"\n", "lens.toml:1: the calibration version must be 1: this lensd reads version 1 alone"},
+      {"version = 2\nserial = \"\"\n",
+       "lens.toml:1: the calibration version must be 1: this lensd reads version 1 alone"},
       {"version = 1\n", "serial is missing"},
       {head + "colour = 1\n", "lens.toml:3: unknown key \"colour\""},
       {head + "[[focus]]\nerror_um = 1\npoints = []\n", "approach is missing"},

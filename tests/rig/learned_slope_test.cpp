@@ -21,6 +21,7 @@ drivers::Capabilities Motors(bool iris) {
   drivers::Capabilities can;
   can.axes[drivers::Axis::Focus].emplace();
   can.axes[drivers::Axis::Focus]->maximum = Native{kSteps};
+  can.axes[drivers::Axis::Focus]->direction = {drivers::Direction::NearPositive, "the test"};
   if (iris) {
     can.axes[drivers::Axis::Iris].emplace();
     can.axes[drivers::Axis::Iris]->maximum = Native{100.0};

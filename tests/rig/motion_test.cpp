@@ -346,7 +346,7 @@ TEST_F(MotionTest, TargetsOfEveryKind) {
 
 TEST_F(MotionTest, NearIsTheOtherWayWhereTheWiringIs) {
   RigConfig config;
-  config.axes[Axis::Focus].near_positive = false;
+  config.axes[Axis::Focus].direction = drivers::Direction::NearNegative;
   Open(config, 500);
   EXPECT_EQ(
       rig_->Resolve(Axis::Focus, {.kind = Target::Kind::TowardNear, .value = 20, .from = {}, .take_up = {}})->value,

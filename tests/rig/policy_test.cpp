@@ -147,8 +147,9 @@ RC_GTEST_PROP(PolicyProperty, TheTakeUpStaysWithinTheSoftLimits, ()) {
   focus.limits = {Native{static_cast<double>(low)}, Native{static_cast<double>(high)}};
   focus.backlash = backlash;
   focus.approach_near = near;
-  focus.near_positive = *rc::gen::arbitrary<bool>();
-  const bool up = near == focus.near_positive;
+  const bool near_positive = *rc::gen::arbitrary<bool>();
+  focus.direction = near_positive ? drivers::Direction::NearPositive : drivers::Direction::NearNegative;
+  const bool up = near == near_positive;
   SteppedClock clock;
   auto controls = std::make_shared<testing::FakeControls>();
   controls->speed = 1e5;

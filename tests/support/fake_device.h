@@ -41,7 +41,8 @@ struct FakeControls {
   std::optional<double> counts_anew;  ///< focus has been without power, and calls where it stands so, at the next read
   std::optional<double> foreign_target;            ///< another program sends focus there, at the next read
   std::optional<drivers::AxisCapabilities> focus;  ///< instead of its own, when the device is made
-  std::vector<double> focus_targets;               ///< of every move of focus so far
+  std::optional<drivers::Direction> direction = drivers::Direction::NearPositive;  ///< that its driver vouches for
+  std::vector<double> focus_targets;                                               ///< of every move of focus so far
   int moves = 0, reads = 0, stops = 0, homes = 0;
   int camera_starts = 0;
 };
@@ -76,6 +77,7 @@ class FakeLens final : public drivers::Lens {
     can.axes[drivers::Axis::Focus] = {
         .maximum = Native{1000.0}, .feedback = measured, .can_home = true, .backlash = 0.0};
     if (controls.focus) can.axes[drivers::Axis::Focus] = controls.focus;
+    if (controls.direction) can.axes[drivers::Axis::Focus]->direction = {*controls.direction, "the fake lens"};
     can.axes[drivers::Axis::Iris] = {.maximum = Native{100.0}, .feedback = measured, .backlash = 0.0};
     can.axes[drivers::Axis::Zoom] = {.maximum = Native{100.0}, .feedback = drivers::Feedback::None, .can_stop = false};
     return can;

@@ -52,6 +52,15 @@ bool AxisInfo::needsHome() const {
 bool AxisInfo::canStop() const {
   return Access::Get<bool>(*this, "canStop");
 }
+std::optional<std::string> AxisInfo::direction() const {
+  return Access::Get<std::optional<std::string>>(*this, "direction");
+}
+std::optional<std::string> AxisInfo::directionFrom() const {
+  return Access::Get<std::optional<std::string>>(*this, "directionFrom");
+}
+std::optional<std::string> AxisInfo::directionBy() const {
+  return Access::Get<std::optional<std::string>>(*this, "directionBy");
+}
 double OpticsInfo::focalLengthMm() const {
   return Access::Get<double>(*this, "focalLengthMm");
 }
@@ -2386,6 +2395,18 @@ ForgetLearnedParameters& ForgetLearnedParameters::lens(const std::string& value)
   return *this;
 }
 ForgetLearnedParameters& ForgetLearnedParameters::lease(const std::string& value) {
+  Access::Set(*this, "lease", value);
+  return *this;
+}
+KeepDirectionParameters& KeepDirectionParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
+KeepDirectionParameters& KeepDirectionParameters::direction(const std::string& value) {
+  Access::Set(*this, "direction", value);
+  return *this;
+}
+KeepDirectionParameters& KeepDirectionParameters::lease(const std::string& value) {
   Access::Set(*this, "lease", value);
   return *this;
 }

@@ -11,9 +11,9 @@ from ._protocol import Call
 from .types import (
     AutofocusProgress, AutofocusResult, AutofocusStep, Axis, BacklashProgress, BacklashResult, CalibrationInfo,
     CalibrationPoint, DaemonMetrics, DistanceFrom, Encoding, Event, ExposureInfo, FailedSearch, FocusAtPlace,
-    FocusAtSurface, FocusAtValue, FocusMapResult, FocusRange, FocusShift, FocusShiftProgress, FocusShiftResult,
-    FocusStep, FoundDevice, FrameInfo, LearnedState, LensInfo, LensMetrics, LensStatus, MoveProgress, MoveResult,
-    PictureInfo, PixelFormat, PlanAnswer, PlanRequest, Policy, Preset, RecallResult, RefocusState, Region,
+    FocusAtSurface, FocusAtValue, FocusDirection, FocusMapResult, FocusRange, FocusShift, FocusShiftProgress,
+    FocusShiftResult, FocusStep, FoundDevice, FrameInfo, LearnedState, LensInfo, LensMetrics, LensStatus, MoveProgress,
+    MoveResult, PictureInfo, PixelFormat, PlanAnswer, PlanRequest, Policy, Preset, RecallResult, RefocusState, Region,
     SearchConditions, Size, Target, UndoResult)
 
 
@@ -334,6 +334,22 @@ def forget_learned(*, lens: Optional[str] = None, lease: Optional[str] = None) -
     """Feature "learned". Forgets all of it: the next searches go by what is told, and learn anew. NotKept: it is in
     force, and could not be written."""
     return Call("io.lensd.Lens.ForgetLearned", {"lens": lens, "lease": lease}, ForgetLearnedReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KeepDirectionReply:
+    """The answer to KeepDirection."""
+
+
+def keep_direction(*, lens: Optional[str] = None, direction: Optional[FocusDirection] = None, lease: Optional[str] =
+                   None) -> Call[KeepDirectionReply]:
+    """Feature "direction". Remembers, also when lensd is restarted, which way focus counts, as a measurement of this
+    device has shown it (`lensctl setup --at` makes one); null forgets it. It counts from now on where neither the
+    configuration nor a calibration says another; where they do, `warnings` of LensStatus tells of it. Unsupported: no
+    motorised focus. Busy: an axis moves, or an autofocus is under way. NotKept: it is in force, and could not be
+    written."""
+    return Call("io.lensd.Lens.KeepDirection", {"lens": lens, "direction": direction, "lease": lease},
+                KeepDirectionReply)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -96,6 +96,15 @@ BacklashCause = Literal["notFocused", "noPeak", "noRoom", "tooLarge", "unsteady"
 # shots than lensd counts.
 StackCause = Literal["tooFar", "tooNear", "tolerance", "diffraction", "tooMany"]
 
+# Feature "direction". Which way focus counts: nearPositive: larger native positions focus nearer; nearNegative:
+# farther.
+FocusDirection = Literal["nearPositive", "nearNegative"]
+
+# Feature "direction". Who says so; of several the one that stands first here is believed. configured: `direction` of
+# [lens.focus]. calibration: measured distances. seen: a measurement of the direction alone (KeepDirection). driver: a
+# standard, or the maker of the device.
+DirectionFrom = Literal["configured", "calibration", "seen", "driver"]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxisInfo:
@@ -121,6 +130,14 @@ class AxisInfo:
     needs_home: bool
     # A motion can be ended midway.
     can_stop: bool
+    # Feature "direction". Of focus; null: nobody says. Then whatever goes by distance, extension or "nearer" is
+    # Unsupported.
+    direction: Optional[FocusDirection] = None
+    # Feature "direction". Who says so; null where nobody does.
+    direction_from: Optional[DirectionFrom] = None
+    # Feature "direction". What the driver goes by, for people ("the V4L2 standard"); null where it is not the driver
+    # who says so.
+    direction_by: Optional[str] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

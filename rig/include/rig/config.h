@@ -23,9 +23,10 @@ enum class Restore { Never, Always, NearZero, Conditional };
 
 /// One axis: [lens.focus], [lens.iris], [lens.zoom], [lens.filter].
 struct AxisConfig {
-  AxisConfig() = default;           // no aggregate: GCC 12 crashes on `{}` for a RigConfig otherwise
-  bool near_positive = true;        ///< focus: larger native positions focus nearer
-  bool approach_near = true;        ///< the last motion always goes toward near (other axes: toward larger positions)
+  AxisConfig() = default;                       // no aggregate: GCC 12 crashes on `{}` for a RigConfig otherwise
+  std::optional<drivers::Direction> direction;  ///< of focus, as configured
+  std::optional<drivers::Direction> seen;       ///< of focus, as a measurement of this lens has shown it
+  std::optional<bool> approach_near;            ///< of focus: the side that its last motion goes toward; default near
   std::optional<double> backlash;   ///< native units to overshoot by when arriving from the other side; default unknown
   std::optional<Duration> settle;   ///< from standing still to a steady picture; default what the driver says
   std::optional<double> tolerance;  ///< native units; default one resolution

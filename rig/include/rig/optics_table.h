@@ -36,8 +36,8 @@ struct Conditions {
 class OpticsTable {
  public:
   /// InvalidArgument: a focal length or f-number that is not above 0, an empty range, a focus inside -f; a calibration
-  /// that does not rise or fall throughout, or the wrong way for `near_positive`. Of `config` count approach,
-  /// temperature, tolerance and wavelength.
+  /// that does not rise or fall throughout, or contradicts the configured direction. Of `config` count direction,
+  /// approach, temperature, tolerance and wavelength.
   static Result<OpticsTable> Create(const drivers::NominalOptics& optics, const drivers::Capabilities& lens,
                                     const RigConfig& config, std::shared_ptr<const Calibration> calibration);
   /// The same lens under other conditions.
@@ -53,11 +53,16 @@ class OpticsTable {
   Metres FocalLengthAt(Metres extension) const;
   /// A lens without a motorised iris has one f-number only where the range is a single one.
   std::optional<FNumber> fixed_f_number() const;
-  bool has_focus() const;
+  /// Whether the direction in which focus counts must be known. Where it is not, conversions go as if it were
+  /// near-positive: right for what does not depend on where the motor stands, such as the extensions that there are,
+  /// and for nothing else.
+  enum class Direction { Needed, NotNeeded };
+  /// Positions of focus can be told in optics.
+  bool has_focus(Direction direction = Direction::Needed) const;
   bool has_iris() const;
   bool has_zoom() const;
 
-  /// Focus axis; has_focus() must hold.
+  /// Focus axis; has_focus(Direction::NotNeeded) must hold.
   Metres ExtensionFromNative(Native focus) const;
   Native NativeFromExtension(Metres extension) const;
   /// What the position would mean without a calibration.

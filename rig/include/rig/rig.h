@@ -20,6 +20,7 @@
 #include "drivers/api/lens.h"
 #include "rig/calibration.h"
 #include "rig/config.h"
+#include "rig/direction.h"
 #include "rig/focus_map.h"
 #include "rig/learned_slope.h"
 #include "rig/motion.h"
@@ -241,6 +242,7 @@ struct Status {
   bool wrong_device = false;  ///< the problem is that another device is in its place
   Instant sampled_at{};       ///< of the axes
   drivers::PerAxis<std::optional<AxisStatus>> axes;
+  FocusDirection direction{};                 ///< of the focus axis, where there is one
   std::shared_ptr<const OpticsTable> optics;  ///< under the conditions of this moment; null: not known
   std::optional<Metres> focal_length;         ///< breathing and zoom counted
   std::optional<Metres> extension;
@@ -327,6 +329,11 @@ class Rig {
   /// Another calibration from now on (null: none). Motions under way go on to where they were sent. Errors as Create();
   /// then the old one stays.
   void SetCalibration(std::shared_ptr<const Calibration> calibration, StopCallback done);
+
+  /// What a measurement has shown of the direction of focus (nothing: what was shown before no longer counts). It
+  /// counts from now on where neither the configuration nor a calibration says another. Errors as Create().
+  /// Unsupported: no focus axis. Busy: WhyNotAtRest().
+  void SetSeenDirection(std::optional<drivers::Direction> seen, StopCallback done);
 
   const Clock& clock() const;
 

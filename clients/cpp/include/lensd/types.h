@@ -136,6 +136,8 @@ class GetLearnedReply;
 class GetLearnedParameters;
 class ForgetLearnedReply;
 class ForgetLearnedParameters;
+class KeepDirectionReply;
+class KeepDirectionParameters;
 class PresetSaveReply;
 class PresetSaveParameters;
 class PresetListReply;
@@ -225,6 +227,14 @@ class LENSD_API AxisInfo : public Value {
   bool needsHome() const;
   /// A motion can be ended midway.
   bool canStop() const;
+  /// Feature "direction". Of focus; null: nobody says. Then whatever goes by distance, extension or "nearer" is
+  /// Unsupported.
+  std::optional<std::string> direction() const;
+  /// Feature "direction". Who says so; null where nobody does.
+  std::optional<std::string> directionFrom() const;
+  /// Feature "direction". What the driver goes by, for people ("the V4L2 standard"); null where it is not the driver
+  /// who says so.
+  std::optional<std::string> directionBy() const;
 };
 
 /// What is known of the optics.
@@ -2296,6 +2306,25 @@ class LENSD_API ForgetLearnedParameters : public Value {
   static const char* Method() { return "ForgetLearned"; }
   ForgetLearnedParameters& lens(const std::string& value);
   ForgetLearnedParameters& lease(const std::string& value);
+};
+
+/// The answer to KeepDirection.
+class LENSD_API KeepDirectionReply : public Value {
+ public:
+};
+
+/// Feature "direction". Remembers, also when lensd is restarted, which way focus counts, as a measurement of this
+/// device has shown it (`lensctl setup --at` makes one); null forgets it. It counts from now on where neither the
+/// configuration nor a calibration says another; where they do, `warnings` of LensStatus tells of it. Unsupported: no
+/// motorised focus. Busy: an axis moves, or an autofocus is under way. NotKept: it is in force, and could not be
+/// written.
+class LENSD_API KeepDirectionParameters : public Value {
+ public:
+  using Reply = KeepDirectionReply;
+  static const char* Method() { return "KeepDirection"; }
+  KeepDirectionParameters& lens(const std::string& value);
+  KeepDirectionParameters& direction(const std::string& value);
+  KeepDirectionParameters& lease(const std::string& value);
 };
 
 /// The answer to PresetSave.
