@@ -28,6 +28,11 @@ inline double Same(const LensSettings&, double value) {
   return value;
 }
 
+/// Counted from the other end. Its own inverse.
+inline double FromNear(const LensSettings& lens, double value) {
+  return lens.steps - 1.0 - value;
+}
+
 inline double IrisSpan(const LensSettings& lens) {
   return std::log(lens.max_f_number / lens.min_f_number) / (lens.iris_steps - 1.0);
 }

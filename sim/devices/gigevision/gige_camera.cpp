@@ -125,7 +125,8 @@ Result<void> GigeCamera::Body::Describe() {
   const auto add = [&](Axis axis, unsigned target, unsigned place, auto native, auto count, double grid = 1.0) {
     axes.push_back({axis, target, place, native, count, grid, 0, {}});
   };
-  add(Axis::Focus, registers::kFocusTarget, registers::kFocusPlace, Same, Same);
+  const auto focus_count = options.focus_zero == GigeFocusZero::Near && !lens.liquid ? FromNear : Same;
+  add(Axis::Focus, registers::kFocusTarget, registers::kFocusPlace, focus_count, focus_count);
   const bool optical = options.names == "sfnc" || options.names == "sfnc-abort" || options.names == "allied-vision";
   if (can.axes[Axis::Iris]) {
     // Twice the coarsest half step of the blades: what is asked for is reached within it.

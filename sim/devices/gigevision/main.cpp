@@ -20,9 +20,14 @@ constexpr const char* kUsage =
     "usage: sim-gige-camera --scene FILE.toml [--serial S] [--interface ADDRESS] [--lose FRACTION]\n"
     "                       [--names sfnc|sfnc-abort|basler|allied-vision|imaging-source|none] [--needs-initialize] "
     "[--seed N]\n"
-    "                       [--position live|echo|at-end] [--busy-late MS] [--print-description]\n"
+    "                       [--position live|echo|at-end] [--busy-late MS] [--focus-zero near|far] "
+    "[--print-description]\n"
     "A GigE Vision camera with a motorised lens before a simulated scene, until it is interrupted. Prints \"ready\".\n"
-    "Each line \"focus STEPS\" on standard input sends the lens' focus there, as if something else turned it.\n";
+    "FocusStepper counts as the GenICam standard has it, 0 being the closest focus; with --focus-zero far it does the "
+    "opposite.\n"
+    "Each line \"focus STEPS\" on standard input, counted from the far end, sends the lens' focus there, as if "
+    "something "
+    "else turned it; \"truth\" prints where it really is, counted so.\n";
 
 struct Arguments {
   lensd::sim::GigeOptions options;
@@ -59,6 +64,9 @@ bool Parse(int argc, char** argv, Arguments& arguments) {
       const auto kind = std::ranges::find(kKinds, value);
       if (kind == std::end(kKinds)) return false;
       options.position = static_cast<lensd::sim::GigePosition>(kind - kKinds);
+    } else if (key == "--focus-zero") {
+      if (value != "near" && value != "far") return false;
+      options.focus_zero = value == "near" ? lensd::sim::GigeFocusZero::Near : lensd::sim::GigeFocusZero::Far;
     } else if (key == "--busy-late") {
       double ms = 0.0;
       if (std::from_chars(value.data(), end, ms).ptr != end) return false;
@@ -77,6 +85,10 @@ void Listen(lensd::sim::GigeCamera& camera) {
   for (std::string line; std::getline(std::cin, line);) {
     double steps = 0.0;
     if (std::sscanf(line.c_str(), "focus %lf", &steps) == 1) camera.PlaceFocus(steps);
+    if (line == "truth") {
+      std::printf("truth %.3f\n", camera.TrueFocus());
+      std::fflush(stdout);
+    }
   }
 }
 

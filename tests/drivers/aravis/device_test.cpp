@@ -177,7 +177,7 @@ TEST(AravisDevice, MovesAreRefusedBeforeInitialisation) {
   ASSERT_FALSE(refused.has_value());
   EXPECT_NE(refused.error().message.find("home"), std::string::npos);
   ASSERT_TRUE(device.lens->StartHome(Axis::Focus).has_value());
-  EXPECT_TRUE(Rests(*device.lens, Axis::Focus, Native{0}, 1.0));
+  EXPECT_TRUE(Rests(*device.lens, Axis::Focus, Native{4000}, 1.0)) << "its reference is its far end";
   ASSERT_TRUE(device.lens->StartMove(Axis::Focus, Native{100}).has_value());
   EXPECT_TRUE(Rests(*device.lens, Axis::Focus, Native{100}, 1.0));
 }
@@ -199,12 +199,31 @@ TEST(AravisDevice, VendorsNamesAreFound) {
   EXPECT_FALSE(device.lens->capabilities().axes[Axis::Focus]->can_home);
 }
 
+TEST(AravisDevice, FocusCountsAsTheStandardHasItAndOfOtherNamesNobodySays) {
+  using drivers::Direction;
+  for (const auto& [names, says] : {std::pair("sfnc", true), std::pair("basler", true),
+                                    std::pair("allied-vision", false), std::pair("imaging-source", false)}) {
+    GigeStand stand({.names = names});
+    auto device = OpenOrFail(stand);
+    ASSERT_NE(device.lens, nullptr);
+    const auto& direction = device.lens->capabilities().axes[Axis::Focus]->direction;
+    ASSERT_EQ(direction.has_value(), says) << names;
+    if (!says) continue;
+    EXPECT_EQ(direction->direction, Direction::NearNegative);
+    EXPECT_EQ(direction->by, "the GenICam standard (SFNC)");
+    // SFNC 2.7.1, 23.4.21: 0 is the closest focus.
+    ASSERT_TRUE(device.lens->StartMove(Axis::Focus, Native{0}).has_value());
+    EXPECT_TRUE(Rests(*device.lens, Axis::Focus, Native{0}, 1.0));
+    EXPECT_NEAR(stand.camera().TrueFocus(), 4000.0, 1.0) << "steps from the far end";
+  }
+}
+
 TEST(AravisDevice, AbortIsUsedWhereThereIsNoStatus) {
   GigeStand stand({.names = "sfnc-abort"});
   auto device = OpenOrFail(stand);
   ASSERT_NE(device.lens, nullptr);
   ASSERT_TRUE(device.lens->capabilities().axes[Axis::Focus]->can_stop);
-  ASSERT_TRUE(device.lens->StartMove(Axis::Focus, Native{4000}).has_value());
+  ASSERT_TRUE(device.lens->StartMove(Axis::Focus, Native{0}).has_value());
   std::this_thread::sleep_for(50ms);
   ASSERT_TRUE(device.lens->Stop(Axis::Focus).has_value());
   std::this_thread::sleep_for(300ms);

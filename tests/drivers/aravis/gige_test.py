@@ -270,6 +270,7 @@ unit = 1
 profile = "moons"
 range = [0, 4000]
 [lens.focus]
+direction = "near-positive"
 settle_ms = 200
 [lens.optics]
 focal_length_mm = 25

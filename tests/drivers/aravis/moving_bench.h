@@ -26,7 +26,7 @@ class MovingBench {
  public:
   /// `speed`: as configured, native units a second.
   MovingBench(sim::GigeOptions options, std::map<std::string, Settings::Value> keys, std::optional<double> speed = {})
-      : stand_(std::move(options), std::move(keys)) {
+      : stand_(FromFar(std::move(options)), std::move(keys)) {
     auto device = stand_.Open();
     if (!device) throw std::runtime_error(device.error().message);
     rig::RigConfig config;
@@ -90,6 +90,11 @@ class MovingBench {
   GigeStand& stand() { return stand_; }
 
  private:
+  /// What is true is counted from there.
+  static sim::GigeOptions FromFar(sim::GigeOptions options) {
+    options.focus_zero = sim::GigeFocusZero::Far;
+    return options;
+  }
   void StepOnce() {
     before_step_ = TrueFocus();
     const Instant next = rig_->Step(clock_.Now());

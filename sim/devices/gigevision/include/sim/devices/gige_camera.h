@@ -18,6 +18,12 @@ enum class GigePosition {
   AtEnd  ///< where it was, until it stands
 };
 
+/// Which end of its travel the focus feature counts from.
+enum class GigeFocusZero {
+  Near,  ///< as SFNC has FocusStepper: 0 is the closest focus
+  Far
+};
+
 struct GigeOptions {
   std::string scene{};  ///< scene file
   std::string serial = "GV01";
@@ -27,8 +33,9 @@ struct GigeOptions {
                                ///< imaging-source, none
   bool needs_initialize = false;  ///< the lens says NotInitialized until told to initialize
   GigePosition position = GigePosition::Live;
-  Duration busy_late{};    ///< from the beginning of a motion until its status says Busy
-  std::uint64_t seed = 1;  ///< of the noise
+  GigeFocusZero focus_zero = GigeFocusZero::Near;  ///< of steps; a focus in dioptres grows toward near by its unit
+  Duration busy_late{};                            ///< from the beginning of a motion until its status says Busy
+  std::uint64_t seed = 1;                          ///< of the noise
   std::function<std::string(std::string)> edit_description{};  ///< what the camera serves in place of its description
 };
 
@@ -44,11 +51,11 @@ class GigeCamera {
   GigeCamera(const GigeCamera&) = delete;
   GigeCamera& operator=(const GigeCamera&) = delete;
 
-  /// Sends the simulated lens' focus motor to `steps`, as if something else turned it. Any thread.
+  /// Sends the simulated lens' focus motor to `steps`, counted from far, as if something else turned it. Any thread.
   void PlaceFocus(double steps);
   /// While frozen, registers show what they showed then, and commands are obeyed all the same. Any thread.
   void Freeze(bool frozen);
-  /// Where the focus mechanism really is. Any thread.
+  /// Where the focus mechanism really is, in steps from its far end, whatever its feature counts. Any thread.
   double TrueFocus() const;
   /// The GenICam description a client downloads.
   const std::string& description() const;
