@@ -36,6 +36,12 @@ void LogFault(std::string_view lens, const Json& fault) {
   Log(Severity::Warning, Event::AxisFault, axis + " has a fault: " + what, {.lens = lens, .axis = axis});
 }
 
+void LogThermometer(std::string_view lens, const Json& thermometer) {
+  const std::string what = TextAt(thermometer, "fault");
+  if (what.empty()) return Log(Severity::Info, Event::ThermometerFault, "its thermometer is believed again", lens);
+  Log(Severity::Warning, Event::ThermometerFault, "its thermometer is not believed: " + what, lens);
+}
+
 /// A search that was refused has been told of as one.
 void LogRefocus(std::string_view lens, const Json& refocus) {
   const std::string end = TextAt(refocus, "end");
@@ -49,6 +55,7 @@ void LogRefocus(std::string_view lens, const Json& refocus) {
 void LogResult(std::string_view lens, std::string_view field, const Json& event) {
   if (field == "move") return LogMove(lens, event);
   if (field == "fault") return LogFault(lens, event);
+  if (field == "thermometer") return LogThermometer(lens, event);
   if (field == "refocus") return LogRefocus(lens, event);
   if (field == "autofocus" && !event.value("focused", false)) {
     Log(Severity::Warning, Event::AutofocusRefused,

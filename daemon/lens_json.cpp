@@ -170,12 +170,11 @@ Json AbsentInfoJson(const std::string& name, std::string_view driver) {
 }
 
 /// Without the frames that came well: a state that changes with each of them would be told all the time.
-Json CountersJson(const drivers::Counters& counters) {
-  return {{"framesLost", counters.frames_lost},
-          {"framesLate", counters.frames_late},
-          {"packetsLost", counters.packets_lost},
-          {"packetsResent", counters.packets_resent},
-          {"busErrors", counters.bus_errors}};
+Json CountersJson(const rig::Status& status) {
+  const drivers::Counters& counters = status.counters;
+  return {{"framesLost", counters.frames_lost},   {"framesLate", counters.frames_late},
+          {"packetsLost", counters.packets_lost}, {"packetsResent", counters.packets_resent},
+          {"busErrors", counters.bus_errors},     {"temperaturesLeftOut", status.temperatures_left_out}};
 }
 
 Json UnwrittenJson(std::string_view file, const rig::Unkept& unkept) {
@@ -218,7 +217,8 @@ Json StatusJson(const std::string& name, const rig::Status& status) {
           {"grade", status.optics ? Json(GradeName(status.grade)) : Json(nullptr)},
           {"calibrationErrorUm", Optional(status.extension_error, kUmPerMetre)},
           {"temperatureC", Optional(status.temperature)},
-          {"counters", CountersJson(status.counters)},
+          {"temperatureFault", TextOrNull(status.temperature_fault)},
+          {"counters", CountersJson(status)},
           {"unwritten", std::move(unwritten)}};
 }
 

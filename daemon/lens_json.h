@@ -39,7 +39,7 @@ varlink::Json LeftOutJson(const drivers::Findings& findings);
 /// LensInfo of a lens that has not been there yet.
 varlink::Json AbsentInfoJson(const std::string& name, std::string_view driver);
 /// Counters of the interface.
-varlink::Json CountersJson(const drivers::Counters& counters);
+varlink::Json CountersJson(const rig::Status& status);
 /// Unwritten, of a file of this kind.
 varlink::Json UnwrittenJson(std::string_view file, const rig::Unkept& unkept);
 /// LensStatus without readAtNs: equal values mean that nothing changed.

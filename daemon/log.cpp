@@ -60,6 +60,8 @@ const char* MessageId(Event event) {
       return "6c0e94d1f7a24b58b3d92f06ea71c845";
     case Event::MoveFailed:
       return "a20d6f5be3194c87905be4d81c7f3a26";
+    case Event::ThermometerFault:
+      return "c94f1e7a5b0d4d26a7e3180f6d2b95ce";
     case Event::AxisFault:
       return "3be97c14d05f4f6d8a21c6f0b98e57d3";
     case Event::AutofocusRefused:
@@ -224,11 +226,11 @@ void OnFailure(std::function<void(Failure)> told) {
 }
 
 std::string_view EventName(Event event) {
-  static constexpr std::array<std::string_view, 21> kNames = {
-      "started",      "reloaded",       "stopping",         "lensReady",  "lensLost",  "calibrationMissing",
-      "stateDamaged", "notHomed",       "lensFailed",       "moveFailed", "axisFault", "autofocusRefused",
-      "dropped",      "callFailed",     "motorsNotStopped", "notKept",    "notParked", "failureNotTold",
-      "refocused",    "slopeForgotten", "partLeftOut"};
+  static constexpr std::array<std::string_view, 22> kNames = {
+      "started",      "reloaded",       "stopping",         "lensReady",       "lensLost",  "calibrationMissing",
+      "stateDamaged", "notHomed",       "lensFailed",       "moveFailed",      "axisFault", "autofocusRefused",
+      "dropped",      "callFailed",     "motorsNotStopped", "notKept",         "notParked", "failureNotTold",
+      "refocused",    "slopeForgotten", "partLeftOut",      "thermometerFault"};
   return kNames[static_cast<std::size_t>(event)];
 }
 

@@ -30,7 +30,8 @@ enum class Event {
   FailureNotTold,
   Refocused,
   SlopeForgotten,
-  PartLeftOut
+  PartLeftOut,
+  ThermometerFault
 };
 
 enum class Severity { Info, Warning, Error };

@@ -82,7 +82,7 @@ void Metrics(LensService& service, const ExchangePointer& exchange) {
                        {"commandsWaiting", work.waiting.load()},
                        {"waitMs", work.waits.Told()},
                        {"settleMs", work.settles.Told()},
-                       {"counters", CountersJson(counters)}});
+                       {"counters", CountersJson(lens->status())}});
   }
   exchange->Finish(varlink::WriteJson({{"lenses", std::move(metrics)}, {"daemon", service.OwnMetrics()}}));
 }

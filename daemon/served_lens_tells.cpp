@@ -76,8 +76,11 @@ void ServedLens::TellLease(const Json& change) {
   watchers().Announce(*this, "lease", change);
 }
 
-/// What axes complain of now and did not before, and the other way round.
+/// What axes and the thermometer complain of now and did not before, and the other way round.
 void ServedLens::TellFaults(const rig::Status& before) const {
+  if (const std::string& fault = shown_.status->temperature_fault; fault != before.temperature_fault) {
+    watchers().Announce(*this, "thermometer", {{"fault", TextOrNull(fault)}});
+  }
   for (const drivers::Axis axis : drivers::kAxes) {
     const auto& was = before.axes[axis];
     const auto& is = shown_.status->axes[axis];

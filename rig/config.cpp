@@ -104,6 +104,10 @@ Result<TemperatureConfig> ReadTemperature(const Settings& table) {
   if (const auto um = read.OptionalNumber("um_per_c", {-1e4, 1e4})) config.metres_per_degree = Metres{*um * 1e-6};
   if (const auto at = read.OptionalNumber("reference_c", {-273.15, 1e3})) config.reference = Celsius{*at};
   config.minimum_move = read.Number("minimum_move", config.minimum_move, kPositive);
+  if (const auto range = ReadRange(read, "range_c", {-273.15, 1e3})) {
+    config.range = {Celsius{range->first}, Celsius{range->second}};
+  }
+  config.most_per_minute = read.Number("max_c_per_min", config.most_per_minute, {1e-3, 1e6});
   if (auto done = read.Finish(); !done) return PassOn(done);
   return config;
 }

@@ -333,7 +333,7 @@ Status Rig::Impl::GetStatus() const {
   status.focus_commands = {focus.given + commands.searches - commands.refused, focus.stops};
   if (!reader.sampled_at()) return status;
   status.sampled_at = *reader.sampled_at();
-  status.temperature = reader.temperature();
+  reader.Describe(status);
   for (const Axis axis : drivers::kAxes) {
     const auto& unkept = remembered.unkept(axis);
     if (unkept && (!status.unkept || unkept->since < status.unkept->since)) status.unkept = unkept;

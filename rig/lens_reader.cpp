@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "rig/rig.h"
 #include "transient.h"
 
 namespace lensd::rig {
@@ -23,7 +24,7 @@ drivers::PerAxis<double> Tolerances(const AxisControllers& axes) {
 }  // namespace
 
 LensReader::LensReader(drivers::Lens& lens, const AxisControllers& axes, const RigConfig& config, const Clock& clock)
-    : lens_(lens), axes_(axes), clock_(clock), history_(Tolerances(axes)) {
+    : lens_(lens), axes_(axes), clock_(clock), history_(Tolerances(axes)), thermometer_(config.temperature) {
   for (const Axis axis : drivers::kAxes) {
     if (axes_[axis]) latency_ = std::max(latency_, config.axes[axis].latency);
   }
@@ -58,7 +59,7 @@ std::optional<Error> LensReader::Read() {
 void LensReader::Note(drivers::LensState reading) {
   const bool first = !sampled_at_;
   sampled_at_ = reading.sampled_at -= latency_;
-  temperature_ = reading.temperature;
+  thermometer_.Note(reading.temperature, reading.sampled_at);
   for (const Axis axis : drivers::kAxes) {
     auto& state = reading.axes[axis];
     if (!axes_[axis]) continue;
@@ -66,6 +67,12 @@ void LensReader::Note(drivers::LensState reading) {
     state = axes_[axis]->Note(std::move(state), *sampled_at_);
   }
   history_.Add(reading);
+}
+
+void LensReader::Describe(Status& status) const {
+  status.temperature = temperature();
+  status.temperature_fault = thermometer_.fault();
+  status.temperatures_left_out = thermometer_.left_out();
 }
 
 bool LensReader::Moving() const {

@@ -6,8 +6,11 @@
 #include "axis_controller.h"
 #include "base/clock.h"
 #include "history.h"
+#include "thermometer.h"
 
 namespace lensd::rig {
+
+struct Status;
 
 /// Reads all axes at once and hands each its part.
 class LensReader {
@@ -25,7 +28,9 @@ class LensReader {
   bool connected() const { return sampled_at_ && !problem_; }
   /// Of the newest reading; nothing before the first.
   std::optional<Instant> sampled_at() const { return sampled_at_; }
-  std::optional<Celsius> temperature() const { return temperature_; }
+  std::optional<Celsius> temperature() const { return thermometer_.believed(); }
+  /// Adds the temperature, and what is wrong with it.
+  void Describe(Status& status) const;
   Instant next_read() const { return next_read_; }
   const History& history() const { return history_; }
   bool Moving() const;
@@ -41,7 +46,7 @@ class LensReader {
   Duration latency_{};
   History history_;
   std::optional<Instant> sampled_at_;
-  std::optional<Celsius> temperature_;
+  Thermometer thermometer_;
   std::optional<Error> problem_;
   int failures_ = 0;  ///< in a row
   Instant next_read_{};

@@ -92,7 +92,12 @@ void OpticalState::NoteConditions(std::optional<Celsius> temperature) {
   if (const auto filter = position(Axis::Filter)) now.filter = *filter;
   if (temperature) now.temperature = kTemperatureStep * std::round(*temperature / kTemperatureStep);
   if (shared_table_ && now == table_->conditions()) return;
-  table_ = table_->In(now);
+  OpticsTable next = table_->In(now);
+  if (held_ && now.temperature && !table_->conditions().temperature) {
+    // Focus was brought here without that: to know it is no change of it.
+    held_ = next.ExtensionFromNative(table_->NativeFromExtension(*held_));
+  }
+  table_ = std::move(next);
   shared_table_ = std::make_shared<const OpticsTable>(*table_);
 }
 

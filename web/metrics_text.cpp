@@ -47,6 +47,7 @@ constexpr std::array kOfCounters{
     Counter{"packetsLost", "lensd_packets_lost_total", "Packets of a network camera that never came."},
     Counter{"packetsResent", "lensd_packets_resent_total", "Packets of a network camera that were sent again."},
     Counter{"busErrors", "lensd_bus_errors_total", "Questions to a device without a proper answer."},
+    Counter{"temperaturesLeftOut", "lensd_temperatures_left_out_total", "Readings of a thermometer that cannot be."},
 };
 
 /// A value of a label: backslash, quote and line end are written with a backslash.

@@ -238,6 +238,12 @@ void CheckLens(const Json& lens, Findings& findings) {
       fine = false;
     }
   }
+  if (const std::string fault = TextOf(lens, "temperatureFault"); !fault.empty()) {
+    findings.Warn(
+        check, "its thermometer is not believed: " + fault,
+        "look at the sensor and its cable; what is possible is in range_c and max_c_per_min of [lens.temperature]");
+    fine = false;
+  }
   if (fine) findings.Ok(check, "it answers");
 }
 

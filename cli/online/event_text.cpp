@@ -57,6 +57,11 @@ std::string FaultText(const Json& fault) {
   return TextOf(fault, "axis") + (what.empty() ? " has no fault any more" : " FAULT: " + what);
 }
 
+std::string ThermometerText(const Json& thermometer) {
+  const std::string what = TextOf(thermometer, "fault");
+  return what.empty() ? "thermometer is believed again" : "thermometer FAULT: " + what;
+}
+
 std::string ListText(const Json& list) {
   const std::string change = TextOf(list, "change");
   const std::string connection = TextOf(list, "connection");
@@ -76,6 +81,7 @@ std::string EventText(const Json& event) {
   const std::string lens = TextOf(event, "lens") + ": ";
   if (event.contains("progress")) return lens + ProgressText(event["progress"]);
   if (event.contains("fault")) return lens + FaultText(event["fault"]);
+  if (event.contains("thermometer")) return lens + ThermometerText(event["thermometer"]);
   if (event.contains("lease")) return lens + LeaseText(event["lease"]);
   if (event.contains("calibration")) return lens + CalibrationChangeText(event["calibration"]);
   if (event.contains("preset")) {

@@ -134,6 +134,7 @@ std::string StatusText(const Json& status) {
     if (!TextOf(axis, "fault").empty()) line += " (" + TextOf(axis, "fault") + ")";
   }
   if (Has(status, "temperatureC")) line += ", " + NumberText(status, "temperatureC", 4, " C");
+  if (Has(status, "temperatureFault")) line += " (thermometer: " + TextOf(status, "temperatureFault") + ")";
   if (Has(status, "holdUntilNs")) line += ", corrections wait" + UntilText(status["holdUntilNs"]);
   if (Has(status, "error")) line += "; " + TextOf(status, "error");
   if (Has(status, "warnings")) {

@@ -116,6 +116,7 @@ void AddDetails(const WatchedState& state, const Json& lens, std::vector<StyledL
   add("sharp", DepthOfFieldOf(lens, info));
   if (const auto f = Number(lens, "focalLengthMm")) add("focal", Short(*f, 5) + " mm");
   if (const auto temperature = Number(lens, "temperatureC")) add("temperature", Short(*temperature, 3) + " C");
+  add("thermometer", TextOf(lens, "temperatureFault"), Style::Bad);
   add("optics", TextOf(lens, "grade"));
   if (state.sharpness) {
     const double best = std::max(state.best_sharpness, *state.sharpness);

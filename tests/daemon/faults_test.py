@@ -7,6 +7,7 @@ import tempfile
 import unittest
 
 from bench import KINDS, SIM, rows_of
+from event_stream import Stream
 from harness import HERE, LENS, Daemon, DaemonTest
 
 CREEP = 0.1  # steps: a mechanism comes to rest exponentially, a settled move is within this
@@ -157,6 +158,26 @@ class FaultsTest(DaemonTest):
         dark, said = self.picture()
         self.assertEqual(about["exposureMs"], said["exposureMs"])
         self.assertAlmostEqual(sum(dark) / sum(plain), 0.25, delta=0.01)
+
+    def test_a_thermometer_that_reports_what_cannot_be_is_not_believed(self):
+        self.wait_for(lambda: self.status()["temperatureC"] == 20)
+        with Stream(self.daemon, lens="a") as stream:
+            for gone, says in ((-127, "range_c"), (0, "0 C"), (60, "max_c_per_min")):
+                before = self.status()["counters"]["temperaturesLeftOut"]
+                self.inject("wrong-temperature", byC=gone - 20)
+                told = stream.until(lambda kind, value, _: kind == "thermometer" and value["fault"] is not None)
+                self.assertIn(says, told["thermometer"]["fault"])
+                self.wait_for(lambda: self.status()["counters"]["temperaturesLeftOut"] > before)
+                now = self.status()
+                self.assertEqual((now["temperatureC"], now["temperatureFault"]), (20, told["thermometer"]["fault"]))
+                self.daemon.wait_log("a: its thermometer is not believed", says, f"{gone} C")
+                self.assertIn(now["temperatureFault"], self.daemon.lensctl("status", "a").stdout)
+                self.assertIn(now["temperatureFault"], self.daemon.lensctl("doctor").stdout)
+                metrics = self.call("Metrics", lens="a")["lenses"][0]
+                self.assertGreater(metrics["counters"]["temperaturesLeftOut"], before)
+                self.inject("wrong-temperature", forMs=0.001)
+                stream.of("thermometer", fault=None)
+        self.daemon.wait_log("a: its thermometer is believed again", times=3)
 
     def test_disconnect_takes_the_place_from_the_lens_and_not_from_the_truth(self):
         self.moved(1000)

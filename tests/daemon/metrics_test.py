@@ -44,7 +44,8 @@ class Metrics(unittest.TestCase):
 
     def test_each_is_counted_once_and_of_its_own_lens(self):
         draw = random.Random(5)
-        nothing = {"framesLost": 0, "framesLate": 0, "packetsLost": 0, "packetsResent": 0, "busErrors": 0}
+        nothing = {"framesLost": 0, "framesLate": 0, "packetsLost": 0, "packetsResent": 0, "busErrors": 0,
+                   "temperaturesLeftOut": 0}
         with self.daemon.client() as client:
             first = self.metrics(client)["good"]
             for histogram in (first.pop("waitMs"), first.pop("settleMs")):

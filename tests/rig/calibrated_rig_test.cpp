@@ -68,6 +68,7 @@ TEST_F(RigTest, TheBoundHoldsAtEveryTemperature) {
   RigConfig config;
   config.temperature.compensate = true;
   config.temperature.minimum_move = 1e9;
+  config.temperature.most_per_minute = 1e6;
   controls_->temperature_c = 20.0;
   rig_ = *Rig::Create(config, testing::MakeFakeDevice(clock_, controls_), clock_, calibration);
   Run(1s);
@@ -88,6 +89,7 @@ TEST_F(RigTest, FocusFollowsTheTemperatureWhenToldToAndWorthAMove) {
   RigConfig config;
   config.temperature.compensate = true;
   config.temperature.minimum_move = 6.0;
+  config.temperature.most_per_minute = 1e6;
   for (const bool compensate : {true, false}) {
     config.temperature.compensate = compensate;
     *controls_ = {};

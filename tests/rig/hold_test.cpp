@@ -19,6 +19,7 @@ class Holding : public RigTest {
     calibration->temperature = TemperatureModel{Metres{2e-6}, Metres{}, Celsius{20}, Celsius{0}, Celsius{40}};
     RigConfig config;
     config.temperature.compensate = true;
+    config.temperature.most_per_minute = 1e6;
     controls_->temperature_c = 20.0;
     rig_ = *Rig::Create(config, testing::MakeFakeDevice(clock_, controls_), clock_, calibration);
     Answers<MoveOutcome> moved;

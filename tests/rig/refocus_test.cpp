@@ -45,7 +45,7 @@ RefocusConfig ByTemperature(double degrees) {
 class Kept : public RigOnSim {
  public:
   explicit Kept(const RefocusConfig& config, const std::string& scene = Scene(), std::uint64_t seed = 1)
-      : RigOnSim(scene, seed, 3000), keeper(config, {}) {}
+      : RigOnSim(scene, seed, 3000, [](auto& made) { made.temperature.most_per_minute = 1e6; }), keeper(config, {}) {}
 
   void Warm(double by_c, const char* kind = "warmth") {
     ASSERT_TRUE(simulation->Inject({.kind = kind, .axis = {}, .lasts = {}, .steps = {}, .factor = {}, .by_c = by_c}));
@@ -163,11 +163,11 @@ TEST(RefocusByTemperature, AWrongThermometerNeverMovesItFarByWhatWasLearned) {
 
 TEST(RefocusByTemperature, AThermometerThatStandsStillStartsNothing) {
   Kept lens(ByTemperature(1.0));
-  lens.Warm(-20.0, "wrong-temperature");
+  lens.Warm(-21.0, "wrong-temperature");
   lens.Focus();
   const double before = lens.OffUm();
   lens.Warm(4.0);
-  lens.Warm(-24.0, "wrong-temperature");
+  lens.Warm(-25.0, "wrong-temperature");
   lens.Keep(10min);
   EXPECT_TRUE(lens.causes.empty());
   EXPECT_NEAR(std::abs(lens.OffUm() - before), 4.0 * kDriftUm, 0.5);

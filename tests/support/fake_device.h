@@ -134,6 +134,7 @@ class FakeLens final : public drivers::Lens {
     }
     if (controls_->foreign_target) Go(drivers::Axis::Focus, *std::exchange(controls_->foreign_target, {}));
     last_.sampled_at = clock_.Now();
+    last_.temperature.reset();
     if (!std::isnan(controls_->temperature_c)) last_.temperature = Celsius{controls_->temperature_c};
     for (const auto axis : drivers::kAxes) {
       const auto& can = capabilities().axes[axis];

@@ -1017,6 +1017,7 @@ const kinds = {
   autofocus: (a) => a.focused ? `autofocus: ${distanceText(a.vergenceD)}` : `autofocus refused: ${a.reason}`,
   backlash: (b) => `backlash of ${b.axis} ${b.known ? `is ${digits(b.size ?? 0)}` : `not measured: ${b.reason ?? ""}`}`,
   fault: (f) => f.fault ? `${f.axis} complains: ${f.fault}` : `${f.axis} is well again`,
+  thermometer: (t) => t.fault ? `thermometer is not believed: ${t.fault}` : "thermometer is believed again",
   lease: (l) => `lease ${l.change} (${l.holder})`,
   calibration: (c) => `calibration changed: ${c.grade}`,
   preset: (p) => `preset ${p.label} ${p.change}`,
@@ -1025,7 +1026,7 @@ const kinds = {
 };
 
 const kindOf = (event) => Object.keys(kinds).find((name) => event[name]);
-const isBad = (event) => event.fault?.fault || (event.move && !event.move.reached);
+const isBad = (event) => event.fault?.fault || event.thermometer?.fault || (event.move && !event.move.reached);
 const kPast = { longMs: 3600e3, most: 2000, shown: 200 };
 
 function tellEvent(event, atMs) {
@@ -1051,8 +1052,8 @@ function lastHour(name) {
   };
   return [...count((e) => e.move, "move", "moves"), ...count((e) => e.move && !e.move.reached, "missed"),
     ...count((e) => e.autofocus, "search", "searches"), ...count((e) => e.autofocus && !e.autofocus.focused, "refused"),
-    ...count((e) => e.fault?.fault, "fault", "faults"), ...count((e) => e.lease, "change of lease", "changes of lease"),
-    ...count((e) => !e.move && !e.autofocus && !e.fault && !e.lease, "other event", "other events")].join(", ") || "nothing";
+    ...count((e) => e.fault?.fault || e.thermometer?.fault, "fault", "faults"), ...count((e) => e.lease, "change of lease", "changes of lease"),
+    ...count((e) => !e.move && !e.autofocus && !e.fault && !e.thermometer && !e.lease, "other event", "other events")].join(", ") || "nothing";
 }
 
 function cell(row, text, bad) {

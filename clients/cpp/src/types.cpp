@@ -205,6 +205,9 @@ std::int64_t Counters::packetsResent() const {
 std::int64_t Counters::busErrors() const {
   return Access::Get<std::int64_t>(*this, "busErrors");
 }
+std::optional<std::int64_t> Counters::temperaturesLeftOut() const {
+  return Access::Get<std::optional<std::int64_t>>(*this, "temperaturesLeftOut");
+}
 std::vector<double> Histogram::upToMs() const {
   return Access::Get<std::vector<double>>(*this, "upToMs");
 }
@@ -336,6 +339,9 @@ std::optional<double> LensStatus::calibrationErrorUm() const {
 }
 std::optional<double> LensStatus::temperatureC() const {
   return Access::Get<std::optional<double>>(*this, "temperatureC");
+}
+std::optional<std::string> LensStatus::temperatureFault() const {
+  return Access::Get<std::optional<std::string>>(*this, "temperatureFault");
 }
 std::optional<Counters> LensStatus::counters() const {
   return Access::Get<std::optional<Counters>>(*this, "counters");
@@ -1584,6 +1590,9 @@ std::string FaultChange::axis() const {
 std::optional<std::string> FaultChange::fault() const {
   return Access::Get<std::optional<std::string>>(*this, "fault");
 }
+std::optional<std::string> ThermometerChange::fault() const {
+  return Access::Get<std::optional<std::string>>(*this, "fault");
+}
 std::string LeaseChange::change() const {
   return Access::Get<std::string>(*this, "change");
 }
@@ -1649,6 +1658,9 @@ std::optional<BacklashResult> Event::backlash() const {
 }
 std::optional<FaultChange> Event::fault() const {
   return Access::Get<std::optional<FaultChange>>(*this, "fault");
+}
+std::optional<ThermometerChange> Event::thermometer() const {
+  return Access::Get<std::optional<ThermometerChange>>(*this, "thermometer");
 }
 std::optional<LeaseChange> Event::lease() const {
   return Access::Get<std::optional<LeaseChange>>(*this, "lease");

@@ -274,6 +274,8 @@ class Counters:
     packets_resent: int
     # Questions that were not answered, or against the rules of the protocol; those repeated with success included.
     bus_errors: int
+    # Readings of the lens' thermometer that cannot be, and were left out.
+    temperatures_left_out: Optional[int] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -392,8 +394,12 @@ class LensStatus:
     grade: Optional[Grade] = None
     # Error of the calibration at this focus position, in extension; null where it is not known.
     calibration_error_um: Optional[float] = None
-    # Temperature of the lens, null when it has no sensor.
+    # Temperature of the lens, null when it has no sensor: the newest reading that can be, by `range_c` and
+    # `max_c_per_min` of [lens.temperature].
     temperature_c: Optional[float] = None
+    # Why what its sensor reports since then is left out, null when nothing is. `temperaturesLeftOut` of the counters
+    # says how often that was.
+    temperature_fault: Optional[str] = None
     # What went wrong on the way to it.
     counters: Optional[Counters] = None
     # Who has it alone, null: it is everybody's.
@@ -1399,6 +1405,14 @@ class FaultChange:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ThermometerChange:
+    """The readings of a thermometer are left out, or are believed again."""
+
+    # Why they are left out, null: they are believed again.
+    fault: Optional[str] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class LeaseChange:
     """A lease changed. renewed: by the same holder, or its lens was opened anew and it goes on. takenOver: by another
     one, who gave its key."""
@@ -1483,6 +1497,8 @@ class Event:
     backlash: Optional[BacklashResult] = None
     # An axis complains, or not any more.
     fault: Optional[FaultChange] = None
+    # What the lens' thermometer reports cannot be, or can be again.
+    thermometer: Optional[ThermometerChange] = None
     # A lease changed.
     lease: Optional[LeaseChange] = None
     # The calibration changed.

@@ -50,10 +50,12 @@ struct AxisConfig {
 
 /// What to do about a lens that gets warm: [lens.temperature]. What the calibration knows counts where nothing is said.
 struct TemperatureConfig {
-  bool compensate = false;                  ///< correct positions, and follow the temperature while idle
-  std::optional<Metres> metres_per_degree;  ///< extension gained per degree at one focus position
-  std::optional<Celsius> reference;         ///< where that is 0
-  double minimum_move = 4.0;                ///< native units of focus: smaller corrections wait
+  bool compensate = false;                         ///< correct positions, and follow the temperature while idle
+  std::optional<Metres> metres_per_degree;         ///< extension gained per degree at one focus position
+  std::optional<Celsius> reference;                ///< where that is 0
+  double minimum_move = 4.0;                       ///< native units of focus: smaller corrections wait
+  std::pair<Celsius, Celsius> range{-40.0, 80.0};  ///< readings outside are left out
+  double most_per_minute = 5.0;                    ///< degrees: readings that change faster are left out
 };
 
 /// When focus is corrected by itself, once an autofocus has reached it: [lens.refocus].

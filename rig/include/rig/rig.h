@@ -252,7 +252,9 @@ struct Status {
   Grade grade = Grade::Uncalibrated;            ///< of the focus position
   std::optional<FNumber> f_number;
   std::optional<FNumber> f_number_bound = {};  ///< likewise; 0 where the f-number is fixed
-  std::optional<Celsius> temperature;
+  std::optional<Celsius> temperature;          ///< the newest that was believed
+  std::string temperature_fault = {};          ///< empty, or why what the thermometer reports since then is left out
+  std::uint64_t temperatures_left_out = 0;     ///< readings
   bool compensates = false;  ///< positions are worked out for it: that is wanted, and a coefficient is known
   Activity activity;
   std::optional<Instant> held_until{};  ///< lensd's own corrections wait until then

@@ -71,6 +71,7 @@ class FailedSearch;
 class LeaseInfo;
 class Progress;
 class FaultChange;
+class ThermometerChange;
 class LeaseChange;
 class CalibrationChange;
 class PresetChange;
@@ -365,6 +366,8 @@ class LENSD_API Counters : public Value {
   std::int64_t packetsResent() const;
   /// Questions that were not answered, or against the rules of the protocol; those repeated with success included.
   std::int64_t busErrors() const;
+  /// Readings of the lens' thermometer that cannot be, and were left out.
+  std::optional<std::int64_t> temperaturesLeftOut() const;
 };
 
 /// How long something took, by how long: counts[i] took at most upToMs[i] and longer than upToMs[i-1]; the last of
@@ -476,8 +479,12 @@ class LENSD_API LensStatus : public Value {
   std::optional<std::string> grade() const;
   /// Error of the calibration at this focus position, in extension; null where it is not known.
   std::optional<double> calibrationErrorUm() const;
-  /// Temperature of the lens, null when it has no sensor.
+  /// Temperature of the lens, null when it has no sensor: the newest reading that can be, by `range_c` and
+  /// `max_c_per_min` of [lens.temperature].
   std::optional<double> temperatureC() const;
+  /// Why what its sensor reports since then is left out, null when nothing is. `temperaturesLeftOut` of the counters
+  /// says how often that was.
+  std::optional<std::string> temperatureFault() const;
   /// What went wrong on the way to it.
   std::optional<Counters> counters() const;
   /// Who has it alone, null: it is everybody's.
@@ -1476,6 +1483,13 @@ class LENSD_API FaultChange : public Value {
   std::optional<std::string> fault() const;
 };
 
+/// The readings of a thermometer are left out, or are believed again.
+class LENSD_API ThermometerChange : public Value {
+ public:
+  /// Why they are left out, null: they are believed again.
+  std::optional<std::string> fault() const;
+};
+
 /// A lease changed. renewed: by the same holder, or its lens was opened anew and it goes on. takenOver: by another one,
 /// who gave its key.
 class LENSD_API LeaseChange : public Value {
@@ -1556,6 +1570,8 @@ class LENSD_API Event : public Value {
   std::optional<BacklashResult> backlash() const;
   /// An axis complains, or not any more.
   std::optional<FaultChange> fault() const;
+  /// What the lens' thermometer reports cannot be, or can be again.
+  std::optional<ThermometerChange> thermometer() const;
   /// A lease changed.
   std::optional<LeaseChange> lease() const;
   /// The calibration changed.
