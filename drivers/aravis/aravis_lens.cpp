@@ -14,10 +14,8 @@ namespace lensd::drivers::aravis {
 namespace {
 
 constexpr Duration kTemperatureEvery = std::chrono::seconds(2);
-constexpr Duration kShowsBusy = std::chrono::milliseconds(250);  ///< by then a lens that is to move says Busy, if ever
-constexpr int kShowsMotion = 3;        ///< readings in a row, each nearer: one or two may be false answers
-constexpr int kShowsBusyReadings = 2;  ///< in a row, for the same reason
-constexpr Duration kStill = std::chrono::milliseconds(600);  ///< a position that does not change for so long rests
+/// Of a lens that shows nothing at all: no "busy" can be late, and no position wrong.
+constexpr Duration kSilent = std::chrono::milliseconds(250);
 
 Capabilities CapabilitiesOf(const LensFacts& facts, const std::string& serial) {
   Capabilities can;
@@ -61,6 +59,18 @@ Result<void> Execute(ArvCamera* camera, const std::string& command) {
 
 }  // namespace
 
+LensControl::LensControl(LensFacts facts, const Clock& clock) : facts_(std::move(facts)), clock_(clock) {
+  for (const Axis axis : kAxes) {
+    const auto& feature = facts_.axes[axis];
+    if (!feature) continue;
+    // A position that is none, or the target by the standard, tells nothing of the way: Busy alone does.
+    const bool follows = feature->can.follows(), silent = feature->status.empty() && facts_.status.empty();
+    ways_[axis].emplace(ArrivalWatch(feature->can.resolution,
+                                     follows ? ArrivalWatch::Shows::Position : ArrivalWatch::Shows::Busy,
+                                     silent && !follows ? kSilent : kRegisterLag));
+  }
+}
+
 /// Nothing where there is no such feature. An entry the camera's own description does not name reads as no text at all.
 Result<std::optional<Condition>> LensControl::ReadCondition(ArvCamera* camera, const std::string& feature) const {
   if (feature.empty()) return std::optional<Condition>();
@@ -80,7 +90,7 @@ Result<AxisState> LensControl::ReadAxis(ArvCamera* camera, Axis axis, std::optio
   if (!own) return PassOn(own);
   auto position = ReadPosition(camera, feature);
   if (!position) return PassOn(position);
-  const Way& way = ways_[axis];
+  const Way& way = *ways_[axis];
   AxisState state;
   state.position = *position;
   if (feature.can.feedback == Feedback::None && way.target) state.position = *way.target;
@@ -96,70 +106,46 @@ Result<AxisState> LensControl::ReadAxis(ArvCamera* camera, Axis axis, std::optio
 
 /// A position that is neither where it set out nor where it was sent is no echo, and not told at the end alone.
 void LensControl::ForgetCut(Axis axis) {
-  Way& way = ways_[axis];
-  if (!way.cut || !way.from || !way.seen) return;
+  Way& way = *ways_[axis];
+  if (!way.cut || !way.from || !way.believed) return;
   const double resolution = facts_.axes[axis]->can.resolution;
-  const auto near = [&](Native place) { return std::abs((*way.seen - place).value) <= resolution; };
+  const auto near = [&](Native place) { return std::abs((*way.believed - place).value) <= resolution; };
   if (near(*way.cut) || near(*way.from)) return;
   way.cut.reset();
   way.assumed = false;
 }
 
 void LensControl::Told(Axis axis, std::optional<Native> target) {
-  Way& way = ways_[axis];
-  const Instant now = clock_.Now();
-  // Of a target given in mid-motion, an echo that lags could show the one before as a place on the way.
-  const bool rested = !way.commanded && now - way.changed > kShowsBusy;
-  way.from = rested ? way.seen : std::nullopt;
+  Way& way = *ways_[axis];
+  way.from = way.under_way ? std::nullopt : way.believed;
   way.target = target;
   way.cut.reset();
-  way.commanded = way.changed = now;
-  way.busy_seen = way.assumed = way.there_at_once = way.watched = false;
-  way.approaching = way.busy_readings = 0;
+  way.under_way = true;
+  way.assumed = way.there_at_once = false;
+  target ? way.watch.Sent(*target, clock_.Now()) : way.watch.Homing(clock_.Now());
 }
 
-/// Whether a reading lies on the way, and nearer than the one before where that did so too.
-bool LensControl::Approaches(const Way& way, Native position, double resolution) {
-  if (!way.target || !way.from) return false;
-  const double to_go = std::abs((*way.target - position).value), all = std::abs((*way.target - *way.from).value);
-  const double gone = std::abs((position - *way.from).value);
-  if (to_go <= resolution || gone <= resolution || to_go + gone > all + resolution) return false;
-  return way.approaching == 0 || !way.seen || std::abs((*way.target - *way.seen).value) > to_go;
-}
-
-/// Busy comes a little after the command, or never, and a position may repeat the target at once: arrival is believed
-/// where Busy has been seen, or the position on its way; else it is taken for granted once nothing shows for a while.
-bool LensControl::Moves(Axis axis, Native position, bool busy, Instant now) {
-  Way& way = ways_[axis];
+/// Takes an echo out of `position`. Arrival is believed where Busy has been seen, or the position on its way; else it
+/// is taken for granted once registers say what is, and nothing has shown.
+bool LensControl::Moves(Axis axis, Native& position, bool busy, Instant now) {
+  Way& way = *ways_[axis];
   const AxisFeature& feature = *facts_.axes[axis];
-  const double resolution = feature.can.resolution;
-  const auto near = [&](Native a, Native b) { return std::abs((a - b).value) <= resolution; };
-  if (!way.seen || !near(*way.seen, position)) {
-    way.changed = now;
-    way.approaching = Approaches(way, position, resolution) ? way.approaching + 1 : 0;
-    way.watched = way.watched || way.approaching >= kShowsMotion;
-    way.live = way.live || way.watched;
+  const bool arrived = way.target && std::abs((position - *way.target).value) <= feature.can.resolution;
+  const auto verdict = way.watch.Judge(position, busy, now);
+  way.there_at_once = way.there_at_once || (way.under_way && arrived && !way.watch.seen());
+  if (busy && way.there_at_once && way.watch.busy_seen()) way.live = false;  // it was only setting out
+  way.live = way.live || way.watch.live();
+  if (verdict.echo && way.believed) {
+    position = *way.believed;
+  } else {
+    way.believed = position;
   }
-  way.seen = position;
-  if (busy) {
-    if (++way.busy_readings < kShowsBusyReadings) return true;
-    if (way.there_at_once) way.live = false;  // it was only setting out
-    way.busy_seen = true;
-    way.commanded.reset();
-    return true;
-  }
-  way.busy_readings = 0;
-  if (way.busy_seen || !(way.target || way.commanded)) return false;
-  const bool arrived = way.target && near(position, *way.target);
-  way.there_at_once = way.there_at_once || arrived;
-  if (!(arrived && way.watched)) {
-    const bool quiet = !way.commanded || now >= *way.commanded + kShowsBusy;
-    if (!quiet || (!arrived && now < way.changed + kStill)) return true;
-    // A position that is not the target is no echo of it: there the camera's word that it rests is enough.
-    const bool says_it_rests = !arrived && !(feature.status.empty() && facts_.status.empty());
-    way.assumed = !way.live && !says_it_rests;
-  }
-  way.commanded.reset();
+  if (verdict.moving || !way.under_way) return verdict.moving;
+  way.under_way = false;
+  // A position that is not the target is no echo of it: there the camera's word that it rests is enough.
+  const bool says_it_rests = !arrived && !(feature.status.empty() && facts_.status.empty());
+  const bool stopped = !way.target && way.cut;
+  if (!stopped) way.assumed = !way.watch.seen() && !way.live && !says_it_rests;
   return false;
 }
 
@@ -210,19 +196,20 @@ Result<void> LensControl::StartMove(ArvCamera* camera, Axis axis, Native target)
 Result<void> LensControl::Stop(ArvCamera* camera, Axis axis) {
   const auto before = Read(camera);
   if (auto aborted = Execute(camera, facts_.abort); !aborted) return aborted;
-  Way& way = ways_[axis];
+  Way& way = *ways_[axis];
   const bool under_way = !before || (before->axes[axis] && before->axes[axis]->moving);
   if (under_way && way.target && !way.live) {
     way.cut = way.target;
     way.assumed = true;
   }
   way.target.reset();
-  way.commanded.reset();
+  way.watch.Stopped(clock_.Now());
   for (const Axis other : kAxes) {
-    if (other == axis || !facts_.axes[other] || !ways_[other].target) continue;
+    if (other == axis || !facts_.axes[other] || !ways_[other]->target) continue;
     const bool may_move = !before || (before->axes[other] && before->axes[other]->moving);
     if (!may_move) continue;
-    if (auto sent = Write(camera, *facts_.axes[other], *ways_[other].target); !sent) return sent;
+    if (auto sent = Write(camera, *facts_.axes[other], *ways_[other]->target); !sent) return sent;
+    ways_[other]->watch.Sent(*ways_[other]->target, clock_.Now());
   }
   return {};
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "control_link.h"
+#include "drivers/api/arrival_watch.h"
 #include "drivers/api/device.h"
 #include "drivers/api/lens.h"
 #include "lens_names.h"
@@ -52,7 +53,7 @@ Result<LensFacts> FindLens(ArvCamera* camera, const LensNames& names);
 /// slow to answer one whose caller, and with it the lens, is long gone.
 class LensControl {
  public:
-  LensControl(LensFacts facts, const Clock& clock) : facts_(std::move(facts)), clock_(clock) {}
+  LensControl(LensFacts facts, const Clock& clock);
   const LensFacts& facts() const { return facts_; }
 
   Result<LensState> Read(ArvCamera* camera);
@@ -63,30 +64,26 @@ class LensControl {
  private:
   /// What is known of an axis' way.
   struct Way {
-    std::optional<Instant> commanded;  ///< of a command of which no effect has been seen yet
-    std::optional<Native> target;      ///< last told; none: the search of the reference, or a stop
-    std::optional<Native> from;        ///< where it rested before that
-    std::optional<Native> seen;        ///< last read
-    std::optional<Native> cut;         ///< the target of a motion stopped before anything was seen of it
-    Instant changed{};                 ///< when that last did
-    int approaching = 0;               ///< readings in a row on the way to the target, each nearer
-    int busy_readings = 0;             ///< in a row
-    bool live = false;                 ///< it has been read on its way to a target: no echo
-    bool watched = false;              ///< the same since the command
-    bool there_at_once = false;        ///< the target was read before Busy was, since the command
-    bool busy_seen = false;            ///< since the command
-    bool assumed = false;              ///< nothing has been seen of the last motion
+    explicit Way(const drivers::ArrivalWatch& by) : watch(by) {}
+    drivers::ArrivalWatch watch;
+    std::optional<Native> target;    ///< last sent; none: the search of the reference, or a stop
+    std::optional<Native> from;      ///< where it rested before that
+    std::optional<Native> believed;  ///< last position that was no echo
+    std::optional<Native> cut;       ///< the target of a motion stopped before anything was seen of it
+    bool under_way = false;          ///< sent, and not seen to rest
+    bool live = false;               ///< it has been read on its way to a target: no echo
+    bool there_at_once = false;      ///< the target was read before Busy was, since the command
+    bool assumed = false;            ///< nothing has been seen of the last motion
   };
   Result<AxisState> ReadAxis(ArvCamera* camera, Axis axis, std::optional<Condition> controller);
   Result<std::optional<Condition>> ReadCondition(ArvCamera* camera, const std::string& feature) const;
-  static bool Approaches(const Way& way, Native position, double resolution);
-  bool Moves(Axis axis, Native position, bool busy, Instant now);
+  bool Moves(Axis axis, Native& position, bool busy, Instant now);
   void Told(Axis axis, std::optional<Native> target);
   void ForgetCut(Axis axis);
 
   const LensFacts facts_;
   const Clock& clock_;
-  PerAxis<Way> ways_;
+  PerAxis<std::optional<Way>> ways_;  ///< of the axes there are
   std::optional<Celsius> temperature_;
   Instant temperature_read_{};
 };

@@ -22,6 +22,7 @@ struct AxisRegisters {
   double grid = 1.0;                  ///< counts between positions that are reported
   std::uint32_t last_target = 0;      ///< as it stood when last looked at
   std::optional<std::uint32_t> told;  ///< count of the target it is at or goes to
+  Instant told_at{};
 };
 
 inline double Same(const LensSettings&, double value) {

@@ -123,7 +123,7 @@ Result<void> GigeCamera::Body::Describe() {
     text.focus = {low_d, high_d, (high_d - low_d) / (lens.steps - 1.0), low_d, 0.0};
   }
   const auto add = [&](Axis axis, unsigned target, unsigned place, auto native, auto count, double grid = 1.0) {
-    axes.push_back({axis, target, place, native, count, grid, 0, {}});
+    axes.push_back({axis, target, place, native, count, grid, 0, {}, {}});
   };
   const auto focus_count = options.focus_zero == GigeFocusZero::Near && !lens.liquid ? FromNear : Same;
   add(Axis::Focus, registers::kFocusTarget, registers::kFocusPlace, focus_count, focus_count);
@@ -239,6 +239,9 @@ void GigeCamera::Body::TickLens() {
 void GigeCamera::Body::ShowPlace(const AxisRegisters& axis, const drivers::AxisState& state) {
   if (options.position == GigePosition::Echo && axis.told) return Write(axis.place, *axis.told);
   if (options.position == GigePosition::AtEnd && state.moving) return;
+  const Duration since = std::chrono::steady_clock::now() - axis.told_at;
+  if (axis.told && since < options.echo) return Write(axis.place, *axis.told);
+  if (axis.told && since < options.stale) return;
   const double exact = axis.count(scene->lens, state.position.value);
   const double least = axis.count(scene->lens, 0.0);
   const double count = least + std::round((exact - least) / axis.grid) * axis.grid;
@@ -250,6 +253,7 @@ void GigeCamera::Body::Obey(AxisRegisters& axis, bool overruled) {
   if (std::exchange(axis.last_target, target) == target || overruled || !initialized) return;
   const drivers::AxisCapabilities& can = *world.device.lens->capabilities().axes[axis.axis];
   axis.told = (target & ~registers::kToggle) - 1u;
+  axis.told_at = std::chrono::steady_clock::now();
   const double native = axis.native(scene->lens, *axis.told);
   (void)world.device.lens->StartMove(axis.axis, Native{std::clamp(native, can.minimum.value, can.maximum.value)});
 }

@@ -20,7 +20,8 @@ constexpr const char* kUsage =
     "usage: sim-gige-camera --scene FILE.toml [--serial S] [--interface ADDRESS] [--lose FRACTION]\n"
     "                       [--names sfnc|sfnc-abort|basler|allied-vision|imaging-source|none] [--needs-initialize] "
     "[--seed N]\n"
-    "                       [--position live|echo|at-end] [--busy-late MS] [--focus-zero near|far] "
+    "                       [--position live|echo|at-end] [--echo MS] [--stale MS] [--busy-late MS] [--focus-zero "
+    "near|far] "
     "[--print-description]\n"
     "A GigE Vision camera with a motorised lens before a simulated scene, until it is interrupted. Prints \"ready\".\n"
     "FocusStepper counts as the GenICam standard has it, 0 being the closest focus; with --focus-zero far it does the "
@@ -67,10 +68,11 @@ bool Parse(int argc, char** argv, Arguments& arguments) {
     } else if (key == "--focus-zero") {
       if (value != "near" && value != "far") return false;
       options.focus_zero = value == "near" ? lensd::sim::GigeFocusZero::Near : lensd::sim::GigeFocusZero::Far;
-    } else if (key == "--busy-late") {
+    } else if (key == "--busy-late" || key == "--echo" || key == "--stale") {
       double ms = 0.0;
       if (std::from_chars(value.data(), end, ms).ptr != end) return false;
-      options.busy_late = std::chrono::microseconds(std::llround(ms * 1e3));
+      auto& time = key == "--echo" ? options.echo : key == "--stale" ? options.stale : options.busy_late;
+      time = std::chrono::microseconds(std::llround(ms * 1e3));
     } else if (key == "--seed") {
       if (std::from_chars(value.data(), end, options.seed).ptr != end) return false;
     } else {

@@ -88,6 +88,14 @@ class GigeTest(unittest.TestCase):
         self.start()
         self.focus_on_the_wall()
 
+    def test_autofocus_with_positions_that_echo_and_lag(self):
+        """Every search was refused: the motor had been moved by another program."""
+        if type(self) is not GigeTest:
+            self.skipTest("once is enough")
+        self.start("--echo", "40", "--stale", "60", "--busy-late", "30")
+        for _ in range(2):
+            self.focus_on_the_wall()
+
     def test_a_plan_is_applied(self):
         self.start()
         answer = self.ask("plan", "--sharp", "wall=1.1m..1.3m:8um", "--apply")

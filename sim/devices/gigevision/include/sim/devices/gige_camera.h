@@ -34,6 +34,8 @@ struct GigeOptions {
   bool needs_initialize = false;  ///< the lens says NotInitialized until told to initialize
   GigePosition position = GigePosition::Live;
   GigeFocusZero focus_zero = GigeFocusZero::Near;  ///< of steps; a focus in dioptres grows toward near by its unit
+  Duration echo{};                                 ///< so long after a write positions read the target
+  Duration stale{};                                ///< so long they read the place from before
   Duration busy_late{};                            ///< from the beginning of a motion until its status says Busy
   std::uint64_t seed = 1;                          ///< of the noise
   std::function<std::string(std::string)> edit_description{};  ///< what the camera serves in place of its description
