@@ -12,18 +12,31 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr int kStopAttempts = 3;
-constexpr Duration kFirstPause = milliseconds(100);  ///< between attempts to connect
+constexpr Duration kBusyStop = std::chrono::seconds(1);  ///< so long a busy drive is asked again to stop
+constexpr Duration kBusyPause = milliseconds(10);        ///< before a busy drive is asked again
+constexpr Duration kFirstPause = milliseconds(100);      ///< between attempts to connect
 constexpr Duration kLongestPause = std::chrono::seconds(2);
-constexpr int kReconnectAfter = 3;                  ///< bad exchanges in a row, on TCP
-constexpr Duration kFreshWait = milliseconds(100);  ///< Look() waits so long before an older sample will do
-constexpr Duration kOldest = milliseconds(250);     ///< how old that may be
+constexpr int kReconnectAfter = 3;  ///< bad exchanges in a row, on TCP
 
 Error Named(const Drive& drive, const Error& error) {
   return {error.code, drive.label() + " " + error.message};
 }
 
-bool AnyStop(const std::vector<BusSlot*>& seats) {
-  return std::ranges::any_of(seats, [](const BusSlot* seat) { return seat->stop; });
+bool StopIsDue(const BusSlot& seat, Instant now) {
+  return seat.stop && seat.stop_at <= now;
+}
+
+bool AnyStop(const std::vector<BusSlot*>& seats, Instant now) {
+  return std::ranges::any_of(seats, [&](const BusSlot* seat) { return StopIsDue(*seat, now); });
+}
+
+/// When the next stop is due that had to be put off; nothing where none was.
+std::optional<Instant> NextStop(const std::vector<BusSlot*>& seats) {
+  std::optional<Instant> next;
+  for (const BusSlot* const seat : seats) {
+    if (seat->stop) next = std::min(next.value_or(seat->stop_at), seat->stop_at);
+  }
+  return next;
 }
 
 }  // namespace
@@ -87,92 +100,6 @@ void Bus::Remove(BusSlot& seat) {
   answers_.wait(lock, [&] { return seat.in_use == 0; });
 }
 
-Error Bus::NotInTime(const BusSlot& seat, const std::string& what) {
-  if (turns_.Missed(seat)) return Named(*seat.drive, {Code::Disconnected, "does not answer"});
-  return Named(*seat.drive, {Code::Timeout, "could not be " + what + " in time: the bus is busy"});
-}
-
-Duration Bus::IoDeadline() const {
-  return std::chrono::seconds(1) + 4 * config_.response_timeout;
-}
-
-// ---- callers ------------------------------------------------------------------------------------------------------
-
-void Bus::Interrupt(Interrupts& interrupts, Calls calls) {
-  const std::lock_guard lock(mutex_);
-  ++(calls == Calls::All ? interrupts.count : interrupts.looks);
-  answers_.notify_all();
-}
-
-Result<void> Bus::Give(BusSlot& seat, const Order& order, const Interrupts& interrupts) {
-  std::unique_lock lock(mutex_);
-  const auto before = interrupts.count;
-  const auto number = ++seat.orders_asked;
-  seat.order = order;
-  seat.newest.reset();
-  wake_.notify_all();
-  const auto answered = [&] { return seat.orders_answered >= number; };
-  answers_.wait_until(lock, clock_.Now() + IoDeadline(), [&] { return answered() || interrupts.count != before; });
-  seat.barrier.Check();
-  if (answered()) return seat.order_answer;
-  seat.order.reset();
-  if (seat.order_taken) seat.withdrawn = true;
-  if (interrupts.count != before) return Fail(Code::Cancelled, "interrupted");
-  return PassOn(NotInTime(seat, "told"));
-}
-
-Result<void> Bus::Stop(BusSlot& seat, const Interrupts& interrupts) {
-  std::unique_lock lock(mutex_);
-  const auto before = interrupts.count;
-  const auto number = ++seat.stops_asked;
-  seat.stop = true;
-  seat.order.reset();
-  seat.newest.reset();
-  wake_.notify_all();
-  const auto answered = [&] { return seat.stops_answered >= number; };
-  answers_.wait_until(lock, clock_.Now() + IoDeadline(), [&] { return answered() || interrupts.count != before; });
-  seat.barrier.Check();
-  if (answered()) return seat.stop_answer;
-  if (interrupts.count != before) return Fail(Code::Cancelled, "interrupted; the stop goes out all the same");
-  return PassOn(NotInTime(seat, "stopped"));
-}
-
-Result<std::vector<Sample>> Bus::Look(std::span<const std::unique_ptr<BusSlot>> seats, const Interrupts& interrupts) {
-  std::unique_lock lock(mutex_);
-  const auto before = interrupts.count, looks_before = interrupts.looks;
-  const auto interrupted = [&] { return interrupts.count != before || interrupts.looks != looks_before; };
-  const Instant now = clock_.Now();
-  for (const auto& seat : seats) ++seat->looks_asked;
-  wake_.notify_all();
-  std::vector<std::uint64_t> numbers;
-  for (const auto& seat : seats) numbers.push_back(seat->looks_asked);
-  const auto answered = [&](std::size_t i) { return seats[i]->looks_answered >= numbers[i]; };
-  const auto settled = [&] {
-    bool all = true;
-    for (std::size_t i = 0; i < seats.size(); ++i) {
-      if (answered(i) && !seats[i]->look_answer) return true;
-      all = all && answered(i);
-    }
-    return all || interrupted();
-  };
-  const auto recent = [&](const auto& seat) { return seat->newest && clock_.Now() - seat->newest->at < kOldest; };
-  answers_.wait_until(lock, now + kFreshWait, settled);
-  if (!settled() && !std::ranges::all_of(seats, recent)) answers_.wait_until(lock, now + IoDeadline(), settled);
-  for (const auto& seat : seats) seat->barrier.Check();
-  for (std::size_t i = 0; i < seats.size(); ++i) {
-    if (answered(i) && !seats[i]->look_answer) return PassOn(seats[i]->look_answer);
-  }
-  if (interrupted()) return Fail(Code::Cancelled, "interrupted");
-  std::vector<Sample> samples;
-  for (std::size_t i = 0; i < seats.size(); ++i) {
-    if (!answered(i) && !recent(seats[i])) {
-      return PassOn(NotInTime(*seats[i], "asked"));
-    }
-    samples.push_back(answered(i) ? *seats[i]->look_answer : *seats[i]->newest);
-  }
-  return samples;
-}
-
 // ---- the thread ---------------------------------------------------------------------------------------------------
 
 void Bus::Run(const std::stop_token& stop) {
@@ -181,13 +108,15 @@ void Bus::Run(const std::stop_token& stop) {
     if (ServeStops(lock)) continue;
     BusSlot* const seat = turns_.Next(seats_, clock_.Now());
     if (seat == nullptr) {
-      const auto absent = turns_.NextAbsent(seats_);
+      const auto absent = turns_.NextAbsent(seats_), stop_due = NextStop(seats_);
       // Where a caller has asked meanwhile for a drive that is not there, the wait begins anew.
       const auto changed = [&] {
-        return turns_.Next(seats_, clock_.Now()) != nullptr || AnyStop(seats_) || turns_.NextAbsent(seats_) != absent;
+        return turns_.Next(seats_, clock_.Now()) != nullptr || AnyStop(seats_, clock_.Now()) ||
+               turns_.NextAbsent(seats_) != absent;
       };
-      if (absent) {
-        wake_.wait_until(lock, stop, *absent, changed);
+      if (absent || stop_due) {
+        wake_.wait_until(lock, stop, std::min(absent.value_or(Instant::max()), stop_due.value_or(Instant::max())),
+                         changed);
       } else {
         wake_.wait(lock, stop, changed);
       }
@@ -201,11 +130,12 @@ void Bus::Run(const std::stop_token& stop) {
 /// Sends every stop that is wanted, those first that have failed least often. Whether there was one.
 bool Bus::ServeStops(std::unique_lock<std::mutex>& lock) {
   bool any = false;
-  while (AnyStop(seats_)) {
+  while (AnyStop(seats_, clock_.Now())) {
     BusSlot* next = nullptr;
     for (BusSlot* const seat : seats_) {
-      if (seat->stop && (next == nullptr || seat->stop_tries < next->stop_tries)) next = seat;
+      if (StopIsDue(*seat, clock_.Now()) && (next == nullptr || seat->stop_tries < next->stop_tries)) next = seat;
     }
+    if (next == nullptr) continue;
     TryToStop(lock, *next);
     any = true;
   }
@@ -222,14 +152,27 @@ void Bus::TryToStop(std::unique_lock<std::mutex>& lock, BusSlot& seat) {
   auto stopped = seat.barrier.Answer([&] { return seat.drive->Halt(talk); });
   lock.lock();
   --seat.in_use;
-  if (!stopped && stopped.error().code != Code::Disconnected && ++seat.stop_tries < kStopAttempts) {
+  if (!stopped && StopAgain(seat, stopped.error())) {
     seat.stop = true;
   } else {
     seat.stop_tries = 0;
+    seat.stop_busy_since.reset();
     seat.stop_answer = std::move(stopped);
     seat.stops_answered = number;
   }
   answers_.notify_all();
+}
+
+/// Whether a stop that failed is sent once more, and from when on. A busy drive has heard the question: what it is
+/// asked again is counted by time, not by attempts.
+bool Bus::StopAgain(BusSlot& seat, const Error& error) {
+  if (seat.stops_answered == seat.stops_asked) return false;  // a newer command took over meanwhile
+  if (error.code == Code::Disconnected) return false;
+  if (error.code != Code::Busy) return ++seat.stop_tries < kStopAttempts;
+  const Instant now = clock_.Now();
+  if (!seat.stop_busy_since) seat.stop_busy_since = now;
+  seat.stop_at = now + kBusyPause;
+  return now - *seat.stop_busy_since < kBusyStop;
 }
 
 /// One order, or one look.
@@ -284,7 +227,7 @@ Result<void> Bus::WaitForTurn(BusSlot& seat) {
     if (seat.interrupted || seat.withdrawn || quitting_) return Fail(Code::Cancelled, "stopped");
     const Instant free = std::max(line_.quiet_until, Quiet());
     if (clock_.Now() >= free) return {};
-    wake_.wait_until(lock, free, [&] { return quitting_ || AnyStop(seats_); });
+    wake_.wait_until(lock, free, [&] { return quitting_ || AnyStop(seats_, clock_.Now()); });
   }
 }
 

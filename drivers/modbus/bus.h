@@ -47,6 +47,8 @@ struct BusSlot {
   Result<void> order_answer;
   bool stop = false;
   int stop_tries = 0;  ///< of this stop
+  Instant stop_at{};   ///< it is not sent before: the drive answered that it is busy
+  std::optional<Instant> stop_busy_since = {};
   std::uint64_t stops_asked = 0, stops_answered = 0;
   Result<void> stop_answer;
   std::uint64_t looks_asked = 0, looks_answered = 0;
@@ -115,6 +117,7 @@ class Bus {
   void Run(const std::stop_token& stop);
   bool ServeStops(std::unique_lock<std::mutex>& lock);
   void TryToStop(std::unique_lock<std::mutex>& lock, BusSlot& seat);
+  bool StopAgain(BusSlot& seat, const Error& error);
   Error NotInTime(const BusSlot& seat, const std::string& what);
   void Serve(std::unique_lock<std::mutex>& lock, BusSlot& seat);
   Result<void> Ask(BusSlot& seat, Priority priority, const Exchange& exchange);

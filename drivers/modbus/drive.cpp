@@ -3,7 +3,10 @@
 #include "drive.h"
 
 #include <array>
+#include <cmath>
 #include <cstdlib>
+#include <iomanip>
+#include <sstream>
 #include <utility>
 
 namespace lensd::drivers::modbus {
@@ -11,10 +14,24 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr Duration kStartTime = milliseconds(250);  ///< a drive that has taken a command moves, or is there, by then
+constexpr Duration kStartTime = milliseconds(450);        ///< a drive that has taken a command shows it by then
 constexpr Duration kReadyTime = std::chrono::seconds(2);  ///< for a stopped drive to rest and be ready
 constexpr Duration kRestTime = milliseconds(500);  ///< at rest, but not "in position" or "homed": this is how it ends
 constexpr int kTries = 3;
+constexpr std::int64_t kCounter = 65536;  ///< numbers of a counter of 16 bits
+
+std::string NumberText(double number) {
+  std::ostringstream text;
+  text << std::setprecision(15) << number;
+  return text.str();
+}
+
+/// Its two registers the other way round.
+std::int64_t Swapped(std::int64_t number, NumberType type) {
+  const auto both = static_cast<std::uint32_t>(number);
+  const std::uint16_t registers[] = {static_cast<std::uint16_t>(both & 0xFFFF), static_cast<std::uint16_t>(both >> 16)};
+  return NumberAt(registers, type, WordOrder::HighFirst);
+}
 
 /// Of a drive that has been known to have what it says now that it has not.
 Error Contradiction(Error error) {
@@ -91,7 +108,8 @@ Result<void> Drive::ResetToHome(const Order& order, RegisterAccess& talk) {
 Result<void> Drive::Execute(const Order& order, RegisterAccess& talk) {
   if (order.kind == Order::Kind::Reset) {
     complaint_.clear();
-    phase_ = Phase::Idle;
+    doing_.phase = Phase::Idle;
+    watch_.Forget();
     return talk.Run(config_.profile.reset, config_.profile, 0);
   }
   auto seen = ReadStatus(talk);
@@ -103,18 +121,19 @@ Result<void> Drive::Execute(const Order& order, RegisterAccess& talk) {
   if (order.kind == Order::Kind::Move && config_.profile.homing_required && !Homed(*seen)) {
     return Fail(Code::NotHomed, label_ + " has no reference yet: home it first");
   }
-  goal_ = order;
-  tries_ = 0;
+  doing_.goal = order;
+  doing_.tries = 0;
   stop_.repeat = false;
   complaint_.clear();
   const bool take_over = order.kind == Order::Kind::Move && !config_.profile.stop_to_retarget;
   if (seen->moving && !take_over) {
     if (auto stopped = talk.Run(config_.profile.stop, config_.profile, 0); !stopped) return stopped;
     stop_.asserted = !config_.profile.release.empty();
+    watch_.Stopped(clock_.Now());
   }
-  phase_since_ = clock_.Now();
+  doing_.since = clock_.Now();
   if (seen->moving ? !take_over : !seen->ready) {
-    phase_ = Phase::Waiting;
+    doing_.phase = Phase::Waiting;
     return {};
   }
   return Begin(talk);
@@ -127,25 +146,31 @@ Result<void> Drive::Begin(RegisterAccess& talk) {
     if (auto released = talk.Run(profile.release, profile, 0); !released) return released;
     stop_.asserted = stop_.unknown = false;
   }
-  if (tries_ > 0) {
+  if (doing_.tries > 0) {
     if (auto rearmed = talk.Run(profile.rearm, profile, 0); !rearmed) return rearmed;
   }
-  const Sequence& sequence = goal_.kind == Order::Kind::Home ? profile.home : profile.move;
-  if (goal_.kind == Order::Kind::Home) here_.homed = false;
-  if (auto told = talk.Run(sequence, profile, goal_.target); !told) return told;
-  ++tries_;
-  phase_ = Phase::Starting;
-  phase_since_ = clock_.Now();
-  rests_since_.reset();
-  began_at_.reset();
+  const Sequence& sequence = doing_.goal.kind == Order::Kind::Home ? profile.home : profile.move;
+  if (doing_.goal.kind == Order::Kind::Home) here_.homed = false;
+  if (auto told = talk.Run(sequence, profile, doing_.goal.target); !told) return told;
+  ++doing_.tries;
+  doing_.phase = Phase::Starting;
+  doing_.since = clock_.Now();
+  doing_.rests_since.reset();
+  doing_.began_at = believed_;
+  if (doing_.goal.kind == Order::Kind::Home) {
+    watch_.Homing(doing_.since);
+  } else {
+    watch_.Sent(Native{static_cast<double>(doing_.goal.target)}, doing_.since);
+  }
   return {};
 }
 
 Result<void> Drive::Halt(RegisterAccess& talk) {
-  phase_ = Phase::Idle;
+  doing_.phase = Phase::Idle;
   complaint_.clear();
   stop_.repeat = true;
   stop_.asserted = !config_.profile.release.empty();
+  watch_.Stopped(clock_.Now());
   const bool suspect = talk.suspect();
   auto stopped = talk.Run(config_.profile.stop, config_.profile, 0);
   if (stopped && !suspect) stop_.repeat = false;
@@ -153,7 +178,8 @@ Result<void> Drive::Halt(RegisterAccess& talk) {
 }
 
 void Drive::Forget() {
-  phase_ = Phase::Idle;
+  doing_.phase = Phase::Idle;
+  watch_.Forget();
   here_ = {};
   stop_.repeat = false;
   stop_.unknown = true;
@@ -179,24 +205,79 @@ Result<Sample> Drive::Ask(RegisterAccess& talk) {
   Sample sample{.at = clock_.Now(), .state = {}};
   auto seen = ReadStatus(talk);
   if (!seen) return PassOn(seen);
-  const auto position = talk.ReadNumber(config_.profile.position, config_.profile.word_order);
-  if (!position) return PassOn(position);
-  const double counts = static_cast<double>(*position) * config_.profile.position_scale;
-  seen->position = static_cast<std::int64_t>(counts < 0 ? counts - 0.5 : counts + 0.5);
-  sample.state.position = Native{counts * config_.scale};
+  if (auto placed = ReadPosition(talk, *seen); !placed) return PassOn(placed);
   sample.state.homed = Homed(*seen);
   if (seen->fault) {
     auto alarm = ReadAlarm(talk);
     if (!alarm) return PassOn(alarm);
     sample.state.fault = std::move(alarm->text);
   }
-  sample.state.moving = Follow(*seen, talk) || seen->moving;
+  if (const std::string odd = WhatIsOdd(*seen); !odd.empty()) {
+    // Where the drive is sent by such numbers nobody knows.
+    if (doing_.phase != Phase::Idle) (void)Halt(talk);
+    Complain(odd);
+  }
+  const auto verdict = watch_.Judge(Native{seen->counts}, seen->moving || seen->homing, clock_.Now());
+  if (!verdict.echo || !believed_) believed_ = seen->counts;
+  sample.state.moving = Follow(*seen, verdict.moving, talk) || seen->moving;
+  sample.state.position = Native{*believed_ * config_.scale};
   if (sample.state.fault.empty()) sample.state.fault = complaint_;
   return sample;
 }
 
+Result<void> Drive::ReadPosition(RegisterAccess& talk, Seen& seen) {
+  const auto position = talk.ReadNumber(config_.profile.position, config_.profile.word_order);
+  if (!position) return PassOn(position);
+  seen.read = *position;
+  seen.counts = static_cast<double>(*position) * config_.profile.position_scale;
+  seen.position = std::llround(seen.counts);
+  return {};
+}
+
+/// Why positions cannot be right; empty where they can. A drive may well stand outside its range, but not in a place
+/// that is one of the range once its two registers are read in the other order; nor can it jump far, or back by exactly
+/// as much as a counter of 16 bits has numbers. What is far outside must be read twice.
+std::string Drive::WhatIsOdd(const Seen& seen) {
+  const double range = config_.high - config_.low;
+  const auto within = [&](double counts, double room) {
+    const double native = counts * config_.scale;
+    return native >= config_.low - room && native <= config_.high + room;
+  };
+  const bool moves = doing_.phase == Phase::Starting || doing_.phase == Phase::Going;
+  const auto before = std::exchange(odd_.read_before, seen.read);
+  const std::int64_t jump = before ? seen.read - *before : 0;
+  const double onward = static_cast<double>(doing_.goal.target) - believed_.value_or(0.0);
+  const double jumped_by = static_cast<double>(jump) * config_.profile.position_scale;
+  const bool back = jumped_by * onward <= 0.0 || jump * odd_.last_step < 0;
+  const bool astray = back || std::abs(jumped_by) > std::abs(onward) + 1.0;
+  if (jump != 0) odd_.last_step = jump;
+  const bool counters = std::llabs(std::llabs(jump) - kCounter) < kCounter / 8;
+  if (moves && doing_.goal.kind == Order::Kind::Move && astray && counters) {
+    return "its position went from " + std::to_string(*before) + " to " + std::to_string(seen.read) +
+           " between two readings: the drive's counter wraps at 16 bits; keep its range within what it can count";
+  }
+  const bool jumped = believed_ && within(*believed_, range) && moves;
+  odd_.readings = within(seen.counts, range) ? 0 : odd_.readings + 1;
+  odd_.jumped = odd_.readings == 1 ? jumped : odd_.jumped;
+  if (odd_.readings < 2) return {};
+  const Profile& profile = config_.profile;
+  const std::string reads = "its position reads " + NumberText(seen.counts * config_.scale) +
+                            ", far outside its range " + NumberText(config_.low) + " to " + NumberText(config_.high);
+  const double swapped = static_cast<double>(Swapped(seen.read, profile.position.type)) * profile.position_scale;
+  if (RegistersOf(profile.position.type) == 2 && within(swapped, 0.0)) {
+    return reads + ", and " + NumberText(swapped * config_.scale) +
+           " with its two registers in the other order: set word_order = \"" +
+           (profile.word_order == WordOrder::HighFirst ? "low-first" : "high-first") + "\"";
+  }
+  if (!odd_.jumped) return {};
+  return reads +
+         ", between two readings: [position] of its profile has another address or width than the drive, or its "
+         "counter wraps";
+}
+
 bool Drive::Arrived(const Seen& seen) const {
-  return goal_.kind == Order::Kind::Move && std::llabs(seen.position - goal_.target) <= config_.profile.arrival_counts;
+  return doing_.goal.kind == Order::Kind::Move &&
+         std::llabs(seen.position - doing_.goal.target) <= config_.profile.arrival_counts;
 }
 
 bool Drive::Homed(const Seen& seen) const {
@@ -206,85 +287,96 @@ bool Drive::Homed(const Seen& seen) const {
 
 bool Drive::Complain(std::string complaint) {
   complaint_ = std::move(complaint);
-  phase_ = Phase::Idle;
+  doing_.phase = Phase::Idle;
+  watch_.Forget();
   return false;
 }
 
 /// Tells the drive once more, unless it was told often enough.
 bool Drive::Repeat(RegisterAccess& talk, std::string complaint) {
-  if (tries_ >= kTries) return Complain(std::move(complaint));
+  if (doing_.tries >= kTries) return Complain(std::move(complaint));
   (void)Begin(talk);  // what fails is done by the next look
-  return phase_ != Phase::Idle;
+  return doing_.phase != Phase::Idle;
 }
 
-bool Drive::Follow(const Seen& seen, RegisterAccess& talk) {
-  const bool held = stop_.asserted || (stop_.unknown && phase_ == Phase::Waiting);
+bool Drive::Follow(const Seen& seen, bool moves, RegisterAccess& talk) {
+  const bool held = stop_.asserted || (stop_.unknown && doing_.phase == Phase::Waiting);
   if (held && !seen.moving && talk.Run(config_.profile.release, config_.profile, 0)) {
     stop_.asserted = stop_.unknown = false;
   }
-  if (phase_ != Phase::Idle && seen.fault) phase_ = Phase::Idle;
-  switch (phase_) {
+  if (seen.fault) {
+    doing_.phase = Phase::Idle;
+    watch_.Forget();
+    return false;
+  }
+  switch (doing_.phase) {
     case Phase::Idle:
-      return false;
+      return moves;
     case Phase::Waiting:
       if (!seen.moving && seen.ready) {
         (void)Begin(talk);
-      } else if (clock_.Now() - phase_since_ > kReadyTime) {
+      } else if (clock_.Now() - doing_.since > kReadyTime) {
         return Complain("the drive does not get ready for the next motion");
       }
-      return phase_ != Phase::Idle;
+      return doing_.phase != Phase::Idle;
     case Phase::Starting:
-      return FollowStart(seen, talk);
+      return FollowStart(seen, moves, talk);
     case Phase::Going:
-      return FollowMotion(seen, talk);
+      if (!moves) return FollowMotion(seen, talk);
+      doing_.rests_since.reset();
+      return true;
   }
   return false;
 }
 
-bool Drive::FollowStart(const Seen& seen, RegisterAccess& talk) {
-  if (!began_at_) began_at_ = seen.position;
-  if (seen.moving || seen.homing) {
-    phase_ = Phase::Going;
-    return true;
-  }
-  if (Arrived(seen) && seen.in_position) {
-    phase_ = Phase::Idle;
+bool Drive::FollowStart(const Seen& seen, bool moves, RegisterAccess& talk) {
+  if (!doing_.began_at) doing_.began_at = believed_;
+  if (!moves && Arrived(seen) && seen.in_position) {
+    doing_.phase = Phase::Idle;
     return false;
   }
-  if (clock_.Now() - phase_since_ <= kStartTime) return true;
+  if (seen.moving || seen.homing || watch_.moved()) {
+    doing_.phase = Phase::Going;
+    return moves || FollowMotion(seen, talk);
+  }
+  if (clock_.Now() - doing_.since <= kStartTime) return true;
   // A drive that stands at its reference already may see no reason to move.
-  const bool at_home = goal_.kind == Order::Kind::Home && config_.profile.homed && seen.homed &&
+  const bool at_home = doing_.goal.kind == Order::Kind::Home && config_.profile.homed && seen.homed &&
                        std::llabs(seen.position) <= config_.profile.arrival_counts;
   if (at_home) return FinishHoming(seen, talk);
-  return Repeat(talk, goal_.kind == Order::Kind::Home
+  return Repeat(talk, doing_.goal.kind == Order::Kind::Home
                           ? "the drive takes the command to home and does not move, without an alarm"
                           : "the drive takes the command to move and does not move, without an alarm");
 }
 
+/// It has moved, and seems to rest.
 bool Drive::FollowMotion(const Seen& seen, RegisterAccess& talk) {
-  if (seen.moving || seen.homing) {
-    rests_since_.reset();
-    return true;
-  }
-  if (!rests_since_) rests_since_ = clock_.Now();
-  const bool long_enough = clock_.Now() - *rests_since_ > kRestTime;
-  if (goal_.kind == Order::Kind::Home) {
+  if (!doing_.rests_since) doing_.rests_since = clock_.Now();
+  const bool long_enough = clock_.Now() - *doing_.rests_since > kRestTime;
+  if (doing_.goal.kind == Order::Kind::Home) {
     if (Homed(seen) || !config_.profile.homed) return FinishHoming(seen, talk);
     return long_enough ? Complain("homing ended without a reference") : true;
   }
   if (!seen.in_position && !long_enough) return true;
   // Far from the target, it was the motion before that ended: the drive has not taken the new target.
-  const auto left = std::llabs(seen.position - goal_.target);
-  const bool ignored = left > config_.profile.arrival_counts && 10 * left > std::llabs(goal_.target - *began_at_);
-  if (ignored && tries_ < kTries) return Repeat(talk, "");
-  phase_ = Phase::Idle;
+  const auto left = std::llabs(seen.position - doing_.goal.target);
+  const bool ignored =
+      left > config_.profile.arrival_counts &&
+      10.0 * static_cast<double>(left) > std::abs(static_cast<double>(doing_.goal.target) - *doing_.began_at);
+  if (ignored && seen.in_position && watch_.busy_seen() && seen.counts == *doing_.began_at) {
+    return Complain("the drive says that it moved, and its position still reads " + NumberText(seen.counts) +
+                    ": is [position] of its profile at the right address, and as wide as the drive has it?");
+  }
+  if (ignored && doing_.tries < kTries) return Repeat(talk, "");
+  doing_.phase = Phase::Idle;
   return false;
 }
 
 bool Drive::FinishHoming(const Seen&, RegisterAccess& talk) {
-  if (!talk.Run(config_.profile.after_home, config_.profile, 0)) return phase_ != Phase::Idle;  // next look
+  if (!talk.Run(config_.profile.after_home, config_.profile, 0)) return doing_.phase != Phase::Idle;  // next look
   here_.homed = true;
-  phase_ = Phase::Idle;
+  doing_.phase = Phase::Idle;
+  watch_.Forget();
   // The position just read may be from before the reference was set.
   return !config_.profile.after_home.empty();
 }

@@ -3,9 +3,9 @@
 // A drive is told to go by a few register writes and says through its status how it gets on. What it says cannot be
 // taken at its word: a command may be ignored without an alarm, a short motion may be over before the next look, and a
 // bit may still be that of the motion before. So a motion has phases here (see Phase) and counts as under way until the
-// drive has been seen to move and to rest, or stands where it was sent. A command that shows no motion in kStartTime is
-// repeated, and after kTries it is a complaint that Read() reports as the axis' fault. Absolute targets make repeating
-// harmless.
+// drive has been seen to move and to rest, or stands where it was sent; when a reading proves either is what
+// ArrivalWatch knows. A command that shows no motion in kStartTime is repeated, and after kTries it is a complaint that
+// Read() reports as the axis' fault. Absolute targets make repeating harmless.
 #pragma once
 
 #include <cstdint>
@@ -16,6 +16,7 @@
 #include "base/clock.h"
 #include "base/result.h"
 #include "base/units.h"
+#include "drivers/api/arrival_watch.h"
 #include "drivers/api/lens.h"
 #include "profile.h"
 #include "register_access.h"
@@ -52,7 +53,10 @@ class Drive {
  public:
   /// `clock` must outlive it.
   Drive(DriveConfig config, std::string label, const Clock& clock)
-      : config_(std::move(config)), label_(std::move(label)), clock_(clock) {}
+      : config_(std::move(config)),
+        label_(std::move(label)),
+        clock_(clock),
+        watch_(static_cast<double>(config_.profile.arrival_counts)) {}
 
   const DriveConfig& config() const { return config_; }
   /// "focus (unit 1 on bus rs485)".
@@ -68,7 +72,7 @@ class Drive {
   /// The connection was lost: the drive may have been switched off meanwhile.
   void Forget();
   /// Something was ordered that has not come to its end.
-  bool busy() const { return phase_ != Phase::Idle; }
+  bool busy() const { return doing_.phase != Phase::Idle; }
 
  private:
   enum class Phase {
@@ -86,6 +90,18 @@ class Drive {
     bool homed = false;
     bool homing = false;
     std::int64_t position = 0;  ///< counts of the target's kind
+    double counts = 0.0;        ///< the same, not rounded
+    std::int64_t read = 0;      ///< as the registers have it
+  };
+
+  /// What is under way.
+  struct Doing {
+    Phase phase = Phase::Idle;
+    Order goal;
+    int tries = 0;
+    Instant since{};  ///< in this phase
+    std::optional<Instant> rests_since;
+    std::optional<double> began_at;  ///< counts believed when the goal was begun
   };
 
   struct StopLine {
@@ -95,6 +111,7 @@ class Drive {
   };
 
   Result<Seen> ReadStatus(RegisterAccess& talk);
+  Result<void> ReadPosition(RegisterAccess& talk, Seen& seen);
   Result<Sample> Ask(RegisterAccess& talk);
   struct Alarm {
     bool not_homed = false;  ///< only the reference is missing
@@ -104,25 +121,30 @@ class Drive {
   Result<void> ResetToHome(const Order& order, RegisterAccess& talk);
   Result<void> Begin(RegisterAccess& talk);
   /// Whether the goal is still under way after `seen`.
-  bool Follow(const Seen& seen, RegisterAccess& talk);
-  bool FollowStart(const Seen& seen, RegisterAccess& talk);
+  bool Follow(const Seen& seen, bool moves, RegisterAccess& talk);
+  bool FollowStart(const Seen& seen, bool moves, RegisterAccess& talk);
   bool FollowMotion(const Seen& seen, RegisterAccess& talk);
   bool FinishHoming(const Seen& seen, RegisterAccess& talk);
   bool Repeat(RegisterAccess& talk, std::string complaint);
   bool Complain(std::string complaint);
+  std::string WhatIsOdd(const Seen& seen);
   bool Arrived(const Seen& seen) const;
   bool Homed(const Seen& seen) const;
 
   const DriveConfig config_;
   const std::string label_;
   const Clock& clock_;
-  Phase phase_ = Phase::Idle;
-  Order goal_;
-  int tries_ = 0;
-  Instant phase_since_{};
-  std::optional<Instant> rests_since_;
-  std::optional<std::int64_t> began_at_;  ///< counts, at the first look after the goal was begun
+  Doing doing_;
+  drivers::ArrivalWatch watch_;     ///< in counts
+  std::optional<double> believed_;  ///< counts: the last position that was no echo
   StopLine stop_;
+  /// Of positions that cannot be.
+  struct {
+    int readings = 0;                              ///< in a row, far outside the range
+    bool jumped = false;                           ///< they came from the range all at once, in a motion
+    std::int64_t last_step = 0;                    ///< from one reading to the next
+    std::optional<std::int64_t> read_before = {};  ///< as the registers had it
+  } odd_;
   /// Since the connection was made.
   struct {
     bool homed = false;       ///< by us, for drives that do not tell

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <thread>
 #include <utility>
 
 #include "bus.h"
@@ -19,6 +20,8 @@ namespace {
 using drivers::Axis;
 
 constexpr int kOpenAttempts = 3;
+constexpr Duration kBusyOpening = std::chrono::seconds(2);       ///< so long a busy drive is asked again
+constexpr Duration kGreetPause = std::chrono::milliseconds(20);  ///< before that
 /// The keys of a drive that ReadOverrides() reads.
 constexpr std::string_view kOverrides[] = {"parameters",     "word_order", "homing",    "feedback",
                                            "position_scale", "scale",      "settle_ms", "counts_per_revolution"};
@@ -75,6 +78,32 @@ Result<void> ReadOverrides(SettingsReader& read, DriveConfig& drive) {
   return {};
 }
 
+std::string_view TypeName(NumberType type) {
+  constexpr std::string_view kNames[] = {"u16", "s16", "u32", "s32"};
+  return kNames[static_cast<std::size_t>(type)];
+}
+
+/// What a register cannot hold wraps round in it: the ends of the range must fit where they are read and written.
+void CheckWidths(SettingsReader& read, const DriveConfig& drive) {
+  const Profile& profile = drive.profile;
+  const auto fits = [&](NumberType type, double native, double of_one) {
+    const double number = std::round(native / of_one);
+    return std::abs(number) < 1e15 && Fits(type, static_cast<std::int64_t>(number));
+  };
+  const auto check = [&](NumberType type, double of_one, const std::string& what) {
+    if (fits(type, drive.low, of_one) && fits(type, drive.high, of_one)) return true;
+    read.Reject("range", "does not fit into the drive's " + what + ", " + std::string(TypeName(type)) +
+                             " by its profile: correct the range, or the type");
+    return false;
+  };
+  if (!check(profile.position.type, drive.scale * profile.position_scale, "position")) return;
+  for (const WriteStep& step : profile.move) {
+    for (const Field& field : step.fields) {
+      if (field.name == "target" && !check(field.type, drive.scale, "target")) return;
+    }
+  }
+}
+
 /// One table of `drives`.
 Result<DriveConfig> ReadDrive(const Settings& table, Axis axis) {
   const std::string what = "[lens.drives." + std::string(AxisName(axis)) + "]";
@@ -100,6 +129,7 @@ Result<DriveConfig> ReadDrive(const Settings& table, Axis axis) {
     drive.profile = *std::move(known);
   }
   if (auto overrides = ReadOverrides(read, drive); !overrides) return PassOn(overrides);
+  if (range) CheckWidths(read, drive);
   if (auto done = read.Finish(); !done) return PassOn(done);
   return drive;
 }
@@ -192,14 +222,20 @@ BusesInUse& Buses() {
 }
 
 /// A drive that is not there, or is another than it is said to be, is found out now.
-Result<void> Greet(drivers::Lens& lens) {
+Result<void> Greet(drivers::Lens& lens, const Clock& clock) {
   Result<drivers::LensState> read;
-  for (int attempt = 0; attempt < kOpenAttempts; ++attempt) {
+  const Instant give_up = clock.Now() + kBusyOpening;
+  for (int attempt = 0; attempt < kOpenAttempts;) {
     read = lens.Read();
     if (read) return {};
     if (read.error().code == Code::Disconnected) break;
+    if (read.error().code == Code::Busy && clock.Now() < give_up) {
+      std::this_thread::sleep_for(kGreetPause);
+    } else {
+      ++attempt;
+    }
   }
-  const bool silent = read.error().code == Code::Timeout;
+  const bool silent = read.error().code == Code::Timeout || read.error().code == Code::Busy;
   return Fail(silent ? Code::Disconnected : read.error().code, read.error().message);
 }
 
@@ -223,7 +259,7 @@ Result<drivers::Device> OpenModbus(const Settings& settings, const Clock& clock)
   }
   drivers::Device device;
   device.lens = std::make_unique<ModbusLens>(*std::move(bus), std::move(lens->drives), clock);
-  if (auto greeted = Greet(*device.lens); !greeted) return PassOn(greeted);
+  if (auto greeted = Greet(*device.lens, clock); !greeted) return PassOn(greeted);
   return device;
 }
 

@@ -79,7 +79,7 @@ Error FromErrno(int error) {
       return {Code::Timeout, "did not answer in time"};
     case EMBXGPATH:
     case EMBXGTAR:
-      return {Code::Timeout, "did not answer the gateway"};
+      return {Code::Busy, "does not answer the gateway now"};
     case EMBXSBUSY:
     case EMBXACK:
       return {Code::Busy, "says that it is busy"};

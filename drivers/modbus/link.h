@@ -60,7 +60,7 @@ class ModbusLink {
   void Flush();
 
   /// Function 3 or 4. Errors: Timeout, Protocol (broken answer, refusal), Unsupported (it says that it has no such
-  /// registers or function), Busy, Disconnected; outcome() says more.
+  /// registers or function), Busy (it or a gateway wants to be asked again), Disconnected; outcome() says more.
   Result<void> Read(int unit, int function, std::uint16_t address, std::span<std::uint16_t> registers);
   /// Function 6 or 16.
   Result<void> Write(int unit, int function, std::uint16_t address, std::span<const std::uint16_t> registers);

@@ -202,6 +202,9 @@ class Configurations(unittest.TestCase):
             with open(os.path.join(folder, "mine.toml"), "w", encoding="utf-8") as profile:
                 profile.write('version = 1\nname = "mine"\nbogus = 1\n[status]\naddress = 1\nmoving = 0\n[position]\naddress = 2\n'
                               '[[move]]\naddress = 4\nvalues = ["s32 target"]\n')
+            with open(os.path.join(folder, "narrow.toml"), "w", encoding="utf-8") as profile:
+                profile.write('version = 1\nname = "narrow"\nhoming = "not-needed"\n[status]\naddress = 1\nmoving = 0\n[position]\naddress = 2\n'
+                              'type = "u16"\n[[move]]\naddress = 4\nvalues = ["s32 target"]\n[[stop]]\naddress = 7\nvalues = [1]\n')
             with open(file, "w", encoding="utf-8") as out:
                 out.write(text)
             return subprocess.run([os.path.join(BIN, "lensd"), "--config", file, "--check-config"], capture_output=True,
@@ -217,6 +220,13 @@ class Configurations(unittest.TestCase):
                 ("unit = 2", "unit = 1", "lensd.toml:", "already"),
                 ("unit = 2", "unit = 300", "lensd.toml:", "247"),
                 ("range = [0, 4000]", "", "lensd.toml:", "range"),
+                ("range = [0, 4000]", "range = [0, 3000000000]", "lensd.toml:", "s32 by its profile"),
+                ('profile = "moons"\nrange = [0, 20000]', 'profile = "narrow.toml"\nrange = [0, 65536]', "lensd.toml:14",
+                 "u16 by its profile"),
+                ('profile = "moons"\nrange = [0, 20000]', 'profile = "narrow.toml"\nrange = [-1, 100]', "lensd.toml:14",
+                 "u16 by its profile"),
+                ('profile = "moons"\nrange = [0, 20000]', 'profile = "narrow.toml"\nscale = 0.5\nrange = [0, 40000]', "lensd.toml:15",
+                 "u16 by its profile"),
                 ("range = [0, 4000]", "range = [0, 4000]\nbogus = 1", "lensd.toml:", "bogus"),
                 ("range = [0, 4000]", "range = [0, 4000]\nparameters = { sped = 1 }", "lensd.toml:", "speed"),
                 ('driver = "modbus"\nhost', 'driver = "sim"\nhost', "lensd.toml:4", "no buses"),
