@@ -77,6 +77,7 @@ std::optional<drivers::AxisState> AxisController::Note(std::optional<drivers::Ax
   const auto before = gone_ ? std::nullopt : std::exchange(state_, std::nullopt);  // after a gap it has to stand anew
   state_ = std::move(reading);
   if (!state_) return std::nullopt;
+  if (cut_.halt_is_due && Halt()) Coast();
   state_->position = state_->position + track_.offset();
   drivers::AxisState noted = *state_;
   const bool stood = before && !before->moving && !noted.moving &&
@@ -84,12 +85,12 @@ std::optional<drivers::AxisState> AxisController::Note(std::optional<drivers::Ax
   // It came to rest at this reading at the latest.
   if (!stood) steady_since_ = sampled_at + setup_.settle;
   const bool was_moved = track_.moved_by_another();
-  track_.Note(noted, sampled_at, motion_ != nullptr || coasting_);
+  track_.Note(noted, sampled_at, motion_ != nullptr || cut_.coasting || sampled_at < cut_.doubted_until);
   if (track_.moved_by_another() && !was_moved) target_.reset();
-  if (coasting_ && !noted.moving && sampled_at > *coasting_) coasting_.reset();
-  if (!motion_ && !coasting_ && !noted.moving) RememberRest();
+  if (cut_.coasting && !noted.moving && sampled_at > *cut_.coasting) cut_.coasting.reset();
+  if (!motion_ && !cut_.coasting && !noted.moving) RememberRest();
   // A reading from before the stop says nothing of it.
-  if (coasting_) state_->moving = true;
+  if (cut_.coasting) state_->moving = true;
   if (const auto gone = std::exchange(gone_, std::nullopt)) {
     // A device that was opened anew, or was without power, says itself that it has no reference.
     gone->homed && !noted.homed ? track_.Forget() : track_.Return(gone->memory, noted.position);
@@ -101,7 +102,7 @@ void AxisController::Lose() {
   gone_.reset();
   if (state_) {
     AxisMemory memory = track_.Remember(state_->position);
-    memory.in_motion = motion_ || coasting_ || state_->moving;
+    memory.in_motion = motion_ || cut_.coasting || state_->moving;
     const Native room{track_.slack().whole()};  // it may have gone past its target by so much
     memory.lowest = std::min(state_->position, target_.value_or(state_->position)) - room;
     memory.highest = std::max(state_->position, target_.value_or(state_->position)) + room;
@@ -145,7 +146,7 @@ std::optional<EndedMotion> AxisController::End(Outcome outcome) {
   const auto motion = std::exchange(motion_, nullptr);
   commands_ += motion->commands();
   if (outcome == Outcome::Reached) {
-    coasting_.reset();
+    cut_.coasting.reset();
     track_.Arrived();
     RememberRest(RememberedPositions::Try::Now);
   } else {
@@ -166,7 +167,8 @@ void AxisController::LoseSightOf(const AxisMotion& motion) {
 
 /// It is not stopped by us, or not at once.
 void AxisController::Coast() {
-  coasting_ = clock_.Now();
+  cut_.coasting = clock_.Now();
+  cut_.doubted_until = *cut_.coasting + drivers::kRegisterLag;
   track_.Disturbed(clock_.Now());
 }
 
@@ -181,6 +183,7 @@ Result<void> AxisController::Stop() {
     stopped = lens_.Stop(setup_.axis);
     if (stopped || stopped.error().code != Code::Timeout) break;
   }
+  cut_.halt_is_due = !stopped && setup_.can.can_stop && stopped.error().code != Code::Unsupported;
   if (moving()) Coast();
   target_.reset();
   return stopped;
@@ -197,6 +200,7 @@ Result<Instant> AxisController::Go(Native target, bool begins) {
     track_.Commanded(turns ? AxisTrack::Way::MayTurn : AxisTrack::Way::Onward, clock_.Now());
   }
   if (auto started = lens_.StartMove(setup_.axis, target - track_.offset()); !started) return PassOn(started);
+  cut_.halt_is_due = false;
   return clock_.Now();
 }
 
@@ -204,11 +208,20 @@ Result<Instant> AxisController::Home() {
   if (auto remembered = RememberMotion(setup_.minimum, setup_.maximum); !remembered) return PassOn(remembered);
   track_.Commanded(AxisTrack::Way::MayTurn, clock_.Now());
   if (auto started = lens_.StartHome(setup_.axis); !started) return PassOn(started);
+  cut_.halt_is_due = false;
   return clock_.Now();
 }
 
-void AxisController::Halt() {
-  if (setup_.can.can_stop) (void)lens_.Stop(setup_.axis);
+Result<void> AxisController::Halt() {
+  if (!setup_.can.can_stop) return Fail(Code::Unsupported, "it cannot stop midway");
+  auto stopped = lens_.Stop(setup_.axis);
+  cut_.halt_is_due = !stopped && stopped.error().code != Code::Unsupported;
+  return stopped;
+}
+
+Error AxisController::GivenUp(Error why) {
+  if (motion_ && motion_->may_turn()) why.message += HaltText(Halt());
+  return why;
 }
 
 Native AxisController::AtReference(Native position) {

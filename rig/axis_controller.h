@@ -76,7 +76,11 @@ class AxisController final : private Motor {
   Result<void> Stop();
   bool runs_out() const { return !setup_.can.can_stop && motion_ && motion_->commands() > 0; }
   /// That it cannot be stopped changes nothing.
-  void Halt() override;
+  Result<void> Halt() override;
+  /// The motor has not taken the command to stop yet.
+  bool halt_is_due() const { return cut_.halt_is_due; }
+  /// The lens does not answer any more: `why` for the caller of the motion under way, with what became of the motor.
+  Error GivenUp(Error why);
 
  private:
   Result<Instant> Go(Native target, bool begins) override;
@@ -87,6 +91,12 @@ class AxisController final : private Motor {
   struct Gone {
     AxisMemory memory;
     bool homed = false;  ///< as the device had it
+  };
+  /// After a motion that did not end at its target.
+  struct CutShort {
+    std::optional<Instant> coasting;  ///< it ended then, and the axis has not been seen to stand
+    Instant doubted_until{};          ///< registers may lag until then
+    bool halt_is_due = false;         ///< the motor has not taken the command to stop
   };
   Result<void> RememberMotion(Native lowest, Native highest);
   void RememberRest(RememberedPositions::Try when = RememberedPositions::Try::WhenDue);
@@ -102,8 +112,8 @@ class AxisController final : private Motor {
   Instant steady_since_{};
   std::unique_ptr<AxisMotion> motion_;
   std::optional<Native> target_;
-  std::optional<Instant> coasting_;  ///< its motion ended then, and it has not been seen to stand
-  std::optional<Gone> gone_;         ///< while the lens does not answer
+  CutShort cut_;
+  std::optional<Gone> gone_;  ///< while the lens does not answer
   int commands_ = 0;
 };
 

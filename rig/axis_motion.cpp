@@ -17,6 +17,13 @@ constexpr Duration kSteady = std::chrono::milliseconds(20);  ///< where settling
 
 }  // namespace
 
+std::string HaltText(const Result<void>& halted) {
+  if (halted) return "; the motor was told to stop";
+  if (halted.error().code == Code::Unsupported) return "; the motor cannot be stopped midway";
+  return "; the motor is not stopped yet: it will be told to as soon as the lens answers (" + halted.error().message +
+         ")";
+}
+
 std::optional<Result<MoveOutcome>> AxisMotion::Step(Motor& motor, const drivers::AxisState& state, Instant sampled_at,
                                                     Instant now) {
   if (state.waiting) leg_.HoldBack(now - last_step_at_, now);
@@ -41,7 +48,7 @@ Error AxisMotion::RanOut(const drivers::AxisState& state, const MoveOutcome& end
 AxisMotion::End AxisMotion::Advance(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now) {
   switch (phase_) {
     case Phase::Requested:
-      return homing() ? LaunchHoming(motor, state) : Launch(motor, state, now);
+      return homing() ? LaunchHoming(motor, state, now) : Launch(motor, state, now);
     case Phase::Homing:
       return FollowHoming(motor, state, sampled_at, now);
     case Phase::TakingUp:
@@ -106,10 +113,11 @@ AxisMotion::End AxisMotion::Launch(Motor& motor, const drivers::AxisState& state
   return Begin(motor, std::move(leg), phase, now);
 }
 
-AxisMotion::End AxisMotion::LaunchHoming(Motor& motor, const drivers::AxisState& state) {
+AxisMotion::End AxisMotion::LaunchHoming(Motor& motor, const drivers::AxisState& state, Instant now) {
+  if (now < attempts_.again_at) return std::nullopt;
   auto started = motor.Home();
-  if (!started) return Refused(started.error());
-  attempts_.refusals = 0;
+  if (!started) return Refused(motor, started.error(), now);
+  Taken();
   ++attempts_.commands;
   phase_ = Phase::Homing;
   leg_ = Leg::Homing(setup_, state, *started);
@@ -120,7 +128,7 @@ AxisMotion::End AxisMotion::Begin(Motor& motor, Leg leg, Phase phase, Instant no
   if (leg_.live()) leg.TakeAsLive();
   leg_ = std::move(leg);
   phase_ = phase;
-  attempts_.refusals = 0;
+  Taken();
   return SendParts(motor, now);
 }
 
@@ -136,11 +144,11 @@ std::optional<Instant> AxisMotion::next_part() const {
 
 AxisMotion::End AxisMotion::SendParts(Motor& motor, Instant now) {
   const auto due = leg_.Due(now);
-  if (!due) return std::nullopt;
+  if (!due || now < attempts_.again_at) return std::nullopt;
   const bool begins = !leg_.begun();
   auto started = motor.Go(due->place, begins);
-  if (!started) return Refused(started.error());
-  attempts_.refusals = 0;
+  if (!started) return Refused(motor, started.error(), now);
+  Taken();
   leg_.Sent(*due, *started);
   if (begins) {
     ++attempts_.commands;
@@ -149,9 +157,23 @@ AxisMotion::End AxisMotion::SendParts(Motor& motor, Instant now) {
   return std::nullopt;
 }
 
-/// The device may or may not have obeyed; the same command again does no harm.
-AxisMotion::End AxisMotion::Refused(Error error) {
-  if (IsTransient(error.code) && ++attempts_.refusals < kAttempts) return std::nullopt;
+void AxisMotion::Taken() {
+  attempts_.refusals = 0;
+  attempts_.busy_since.reset();
+}
+
+/// The device may or may not have obeyed; the same command again does no harm. Where it is given up, the motor must not
+/// turn on unwatched.
+AxisMotion::End AxisMotion::Refused(Motor& motor, Error error, Instant now) {
+  const bool busy = error.code == Code::Busy;
+  if (busy && !attempts_.busy_since) attempts_.busy_since = now;
+  if (busy) attempts_.again_at = now + kBusyAgain;
+  if (IsTransient(error.code) || error.code == Code::Disconnected) attempts_.in_doubt = true;
+  const bool again =
+      busy ? now - *attempts_.busy_since < kBusyPatience : IsTransient(error.code) && ++attempts_.refusals < kAttempts;
+  if (again) return std::nullopt;
+  error = StillBusy(std::move(error));
+  if (may_turn()) error.message += HaltText(motor.Halt());
   return PassOn(std::move(error));
 }
 
@@ -164,18 +186,22 @@ AxisMotion::End AxisMotion::Follow(Motor& motor, const drivers::AxisState& state
   if (sampled_at > leg_.commanded_at() && !next_part()) {
     if (leg_.Done(state, sampled_at)) {
       // Without feedback a position is the last target that any program gave.
-      if (!setup_.can.follows() && leg_.ShortOf(state) > setup_.tolerance) return TakenAway(state, now);
+      if (!setup_.can.follows() && leg_.ShortOf(state) > setup_.tolerance) {
+        if (leg_.MayLag(sampled_at)) return std::nullopt;
+        return TakenAway(state, now);
+      }
       if (auto end = Arrived(motor, state, sampled_at, now); end || phase_ != Phase::Settling) return end;
     } else {
       if (phase_ == Phase::Settling) phase_ = Phase::Going;
-      if (leg_.LedAway(state)) return TakenAway(state, now);
+      // What the lens complains of explains where it goes.
+      if (state.fault.empty() && leg_.LedAway(state, sampled_at)) return TakenAway(state, now);
       const int commands = attempts_.commands;
       if (auto end = Elsewhere(motor, state, sampled_at, now); end || attempts_.commands != commands) return end;
     }
   }
   if (auto wrong = leg_.WhatIsWrong(state, sampled_at, now, phase_ == Phase::Settling)) {
     // A motor that hums against an obstacle must not go on.
-    motor.Halt();
+    wrong->reason += HaltText(motor.Halt());
     adrift_ = AdriftAfter(*wrong, state);
     return Failed(state, *std::move(wrong), now);
   }
@@ -203,7 +229,7 @@ AxisMotion::End AxisMotion::FollowHoming(Motor& motor, const drivers::AxisState&
   if (!state.fault.empty() && !state.moving) wrong = {MoveCause::Fault, "homing failed: " + state.fault};
   if (leg_.late(now)) wrong = {MoveCause::NoReference, "found no reference in time"};
   if (wrong.cause == MoveCause::None) return std::nullopt;
-  motor.Halt();
+  wrong.reason += HaltText(motor.Halt());
   return Failed(state, std::move(wrong), now);
 }
 
@@ -247,7 +273,12 @@ AxisMotion::End AxisMotion::Elsewhere(Motor& motor, const drivers::AxisState& st
     rest_.since.reset();
     return std::nullopt;
   }
-  if (!rest_.since) rest_.since = sampled_at;
+  // What still changes its place does not stand, whatever the device says.
+  const double margin = std::max(Scatter(setup_), setup_.tolerance);
+  if (!rest_.since || std::abs((state.position - rest_.elsewhere).value) > margin) {
+    rest_.since = sampled_at;
+    rest_.elsewhere = state.position;
+  }
   if (sampled_at - *rest_.since < std::max(kRest, setup_.settle)) return std::nullopt;
   if (runs_out_) return Outcome(state, now);
   if (phase_ == Phase::TakingUp) return GoOnToTarget(motor, state.position, now);
@@ -265,7 +296,14 @@ AxisMotion::End AxisMotion::Elsewhere(Motor& motor, const drivers::AxisState& st
 
 // ---- the truth ----------------------------------------------------------------------------------------------------
 
+/// Only what can be a place of the axis shows that somebody brought it there.
 MoveOutcome AxisMotion::TakenAway(const drivers::AxisState& state, Instant now) const {
+  if (MakesNoSense(setup_, state.position)) {
+    std::ostringstream reason;
+    reason << "its position reads " << state.position.value << ", far outside " << setup_.can.minimum.value << " to "
+           << setup_.can.maximum.value << ": it is no position, or a counter that wraps";
+    return Failed(state, {MoveCause::Fault, reason.str()}, now);
+  }
   MoveOutcome outcome = Failed(state, {MoveCause::External, "moved by another program"}, now);
   outcome.moved_by_another = true;
   return outcome;

@@ -31,7 +31,8 @@ class Motor {
   /// first.
   virtual Result<Instant> Go(Native target, bool begins) = 0;
   virtual Result<Instant> Home() = 0;
-  virtual void Halt() = 0;
+  /// Where that fails it is done again at the next reading. Unsupported: it cannot stop midway.
+  virtual Result<void> Halt() = 0;
   /// The reference has been found. What a reading taken before this call means now.
   virtual Native AtReference(Native position) = 0;
 };
@@ -50,6 +51,9 @@ struct MotionRequest {
   bool home_first = false;                         ///< the reference is searched before it goes to its target
   MoveCallback done;
 };
+
+/// "; the motor was told to stop", or why it was not: the end of a message on a motion that was given up.
+std::string HaltText(const Result<void>& halted);
 
 class AxisMotion {
  public:
@@ -73,6 +77,8 @@ class AxisMotion {
   bool live() const { return leg_.live(); }
   /// How far from its readings it may be where it is cut short now, native units; 0: it is where they say.
   double UnseenReach(const drivers::AxisState& state) const;
+  /// The motor took a command of it, or may have taken one.
+  bool may_turn() const { return attempts_.commands > 0 || attempts_.in_doubt; }
   bool homing() const { return !request_.target || request_.home_first; }
   /// Motions the device was asked for so far; the parts of a shaped step are one.
   int commands() const { return attempts_.commands; }
@@ -88,23 +94,28 @@ class AxisMotion {
     Instant stood_since{};
     Native stood_at;
     std::optional<Instant> since;  ///< on the leg's end or elsewhere
+    Native elsewhere;              ///< there
     std::optional<Instant> faulty_since;
   };
   struct Attempts {
-    int commands = 0;  ///< that the motor took
-    int refusals = 0;  ///< since
-    int tries = 0;     ///< after it came to rest elsewhere
+    int commands = 0;                        ///< that the motor took
+    int refusals = 0;                        ///< since
+    bool in_doubt = false;                   ///< a command may have been obeyed though it failed
+    std::optional<Instant> busy_since = {};  ///< nothing but "busy" has been answered to a command
+    Instant again_at{};                      ///< not before
+    int tries = 0;                           ///< after it came to rest elsewhere
   };
 
   End Advance(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now);
   bool StandsThere(const drivers::AxisState& state) const;
   Native FirstLeg(const drivers::AxisState& state) const;
   End Launch(Motor& motor, const drivers::AxisState& state, Instant now);
-  End LaunchHoming(Motor& motor, const drivers::AxisState& state);
+  End LaunchHoming(Motor& motor, const drivers::AxisState& state, Instant now);
   End Begin(Motor& motor, Leg leg, Phase phase, Instant now);
   End GoOnToTarget(Motor& motor, Native from, Instant now);
   End SendParts(Motor& motor, Instant now);
-  End Refused(Error error);
+  End Refused(Motor& motor, Error error, Instant now);
+  void Taken();
   End Follow(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now);
   End FollowHoming(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now);
   End Arrived(Motor& motor, const drivers::AxisState& state, Instant sampled_at, Instant now);

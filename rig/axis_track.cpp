@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "leg.h"
+
 namespace lensd::rig {
 
 BacklashState::BacklashState(double backlash, double noise, bool upward)
@@ -61,7 +63,7 @@ void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool o
   if (state.moving || step > scatter) travel_ += step;
   last_ = state.position;
   // Of an axis that ended its motion unseen, what it does next may still be that motion.
-  if (ours || !rest_ || adrift_.by > 0.0) {
+  if (ours || !rest_ || adrift_.by > 0.0 || MakesNoSense(setup_, state.position)) {
     rest_ = state.position;
   } else if (std::abs((state.position - *rest_).value) > scatter) {
     moved_by_another_ = true;

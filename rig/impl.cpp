@@ -69,7 +69,7 @@ Rig::Impl::Impl(const RigConfig& config, drivers::Device opened, std::optional<O
 Rig::Impl::~Impl() {
   do {
     commands.since_step = false;
-    FailAll(Error{Code::Cancelled, "the lens was closed"});
+    FailAll(Error{Code::Cancelled, "the lens was closed"}, Lens::Closed);
     RunReplies();
   } while (commands.since_step);
 }
@@ -100,7 +100,7 @@ bool Rig::Impl::WantsReading(Instant now) const {
 }
 
 void Rig::Impl::ReadLens() {
-  if (const auto lost = reader.Read()) return FailAll(*lost);
+  if (const auto lost = reader.Read()) return FailAll(*lost, Lens::Lost);
   optics.NoteConditions(reader.temperature());
 }
 
@@ -269,7 +269,7 @@ void Rig::Impl::Autofocus(AutofocusRequest request, ProgressCallback progress, A
   }
   const bool focus_under_way = axes[Axis::Focus]->motion() != nullptr;
   Disturb(Axis::Focus);
-  if (focus_under_way) axes[Axis::Focus]->Halt();
+  if (focus_under_way) (void)axes[Axis::Focus]->Halt();
   autofocus.Begin(std::move(request), *std::move(search), std::move(progress), std::move(done));
 }
 
@@ -281,7 +281,7 @@ void Rig::Impl::Disturb(Axis axis) {
   if (autofocus.running()) {
     const bool focus_under_way = axis != Axis::Focus && axes[Axis::Focus]->motion() != nullptr;
     autofocus.Cancel(superseded);
-    if (focus_under_way) axes[Axis::Focus]->Halt();
+    if (focus_under_way) (void)axes[Axis::Focus]->Halt();
   }
   EndMotion(axis, PassOn(superseded));
 }
@@ -306,10 +306,10 @@ void Rig::Impl::SayWhetherKept(Axis axis, MoveOutcome& outcome) const {
       (outcome.reason.empty() ? "" : "; ") + std::string("its position is not on disk: ") + unkept->reason;
 }
 
-void Rig::Impl::FailAll(const Error& error) {
+void Rig::Impl::FailAll(const Error& error, Lens lens) {
   autofocus.Cancel(error);
   for (const Axis axis : drivers::kAxes) {
-    if (axes[axis]) EndMotion(axis, PassOn(error));
+    if (axes[axis]) EndMotion(axis, PassOn(lens == Lens::Lost ? axes[axis]->GivenUp(error) : error));
   }
   frames.FailAll(error);
 }

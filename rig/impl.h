@@ -71,7 +71,9 @@ class Rig::Impl {
   void SayWhetherKept(drivers::Axis axis, MoveOutcome& outcome) const;
   void EndMotion(drivers::Axis axis, Result<MoveOutcome> end);
   void Disturb(drivers::Axis axis);
-  void FailAll(const Error& error);
+  enum class Lens { Closed, Lost };
+  /// Of a lens that is lost, what turns is told to stop, at once or as soon as it answers.
+  void FailAll(const Error& error, Lens lens);
   void FollowTemperature();
   void RunReplies();
   Instant NextStep(Instant now) const;

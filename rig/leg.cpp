@@ -18,6 +18,7 @@ constexpr Duration kHomingShown = std::chrono::milliseconds(100);  ///< by then 
 constexpr Duration kHomingUnseen = std::chrono::seconds(5);        ///< where it never does, nor is the speed known
 constexpr int kShowsMotion = 3;      ///< readings on the way, each nearer: one or two may be false answers
 constexpr double kOvershoot = 0.02;  ///< of a leg: a servo may pass its target by so much
+constexpr Duration kLedAway = std::chrono::milliseconds(10);  ///< seen away for so long, it is
 
 Duration TravelTime(const AxisSetup& setup, double distance) {
   const double range = (setup.can.maximum - setup.can.minimum).value;
@@ -36,6 +37,12 @@ double Scatter(const AxisSetup& setup) {
   return std::max(0.5 * setup.can.resolution, 2.0 * setup.config.repeatability);
 }
 
+bool MakesNoSense(const AxisSetup& setup, Native position) {
+  const Native range = setup.can.maximum - setup.can.minimum;
+  return position < std::min(setup.can.lowest_count(), setup.minimum) - range ||
+         position > std::max(setup.can.highest_count(), setup.maximum) + range;
+}
+
 Leg::Leg(const AxisSetup& setup, Native from, Native to, std::vector<Impulse> parts, Start start)
     : setup_(&setup),
       from_(from),
@@ -50,15 +57,15 @@ Leg::Leg(const AxisSetup& setup, Native from, Native to, std::vector<Impulse> pa
 Leg Leg::Stay(const AxisSetup& setup, Native place, Instant now) {
   Leg leg(setup, place, place, {}, Start::Onward);
   leg.sent_ = 1;
-  leg.commanded_at_ = leg.progress_.at = now;
-  leg.deadline_ = now + kMargin + setup.settle;
+  leg.times_.commanded_at = leg.progress_.at = now;
+  leg.times_.deadline = now + kMargin + setup.settle;
   return leg;
 }
 
 Leg Leg::Homing(const AxisSetup& setup, const drivers::AxisState& from, Instant now) {
   Leg leg = Stay(setup, from.position, now);
   leg.approach_.seen = !from.homed;
-  leg.deadline_ = now + 2 * TravelTime(setup, (setup.can.maximum - setup.can.minimum).value) + kMargin;
+  leg.times_.deadline = now + 2 * TravelTime(setup, (setup.can.maximum - setup.can.minimum).value) + kMargin;
   return leg;
 }
 
@@ -66,7 +73,7 @@ Leg Leg::Homing(const AxisSetup& setup, const drivers::AxisState& from, Instant 
 
 std::optional<Leg::Command> Leg::Due(Instant now) const {
   std::size_t due = std::max<std::size_t>(sent_, 1);
-  while (begun() && due < parts_.size() && commanded_at_ + parts_[due].at <= now) ++due;
+  while (begun() && due < parts_.size() && times_.commanded_at + parts_[due].at <= now) ++due;
   if (due == sent_) return std::nullopt;
   if (due == parts_.size()) return Command{to_, due};
   double part = 0.0;
@@ -77,18 +84,19 @@ std::optional<Leg::Command> Leg::Due(Instant now) const {
 void Leg::Sent(const Command& command, Instant now) {
   const bool first = !begun();
   sent_ = command.parts;
+  times_.last_sent_at = now;
   if (!first) return;
   const double distance = std::abs((to_ - from_).value);
   const Duration travel = TravelTime(*setup_, distance + farther_), shaped = parts_.back().at;
-  commanded_at_ = progress_.at = now;
+  times_.commanded_at = progress_.at = now;
   approach_ = {.closest = distance, .farthest = distance, .nearest = distance, .live = approach_.live};
-  deadline_ = now + 2 * travel + kMargin + setup_->settle + shaped;
-  expected_at_ = now + (setup_->speed ? travel : Duration::zero()) + shaped;
+  times_.deadline = now + 2 * travel + kMargin + setup_->settle + shaped;
+  times_.expected_at = now + (setup_->speed ? travel : Duration::zero()) + shaped;
 }
 
 std::optional<Instant> Leg::next_part() const {
   if (sent_ >= parts_.size()) return {};
-  return commanded_at_ + parts_[sent_].at;
+  return times_.commanded_at + parts_[sent_].at;
 }
 
 void Leg::CutShort() {
@@ -101,8 +109,8 @@ void Leg::CutShort() {
 
 void Leg::HoldBack(Duration by, Instant now) {
   progress_.at = now;
-  deadline_ += by;
-  expected_at_ += by;
+  times_.deadline += by;
+  times_.expected_at += by;
 }
 
 // ---- what the readings say ----------------------------------------------------------------------------------------
@@ -113,20 +121,20 @@ double Leg::ShortOf(const drivers::AxisState& state) const {
 
 bool Leg::Done(const drivers::AxisState& state, Instant sampled_at) const {
   if (state.moving || !state.fault.empty()) return false;
-  if (!setup_->can.follows()) return sampled_at >= expected_at_;
-  if (Unseen(state) && sampled_at < expected_at_) return false;
+  if (!setup_->can.follows()) return sampled_at >= times_.expected_at;
+  if (Unseen(state) && sampled_at < times_.expected_at) return false;
   return ShortOf(state) <= setup_->tolerance;
 }
 
 bool Leg::FoundReference(const drivers::AxisState& state, Instant sampled_at) {
   const bool changed = std::abs((state.position - from_).value) > Scatter(*setup_);
-  if (sampled_at > commanded_at_ && (state.moving || !state.homed || changed)) approach_.seen = true;
+  if (sampled_at > times_.commanded_at && (state.moving || !state.homed || changed)) approach_.seen = true;
   // From an end of the range, where references mostly are, there may be nothing to see.
   const double to_end =
       std::min(std::abs((from_ - setup_->can.minimum).value), std::abs((setup_->can.maximum - from_).value));
   if (to_end <= Scatter(*setup_)) approach_.seen = true;
-  const Instant unseen = setup_->speed ? deadline_ - kMargin / 2 : commanded_at_ + kHomingUnseen;
-  return state.homed && !state.moving && sampled_at >= (approach_.seen ? commanded_at_ + kHomingShown : unseen);
+  const Instant unseen = setup_->speed ? times_.deadline - kMargin / 2 : times_.commanded_at + kHomingUnseen;
+  return state.homed && !state.moving && sampled_at >= (approach_.seen ? times_.commanded_at + kHomingShown : unseen);
 }
 
 bool Leg::Unseen(const drivers::AxisState& state) const {
@@ -153,27 +161,31 @@ bool Leg::Moved(const drivers::AxisState& state) const {
          std::abs((state.position - from_).value) > scatter;
 }
 
-bool Leg::LedAway(const drivers::AxisState& state) {
+bool Leg::LedAway(const drivers::AxisState& state, Instant sampled_at) {
   if (!setup_->can.follows() || turns_) return false;
+  // Before, a register may show the target, or where the axis was.
+  if (MayLag(sampled_at) && approach_.nearer < kShowsMotion) return false;
   const double distance = ShortOf(state), scatter = Scatter(*setup_);
   approach_.farthest = std::max(approach_.farthest, distance);
   approach_.seen = approach_.seen || distance < approach_.farthest - scatter;
   if (approach_.seen) approach_.closest = std::min(approach_.closest, distance);
   const double allowed = std::max({4.0 * scatter, 8.0 * setup_->tolerance, kOvershoot * approach_.farthest});
   const bool away = approach_.seen && distance > approach_.closest + allowed;
-  approach_.readings_away = away ? approach_.readings_away + 1 : 0;
-  return approach_.readings_away >= 2;
+  if (!away) approach_.away_since.reset();
+  if (away && !approach_.away_since) approach_.away_since = sampled_at;
+  return away && sampled_at >= *approach_.away_since + kLedAway;
 }
 
 /// What fails to answer is judged by the reader of the lens, which gives up before kSilence is over.
 std::optional<Trouble> Leg::WhatIsWrong(const drivers::AxisState& state, Instant sampled_at, Instant now,
                                         bool settling) {
-  if (sampled_at > commanded_at_) Watch(state);
+  if (sampled_at > times_.commanded_at) Watch(state);
   const bool moved =
       std::abs((state.position - progress_.position).value) >= std::max(setup_->can.resolution, Scatter(*setup_));
-  if (moved || Unseen(state)) progress_ = {state.position, std::max(sampled_at, commanded_at_)};
+  if (moved || Unseen(state)) progress_ = {state.position, std::max(sampled_at, times_.commanded_at)};
   const bool stalled = setup_->can.follows() && !settling && sampled_at - progress_.at > kStallTime;
-  const bool over = sampled_at > deadline_ || now > deadline_ + kSilence;
+  // What was there when the lens answered again has only to be seen settled.
+  const bool over = (sampled_at > times_.deadline && !settling) || now > times_.deadline + kSilence;
   if (!stalled && !over) return std::nullopt;
   std::ostringstream wrong;
   if (stalled) {

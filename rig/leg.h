@@ -7,6 +7,7 @@
 
 #include "axis_setup.h"
 #include "base/clock.h"
+#include "drivers/api/arrival_watch.h"
 #include "drivers/api/lens.h"
 #include "rig/motion.h"
 
@@ -14,6 +15,8 @@ namespace lensd::rig {
 
 /// Readings of one place differ by up to this.
 double Scatter(const AxisSetup& setup);
+/// No axis stands where this reading says, so far is it from all that the axis may reach.
+bool MakesNoSense(const AxisSetup& setup, Native position);
 
 /// When each of its commands is due, how long it may take, and what its readings say. It commands nothing itself.
 class Leg {
@@ -27,8 +30,8 @@ class Leg {
   static Leg Homing(const AxisSetup& setup, const drivers::AxisState& from, Instant now);
 
   Native to() const { return to_; }
-  Instant commanded_at() const { return commanded_at_; }
-  bool late(Instant now) const { return now > deadline_; }
+  Instant commanded_at() const { return times_.commanded_at; }
+  bool late(Instant now) const { return now > times_.deadline; }
   bool begun() const { return sent_ > 0; }
 
   /// A command that is due: to a place on the way, after so many parts in all.
@@ -68,8 +71,10 @@ class Leg {
   /// Has gone some way, or is so short that readings could not tell.
   bool Moved(const drivers::AxisState& state) const;
   /// It came nearer and now goes away again, by more than overshooting or a missed target explains: another program
-  /// commands it.
-  bool LedAway(const drivers::AxisState& state);
+  /// commands it. Only readings tell that were seen on the way, or are so late that no register lags any more.
+  bool LedAway(const drivers::AxisState& state, Instant sampled_at);
+  /// Registers may not yet say what is, after a command as new as its last one.
+  bool MayLag(Instant sampled_at) const { return sampled_at < times_.last_sent_at + drivers::kRegisterLag; }
   /// Why it will not get there; empty while it may. `settling`: it has been there already. Only positions that are
   /// live, or a device that rests elsewhere by its own word, show a stall.
   std::optional<Trouble> WhatIsWrong(const drivers::AxisState& state, Instant sampled_at, Instant now, bool settling);
@@ -82,10 +87,16 @@ class Leg {
     double closest = 0.0;
     double farthest = 0.0;
     bool seen = false;  ///< to come nearer
-    int readings_away = 0;
+    std::optional<Instant> away_since = {};
     int nearer = 0;        ///< readings on the way, each nearer than all before
     double nearest = 0.0;  ///< of those
     bool live = false;     ///< enough of them
+  };
+  struct Times {
+    Instant commanded_at{};
+    Instant last_sent_at{};  ///< of the last part
+    Instant expected_at{};   ///< when a device without feedback will have got there
+    Instant deadline{};
   };
   struct Progress {
     Native position;
@@ -99,9 +110,7 @@ class Leg {
   bool turns_;
   double farther_ = 0.0;
   std::size_t sent_ = 0;
-  Instant commanded_at_{};
-  Instant expected_at_{};  ///< when a device without feedback will have got there
-  Instant deadline_{};
+  Times times_;
   Approach approach_;
   Progress progress_;
 };

@@ -14,6 +14,7 @@ using drivers::Axis;
 
 constexpr Duration kIdlePeriod = std::chrono::milliseconds(500);
 constexpr Duration kAgain = std::chrono::milliseconds(2);
+constexpr Duration kHaltPeriod = std::chrono::milliseconds(50);  ///< while a motor is still to be told to stop
 
 drivers::PerAxis<double> Tolerances(const AxisControllers& axes) {
   drivers::PerAxis<double> tolerances;
@@ -30,28 +31,46 @@ LensReader::LensReader(drivers::Lens& lens, const AxisControllers& axes, const R
   }
 }
 
+/// A lens that says that it is busy is there, and is asked again: by a motion until its own deadline, else for a while.
+bool LensReader::MayBeBusy(Instant now) const {
+  const bool moves =
+      std::ranges::any_of(drivers::kAxes, [&](Axis axis) { return axes_[axis] && axes_[axis]->motion(); });
+  return !problem_ && ((moves && sampled_at_) || now - *busy_since_ < kBusyPatience);
+}
+
 std::optional<Error> LensReader::Read() {
+  if (busy_since_ && !problem_ && clock_.Now() < next_read_) return std::nullopt;
   auto read = lens_.Read();
-  next_read_ = clock_.Now() + kIdlePeriod;
+  const Instant now = clock_.Now();
+  next_read_ = now + kIdlePeriod;
   if (read) {
     problem_.reset();
+    busy_since_.reset();
     failures_ = 0;
     Note(*std::move(read));
     return std::nullopt;
   }
   const Code code = read.error().code;
   if (code == Code::Cancelled) return std::nullopt;  // the command that cut it short is heard first
-  ++failures_;
-  if (IsTransient(code) && failures_ < kAttempts) {
-    next_read_ = clock_.Now() + kAgain;
+  if (code != Code::Busy) {
+    busy_since_.reset();
+    ++failures_;
+  } else if (!busy_since_) {
+    busy_since_ = now;
+  }
+  const bool again = code == Code::Busy ? MayBeBusy(now) : IsTransient(code) && failures_ < kAttempts;
+  if (again) {
+    next_read_ = now + (code == Code::Busy ? kBusyAgain : kAgain);
     return std::nullopt;
   }
+  const auto halts = [&](Axis axis) { return axes_[axis] && axes_[axis]->halt_is_due(); };
+  if (code != Code::Disconnected && std::ranges::any_of(drivers::kAxes, halts)) next_read_ = now + kHaltPeriod;
   if (!problem_) {
     for (const Axis axis : drivers::kAxes) {
       if (axes_[axis]) axes_[axis]->Lose();
     }
   }
-  problem_ = read.error();
+  problem_ = StillBusy(read.error());
   history_.Clear();
   return problem_;
 }

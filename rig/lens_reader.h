@@ -39,6 +39,7 @@ class LensReader {
 
  private:
   void Note(drivers::LensState reading);
+  bool MayBeBusy(Instant now) const;
 
   drivers::Lens& lens_;
   const AxisControllers& axes_;
@@ -48,7 +49,8 @@ class LensReader {
   std::optional<Instant> sampled_at_;
   Thermometer thermometer_;
   std::optional<Error> problem_;
-  int failures_ = 0;  ///< in a row
+  int failures_ = 0;                   ///< in a row
+  std::optional<Instant> busy_since_;  ///< it has answered nothing but that it is busy
   Instant next_read_{};
 };
 
