@@ -10,9 +10,12 @@
 #include <utility>
 
 #include "autofocus/regions.h"
+#include "drivers/api/arrival_watch.h"
 
 namespace lensd::rig {
 namespace {
+
+constexpr Duration kShortMove = std::chrono::milliseconds(100);  ///< what the time of a search allows for each
 
 Duration ThreadCpu() {
   timespec spent{};
@@ -187,9 +190,17 @@ void AutofocusRun::GoTo(const autofocus::GoAndLook& advice) {
                [this](Result<MoveOutcome> moved) { OnMoved(std::move(moved)); });
 }
 
+/// Where the caller sets no deadline, the time that registers take to tell the truth about a short move is not the
+/// search's.
+void AutofocusRun::AllowForLag(Duration move) {
+  const Duration lag = std::min(move - kShortMove, drivers::kRegisterLag);
+  if (lag > Duration::zero() && search_.plan.limit == search_.plan.usual) Allow(search_.plan.limit + lag);
+}
+
 void AutofocusRun::OnMoved(Result<MoveOutcome> moved) {
   if (going_back_with_) return;
   if (!moved) return GoBack(PassOn(moved));
+  AllowForLag(moved->elapsed);
   stands_ = WithSlack(moved->position);
   if (!moved->reached) return GoBack(Missed(*moved));
   RequestFrame();

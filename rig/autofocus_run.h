@@ -91,6 +91,7 @@ class AutofocusRun {
   autofocus::Place PlaceOf(const LensedFrame::AxisDuring& focus) const;
   void OnFrame(Result<Observation> seen);
   void OnMoved(Result<MoveOutcome> moved);
+  void AllowForLag(Duration move);
   void OnSwept(Result<MoveOutcome> moved);
   void Follow(const autofocus::Advice& advice);
   void GoTo(const autofocus::GoAndLook& advice);

@@ -92,9 +92,8 @@ class GigeTest(unittest.TestCase):
         """Every search was refused: the motor had been moved by another program."""
         if type(self) is not GigeTest:
             self.skipTest("once is enough")
-        self.start("--echo", "40", "--stale", "60", "--busy-late", "30")
-        for _ in range(2):
-            self.focus_on_the_wall()
+        self.start("--echo", "6", "--stale", "8", "--busy-late", "4")
+        self.focus_on_the_wall()
 
     def test_a_plan_is_applied(self):
         self.start()
