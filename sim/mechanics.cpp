@@ -43,7 +43,9 @@ drivers::AxisCapabilities AxisOver(const LensSettings& lens, drivers::NativeUnit
   axis.minimum = Native{low};
   axis.maximum = Native{high};
   axis.resolution = resolution;
-  axis.can_home = true;
+  axis.can_home = lens.reference;
+  // What a controller counts goes on below 0, and beyond the travel.
+  if (!lens.reference) axis.counts = {Native{low - (high - low)}, Native{high + (high - low)}};
   return axis;
 }
 
@@ -153,7 +155,7 @@ void Mechanics::MoveTo(Axis axis, double target) {
   const drivers::AxisCapabilities& can = *capabilities_.axes[axis];
   const double low = can.minimum.value;
   const double place = low + std::round((target - low) / can.resolution) * can.resolution;
-  const double goal = std::clamp(place, low, can.maximum.value);
+  const double goal = std::clamp(place, can.lowest_count().value, can.highest_count().value);
   told_[axis] = goal;
   // With an encoder the loop is closed on the mechanism, whatever the motor's count.
   const bool closed = can.feedback == drivers::Feedback::Encoder;
@@ -203,7 +205,7 @@ drivers::LensState Mechanics::Report(const drivers::PerAxis<std::optional<Durati
     drivers::AxisState& report = state.axes[axis].emplace();
     report.position = Native{PositionAt(axis, at)};
     report.moving = capabilities_.axes[axis]->feedback != drivers::Feedback::None && motor.MovingAt(at);
-    report.homed = motor.HomedAt(at);
+    report.homed = motor.HomedAt(at) || !capabilities_.axes[axis]->can_home;
     if (motor.ComplainsAt(at)) report.fault = "stalled";
   }
   return state;

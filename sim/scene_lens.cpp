@@ -102,6 +102,7 @@ void ReadMotion(SettingsReader& read, LensSettings& lens) {
   const std::vector<std::string_view> feedbacks(drivers::kFeedbackNames.begin(), drivers::kFeedbackNames.end());
   lens.feedback =
       static_cast<drivers::Feedback>(read.Choice("feedback", feedbacks, static_cast<std::size_t>(lens.feedback)));
+  lens.reference = read.Boolean("reference", lens.reference);
   lens.backlash_steps = read.Number("backlash_steps", lens.backlash_steps, {0.0, 1e8});
   lens.iris_steps = static_cast<int>(read.Integer("iris_steps", lens.iris_steps, {2, 1e8}));
   lens.iris_backlash_steps = read.Number("iris_backlash_steps", lens.iris_backlash_steps, {0.0, 1e8});

@@ -154,6 +154,7 @@ struct LensSettings {
   double ring_hz = 0.0;
   double ring_damping = 0.02;
   drivers::Feedback feedback = drivers::Feedback::Counts;  ///< what the positions of its axes are
+  bool reference = true;  ///< its axes have one, and can search it
   double backlash_steps = 0.0;
   int iris_steps = 100;  ///< iris positions 0 .. iris_steps - 1, even in log(f-number)
   double iris_backlash_steps = 0.0;
