@@ -33,6 +33,8 @@ Json JsonOf(const AxisMemory& axis) {
   Json json{
       {"position", axis.position.value}, {"inMotion", axis.in_motion}, {"known", axis.known}, {"slack", axis.slack},
       {"travel", axis.travel},           {"doubt", axis.doubt}};
+  if (axis.offset != Native{}) json["offset"] = axis.offset.value;
+  if (axis.said) json["said"] = true;
   if (axis.in_motion) {
     json["lowest"] = axis.lowest.value;
     json["highest"] = axis.highest.value;
@@ -50,6 +52,8 @@ AxisMemory AxisMemoryOf(const Json& json) {
   axis.slack = json.at("slack").get<double>();
   axis.travel = json.at("travel").get<double>();
   axis.doubt = json.at("doubt").get<double>();
+  axis.offset = Native{json.value("offset", 0.0)};
+  axis.said = json.value("said", false);
   return axis;
 }
 

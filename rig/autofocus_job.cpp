@@ -30,9 +30,9 @@ AutofocusRun::Scale AutofocusJob::Scale() const {
   const AxisSetup& setup = focus().setup();
   AutofocusRun::Scale scale{.resolution = setup.can.resolution};
   if (setup.backlash_known) scale.slack = setup.approach_up ? setup.backlash : -setup.backlash;
-  const OpticsTable* optics = means_.optics.table();
+  const OpticsTable* optics = means_.optics.focus_table();
   // Depth from defocus knows lenses of one focal length: a liquid lens is searched in its own units.
-  if (optics != nullptr && optics->has_focus() && !optics->nominal().liquid) scale.optics = optics;
+  if (optics != nullptr && !optics->nominal().liquid) scale.optics = optics;
   const double rate = means_.camera != nullptr ? means_.camera->capabilities().frame_rate_hz : 0.0;
   if (setup.speed && rate > 0) {
     const double range = std::abs(scale.Position(setup.maximum) - scale.Position(setup.minimum));
@@ -45,8 +45,9 @@ autofocus::Setup AutofocusJob::SetupFor(const AutofocusRequest& request) const {
   const AxisSetup& axis = focus().setup();
   const AutofocusRun::Scale scale = Scale();
   autofocus::Setup setup;
-  const double from = scale.Position(request.range ? Native{request.range->from.value} : axis.minimum);
-  const double to = scale.Position(request.range ? Native{request.range->to.value} : axis.maximum);
+  const auto [lowest, highest] = focus().SearchEnds();
+  const double from = scale.Position(request.range ? Native{request.range->from.value} : lowest);
+  const double to = scale.Position(request.range ? Native{request.range->to.value} : highest);
   std::tie(setup.lowest, setup.highest) = std::minmax({from, to});
   if (request.range) setup.ends = autofocus::Setup::Ends::Chosen;
   setup.resolution = std::abs(scale.Position(axis.minimum + Native{scale.resolution}) - scale.Position(axis.minimum));
@@ -246,8 +247,7 @@ void AutofocusJob::End(Result<AutofocusOutcome> outcome) {
   ended_ = true;
   if (outcome && !HeldThroughout(*outcome)) outcome->slope.reset();
   // A liquid lens is searched in its own units, and still focuses somewhere that is known.
-  const OpticsTable* optics = means_.optics.table();
-  if (outcome && !outcome->vergence && optics != nullptr && optics->has_focus()) {
+  if (const auto* optics = means_.optics.focus_table(); outcome && !outcome->vergence && optics != nullptr) {
     const auto at = [&](Native position) {
       return optics->VergenceFromExtension(optics->ExtensionFromNative(position));
     };
@@ -362,7 +362,7 @@ void AutofocusJob::ServeExternal() {
     wanted.frames_expected = run_->frames_expected();
     wanted.position = focus().state()->position;
     wanted.samples = run_->Samples();
-    if (const OpticsTable* optics = means_.optics.table(); optics != nullptr && optics->has_focus()) {
+    if (const OpticsTable* optics = means_.optics.focus_table()) {
       wanted.extension = optics->ExtensionFromNative(wanted.position);
       wanted.vergence = optics->VergenceFromExtension(*wanted.extension);
     }

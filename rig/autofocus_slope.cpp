@@ -38,7 +38,7 @@ SlopeConditions AutofocusJob::Under(const std::optional<OutsideCamera>& outside)
 
 /// Neither iris nor zoom have moved since the run began.
 bool AutofocusJob::HeldThroughout(const AutofocusOutcome& outcome) const {
-  if (!outcome.slope || means_.optics.table() == nullptr) return false;
+  if (!outcome.slope || means_.optics.focus_table() == nullptr) return false;
   const SlopeConditions now = Under(external_ ? std::optional(external_->camera()) : std::nullopt);
   return SlopeHoldsUnder(outcome.slope->under, now, *means_.optics.table());
 }

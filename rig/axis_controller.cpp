@@ -11,6 +11,7 @@ namespace lensd::rig {
 namespace {
 
 constexpr int kStopAttempts = 3;
+constexpr Duration kFallShown = std::chrono::milliseconds(100);  ///< one reading of zero may be a false answer
 
 }  // namespace
 
@@ -42,7 +43,9 @@ AxisStatus AxisController::Describe(bool problem) const {
           .arrival = track_.NextArrival(state_->position),
           .moved_by_us = track_.moved_by_us(),
           .moved_by_another = track_.moved_by_another(),
-          .fault = state_->fault};
+          .fault = state_->fault,
+          .lost = track_.lost(),
+          .referenced = setup_.OnlyCounts() ? std::optional(track_.said()) : std::nullopt};
 }
 
 // ---- targets ------------------------------------------------------------------------------------------------------
@@ -63,6 +66,11 @@ Result<Native> AxisController::Land(Native wanted) const {
   return std::clamp(on_grid, setup_.minimum, setup_.maximum);
 }
 
+std::pair<Native, Native> AxisController::SearchEnds() const {
+  if (!track_.lost()) return {setup_.minimum, setup_.maximum};
+  return {std::max(setup_.minimum, setup_.can.minimum), std::min(setup_.maximum, setup_.can.maximum)};
+}
+
 std::optional<Error> AxisController::WhyUnknown() const {
   if (known() || !setup_.can.can_home || setup_.config.home_on_demand) return std::nullopt;
   const std::string name(AxisName(setup_.axis));
@@ -71,13 +79,65 @@ std::optional<Error> AxisController::WhyUnknown() const {
                                    " is not known since lensd ended in mid-move or the lens was gone: home it first"};
 }
 
+std::optional<Error> AxisController::WhyNotSaid() const {
+  const std::string name(AxisName(setup_.axis));
+  const ErrorFacts facts{.axis = name};
+  const auto unsupported = [&](const std::string& why) { return Fail(Code::Unsupported, why, facts).error(); };
+  if (setup_.can.feedback == drivers::Feedback::Encoder) {
+    return unsupported("where " + name + " stands is measured, by an encoder: nobody has to say it");
+  }
+  if (setup_.can.can_home)
+    return unsupported(name + " has a reference: home it (lensctl home) instead of saying where it stands");
+  if (!setup_.OnlyCounts()) {
+    return unsupported(name + " counts no steps: its position is what it was last sent to, wherever it stands");
+  }
+  if (!moving() && !cut_.coasting) return std::nullopt;
+  return Fail(Code::Busy, name + " is moving: wait until it has come to rest, or stop it",
+              {.axis = name, .activity = "moving"})
+      .error();
+}
+
+Result<void> AxisController::Say(Native position) {
+  if (auto better = WhyNotSaid()) return PassOn(*std::move(better));
+  const double resolution = setup_.can.resolution;
+  const Native low = setup_.can.minimum, high = setup_.can.maximum;
+  const Native place = low + Native{std::round((position - low).value / resolution) * resolution};
+  if (!std::isfinite(position.value) || place < low || place > high) {
+    return Fail(Code::OutOfRange, "this is outside the travel of " + std::string(AxisName(setup_.axis)),
+                {.axis = std::string(AxisName(setup_.axis)),
+                 .parameter = "position",
+                 .minimum = low.value,
+                 .maximum = high.value,
+                 .unit = std::string(drivers::NativeUnitName(setup_.can.unit))});
+  }
+  if (gone_) {
+    return Fail(Code::Timeout,
+                "what the device counts has just fallen to 0, and is not certain yet: try again in a second",
+                {.axis = std::string(AxisName(setup_.axis))});
+  }
+  const Native device = state_->position - track_.offset();
+  AxisTrack said = track_;
+  said.Say(place, device);
+  if (auto saved = remembered_.Save(setup_.axis, said.Remember(place)); !saved) {
+    if (saved.error().code == Code::Cancelled) return saved;
+    return Fail(Code::NotKept, "nothing has changed, because it could not be remembered: " + saved.error().message);
+  }
+  track_.Say(place, device);
+  AdoptLimits(device);
+  state_->position = place;
+  target_.reset();
+  return {};
+}
+
 // ---- readings -----------------------------------------------------------------------------------------------------
 
 std::optional<drivers::AxisState> AxisController::Note(std::optional<drivers::AxisState> reading, Instant sampled_at) {
+  if (reading && Distrusts(*reading, sampled_at)) return state_;
   const auto before = gone_ ? std::nullopt : std::exchange(state_, std::nullopt);  // after a gap it has to stand anew
   state_ = std::move(reading);
   if (!state_) return std::nullopt;
   if (cut_.halt_is_due && Halt()) Coast();
+  if (gone_) Return(*state_);
   state_->position = state_->position + track_.offset();
   drivers::AxisState noted = *state_;
   const bool stood = before && !before->moving && !noted.moving &&
@@ -91,25 +151,57 @@ std::optional<drivers::AxisState> AxisController::Note(std::optional<drivers::Ax
   if (!motion_ && !cut_.coasting && !noted.moving) RememberRest();
   // A reading from before the stop says nothing of it.
   if (cut_.coasting) state_->moving = true;
-  if (const auto gone = std::exchange(gone_, std::nullopt)) {
-    // A device that was opened anew, or was without power, says itself that it has no reference.
-    gone->homed && !noted.homed ? track_.Forget() : track_.Return(gone->memory, noted.position);
-  }
   return noted;
+}
+
+/// Whether the reading is left out, because no motion explains it. One that stays is believed: it has lost count.
+bool AxisController::Distrusts(const drivers::AxisState& reading, Instant sampled_at) {
+  if (!gone_) {
+    const bool stands = motion_ == nullptr || motion_->commands() == 0;
+    const bool fell = state_ && track_.FellToZero(reading, sampled_at, stands ? std::nullopt : target_);
+    if (fell) gone_ = {AsLastKnown(), {}, state_->homed, sampled_at};
+    return fell;
+  }
+  if (!gone_->fallen_since) return false;
+  const bool zero = track_.RestsAtZero(reading);
+  if (zero && sampled_at - *gone_->fallen_since < kFallShown) return true;
+  gone_.reset();
+  if (!zero) return false;
+  if (!motion_) target_.reset();  // of another count
+  track_.LoseCount();
+  AdoptLimits(reading.position);
+  return false;
+}
+
+/// What its position means has changed, or whether it means anything.
+void AxisController::AdoptLimits(Native device) {
+  track_.lost() ? SetLimitsAround(setup_, device + track_.offset()) : SetLimits(setup_, track_.offset());
+}
+
+/// The lens answers again.
+void AxisController::Return(const drivers::AxisState& reading) {
+  const Gone gone = *std::exchange(gone_, std::nullopt);
+  // A device that was opened anew, or was without power, says itself that it has no reference.
+  const bool says_so = gone.homed && !reading.homed && setup_.can.can_home;
+  says_so ? track_.Forget() : track_.Return(gone.memory, gone.target, reading);
+  if (setup_.OnlyCounts()) AdoptLimits(reading.position);
 }
 
 void AxisController::Lose() {
   gone_.reset();
-  if (state_) {
-    AxisMemory memory = track_.Remember(state_->position);
-    memory.in_motion = motion_ || cut_.coasting || state_->moving;
-    const Native room{track_.slack().whole()};  // it may have gone past its target by so much
-    memory.lowest = std::min(state_->position, target_.value_or(state_->position)) - room;
-    memory.highest = std::max(state_->position, target_.value_or(state_->position)) + room;
-    if (motion_ && motion_->homing()) memory.known = false;
-    gone_ = {memory, state_->homed};
-  }
+  if (state_) gone_ = {AsLastKnown(), target_, state_->homed, {}};
   target_.reset();
+}
+
+AxisMemory AxisController::AsLastKnown() const {
+  AxisMemory memory = track_.Remember(state_->position);
+  const bool sent = motion_ && remembered_[setup_.axis] && remembered_[setup_.axis]->in_motion;
+  memory.in_motion = sent || cut_.coasting || state_->moving;
+  const Native room{track_.slack().whole()};  // it may have gone past its target by so much
+  memory.lowest = std::min(state_->position, target_.value_or(state_->position)) - room;
+  memory.highest = std::max(state_->position, target_.value_or(state_->position)) + room;
+  if (motion_ && motion_->homing()) memory.known = false;
+  return memory;
 }
 
 // ---- motions ------------------------------------------------------------------------------------------------------
@@ -129,12 +221,13 @@ void AxisController::Start(MotionRequest request) {
   if (!request.parts) request.parts = setup_.impulses;
   const bool referenced = known() && state_ && state_->homed;
   if (setup_.config.home_on_demand && setup_.can.can_home && !referenced) request.home_first = true;
+  request.known = track_.known();
   target_ = request.target;
   motion_ = std::make_unique<AxisMotion>(setup_, track_, std::move(request), clock_.Now());
 }
 
 std::optional<Result<MoveOutcome>> AxisController::Advance(Instant sampled_at) {
-  if (!motion_ || !state_) return std::nullopt;
+  if (!motion_ || !state_ || gone_) return std::nullopt;
   // Asked for while the lens did not answer: it may have lost its reference meanwhile.
   const bool begins = motion_->commands() == 0 && !motion_->homing();
   if (const auto unknown = begins ? WhyUnknown() : std::nullopt) return PassOn(*unknown);
@@ -235,13 +328,15 @@ Native AxisController::AtReference(Native position) {
 // ---- memory -------------------------------------------------------------------------------------------------------
 
 void AxisController::Recall(const drivers::AxisState& reading) {
-  if (!remembered_.readable()) return track_.Forget();
-  if (!remembered_[setup_.axis]) {
-    if (setup_.config.home_on_demand && setup_.can.can_home) track_.Forget();
-    return;
+  const auto& memory = remembered_[setup_.axis];
+  if (!remembered_.readable()) {
+    track_.Forget();
+  } else if (memory) {
+    track_.Recall(*memory, reading);
+  } else if (setup_.config.home_on_demand && setup_.can.can_home) {
+    track_.Forget();
   }
-  track_.Recall(*remembered_[setup_.axis], reading);
-  SetLimits(setup_, track_.offset());
+  AdoptLimits(reading.position);
 }
 
 /// The motor may turn, somewhere from `lowest` to `highest`. NotKept: the disk does not take it, and it must not turn.
@@ -277,7 +372,7 @@ Result<void> AxisController::RememberMotion(Native lowest, Native highest) {
 void AxisController::RememberRest(RememberedPositions::Try when) {
   const AxisMemory rest = track_.Remember(state_->position);
   const auto& before = remembered_[setup_.axis];
-  const bool same = before && !before->in_motion && before->known == rest.known &&
+  const bool same = before && !before->in_motion && before->known == rest.known && before->offset == rest.offset &&
                     std::abs((before->position - rest.position).value) <= setup_.tolerance;
   same ? remembered_.Agrees(setup_.axis) : remembered_.SaveRest(setup_.axis, rest, clock_.Now(), when);
 }

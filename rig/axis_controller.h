@@ -50,8 +50,15 @@ class AxisController final : private Motor {
   Result<Native> Ahead(double by) const;
   /// On the axis' grid and inside its soft limits; what is off by rounding alone is brought back. OutOfRange.
   Result<Native> Land(Native wanted) const;
+  /// Where a search for focus goes unless it is told: its soft limits, but of an axis that has lost count no more than
+  /// one travel, by the device's count.
+  std::pair<Native, Native> SearchEnds() const;
   /// Why it may not be sent to a position: that means nothing, and a search of the reference would tell.
   std::optional<Error> WhyUnknown() const;
+  /// It stands at `position`: somebody says so. It has to have been read. Unsupported: something tells that better.
+  /// Busy: it moves. OutOfRange: not on its travel. Timeout: a reading is in doubt. NotKept, Cancelled: nothing has
+  /// changed, because that could not be remembered.
+  Result<void> Say(Native position);
 
   /// At the first reading: what the memory makes of it.
   void Recall(const drivers::AxisState& reading);
@@ -87,10 +94,12 @@ class AxisController final : private Motor {
   Result<Instant> Home() override;
   Native AtReference(Native position) override;
 
-  /// As it was when the lens ceased to answer.
+  /// As it was when the lens ceased to answer, or a reading came that looks as if it had been without power.
   struct Gone {
     AxisMemory memory;
-    bool homed = false;  ///< as the device had it
+    std::optional<Native> target = {};
+    bool homed = false;                        ///< as the device had it
+    std::optional<Instant> fallen_since = {};  ///< it has answered all the time, and says zero since then
   };
   /// After a motion that did not end at its target.
   struct CutShort {
@@ -98,6 +107,11 @@ class AxisController final : private Motor {
     Instant doubted_until{};          ///< registers may lag until then
     bool halt_is_due = false;         ///< the motor has not taken the command to stop
   };
+  std::optional<Error> WhyNotSaid() const;
+  void AdoptLimits(Native device);
+  bool Distrusts(const drivers::AxisState& reading, Instant sampled_at);
+  void Return(const drivers::AxisState& reading);
+  AxisMemory AsLastKnown() const;
   Result<void> RememberMotion(Native lowest, Native highest);
   void RememberRest(RememberedPositions::Try when = RememberedPositions::Try::WhenDue);
   void Coast();
@@ -113,7 +127,7 @@ class AxisController final : private Motor {
   std::unique_ptr<AxisMotion> motion_;
   std::optional<Native> target_;
   CutShort cut_;
-  std::optional<Gone> gone_;  ///< while the lens does not answer
+  std::optional<Gone> gone_;  ///< while the lens does not answer, or is not believed
   int commands_ = 0;
 };
 

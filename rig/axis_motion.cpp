@@ -15,6 +15,11 @@ constexpr Duration kRest = std::chrono::milliseconds(50);    ///< what stands so
 constexpr Duration kFault = std::chrono::milliseconds(300);  ///< a fault that stands so long ends the motion
 constexpr Duration kSteady = std::chrono::milliseconds(20);  ///< where settling is judged by readback
 
+std::string LostText(drivers::Axis axis, const std::string& why) {
+  const std::string name(AxisName(axis));
+  return "where " + name + " stands is not known: " + why + "; say it with lensctl here " + name + " @N";
+}
+
 }  // namespace
 
 std::string HaltText(const Result<void>& halted) {
@@ -28,6 +33,10 @@ std::optional<Result<MoveOutcome>> AxisMotion::Step(Motor& motor, const drivers:
                                                     Instant now) {
   if (state.waiting) leg_.HoldBack(now - last_step_at_, now);
   last_step_at_ = now;
+  if (track_.lost() && request_.known && attempts_.commands > 0) {
+    std::string why = LostText(setup_.axis, "it lost count on the way") + HaltText(motor.Halt());
+    return Failed(state, {MoveCause::PositionUnknown, std::move(why)}, now);
+  }
   auto end = Advance(motor, state, sampled_at, now);
   if (!end || !runs_out_ || !*end) return end;
   return std::unexpected(RanOut(state, **end));
@@ -324,7 +333,7 @@ MoveOutcome AxisMotion::Outcome(const drivers::AxisState& state, Instant now) co
   outcome.reached = outcome.settled = true;
   outcome.verified = Measured(state);
   outcome.position = state.position;
-  outcome.bound = Native{track_.Bound()};
+  outcome.bound = track_.lost() ? setup_.can.maximum - setup_.can.minimum : Native{track_.Bound()};
   Trouble remark = Remark(state);
   outcome.cause = remark.cause;
   outcome.reason = std::move(remark.reason);
@@ -347,6 +356,9 @@ Trouble AxisMotion::Remark(const drivers::AxisState& state) const {
         std::string("no position feedback") + (echo ? ": the device repeats its target" : "") +
             (setup_.speed || setup_.settle > Duration::zero() ? ""
                                                               : ", and no speed is known: it may still be on its way")};
+  }
+  if (track_.lost()) {
+    return {MoveCause::PositionUnknown, LostText(setup_.axis, "it counts from wherever it was")};
   }
   if (!track_.known() || !state.homed) {
     return {MoveCause::PositionUnknown, "the position is not known: no reference"};

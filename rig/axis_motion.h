@@ -49,6 +49,7 @@ struct MotionRequest {
   TakeUp take_up = TakeUp::Always;                 ///< when
   std::optional<std::vector<Impulse>> parts = {};  ///< how each leg is divided, instead of the configured way
   bool home_first = false;                         ///< the reference is searched before it goes to its target
+  bool known = true;                               ///< it was known where it stands when this was asked for
   MoveCallback done;
 };
 

@@ -19,11 +19,23 @@ double LostTravel(const drivers::AxisCapabilities& can, const AxisConfig& config
 }  // namespace
 
 void SetLimits(AxisSetup& setup, Native offset) {
-  setup.minimum = setup.can.minimum + offset;
-  setup.maximum = setup.can.maximum + offset;
-  if (!setup.config.limits) return;
-  setup.minimum = std::max(setup.minimum, setup.config.limits->first);
-  setup.maximum = std::min(setup.maximum, setup.config.limits->second);
+  ++setup.limits_set;
+  setup.minimum = std::max(setup.can.minimum, setup.can.lowest_count() + offset);
+  setup.maximum = std::min(setup.can.maximum, setup.can.highest_count() + offset);
+  if (setup.config.limits) {
+    setup.minimum = std::max(setup.minimum, setup.config.limits->first);
+    setup.maximum = std::min(setup.maximum, setup.config.limits->second);
+  }
+  // A count that is off by more than the travel leaves nothing of it.
+  setup.maximum = std::max(setup.minimum, setup.maximum);
+}
+
+void SetLimitsAround(AxisSetup& setup, Native here) {
+  ++setup.limits_set;
+  const Native travel = setup.can.maximum - setup.can.minimum;
+  setup.minimum = std::max(here - travel, setup.can.lowest_count());
+  setup.maximum = std::min(here + travel, setup.can.highest_count());
+  setup.maximum = std::max(setup.minimum, setup.maximum);
 }
 
 void SetBacklash(AxisSetup& setup, std::optional<double> backlash) {

@@ -30,13 +30,20 @@ struct AxisSetup {
   bool backlash_known = true;
   double lost_travel = 0.0;       ///< part of all travel
   std::vector<Impulse> impulses;  ///< how a step is divided; empty: not at all
+  int limits_set = 0;             ///< how often the soft limits have been set
 
+  /// Its positions are counted steps, and it has no reference to count from.
+  bool OnlyCounts() const { return can.feedback == drivers::Feedback::Counts && !can.can_home; }
   /// An overshoot that takes up the backlash, native units: none where the backlash is not known.
   bool TakesUp() const { return backlash_known && backlash > 0.0; }
 };
 
-/// Soft limits: what the device reaches, its positions being `offset` below the rig's, and the configuration allows.
+/// Soft limits: the travel, as far as the device's count reaches that, its positions being `offset` below the rig's,
+/// and the configuration allows.
 void SetLimits(AxisSetup& setup, Native offset);
+
+/// Of an axis that stands `here` by its own count, anywhere on its travel: it is no more than that from either end.
+void SetLimitsAround(AxisSetup& setup, Native here);
 
 /// As it is known now; nothing: what the driver knows, or an assumption.
 void SetBacklash(AxisSetup& setup, std::optional<double> backlash);

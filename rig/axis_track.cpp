@@ -58,16 +58,15 @@ void AxisTrack::BacklashChanged() {
 }
 
 void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool ours) {
-  const double scatter = std::max(setup_.tolerance, 2.0 * setup_.config.repeatability);
-  const double step = last_ ? std::abs((state.position - *last_).value) : 0.0;
+  const double scatter = Scatter();
+  const double step = last_ ? std::abs((state.position - last_->position).value) : 0.0;
   if (state.moving || step > scatter) travel_ += step;
-  last_ = state.position;
+  last_ = {state.position, last_ && last_->position == state.position ? last_->since : sampled_at};
   // Of an axis that ended its motion unseen, what it does next may still be that motion.
   if (ours || !rest_ || adrift_.by > 0.0 || MakesNoSense(setup_, state.position)) {
     rest_ = state.position;
   } else if (std::abs((state.position - *rest_).value) > scatter) {
-    moved_by_another_ = true;
-    moved_by_us_ = false;
+    moved_by_ = {.us = false, .another = true};
     rest_ = state.position;
     slack_.Reset(sampled_at);
   }
@@ -78,9 +77,8 @@ void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool o
 }
 
 void AxisTrack::Commanded(Way way, Instant now) {
-  moved_by_us_ = true;
+  moved_by_ = {.us = true, .another = false};
   arrived_ = false;
-  moved_by_another_ = false;
   // Where a motion turns between two readings is not seen; it is no more than one polling period of travel.
   travel_ += setup_.can.resolution;
   if (way == Way::MayTurn) slack_.Reset(now);
@@ -93,9 +91,8 @@ void AxisTrack::Arrived() {
 
 void AxisTrack::Homed(Instant now) {
   Arrived();
-  known_ = true;
+  place_ = {};
   travel_ = doubt_ = 0.0;
-  offset_ = {};
   slack_.Reset(now);
 }
 
@@ -137,7 +134,9 @@ Native Arrival::BoundAt(Native target) const {
 AxisMemory AxisTrack::Remember(Native position) const {
   AxisMemory memory;
   memory.position = memory.lowest = memory.highest = position;
-  memory.known = known_;
+  memory.known = place_.known;
+  memory.offset = place_.offset;
+  memory.said = place_.said;
   memory.slack = slack_.left();
   memory.travel = travel_;
   // Readings that ceased to change are asked for anew at the next start.
@@ -145,38 +144,75 @@ AxisMemory AxisTrack::Remember(Native position) const {
   return memory;
 }
 
+double AxisTrack::Scatter() const {
+  return std::max(setup_.tolerance, 2.0 * setup_.config.repeatability);
+}
+
+bool AxisTrack::Near(Native a, Native b) const {
+  return std::abs((a - b).value) <= Scatter();
+}
+
+/// The device counts on from where it stood.
+bool AxisTrack::Stands(const AxisMemory& memory, Native device) const {
+  return !memory.in_motion && Near(device + memory.offset, memory.position);
+}
+
 /// The axis stands at `position`, of which `memory` tells the rest.
 void AxisTrack::Trust(const AxisMemory& memory, Native position) {
-  known_ = memory.known;
+  place_.known = memory.known;
+  place_.said = memory.said;
   travel_ = memory.travel;
   doubt_ = memory.doubt;
   slack_.Restore(memory.slack, position);
-  last_ = rest_ = position;
+  last_ = {position, last_ ? last_->since : Instant{}};
+  rest_ = position;
+}
+
+/// Of an axis that only counts: a device that was without power mostly counts from zero, some from where they last
+/// saved their count, and nothing but the count tells. So it is believed where it stood at rest and says the same, and
+/// at zero only where the configuration says that it has not moved without power.
+void AxisTrack::TakeUp(const AxisMemory& memory, Native device) {
+  const bool at_zero = Near(device, {});
+  if (Stands(memory, device)) {
+    place_.offset = memory.offset;
+    Trust(memory, device + memory.offset);
+    // It may have been that near to zero, and count from there anew.
+    if (at_zero) doubt_ += std::abs((device + memory.offset - memory.position).value);
+  } else if (at_zero && memory.known && !memory.in_motion && setup_.config.restore != Restore::Never) {
+    place_.offset = memory.position - device;
+    Trust(memory, memory.position);
+  } else {
+    LoseCount();
+  }
 }
 
 void AxisTrack::Recall(const AxisMemory& memory, const drivers::AxisState& state) {
   const Native device = state.position;
   arrived_ = !memory.in_motion;
-  const double scatter = std::max(setup_.tolerance, 2.0 * setup_.config.repeatability);
-  const auto near = [&](Native a, Native b) { return std::abs((a - b).value) <= scatter; };
-  const bool at_zero = near(device, {});
-  const bool swept = device >= memory.lowest - Native{scatter} && device <= memory.highest + Native{scatter};
+  if (setup_.OnlyCounts()) return TakeUp(memory, device);
+  const bool at_zero = Near(device, {});
+  const bool swept = device >= memory.lowest - Native{Scatter()} && device <= memory.highest + Native{Scatter()};
   const auto restore = [&] {
-    offset_ = memory.position - device;
+    place_.offset = memory.position - device;
     Trust(memory, memory.position);
   };
   const auto keep = [&](bool known) {
-    if (!memory.in_motion && near(device, memory.position)) return Trust(memory, device);
-    known_ = known;
+    if (!memory.in_motion && Near(device, memory.position)) return Trust(memory, device);
+    place_.known = known;
   };
+  // The device counts on from what was restored before.
+  if (memory.offset != Native{} && Stands(memory, device)) {
+    place_.offset = memory.offset;
+    return Trust(memory, device + memory.offset);
+  }
   switch (setup_.config.restore) {
     case Restore::Never:
       return keep(memory.known && !memory.in_motion);
     case Restore::Always:
       if (!memory.in_motion) return restore();
       // It is somewhere in what the motion may have swept.
-      known_ = memory.known;
-      if (!swept) offset_ = 0.5 * (memory.lowest + memory.highest) - device;
+      place_.known = memory.known;
+      if (!swept) place_.offset = 0.5 * (memory.lowest + memory.highest) - device;
       travel_ = memory.travel;
       doubt_ = memory.doubt + (memory.highest - memory.lowest).value;
       return;
@@ -185,7 +221,7 @@ void AxisTrack::Recall(const AxisMemory& memory, const drivers::AxisState& state
       return keep(memory.known && !memory.in_motion);
     case Restore::Conditional:
       if (memory.in_motion) {
-        known_ = memory.known && setup_.can.follows() && swept && !at_zero;
+        place_.known = memory.known && setup_.can.follows() && swept && !at_zero;
         travel_ = memory.travel;
         doubt_ = memory.doubt;
         return;
@@ -195,14 +231,52 @@ void AxisTrack::Recall(const AxisMemory& memory, const drivers::AxisState& state
   }
 }
 
-/// A device that was without power counts from zero.
-void AxisTrack::Return(const AxisMemory& before, Native position) {
+/// A device that was without power counts from zero. One that is seen on its way, or at the end of it, has had power
+/// all the time.
+void AxisTrack::Return(const AxisMemory& before, std::optional<Native> target, const drivers::AxisState& state) {
+  const Native device = state.position, position = device + place_.offset;
+  const bool swept = position >= before.lowest - Native{Scatter()} && position <= before.highest + Native{Scatter()};
+  const bool at_zero = Near(device, {});
+  if (setup_.OnlyCounts()) {
+    const bool went_on = before.in_motion && swept && !at_zero && (state.moving || (target && Near(position, *target)));
+    if (!went_on) TakeUp(before, device);
+    return;
+  }
   if (!setup_.can.can_home || !setup_.can.follows()) return;
-  const double scatter = std::max(setup_.tolerance, 2.0 * setup_.config.repeatability);
-  const bool stands = !before.in_motion && std::abs((position - before.position).value) <= scatter;
-  const bool swept = position >= before.lowest - Native{scatter} && position <= before.highest + Native{scatter};
-  const bool at_zero = std::abs((position - offset_).value) <= scatter;
-  known_ = before.known && (stands || (!at_zero && (swept || !before.in_motion)));
+  const bool stands = !before.in_motion && Near(position, before.position);
+  place_.known = before.known && (stands || (!at_zero && (swept || !before.in_motion)));
+}
+
+bool AxisTrack::FellToZero(const drivers::AxisState& state, Instant sampled_at, std::optional<Native> target) const {
+  constexpr double kFaster = 2.0;  ///< than it is said to be
+  if (!setup_.OnlyCounts() || lost() || !last_ || !RestsAtZero(state)) return false;
+  const Native zero = place_.offset, from = last_->position;
+  const double fallen = std::abs((from - zero).value), least = 2.0 * Scatter();
+  if (fallen <= least) return false;
+  // Another program may have sent it there, and it was not seen on its way: that cannot be told from a loss of power.
+  if (!target) return true;
+  const Native room{slack_.whole() + least};
+  if (zero < std::min(from, *target) - room || zero > std::max(from, *target) + room) return true;
+  if (!setup_.speed) return false;
+  // A readback may cease to change on the way, and show the end of it at once.
+  const std::chrono::duration<double> time = sampled_at - last_->since;
+  return fallen > kFaster * *setup_.speed * time.count() + least;
+}
+
+void AxisTrack::LoseCount() {
+  place_ = {.known = false, .said = false, .offset = {}};
+  last_.reset();
+  rest_.reset();
+}
+
+void AxisTrack::Say(Native position, Native device) {
+  place_ = {.known = true, .said = true, .offset = position - device};
+  travel_ = doubt_ = 0.0;
+  adrift_ = {};
+  arrived_ = true;
+  slack_.Restore(slack_.left(), position);
+  last_ = {position, last_ ? last_->since : Instant{}};
+  rest_ = position;
 }
 
 }  // namespace lensd::rig

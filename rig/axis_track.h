@@ -76,38 +76,67 @@ class AxisTrack {
   /// The same of the end of a motion from `position`.
   Arrival NextArrival(Native position) const;
   /// The position means something: nothing has put it in doubt since the reference.
-  bool known() const { return known_; }
+  bool known() const { return place_.known; }
+  /// Its count has come to mean nothing, and it cannot search a reference: somebody has to say where it stands.
+  bool lost() const { return setup_.OnlyCounts() && !place_.known; }
+  /// Somebody has said where it stands, and it has not lost count since.
+  bool said() const { return place_.said; }
   /// Native units since the reference was last passed; 0: it stands there.
   double travel() const { return travel_; }
-  bool moved_by_us() const { return moved_by_us_; }
-  bool moved_by_another() const { return moved_by_another_; }
+  bool moved_by_us() const { return moved_by_.us; }
+  bool moved_by_another() const { return moved_by_.another; }
   /// To be added to the device's positions.
-  Native offset() const { return offset_; }
+  Native offset() const { return place_.offset; }
 
   /// What to remember of it while it stands.
   AxisMemory Remember(Native position) const;
   /// At the start: what to make of `memory` under the axis' policy, the device saying `state`. Sets offset and known.
   void Recall(const AxisMemory& memory, const drivers::AxisState& state);
-  /// It answers again, after it did not: what its position is worth. `before`: as it was last known.
-  void Return(const AxisMemory& before, Native position);
+  /// It answers again, after it did not, the device saying `state`: what its position is worth. `before`: as it was
+  /// last known, on its way to `target`, if to anywhere.
+  void Return(const AxisMemory& before, std::optional<Native> target, const drivers::AxisState& state);
   /// Nothing is known any more.
-  void Forget() { known_ = false; }
+  void Forget() { place_.known = false; }
+  /// Of an axis that only counts: whether a reading, in the device's own count, is that of a device which has begun to
+  /// count from zero anew, since no motion explains it. `target`: of a motion of this rig that is under way.
+  bool FellToZero(const drivers::AxisState& state, Instant sampled_at, std::optional<Native> target) const;
+  bool RestsAtZero(const drivers::AxisState& state) const { return !state.moving && Near(state.position, {}); }
+  /// It has lost count: positions are the device's own from now on, and mean nothing.
+  void LoseCount();
+  /// It stands at `position`, which the device calls `device`: somebody has said so.
+  void Say(Native position, Native device);
 
  private:
+  /// What its positions mean.
+  struct Place {
+    bool known = true;
+    bool said = false;
+    Native offset{};
+  };
+  struct Reading {
+    Native position;
+    Instant since{};  ///< the first one that said so
+  };
+  struct MovedBy {
+    bool us = false;
+    bool another = false;
+  };
+  double Scatter() const;
+  bool Near(Native a, Native b) const;
+  bool Stands(const AxisMemory& memory, Native device) const;
   void Trust(const AxisMemory& memory, Native position);
+  void TakeUp(const AxisMemory& memory, Native device);
 
   const AxisSetup& setup_;
   BacklashState slack_;
-  std::optional<Native> last_;  ///< reading
+  std::optional<Reading> last_;
   std::optional<Native> rest_;  ///< where it should stand
   double travel_ = 0.0;
   double doubt_ = 0.0;  ///< native units: a remembered position that could not be told better
   Adrift adrift_;
   bool arrived_ = true;
-  bool known_ = true;
-  bool moved_by_us_ = false;
-  bool moved_by_another_ = false;
-  Native offset_{};
+  Place place_;
+  MovedBy moved_by_;
 };
 
 }  // namespace lensd::rig

@@ -245,8 +245,8 @@ void ConditionedSearch::ApplyShift() {
   if (rig_.commands.of[Axis::Focus].given != begun_.focus_commands) {
     answer_ = Fail(Code::Superseded, "a newer command for this lens took over");
   }
-  const OpticsTable* const optics = rig_.optics.table();
-  const bool native = optics == nullptr || !optics->has_focus();
+  const OpticsTable* const optics = rig_.optics.focus_table();
+  const bool native = optics == nullptr;
   if (!*answer_ || !under_.stays.empty() || request_.conditions->shift == SearchConditions::Shift::Ignore) {
     return Finish();
   }
@@ -320,8 +320,8 @@ void ConditionedSearch::Finish() {
     if (found) answer->subject.reset();
   }
   if (!under_.shift_reason.empty()) answer->reason += "; " + under_.shift_reason;
-  const OpticsTable* const optics = rig_.optics.table();
-  if (optics != nullptr && optics->has_focus()) {
+  const OpticsTable* const optics = rig_.optics.focus_table();
+  if (optics != nullptr) {
     const auto at = [&](Native position) {
       return optics->VergenceFromExtension(optics->ExtensionFromNative(position));
     };

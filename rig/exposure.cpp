@@ -86,6 +86,7 @@ void MoveIrisKeepingBrightness(Rig& rig, const Target& target, double pupil_fact
   if (rig.optics() == nullptr || !rig.optics()->has_iris()) {
     return done(Fail(Code::Unsupported, "brightness cannot be kept: this lens' f-numbers are not known"));
   }
+  if (auto lost = WhyLost(Axis::Iris, rig.GetStatus().axes[Axis::Iris])) return done(PassOn(*std::move(lost)));
   if (auto possible = rig.Resolve(Axis::Iris, target); !possible) return done(PassOn(possible));
   auto guard = std::make_shared<CommandGuard>(rig);
   guard->Snapshot([&rig, guard, target, pupil_factor, done = std::move(done)](Result<LensedFrame> seen) mutable {

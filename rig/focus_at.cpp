@@ -184,6 +184,7 @@ Result<void> AddFocusAt(FocusAtSamples& known, const std::vector<FocusAtCoordina
                         const Rig& rig) {
   const Status status = rig.GetStatus();
   for (const Axis axis : {Axis::Focus, Axis::Zoom, Axis::Filter}) {
+    if (auto lost = WhyLost(axis, status.axes[axis])) return PassOn(*std::move(lost));
     if (!status.axes[axis] || status.axes[axis]->homed || !rig.lens().axes[axis]->can_home) continue;
     return Fail(Code::NotHomed, "where " + std::string(AxisName(axis)) +
                                     " stands is not known, so a sample would lead elsewhere: home it first");

@@ -152,6 +152,7 @@ Instant Rig::Impl::NextStep(Instant now) const {
 /// What is out of reach is told with what is in it.
 Result<Native> Rig::Impl::Resolve(Axis axis, const Target& target) const {
   if (!axes[axis]) return Fail(Code::Unsupported, "this lens has no motorised " + std::string(AxisName(axis)));
+  if (auto lost = WhyMeaningless(axis, target)) return PassOn(*std::move(lost));
   auto native = InReach(axis, target);
   if (native || native.error().code != Code::OutOfRange) return native;
   return Fail(Code::OutOfRange, native.error().message, optics.ReachOf(axis, target));
@@ -337,7 +338,9 @@ Status Rig::Impl::GetStatus() const {
   for (const Axis axis : drivers::kAxes) {
     const auto& unkept = remembered.unkept(axis);
     if (unkept && (!status.unkept || unkept->since < status.unkept->since)) status.unkept = unkept;
-    if (!axes[axis] || !axes[axis]->state()) continue;
+    if (!axes[axis]) continue;
+    status.limits_set += axes[axis]->setup().limits_set;
+    if (!axes[axis]->state()) continue;
     status.axes[axis] = axes[axis]->Describe(problem.has_value());
     if (remembered.InMotion(axis)) status.in_motion_on_disk = true;
   }
@@ -359,38 +362,6 @@ std::optional<Axis> Rig::Impl::InMotion() const {
   const auto* const found =
       std::ranges::find_if(drivers::kAxes, [&](Axis axis) { return axes[axis] && axes[axis]->motion() != nullptr; });
   return found == drivers::kAxes.end() ? std::nullopt : std::optional(*found);
-}
-
-// ---- what must end first ------------------------------------------------------------------------------------------
-
-std::optional<Error> Rig::Impl::WhyNotFocused() const {
-  const auto busy = [](const char* what, const char* activity) {
-    return Fail(Code::Busy, std::string(what) + ": wait for its end, or stop it",
-                {.axis = "focus", .activity = activity})
-        .error();
-  };
-  const auto occupied = procedure.lock();
-  if (occupied && occupied->kind == Activity::Kind::Backlash) {
-    return busy("the backlash of this lens is being measured", "backlash");
-  }
-  if (occupied || autofocus.running()) return busy("an autofocus is under way", "autofocus");
-  return std::nullopt;
-}
-
-std::optional<Error> Rig::Impl::WhyNotAtRest() const {
-  if (auto focusing = WhyNotFocused()) return focusing;
-  for (const Axis axis : drivers::kAxes) {
-    if (!axes[axis]) continue;
-    const AxisMotion* motion = axes[axis]->motion();
-    // A motor also moves by hand, by another program, and a little after a stop.
-    const bool moving = reader.connected() && axes[axis]->state() && axes[axis]->moving();
-    if (motion == nullptr && !moving) continue;
-    const std::string name(AxisName(axis));
-    return Fail(Code::Busy, name + " is moving: wait until it has come to rest, or stop it",
-                {.axis = name, .activity = motion != nullptr && motion->homing() ? "homing" : "moving"})
-        .error();
-  }
-  return std::nullopt;
 }
 
 }  // namespace lensd::rig

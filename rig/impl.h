@@ -37,6 +37,7 @@ class Rig::Impl {
 
   void Move(drivers::Axis axis, const Target& target, MoveCallback done);
   void Home(drivers::Axis axis, MoveCallback done);
+  void SetPosition(drivers::Axis axis, Native position, StopCallback done);
   void Stop(const std::vector<drivers::Axis>& axes, StopCallback done);
   void ResetFaults(const std::vector<drivers::Axis>& axes, StopCallback done);
   void Autofocus(AutofocusRequest request, ProgressCallback progress, AutofocusCallback done);
@@ -63,6 +64,8 @@ class Rig::Impl {
   static AxisControllers Controllers(const RigConfig& config, drivers::Lens& lens, RememberedPositions& remembered,
                                      const Clock& clock);
   Result<Native> InReach(drivers::Axis axis, const Target& target) const;
+  std::optional<Error> WhyMeaningless(drivers::Axis axis, const Target& target) const;
+  Result<void> Say(drivers::Axis axis, Native position);
   Result<void> PinRange(AutofocusRequest& request) const;
   Result<void> CheckPolicy(const AutofocusRequest& request) const;
   bool WantsReading(Instant now) const;

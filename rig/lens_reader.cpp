@@ -77,6 +77,7 @@ std::optional<Error> LensReader::Read() {
 
 void LensReader::Note(drivers::LensState reading) {
   const bool first = !sampled_at_;
+  ++count_;
   sampled_at_ = reading.sampled_at -= latency_;
   thermometer_.Note(reading.temperature, reading.sampled_at);
   for (const Axis axis : drivers::kAxes) {

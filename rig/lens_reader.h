@@ -1,6 +1,7 @@
 // What the lens says of itself, and whether it says anything.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "axis_controller.h"
@@ -33,6 +34,10 @@ class LensReader {
   void Describe(Status& status) const;
   Instant next_read() const { return next_read_; }
   const History& history() const { return history_; }
+  /// Readings that came so far.
+  std::uint64_t count() const { return count_; }
+  /// Positions of before mean another place from now on.
+  void ForgetHistory() { history_.Clear(); }
   bool Moving() const;
   /// Since when no axis has moved; nothing while one does or the lens does not answer.
   std::optional<Instant> SteadySince() const;
@@ -51,6 +56,7 @@ class LensReader {
   std::optional<Error> problem_;
   int failures_ = 0;                   ///< in a row
   std::optional<Instant> busy_since_;  ///< it has answered nothing but that it is busy
+  std::uint64_t count_ = 0;
   Instant next_read_{};
 };
 

@@ -113,7 +113,7 @@ bool OpticalState::Compensates() const {
 }
 
 std::optional<Native> OpticalState::Drifted() const {
-  if (!held_ || !table_ || !Compensates() || !table_->has_focus() || !axes_[Axis::Focus]) return {};
+  if (!held_ || focus_table() == nullptr || !Compensates() || !axes_[Axis::Focus]) return {};
   const auto target = axes_[Axis::Focus]->target();
   const AxisSetup& focus = axes_[Axis::Focus]->setup();
   const Native wanted = std::clamp(table_->NativeFromExtension(*held_), focus.minimum, focus.maximum);
@@ -212,7 +212,7 @@ std::optional<FNumber> OpticalState::f_number() const {
   if (!table_) return std::nullopt;
   if (!table_->has_iris()) return table_->fixed_f_number();
   const AxisController* iris = axes_[Axis::Iris].get();
-  if (iris == nullptr) return std::nullopt;
+  if (iris == nullptr || Lost(Axis::Iris)) return std::nullopt;
   if (iris->motion() != nullptr && iris->target()) return table_->FNumberFromNative(*iris->target());
   if (!iris->state()) return std::nullopt;
   return table_->FNumberFromNative(iris->state()->position);
@@ -223,6 +223,16 @@ std::optional<FNumber> OpticalState::f_number() const {
 /// Nothing where there is no such axis, or its position means nothing.
 const AxisController* OpticalState::Known(Axis axis) const {
   return axes_[axis] && axes_[axis]->known() ? axes_[axis].get() : nullptr;
+}
+
+/// What its positions mean hangs on where others stand, too.
+bool OpticalState::Lost(Axis axis) const {
+  const auto lost = [&](Axis one) { return axes_[one] && axes_[one]->track().lost(); };
+  return lost(axis) || (axis == Axis::Focus && (lost(Axis::Zoom) || lost(Axis::Filter)));
+}
+
+const OpticsTable* OpticalState::focus_table() const {
+  return table_ && table_->has_focus() && !Lost(Axis::Focus) ? &*table_ : nullptr;
 }
 
 Metres OpticalState::ExtensionBound(Native here, Native bound) const {
@@ -238,7 +248,7 @@ FNumber OpticalState::FNumberBound(Native here, Native bound) const {
 }
 
 void OpticalState::Describe(MoveOutcome& outcome) const {
-  if (!table_) return;
+  if (!table_ || Lost(outcome.axis)) return;
   const Native here = outcome.position, low = here - outcome.bound, high = here + outcome.bound;
   if (outcome.axis == Axis::Focus && table_->has_focus()) {
     const Metres at_low = table_->ExtensionFromNative(low), at_high = table_->ExtensionFromNative(high);
@@ -265,7 +275,7 @@ void OpticalState::Describe(LensedFrame& frame) const {
   if (!table_) return;
   const auto middle = [&](Axis axis) { return 0.5 * (frame.axes[axis]->lowest + frame.axes[axis]->highest); };
   const auto& focus = frame.axes[Axis::Focus];
-  if (table_->has_focus() && focus && Known(Axis::Focus)) {
+  if (focus_table() != nullptr && focus && Known(Axis::Focus)) {
     frame.extension = table_->ExtensionFromNative(middle(Axis::Focus));
     frame.extension_bound = ExtensionBound(middle(Axis::Focus), focus->bound);
   }
@@ -284,8 +294,8 @@ void OpticalState::Describe(Status& status, bool problem) const {
   status.optics = shared_table_;
   status.compensates = Compensates();
   if (problem) return;
-  status.focal_length = table_->focal_length();
-  if (table_->has_focus() && status.axes[Axis::Focus] && Known(Axis::Focus)) {
+  if (!Lost(Axis::Zoom)) status.focal_length = table_->focal_length();
+  if (focus_table() != nullptr && status.axes[Axis::Focus] && Known(Axis::Focus)) {
     const Native focus = status.axes[Axis::Focus]->position;
     status.extension = table_->ExtensionFromNative(focus);
     status.vergence = table_->VergenceFromExtension(*status.extension);

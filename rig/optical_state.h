@@ -22,6 +22,8 @@ class OpticalState {
 
   /// nullptr: not known. Stays where it is until the calibration changes.
   const OpticsTable* table() const { return table_ ? &*table_ : nullptr; }
+  /// The same where it says what the positions of focus mean; nullptr: it does not, or nobody knows where focus stands.
+  const OpticsTable* focus_table() const;
   const std::shared_ptr<const Calibration>& calibration() const { return calibration_; }
   /// Another calibration, and TableFor() of it.
   void Adopt(std::optional<OpticsTable> table, std::shared_ptr<const Calibration> calibration);
@@ -61,6 +63,7 @@ class OpticalState {
   Metres ExtensionBound(Native position, Native bound) const;
   FNumber FNumberBound(Native position, Native bound) const;
   const AxisController* Known(drivers::Axis axis) const;
+  bool Lost(drivers::Axis axis) const;
 
   RigConfig config_;  ///< before the calibration fills in what it leaves open
   const AxisControllers& axes_;

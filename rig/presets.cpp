@@ -56,6 +56,16 @@ class RecallRun : public std::enable_shared_from_this<RecallRun> {
   RecallRun(Rig& rig, const Preset& preset, Done done)
       : rig_(rig), guard_(rig), preset_(preset), done_(std::move(done)) {}
 
+  /// Before any axis moves: where one stands that is not known, none of it leads back.
+  void Begin() {
+    const Status status = rig_.GetStatus();
+    for (const Axis axis : kOrder) {
+      if (!Moves(axis)) continue;
+      if (auto lost = WhyLost(axis, status.axes[axis])) return done_(PassOn(*std::move(lost)));
+    }
+    Next();
+  }
+
   void Next() {
     while (step_ < std::size(kOrder)) {
       const Axis axis = kOrder[step_++];
@@ -168,6 +178,7 @@ Result<Preset> TakePreset(const Rig& rig, std::string label) {
   preset.approach_up = rig.approaches_up(Axis::Focus);
   for (const Axis axis : drivers::kAxes) {
     if (!status.axes[axis]) continue;
+    if (auto lost = WhyLost(axis, status.axes[axis])) return PassOn(*std::move(lost));
     if (!status.axes[axis]->homed && rig.lens().axes[axis]->can_home) {
       return Fail(Code::NotHomed, "where " + std::string(AxisName(axis)) +
                                       " stands is not known, so a preset would lead elsewhere: home it first");
@@ -222,7 +233,7 @@ std::string PresetsText(const std::vector<Preset>& presets) {
 }
 
 void RecallPreset(Rig& rig, const Preset& preset, std::move_only_function<void(Result<RecallOutcome>)> done) {
-  std::make_shared<RecallRun>(rig, preset, std::move(done))->Next();
+  std::make_shared<RecallRun>(rig, preset, std::move(done))->Begin();
 }
 
 }  // namespace lensd::rig

@@ -15,6 +15,17 @@ using drivers::Axis;
 
 // ---- the public face ----------------------------------------------------------------------------------------------
 
+std::optional<Error> WhyLost(Axis axis, const std::optional<AxisStatus>& status) {
+  if (!status || !status->lost) return std::nullopt;
+  const std::string name(AxisName(axis));
+  return Fail(Code::NotHomed,
+              "where " + name + " stands is not known: it counts its steps, may have lost count of them, and has no " +
+                  "reference to search. Say where it stands (lensctl here " + name + " @N, SetPosition); until then " +
+                  "only moves in its own steps are possible",
+              {.axis = name})
+      .error();
+}
+
 Result<std::unique_ptr<Rig>> Rig::Create(RigConfig config, drivers::Device device, const Clock& clock,
                                          std::shared_ptr<const Calibration> calibration,
                                          std::unique_ptr<PositionMemory> memory) {
@@ -62,6 +73,10 @@ void Rig::Move(Axis axis, const Target& target, MoveCallback done) {
 
 void Rig::Home(Axis axis, MoveCallback done) {
   Displacing({axis}).Home(axis, std::move(done));
+}
+
+void Rig::SetPosition(Axis axis, Native position, StopCallback done) {
+  Displacing({axis}).SetPosition(axis, position, std::move(done));
 }
 
 void Rig::Stop(const std::vector<Axis>& axes, StopCallback done) {

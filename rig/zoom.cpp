@@ -161,6 +161,9 @@ void ZoomRun::Begin() {
   const Status status = rig_.GetStatus();
   optics_ = status.optics;
   const auto& zoom = status.axes[Axis::Zoom];
+  for (const Axis axis : {Axis::Zoom, Axis::Focus}) {
+    if (auto lost = WhyLost(axis, status.axes[axis])) return done_(PassOn(*std::move(lost)));
+  }
   if (!optics_ || !optics_->has_zoom() || !optics_->has_focus() || !status.vergence || !zoom) {
     return done_(Fail(Code::Unsupported,
                       "focus cannot follow the zoom: the focal lengths or the focus of this lens are not known"));

@@ -22,6 +22,8 @@ struct AxisMemory {
   double slack = 0.0;   ///< native units of backlash not taken up
   double travel = 0.0;  ///< native units travelled since the reference was searched
   double doubt = 0.0;   ///< native units: how far off the position may be besides
+  Native offset{};      ///< what was added to the device's own count to get the position
+  bool said = false;    ///< somebody has said where it stands, and it has not lost count since
 };
 
 /// A write that failed: what is on disk is older than the truth.

@@ -214,10 +214,14 @@ struct AxisStatus {
   bool last_known = false;  ///< the lens does not answer: nothing here is of now
   Native bound = {};     ///< the mechanism is within this of `position` while it stands; of what is last known: nothing
   Arrival arrival = {};  ///< what its next motion will end with
-  bool moved_by_us = false;       ///< the last motion was asked of this rig
-  bool moved_by_another = false;  ///< the last motion was not
-  std::string fault;              ///< empty, or what the device complains of
+  bool moved_by_us = false;             ///< the last motion was asked of this rig
+  bool moved_by_another = false;        ///< the last motion was not
+  std::string fault;                    ///< empty, or what the device complains of
+  bool lost = false;                    ///< nobody knows where it stands, and it cannot search: see Rig::SetPosition()
+  std::optional<bool> referenced = {};  ///< somebody has said where it stands; nothing: something else tells
 };
+/// NotHomed, in words, where nobody knows where this axis stands and it cannot search; nothing: it is not so.
+std::optional<Error> WhyLost(drivers::Axis axis, const std::optional<AxisStatus>& status);
 
 /// What the rig is doing, for people and clients.
 struct Activity {
@@ -243,6 +247,7 @@ struct Status {
   Instant sampled_at{};       ///< of the axes
   drivers::PerAxis<std::optional<AxisStatus>> axes;
   FocusDirection direction{};                 ///< of the focus axis, where there is one
+  int limits_set = 0;                         ///< how often soft limits have been set: another number, other limits
   std::shared_ptr<const OpticsTable> optics;  ///< under the conditions of this moment; null: not known
   std::optional<Metres> focal_length;         ///< breathing and zoom counted
   std::optional<Metres> extension;
@@ -298,11 +303,16 @@ class Rig {
   Result<Native> Resolve(drivers::Axis axis, const Target& target) const;
 
   /// Moves and reports. An impossible target fails with Resolve()'s error before anything moves or is displaced.
-  /// NotHomed while the position of an axis that could search its reference is not known. NotKept: the memory
-  /// cannot be written, and nothing has moved.
+  /// NotHomed while the position of an axis that could search its reference is not known, and where optics decide a
+  /// target of one that only counts and has lost count. NotKept: the memory cannot be written, and nothing has moved.
   void Move(drivers::Axis axis, const Target& target, MoveCallback done);
   /// Searches the reference of `axis`. Unsupported where it has none.
   void Home(drivers::Axis axis, MoveCallback done);
+  /// Says where an axis stands that only counts its steps and has no reference; moves nothing. Its count is set off
+  /// from the device's from now on, and that is remembered. Unsupported: no such axis, or something tells it better.
+  /// Busy: it moves, or a search is under way. OutOfRange: outside its travel. Disconnected, Timeout: it is not known
+  /// what the device counts. NotKept, Cancelled: it could not be remembered. With an error nothing has changed.
+  void SetPosition(drivers::Axis axis, Native position, StopCallback done);
   /// Ends the motion of these axes, all of them if empty, and any autofocus. Unsupported: an axis cannot stop midway
   /// (the others are stopped all the same).
   void Stop(const std::vector<drivers::Axis>& axes, StopCallback done);
