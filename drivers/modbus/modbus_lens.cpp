@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "drivers/api/thread_barrier.h"
@@ -17,6 +18,28 @@ std::string LabelOf(const DriveConfig& drive, const Bus& bus) {
          ")";
 }
 
+/// The targets that its registers hold, where nothing but the count tells where the axis stands: after a loss of power
+/// the travel may lie anywhere among them.
+std::optional<std::pair<Native, Native>> CountsOf(const DriveConfig& drive) {
+  const Profile& profile = drive.profile;
+  if (profile.feedback != Feedback::Counts || !profile.home.empty()) return std::nullopt;
+  double low = -std::numeric_limits<double>::infinity(), high = -low;
+  const auto hold = [&](NumberType type, double native_per_count) {
+    const auto [least, most] = LimitsOf(type);
+    const auto [one, other] =
+        std::minmax({native_per_count * static_cast<double>(least), native_per_count * static_cast<double>(most)});
+    low = std::max(low, one);
+    high = std::min(high, other);
+  };
+  hold(profile.position.type, drive.scale * profile.position_scale);
+  for (const WriteStep& step : profile.move) {
+    for (const Field& field : step.fields) {
+      if (field.name == "target") hold(field.type, drive.scale);
+    }
+  }
+  return std::pair(Native{std::min(low, drive.low)}, Native{std::max(high, drive.high)});
+}
+
 drivers::Capabilities CapabilitiesOf(const std::vector<DriveConfig>& drives, const Bus& bus) {
   drivers::Capabilities can{.driver = "modbus", .model = drives.front().profile.name, .serial = "", .axes = {}};
   for (const DriveConfig& drive : drives) {
@@ -26,6 +49,7 @@ drivers::Capabilities CapabilitiesOf(const std::vector<DriveConfig>& drives, con
     axis.minimum = Native{drive.low};
     axis.maximum = Native{drive.high};
     axis.resolution = std::abs(drive.scale) * std::max(1.0, std::abs(drive.profile.position_scale));
+    axis.counts = CountsOf(drive);
     axis.feedback = drive.profile.feedback;
     axis.can_home = !drive.profile.home.empty();
     axis.needs_home = drive.profile.homing_required;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace lensd::drivers::modbus {
@@ -16,19 +17,25 @@ constexpr int RegistersOf(NumberType type) {
   return type == NumberType::U16 || type == NumberType::S16 ? 1 : 2;
 }
 
-/// Whether `value` fits into `type`.
-constexpr bool Fits(NumberType type, std::int64_t value) {
+/// The least and the greatest number of a type.
+constexpr std::pair<std::int64_t, std::int64_t> LimitsOf(NumberType type) {
   switch (type) {
     case NumberType::U16:
-      return value >= 0 && value <= 0xFFFF;
+      return {0, 0xFFFF};
     case NumberType::S16:
-      return value >= -0x8000 && value <= 0x7FFF;
+      return {-0x8000, 0x7FFF};
     case NumberType::U32:
-      return value >= 0 && value <= 0xFFFFFFFFLL;
+      return {0, 0xFFFFFFFFLL};
     case NumberType::S32:
-      return value >= -0x80000000LL && value <= 0x7FFFFFFFLL;
+      return {-0x80000000LL, 0x7FFFFFFFLL};
   }
-  return false;
+  return {0, 0};
+}
+
+/// Whether `value` fits into `type`.
+constexpr bool Fits(NumberType type, std::int64_t value) {
+  const auto [least, most] = LimitsOf(type);
+  return value >= least && value <= most;
 }
 
 /// Appends `value`, which fits, to `registers`.
