@@ -54,6 +54,8 @@ constexpr auto kExamples = std::to_array<OfCommand>({
     {"lensctl zoom", {"lensctl zoom 35mm", "what is sharp stays sharp"}},
     {"lensctl filter", {"lensctl filter 2", "the second place of the wheel"}},
     {"lensctl home", {"lensctl home focus", "find the reference of focus again"}},
+    {"lensctl here", {"lensctl here @1200", "focus has no reference: it stands at 1200, and counts from there"}},
+    {"lensctl here", {"lensctl here cam zoom @300", "another axis of the lens cam"}},
     {"lensctl stop", {"lensctl stop", "every lens, at once"}},
     {"lensctl stop", {"lensctl stop cam", "this one alone"}},
     {"lensctl reset", {"lensctl reset cam", "let it move again after a latched stop or a fault"}},

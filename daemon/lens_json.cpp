@@ -56,11 +56,12 @@ void AddDirection(const rig::FocusDirection& direction, Json& axis) {
 }
 
 Json AxesInfoJson(const rig::Rig& rig) {
-  const rig::FocusDirection direction = rig.GetStatus().direction;
   Json axes = Json::array();
+  const rig::Status status = rig.GetStatus();
   for (const Axis axis : drivers::kAxes) {
     const auto& can = rig.lens().axes[axis];
     if (!can) continue;
+    const auto& now = status.axes[axis];
     const auto [lowest, highest] = rig.SoftLimits(axis);
     axes.push_back({{"axis", drivers::AxisName(axis)},
                     {"unit", UnitName(can->unit)},
@@ -70,8 +71,9 @@ Json AxesInfoJson(const rig::Rig& rig) {
                     {"feedback", drivers::FeedbackName(can->feedback)},
                     {"canHome", can->can_home},
                     {"needsHome", can->needs_home},
-                    {"canStop", can->can_stop}});
-    if (axis == Axis::Focus) AddDirection(direction, axes.back());
+                    {"canStop", can->can_stop},
+                    {"referenced", now && now->referenced ? Json(*now->referenced) : Json(nullptr)}});
+    if (axis == Axis::Focus) AddDirection(status.direction, axes.back());
   }
   return axes;
 }
@@ -197,6 +199,7 @@ Json StatusJson(const std::string& name, const rig::Status& status) {
                     {"positionBound", now->homed ? NativeJson(now->bound.value) : Json(nullptr)},
                     {"movedBy", MovedBy(*now)},
                     {"fault", TextOrNull(now->fault)}});
+    if (now->lost) axes.back()["positionUnknown"] = true;
   }
   return {{"name", name},
           {"connected", status.connected},

@@ -223,6 +223,10 @@ void Go(ServedLens& lens, const ExchangePointer& exchange) {
   if (!place) return Refuse(exchange, lens, place.error());
   const auto go = [place = *place, wavelength = lens.config().rig.wavelength, name = lens.name()](rig::Rig& rig,
                                                                                                   auto done) {
+    const rig::Status now = rig.GetStatus();
+    for (const Axis axis : {Axis::Focus, Axis::Zoom, Axis::Filter}) {
+      if (auto lost = rig::WhyLost(axis, now.axes[axis])) return done(PassOn(*std::move(lost)));
+    }
     auto predicted = Predict(rig, place, wavelength);
     if (!predicted) return done(PassOn(predicted));
     const rig::Target target{.kind = rig::Target::Kind::Native, .value = predicted->position.value, .from = {}};

@@ -112,7 +112,14 @@ void Move(ServedLens& lens, const ExchangePointer& exchange) {
   if (exchange->call().more) ShowProgress(lens, exchange, axis);
   if (exchange->Asks("keepFocus")) return MoveZoom(lens, exchange, *target);
   if (exchange->Asks("keepBrightness")) return MoveIris(lens, exchange, *target);
-  const auto move = [axis, target = *target](rig::Rig& rig, auto done) { rig.Move(axis, target, std::move(done)); };
+  const auto move = [axis, target = *target](rig::Rig& rig, auto done) {
+    const auto now = rig.GetStatus().axes[axis];
+    const bool nowhere = now && now->lost && target.kind == rig::Target::Kind::Native;
+    rig.Move(axis, target, [nowhere, done = std::move(done)](Result<rig::MoveOutcome> moved) mutable {
+      if (moved && nowhere) moved->reached = false;  // it went by its count, which says nothing of the place asked for
+      done(std::move(moved));
+    });
+  };
   Carry<rig::MoveOutcome>(lens, exchange, move,
                           [&lens](const rig::MoveOutcome& outcome) { return MoveJson(lens.name(), outcome); });
 }
@@ -135,6 +142,13 @@ auto Acknowledge(const ServedLens& lens, const ExchangePointer& exchange) {
     if (!done) return Refuse(exchange, lens, done.error());
     exchange->Finish("{}");
   };
+}
+
+void SetPosition(ServedLens& lens, const ExchangePointer& exchange) {
+  const Axis axis = AxisOf(exchange->parameters()["axis"]);
+  const Native position{exchange->parameters()["position"].get<double>()};
+  const auto say = [axis, position](rig::Rig& rig, auto done) { rig.SetPosition(axis, position, std::move(done)); };
+  lens.Ask<void>(say, Acknowledge(lens, exchange));
 }
 
 void ResetFaults(ServedLens& lens, const ExchangePointer& exchange) {
@@ -202,6 +216,7 @@ void Stop(LensService& service, const ExchangePointer& exchange) {
 MethodTable MotionMethods(LensService& service) {
   return {{"Move", service.ForLens(Move), NeedsLease::Yes, MayChangeState::Yes, Acts::InTurn, Streams::Yes},
           {"Home", service.ForLens(Home), NeedsLease::Yes, MayChangeState::Yes},
+          {"SetPosition", service.ForLens(SetPosition), NeedsLease::ToChange, MayChangeState::Yes},
           {"Stop", [&service](const ExchangePointer& exchange) { Stop(service, exchange); }, NeedsLease::No,
            MayChangeState::Yes, Acts::WhenRead, Streams::No, Role::Observe},
           {"ResetFaults", service.ForLens(ResetFaults), NeedsLease::ToChange, MayChangeState::Yes}};

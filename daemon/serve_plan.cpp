@@ -179,6 +179,10 @@ void Apply(ServedLens& lens, const ExchangePointer& exchange, Solved solved) {
   if (auto why = lens.users().stops.WhyStopped(exchange->number(), std::nullopt)) return Refuse(exchange, lens, *why);
   const auto move = [focus = solved.apply->focus, iris = solved.apply->iris, zoom = solved.apply->zoom](
                         rig::Rig& rig, MovesCallback done) {
+    const rig::Status now = rig.GetStatus();
+    for (const Axis axis : drivers::kAxes) {
+      if (auto lost = rig::WhyLost(axis, now.axes[axis])) return done(PassOn(*std::move(lost)));
+    }
     const auto group = std::make_shared<MoveGroup>(std::move(done));
     for (const auto& [axis, place] :
          {std::pair(Axis::Zoom, zoom), std::pair(Axis::Focus, focus), std::pair(Axis::Iris, iris)}) {

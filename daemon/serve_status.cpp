@@ -33,7 +33,7 @@ void ListAsKnown(LensService& service, const ExchangePointer& exchange) {
   // What was added since 1.0, each under a name that the comment of what was added gives.
   exchange->Finish(
       reply + R"(],"instance":")" + service.watchers().instance() +
-      R"(","features":["direction","focusAt","focusMap","hold","learned","learnedSides","leftOut","refocus","searchConditions","stars","stateBounds","undo"]})");
+      R"(","features":["direction","focusAt","focusMap","hold","learned","learnedSides","leftOut","refocus","searchConditions","setPosition","stars","stateBounds","undo"]})");
 }
 
 void List(LensService& service, const ExchangePointer& exchange) {

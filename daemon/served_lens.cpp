@@ -23,9 +23,11 @@ constexpr std::string_view kBeingOpened = "its device is being opened";
 constexpr std::size_t kMostParked = 64;
 constexpr int kMostDoublings = 6;
 
+/// Of those that homing helps.
 std::optional<drivers::Axis> FirstUnhomed(const rig::Status& status) {
-  const auto* const found = std::ranges::find_if(
-      drivers::kAxes, [&](drivers::Axis axis) { return status.axes[axis] && !status.axes[axis]->homed; });
+  const auto* const found = std::ranges::find_if(drivers::kAxes, [&](drivers::Axis axis) {
+    return status.axes[axis] && !status.axes[axis]->homed && !status.axes[axis]->lost;
+  });
   return found == drivers::kAxes.end() ? std::nullopt : std::optional(*found);
 }
 
@@ -169,6 +171,7 @@ void ServedLens::StartRig(Made made, Result<std::vector<rig::Preset>> presets) {
   kept_.calibration = std::move(made.calibration);
   kept_.presets = std::move(presets);
   plans_.optics = rig->GetStatus().optics;
+  plans_.limits_set = rig->GetStatus().limits_set;
   plans_.planning = SharedPlanning(*rig, config_.rig);
   shown_.info = varlink::WriteJson(InfoJson(name(), *rig, config_.rig, plans_.planning.get(), kept_.calibration.path));
   const rig::Status now = rig->GetStatus();
@@ -277,15 +280,17 @@ void ServedLens::Replan(std::function<void(const Result<void>&)> then) {
     std::shared_ptr<const Planning> planning;
     std::string info;
     std::shared_ptr<const rig::OpticsTable> optics;
+    int limits_set = 0;
   };
   const auto replan = [this, file = kept_.calibration.path](rig::Rig& rig, auto answer) {
     auto planning = SharedPlanning(rig, config_.rig);
     std::string info = varlink::WriteJson(InfoJson(name(), rig, config_.rig, planning.get(), file));
-    answer(Replanned{std::move(planning), std::move(info), rig.GetStatus().optics});
+    const rig::Status now = rig.GetStatus();
+    answer(Replanned{std::move(planning), std::move(info), now.optics, now.limits_set});
   };
   Ask<Replanned>(replan, [this, then = std::move(then)](const Result<Replanned>& now) {
     if (!now) return then(PassOn(now));
-    plans_ = {now->planning, now->optics};
+    plans_ = {now->planning, now->optics, now->limits_set};
     shown_.info = now->info;
     then({});
   });

@@ -183,8 +183,11 @@ class ServedLens {
     GiveUpStops();
   }
 
-  /// What is planned with is of another zoom or temperature than the lens stands at.
-  bool Outdated() const { return worker_ && shown_.status->optics != plans_.optics; }
+  /// What is planned with is of another zoom or temperature than the lens stands at, or of other limits than it has.
+  bool Outdated() const {
+    return worker_ && (shown_.status->optics != plans_.optics ||
+                       (shown_.status->limits_set != plans_.limits_set && shown_.status->connected));
+  }
   /// Plans with what holds now, then goes on with `then`; it hears where that cannot be: Busy, or why it is absent.
   void Replan(std::function<void(const Result<void>&)> then);
 
@@ -226,6 +229,7 @@ class ServedLens {
   struct Plans {
     std::shared_ptr<const Planning> planning;
     std::shared_ptr<const rig::OpticsTable> optics;  ///< what `planning` and Shown::info say
+    int limits_set = 0;                              ///< likewise
   };
   struct PresetChange {
     EditPresets edit;

@@ -84,6 +84,10 @@ void ServedLens::TellFaults(const rig::Status& before) const {
   for (const drivers::Axis axis : drivers::kAxes) {
     const auto& was = before.axes[axis];
     const auto& is = shown_.status->axes[axis];
+    if (is && is->lost && !(was && was->lost)) {
+      Log(Severity::Warning, Event::NotHomed, rig::WhyLost(axis, is)->message,
+          {.lens = name(), .axis = drivers::AxisName(axis)});
+    }
     if (!is || is->fault == (was ? was->fault : "")) continue;
     watchers().Announce(*this, "fault", {{"axis", drivers::AxisName(axis)}, {"fault", TextOrNull(is->fault)}});
   }

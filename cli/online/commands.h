@@ -17,6 +17,7 @@ void AddAperture(CLI::App& root, Run& run);
 void AddZoom(CLI::App& root, Run& run);
 void AddFilter(CLI::App& root, Run& run);
 void AddHome(CLI::App& root, Run& run);
+void AddHere(CLI::App& root, Run& run);
 void AddReload(CLI::App& root, Run& run);
 void AddBackup(CLI::App& root, Run& run);
 void AddRestore(CLI::App& root, Run& run);

@@ -234,7 +234,11 @@ void CheckLens(const Json& lens, Findings& findings) {
                        "look what holds it, then: lensctl home " + lens.value("name", "") + " " + name);
       fine = false;
     } else if (!axis.value("homed", true)) {
-      findings.Warn(check, "where " + name + " is is not known", "lensctl home " + lens.value("name", "") + " " + name);
+      const bool counts = axis.contains("positionUnknown") && axis["positionUnknown"] == true;
+      const std::string after = lens.value("name", "") + " " + name;
+      findings.Warn(check, "where " + name + " is is not known",
+                    counts ? "it has no reference: say at which position N it stands, lensctl here " + after + " @N"
+                           : "lensctl home " + after);
       fine = false;
     }
   }

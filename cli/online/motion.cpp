@@ -1,4 +1,4 @@
-// focus, aperture, home, stop.
+// focus, aperture, home, here, stop.
 #include <CLI/CLI.hpp>
 #include <memory>
 
@@ -160,6 +160,44 @@ Outcome Home(Session& session, const std::vector<std::string>& words) {
   return all_reached ? Exit::Done : Exit::No;
 }
 
+/// `[NAME] [AXIS] @N` as it was written.
+struct PlaceSaid {
+  Json lens;
+  std::string axis = "focus";
+  Json position;
+};
+
+std::expected<PlaceSaid, Failure> ParsePlaceSaid(std::vector<std::string> words) {
+  auto place = ParseStepTarget(words.back(), "@N");
+  if (!place) return PassOn(place);
+  if (!*place || !(*place)->contains("position")) {
+    return Refuse(Exit::Usage, "'" + words.back() + "': say at which position it stands, as in @1200");
+  }
+  PlaceSaid said{.lens = nullptr, .position = (**place)["position"]};
+  words.pop_back();
+  if (!words.empty() && IsAxis(words.back())) {
+    said.axis = words.back();
+    words.pop_back();
+  }
+  if (words.size() == 2) return Refuse(Exit::Usage, UnknownAxis(words.back()));
+  if (!words.empty()) said.lens = words.front();
+  return said;
+}
+
+Outcome Here(Session& session, const std::vector<std::string>& words) {
+  const auto said = ParsePlaceSaid(words);
+  if (!said) return PassOn(said);
+  auto link = DaemonClient::Open(session);
+  if (!link) return PassOn(link);
+  auto reply = link->Ask(MethodOfLens("SetPosition"),
+                         {{"lens", said->lens}, {"axis", said->axis}, {"position", said->position}});
+  if (!reply) return PassOn(reply);
+  session.json() ? session.PrintJson({{"axis", said->axis}, {"position", said->position}})
+                 : session.PrintText(said->axis + " stands at " + Short(said->position.get<double>(), 8) +
+                                     ", and counts from there; nothing has moved");
+  return Exit::Done;
+}
+
 Outcome Stop(Session& session, const std::string& name) {
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
@@ -171,10 +209,10 @@ Outcome Stop(Session& session, const std::string& name) {
 
 /// A command whose words are `[NAME] VALUE`.
 void AddWords(CLI::App& root, Run& run, const char* name, const char* about, const char* words_about, int least,
-              Outcome (*act)(Session&, const std::vector<std::string>&)) {
+              Outcome (*act)(Session&, const std::vector<std::string>&), int most = 2) {
   auto words = std::make_shared<std::vector<std::string>>();
   auto* command = root.add_subcommand(name, about)->group(kOnline);
-  command->add_option("words", *words, words_about)->expected(least, 2)->required(least > 0)->type_name("");
+  command->add_option("words", *words, words_about)->expected(least, most)->required(least > 0)->type_name("");
   command->callback([&run, words, act] { run = [words, act](Session& session) { return act(session, *words); }; });
 }
 
@@ -237,6 +275,14 @@ void AddFilter(CLI::App& root, Run& run) {
 
 void AddHome(CLI::App& root, Run& run) {
   AddWords(root, run, "home", "search for the reference of an axis, or of all that have one", "[NAME] [AXIS]", 0, Home);
+}
+
+void AddHere(CLI::App& root, Run& run) {
+  AddWords(
+      root, run, "here",
+      "say where an axis stands that counts its steps and has no reference, such as after a loss of power; nothing "
+      "moves",
+      "[NAME] [AXIS] @N: its native position (focus when no AXIS is named)", 1, Here, 3);
 }
 
 void AddStop(CLI::App& root, Run& run) {

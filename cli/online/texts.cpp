@@ -19,6 +19,12 @@ bool True(const Json& object, const char* key) {
   return object.value(key, false);
 }
 
+/// What is to be said of an axis whose position means nothing.
+std::string WhereText(const Json& axis) {
+  if (Has(axis, "positionUnknown") && True(axis, "positionUnknown")) return " (position unknown: lensctl here)";
+  return True(axis, "homed") ? "" : " (not homed)";
+}
+
 /// "focused at 1.25 m (0.8 D)", "focused at infinity".
 std::string FocusText(const Json& object) {
   if (!Has(object, "vergenceD")) return "";
@@ -76,6 +82,7 @@ std::string InfoText(const Json& info) {
             NumberText(axis, "maximum", 8, " ") +
             (TextOf(axis, "unit") == "fNumber" ? "f-number" : TextOf(axis, "unit"));
     if (axis["axis"] == "focus" && axis.contains("direction")) line += " (" + FocusDirectionText(axis) + ")";
+    if (Has(axis, "referenced") && !True(axis, "referenced")) line += " (not referenced)";
   }
   if (Has(info, "optics")) {
     const Json& optics = info["optics"];
@@ -129,7 +136,7 @@ std::string StatusText(const Json& status) {
     } else if (Has(axis, "positionBound") && axis["positionBound"].get<double>() > 1.0) {
       line += " within " + NumberText(axis, "positionBound", 3, "");
     }
-    if (!True(axis, "homed")) line += " (not homed)";
+    line += WhereText(axis);
     if (Has(axis, "movedBy") && TextOf(axis, "movedBy") == "external") line += " (moved by another program)";
     if (!TextOf(axis, "fault").empty()) line += " (" + TextOf(axis, "fault") + ")";
   }
@@ -173,7 +180,7 @@ std::string StandsText(const Json& status) {
     line += before + TextOf(axis, "axis") + (True(axis, "moving") ? " still moving, at " : " at ") +
             NumberText(axis, "position", 8, "");
     if (Has(axis, "positionBound")) line += " within " + NumberText(axis, "positionBound", 3, "");
-    if (!True(axis, "homed")) line += " (not homed)";
+    line += WhereText(axis);
     before = ", ";
   }
   line += FocusText(status);

@@ -91,7 +91,8 @@ StyledLine AxisLine(const Json& axis, const Json* info) {
     line += " " + NumberText(can, "minimum", 6, "..") + NumberText(can, "maximum", 6, "");
   }
   if (axis.value("moving", false)) line += " -> " + NumberText(axis, "target", 6, "");
-  if (!axis.value("homed", true)) line += ", not homed";
+  if (!axis.value("homed", true))
+    line += axis.contains("positionUnknown") && axis["positionUnknown"] == true ? ", position unknown" : ", not homed";
   return {line, axis.value("moving", false) ? Style::Busy : Style::Plain};
 }
 

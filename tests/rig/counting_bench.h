@@ -154,6 +154,7 @@ struct Station {
   ~Station() { rig.reset(); }
   void Open() {
     rig.reset();
+    config.axes[Axis::Focus].direction = drivers::Direction::NearPositive;
     drivers::Device device{.lens = std::make_unique<CountingLens>(clock, bench, kind),
                            .camera = nullptr,
                            .optics = drivers::NominalOptics{.focal_length_m = 0.025,

@@ -41,8 +41,8 @@ inline constexpr ErrorRow kErrorsOfLensd[] = {
 
 inline constexpr std::string_view kDrivingMethods[] = {"Move", "Calibrate", "MeasureBacklash", "MeasureFocusShift",
     "RemoveFocusShift", "FocusAtAdd", "FocusAt", "FocusAtForget", "ForgetDrift", "ForgetLearned", "KeepDirection",
-    "PresetSave", "PresetRecall", "PresetRemove", "Undo", "Home", "ResetFaults", "TakeLease", "DropLease", "Plan",
-    "Autofocus", "FocusMap", "AutofocusBegin", "SetExposure"};
+    "PresetSave", "PresetRecall", "PresetRemove", "Undo", "Home", "SetPosition", "ResetFaults", "TakeLease",
+    "DropLease", "Plan", "Autofocus", "FocusMap", "AutofocusBegin", "SetExposure"};
 
 }  // namespace v1
 }  // namespace lensd

@@ -61,6 +61,9 @@ std::optional<std::string> AxisInfo::directionFrom() const {
 std::optional<std::string> AxisInfo::directionBy() const {
   return Access::Get<std::optional<std::string>>(*this, "directionBy");
 }
+std::optional<bool> AxisInfo::referenced() const {
+  return Access::Get<std::optional<bool>>(*this, "referenced");
+}
 double OpticsInfo::focalLengthMm() const {
   return Access::Get<double>(*this, "focalLengthMm");
 }
@@ -189,6 +192,9 @@ std::optional<std::string> AxisStatus::movedBy() const {
 }
 std::optional<std::string> AxisStatus::fault() const {
   return Access::Get<std::optional<std::string>>(*this, "fault");
+}
+std::optional<bool> AxisStatus::positionUnknown() const {
+  return Access::Get<std::optional<bool>>(*this, "positionUnknown");
 }
 std::int64_t Counters::framesLost() const {
   return Access::Get<std::int64_t>(*this, "framesLost");
@@ -2494,6 +2500,22 @@ HomeParameters& HomeParameters::axis(const std::string& value) {
   return *this;
 }
 HomeParameters& HomeParameters::lease(const std::string& value) {
+  Access::Set(*this, "lease", value);
+  return *this;
+}
+SetPositionParameters& SetPositionParameters::lens(const std::string& value) {
+  Access::Set(*this, "lens", value);
+  return *this;
+}
+SetPositionParameters& SetPositionParameters::axis(const std::string& value) {
+  Access::Set(*this, "axis", value);
+  return *this;
+}
+SetPositionParameters& SetPositionParameters::position(double value) {
+  Access::Set(*this, "position", value);
+  return *this;
+}
+SetPositionParameters& SetPositionParameters::lease(const std::string& value) {
   Access::Set(*this, "lease", value);
   return *this;
 }

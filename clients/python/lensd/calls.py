@@ -431,6 +431,22 @@ def home(*, lens: Optional[str] = None, axis: Optional[Axis] = None, lease: Opti
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SetPositionReply:
+    """The answer to SetPosition."""
+
+
+def set_position(*, axis: Axis, position: float, lens: Optional[str] = None, lease: Optional[str] = None) -> Call[SetPositionReply]:
+    """Feature "setPosition". Says where an axis stands that counts its steps and has no reference to search; it moves
+    nothing. From now on its positions count from there, and that is kept: over a restart, and over a loss of power as
+    `restore` of its configuration says. The position is rounded to the axis' resolution. Unsupported: it can be homed,
+    an encoder measures where it stands, or its positions are no counts. Busy: it moves, or a search for focus is under
+    way. OutOfRange: that is not on its travel. Timeout: the device did not say what it counts. NotKept: nothing has
+    changed, because it could not be written."""
+    return Call("io.lensd.Lens.SetPosition", {"lens": lens, "axis": axis, "position": position, "lease": lease},
+                SetPositionReply)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class StopReply:
     """The answer to Stop."""
 

@@ -84,7 +84,8 @@ class OutOfRange(LensdError):
 
 
 class NotHomed(LensdError):
-    """An axis does not know where it stands: home it first. `axis` is null where the device does not say which."""
+    """An axis does not know where it stands: home it first, or say where it stands where it has no reference
+    (SetPosition). `axis` is null where the device does not say which."""
 
     error_name = "io.lensd.Lens.NotHomed"
     code = "not-homed"

@@ -64,12 +64,14 @@ MovedBy = Literal["lensd", "external"]
 Policy = Literal["nearest", "farthest", "widest"]
 
 # Why a move is not reached or not verified, or what its reader should know. counted: steps were counted, not measured.
-# noFeedback: the device tells no position of its own. positionUnknown: there is no reference. backlash: not all of it
-# was taken up, or it is not known. missed: came to rest elsewhere as often as it was tried. external: another program
-# took the axis away. fault: the device complains. stalled: its position ceased to change, which is a motor that is
-# stuck or a readback that is; the bound then reaches to where the axis was sent, until the position changes again.
-# late: not there by the deadline. noReference: homing found none. focusLost: focus could not follow a zoom. exposure:
-# the exposure could not follow the iris. notKept: it arrived, and its position is not on disk (`kept`).
+# noFeedback: the device tells no position of its own. positionUnknown: there is no reference, or (SetPosition) the axis
+# has lost count: a move to a position then is never reached, and one by so many steps is, from wherever it stood.
+# backlash: not all of it was taken up, or it is not known. missed: came to rest elsewhere as often as it was tried.
+# external: another program took the axis away. fault: the device complains. stalled: its position ceased to change,
+# which is a motor that is stuck or a readback that is; the bound then reaches to where the axis was sent, until the
+# position changes again. late: not there by the deadline. noReference: homing found none. focusLost: focus could not
+# follow a zoom. exposure: the exposure could not follow the iris. notKept: it arrived, and its position is not on disk
+# (`kept`).
 MoveCause = Literal[
     "counted", "noFeedback", "positionUnknown", "backlash", "missed", "external", "fault", "stalled", "late",
     "noReference", "focusLost", "exposure", "notKept"]
@@ -138,6 +140,10 @@ class AxisInfo:
     # Feature "direction". What the driver goes by, for people ("the V4L2 standard"); null where it is not the driver
     # who says so.
     direction_by: Optional[str] = None
+    # Feature "setPosition". Of an axis that counts its steps and has no reference to search: SetPosition has said where
+    # it stands. False: its positions are what the device reports. Null: something else tells where it stands, or the
+    # lens has never answered.
+    referenced: Optional[bool] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -258,6 +264,10 @@ class AxisStatus:
     moved_by: Optional[MovedBy] = None
     # What the device complains of; null when all is well.
     fault: Optional[str] = None
+    # Feature "setPosition". True: it counts its steps, may have lost count of them, and has no reference to search, so
+    # that nobody knows where it stands. It moves in its own steps; what needs a calibration or a place that was kept is
+    # NotHomed until SetPosition says where it stands.
+    position_unknown: Optional[bool] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -151,6 +151,8 @@ class UndoReply;
 class UndoParameters;
 class HomeReply;
 class HomeParameters;
+class SetPositionReply;
+class SetPositionParameters;
 class StopReply;
 class StopParameters;
 class ResetFaultsReply;
@@ -236,6 +238,10 @@ class LENSD_API AxisInfo : public Value {
   /// Feature "direction". What the driver goes by, for people ("the V4L2 standard"); null where it is not the driver
   /// who says so.
   std::optional<std::string> directionBy() const;
+  /// Feature "setPosition". Of an axis that counts its steps and has no reference to search: SetPosition has said where
+  /// it stands. False: its positions are what the device reports. Null: something else tells where it stands, or the
+  /// lens has never answered.
+  std::optional<bool> referenced() const;
 };
 
 /// What is known of the optics.
@@ -351,6 +357,10 @@ class LENSD_API AxisStatus : public Value {
   std::optional<std::string> movedBy() const;
   /// What the device complains of; null when all is well.
   std::optional<std::string> fault() const;
+  /// Feature "setPosition". True: it counts its steps, may have lost count of them, and has no reference to search, so
+  /// that nobody knows where it stands. It moves in its own steps; what needs a calibration or a place that was kept is
+  /// NotHomed until SetPosition says where it stands.
+  std::optional<bool> positionUnknown() const;
 };
 
 /// What went wrong on the way to a lens and its camera since lensd has opened them. None ever falls.
@@ -2440,6 +2450,27 @@ class LENSD_API HomeParameters : public Value {
   HomeParameters& lens(const std::string& value);
   HomeParameters& axis(const std::string& value);
   HomeParameters& lease(const std::string& value);
+};
+
+/// The answer to SetPosition.
+class LENSD_API SetPositionReply : public Value {
+ public:
+};
+
+/// Feature "setPosition". Says where an axis stands that counts its steps and has no reference to search; it moves
+/// nothing. From now on its positions count from there, and that is kept: over a restart, and over a loss of power as
+/// `restore` of its configuration says. The position is rounded to the axis' resolution. Unsupported: it can be homed,
+/// an encoder measures where it stands, or its positions are no counts. Busy: it moves, or a search for focus is under
+/// way. OutOfRange: that is not on its travel. Timeout: the device did not say what it counts. NotKept: nothing has
+/// changed, because it could not be written.
+class LENSD_API SetPositionParameters : public Value {
+ public:
+  using Reply = SetPositionReply;
+  static const char* Method() { return "SetPosition"; }
+  SetPositionParameters& lens(const std::string& value);
+  SetPositionParameters& axis(const std::string& value);
+  SetPositionParameters& position(double value);
+  SetPositionParameters& lease(const std::string& value);
 };
 
 /// The answer to Stop.
