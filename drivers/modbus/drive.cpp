@@ -123,6 +123,7 @@ Result<void> Drive::Execute(const Order& order, RegisterAccess& talk) {
   }
   doing_.goal = order;
   doing_.tries = 0;
+  doing_.from_rest = !seen->moving;
   stop_.repeat = false;
   complaint_.clear();
   const bool take_over = order.kind == Order::Kind::Move && !config_.profile.stop_to_retarget;
@@ -363,7 +364,7 @@ bool Drive::FollowMotion(const Seen& seen, RegisterAccess& talk) {
   const bool ignored =
       left > config_.profile.arrival_counts &&
       10.0 * static_cast<double>(left) > std::abs(static_cast<double>(doing_.goal.target) - *doing_.began_at);
-  if (ignored && seen.in_position && watch_.busy_seen() && seen.counts == *doing_.began_at) {
+  if (ignored && doing_.from_rest && seen.in_position && watch_.busy_seen() && seen.counts == *doing_.began_at) {
     return Complain("the drive says that it moved, and its position still reads " + NumberText(seen.counts) +
                     ": is [position] of its profile at the right address, and as wide as the drive has it?");
   }

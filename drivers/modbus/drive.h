@@ -99,7 +99,8 @@ class Drive {
     Phase phase = Phase::Idle;
     Order goal;
     int tries = 0;
-    Instant since{};  ///< in this phase
+    Instant since{};         ///< in this phase
+    bool from_rest = false;  ///< the drive rested when the goal was given
     std::optional<Instant> rests_since;
     std::optional<double> began_at;  ///< counts believed when the goal was begun
   };
