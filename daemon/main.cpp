@@ -88,6 +88,8 @@ Result<void> MakeStateFolder(const std::string& folder) {
   return {};
 }
 
+constexpr Duration kDeviceAtMost = std::chrono::milliseconds(1500);
+
 /// How long the end may take at most.
 struct Ends {
   Instant devices;  ///< lenses to come to their end
@@ -98,9 +100,11 @@ struct Ends {
 void QuitInOrder(EventLoop& loop, LensService& service, Ends ends) {
   constexpr Duration kPause = std::chrono::milliseconds(2);
   const Instant now = MonotonicClock().Now();
-  const bool left = std::ranges::all_of(service.StillEnding(), [&](const ServedLens* lens) {
-    return now >= ends.devices && lens->left() != ServedLens::Left::Disk;
-  });
+  const auto ending = service.StillEnding();
+  const auto at_disk = [](const ServedLens* lens) { return lens->left() == ServedLens::Left::Disk; };
+  // A device has its time anew after each write: a lens comes to rest between two of them.
+  if (std::ranges::any_of(ending, at_disk)) ends.devices = std::max(ends.devices, now + kDeviceAtMost);
+  const bool left = ending.empty() || now >= ends.devices;
   const bool on_disk = service.files().Finish(now);
   if ((left && on_disk) || now >= ends.disks) return loop.Quit();
   loop.After(kPause, [&loop, &service, ends] { QuitInOrder(loop, service, ends); });
@@ -184,7 +188,6 @@ void OfferReload(EventLoop& loop, LensService& service, Router& router, const st
 Result<void> WatchSignals(EventLoop& loop, LensService& service) {
   // TimeoutStopSec= of the units is 15 s, and the commands of on_failure have one second after this.
   static constexpr Duration kDiskAtMost = std::chrono::seconds(13);  // static: the handler outlives this call
-  static constexpr Duration kDeviceAtMost = std::chrono::milliseconds(1500);
   auto watched = loop.OnSignals({SIGTERM, SIGINT}, [&, stopping = false](int) mutable {
     if (std::exchange(stopping, true)) {
       Log(Severity::Info, Event::Stopping, "told to end again: what still parks stops where it is");
