@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <span>
 
 #include "base/clock.h"
 #include "sim/world.h"
@@ -42,7 +43,7 @@ double NoiseOf(const sim::CameraSettings& camera, double mean) {
 
 /// A square in the middle of the region of truth, and a Hann window over it.
 std::pair<std::vector<double>, std::vector<double>> Windowed(const sim::Scene& scene,
-                                                             const std::vector<std::uint16_t>& picture, int side) {
+                                                             std::span<const std::uint16_t> picture, int side) {
   const auto from = [side](double middle, int size) {
     return std::clamp(static_cast<int>(middle * size) - side / 2, 0, size - side);
   };
