@@ -47,7 +47,7 @@ class Draw {
 class Moves {
  public:
   Moves(const MakeLens& make, const DeviceKind& kind, std::mt19937_64& random, MoveTally& tally)
-      : random_(random), draw_(random), device_(kind, random), tally_(tally) {
+      : draw_(random), device_(kind, random), tally_(tally) {
     rig::RigConfig config;
     if (draw_.OneIn(2)) config.axes[Axis::Focus].speed = kind.speed;
     config.axes[Axis::Focus].backlash = 0.0;
@@ -168,7 +168,6 @@ class Moves {
     move_->ended = true;
   }
 
-  std::mt19937_64& random_;
   Draw draw_;
   SteppedClock clock_;
   RegisterDevice device_;
