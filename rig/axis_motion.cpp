@@ -195,10 +195,7 @@ AxisMotion::End AxisMotion::Follow(Motor& motor, const drivers::AxisState& state
   if (sampled_at > leg_.commanded_at() && !next_part()) {
     if (leg_.Done(state, sampled_at)) {
       // Without feedback a position is the last target that any program gave.
-      if (!setup_.can.follows() && leg_.ShortOf(state) > setup_.tolerance) {
-        if (leg_.MayLag(sampled_at)) return std::nullopt;
-        return TakenAway(state, now);
-      }
+      if (!setup_.can.follows() && leg_.ShortOf(state) > setup_.tolerance) return TakenAway(state, now);
       if (auto end = Arrived(motor, state, sampled_at, now); end || phase_ != Phase::Settling) return end;
     } else {
       if (phase_ == Phase::Settling) phase_ = Phase::Going;

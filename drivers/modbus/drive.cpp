@@ -158,6 +158,7 @@ Result<void> Drive::Begin(RegisterAccess& talk) {
   doing_.since = clock_.Now();
   doing_.rests_since.reset();
   doing_.began_at = believed_;
+  odd_.last_step = 0;
   if (doing_.goal.kind == Order::Kind::Home) {
     watch_.Homing(doing_.since);
   } else {

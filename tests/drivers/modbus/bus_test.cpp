@@ -160,6 +160,7 @@ TEST(ModbusBusRtu, LateAnswersNeverPassForThoseToLaterQuestions) {
   ASSERT_TRUE(device.has_value()) << device.error().message;
   Lens& lens = *device->lens;
   bench.wire.With(1, [](sim::ModbusDrive& drive, Duration now) { drive.SetCount(now, 77777); });
+  ASSERT_TRUE(bench.Until(lens, Axis::Focus, [](const AxisState& state) { return state.position.value == 77777; }));
   int answers = 0;
   for (int late_ms = 31; late_ms < 160; late_ms += 7) {
     bench.wire.SetLate(milliseconds(late_ms));
