@@ -362,8 +362,11 @@ bool Drive::FollowMotion(const Seen& seen, RegisterAccess& talk) {
   if (!seen.in_position && !long_enough) return true;
   // Far from the target, it was the motion before that ended: the drive has not taken the new target.
   const auto left = std::llabs(seen.position - doing_.goal.target);
+  // From rest there was no motion before: whoever went elsewhere since was sent there by somebody else.
+  const bool elsewhere = doing_.from_rest &&
+                         std::abs(seen.counts - *doing_.began_at) > static_cast<double>(config_.profile.arrival_counts);
   const bool ignored =
-      left > config_.profile.arrival_counts &&
+      left > config_.profile.arrival_counts && !elsewhere &&
       10.0 * static_cast<double>(left) > std::abs(static_cast<double>(doing_.goal.target) - *doing_.began_at);
   if (ignored && doing_.from_rest && seen.in_position && watch_.busy_seen() && seen.counts == *doing_.began_at) {
     return Complain("the drive says that it moved, and its position still reads " + NumberText(seen.counts) +

@@ -173,7 +173,7 @@ class Vanished(CamerasTest):
         self.serve(lens("gige", 'address = "127.0.0.1"'))
         self.wait_for("gige", lambda gige: gige["connected"])
         with Client(self.client.socket.getpeername()) as mover:
-            mover.send(LENS + "Move", {"lens": "gige", "axis": "focus", "target": {"position": 4000}})
+            mover.send(LENS + "Move", {"lens": "gige", "axis": "focus", "target": {"position": 0}})
             self.wait_for("gige", lambda gige: gige["axes"][0]["moving"])
             camera.process.send_signal(how)
             took = self.wait_for("gige", lambda gige: not gige["connected"])
