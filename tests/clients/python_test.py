@@ -239,7 +239,7 @@ class Behaviour(unittest.TestCase):
 
     def test_what_a_newer_lensd_says_is_taken(self):
         status = {"name": "a", "connected": True, "connection": "asleep", "activity": "dreaming", "step": 0, "stepsExpected": 0,
-                  "axes": [], "readAtNs": 0, "colourOfDreams": "blue"}
+                  "axes": [], "leftOut": [], "readAtNs": 0, "colourOfDreams": "blue"}
         with FalseDaemon(self.daemon.folder.name, answering({"parameters": {"lenses": [status]}})) as path, lensd.Lens(path) as lens:
             self.assertEqual(lens.status().activity, "dreaming")
         del status["name"]

@@ -130,7 +130,9 @@ class Twins(unittest.TestCase):
             eventually("both are gone", lambda: not places(driver))
             self.twins[1].say("plug")
             eventually("it is at the first place", lambda: places(driver) == [left])
-            eventually("and found there", lambda: daemon.lensctl("focus", "left", "@500").returncode == 0)
+            if driver == "uvc":  # an axis that only counts has come back elsewhere: somebody has to say where it stands
+                eventually("and found there", lambda: daemon.lensctl("here", "left", f"@{self.twins[1].focus()}").returncode == 0)
+            eventually("and it moves there", lambda: daemon.lensctl("focus", "left", "@500").returncode == 0)
             self.assertEqual(self.twins[1].focus(), 500)
             self.assertEqual(self.twins[0].focus(), 300)
             away = daemon.lensctl("focus", "right", "@100")
