@@ -82,6 +82,7 @@ class GigeStand final : public RealTimeStand {
     if (camera_ != nullptr) return {};
     sim::GigeOptions options;
     options.scene = kScene;
+    options.focus_zero = sim::GigeFocusZero::Far;  // counts are those of the mechanism, which TrueFocus() says
     auto camera = sim::GigeCamera::Start(options, clock());
     if (!camera) return PassOn(camera);
     camera_ = *std::move(camera);
