@@ -12,8 +12,7 @@ namespace {
 
 constexpr std::size_t kSlabBytes = std::size_t{64} << 10;  ///< about, for lights that are smaller
 constexpr std::size_t kAlignment = alignof(std::max_align_t);
-constexpr std::size_t kPooledBytes = 512;
-constexpr std::size_t kPooledBlocks = 128;  ///< that are taken from the kernel at once
+constexpr std::size_t kSmallBytes = 512;  ///< what is no larger is left to the common heap
 
 std::size_t WholePages(std::size_t bytes) {
   static const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
@@ -39,25 +38,32 @@ void Pages::do_deallocate(void* memory, std::size_t bytes, std::size_t) {
 PictureMemory::PictureMemory(std::size_t light_bytes)
     : light_bytes_(light_bytes),
       block_bytes_((light_bytes + kAlignment - 1) / kAlignment * kAlignment),
-      blocks_(std::max<std::size_t>(1, kSlabBytes / block_bytes_)),
-      pools_({kPooledBlocks, kPooledBytes}, &pages_) {}
+      blocks_(std::max<std::size_t>(1, kSlabBytes / block_bytes_)) {}
 
 PictureMemory::~PictureMemory() {
   for (void* const slab : slabs_) pages_.deallocate(slab, blocks_ * block_bytes_);
 }
 
+bool PictureMemory::IsSmall(std::size_t bytes) const {
+  return bytes <= kSmallBytes && bytes != light_bytes_;
+}
+
 bool PictureMemory::SharesPages(std::size_t bytes) const {
-  return bytes <= kPooledBytes || (bytes == light_bytes_ && bytes < kSlabBytes);
+  return bytes == light_bytes_ && bytes < kSlabBytes;
 }
 
 std::size_t PictureMemory::BytesFor(std::size_t bytes) const {
-  return SharesPages(bytes) ? bytes : WholePages(bytes);
+  return SharesPages(bytes) || IsSmall(bytes) ? bytes : WholePages(bytes);
 }
 
 void* PictureMemory::do_allocate(std::size_t bytes, std::size_t alignment) {
+  if (IsSmall(bytes)) {
+    void* const memory = std::pmr::new_delete_resource()->allocate(bytes, alignment);
+    small_bytes_ += bytes;
+    return memory;
+  }
   if (!SharesPages(bytes)) return pages_.allocate(bytes, alignment);
   const std::lock_guard lock(mutex_);
-  if (bytes != light_bytes_) return pools_.allocate(bytes, alignment);
   if (free_.empty()) AddSlab();
   void* const block = free_.back();
   free_.pop_back();
@@ -65,9 +71,13 @@ void* PictureMemory::do_allocate(std::size_t bytes, std::size_t alignment) {
 }
 
 void PictureMemory::do_deallocate(void* memory, std::size_t bytes, std::size_t alignment) {
+  if (IsSmall(bytes)) {
+    std::pmr::new_delete_resource()->deallocate(memory, bytes, alignment);
+    small_bytes_ -= bytes;
+    return;
+  }
   if (!SharesPages(bytes)) return pages_.deallocate(memory, bytes, alignment);
   const std::lock_guard lock(mutex_);
-  if (bytes != light_bytes_) return pools_.deallocate(memory, bytes, alignment);
   free_.push_back(memory);
 }
 

@@ -29,8 +29,9 @@ class Pages final : public std::pmr::memory_resource {
   std::atomic<std::size_t> bytes_ = 0;
 };
 
-/// Blocks of one size, that of a picture's light, without a gap between them; what is small in pools, all else in pages
-/// of its own. What is freed is used again, or given back. All calls from any thread.
+/// Blocks of one size, that of a picture's light, without a gap between them; what is small on the common heap (the
+/// library's pools crash where the kernel gives no more), all else in pages of its own. What is freed is used again, or
+/// given back. All calls from any thread.
 class PictureMemory final : public std::pmr::memory_resource {
  public:
   explicit PictureMemory(std::size_t light_bytes);
@@ -40,13 +41,14 @@ class PictureMemory final : public std::pmr::memory_resource {
 
   /// What a block takes, about.
   std::size_t BytesFor(std::size_t bytes) const;
-  /// What has been taken from the kernel.
-  std::size_t bytes() const { return pages_.bytes(); }
+  /// What has been taken, pages from the kernel and what is small.
+  std::size_t bytes() const { return pages_.bytes() + small_bytes_; }
 
  private:
   void* do_allocate(std::size_t bytes, std::size_t alignment) override;
   void do_deallocate(void* memory, std::size_t bytes, std::size_t alignment) override;
   bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
+  bool IsSmall(std::size_t bytes) const;
   bool SharesPages(std::size_t bytes) const;
   void AddSlab();
 
@@ -55,9 +57,9 @@ class PictureMemory final : public std::pmr::memory_resource {
   const std::size_t blocks_;       ///< of a slab
   Pages pages_;
   std::mutex mutex_;
-  std::pmr::unsynchronized_pool_resource pools_;  // guarded by mutex_
-  std::vector<void*> free_;                       // guarded by mutex_
-  std::vector<void*> slabs_;                      // guarded by mutex_
+  std::vector<void*> free_;   // guarded by mutex_
+  std::vector<void*> slabs_;  // guarded by mutex_
+  std::atomic<std::size_t> small_bytes_ = 0;
 };
 
 /// An allocator that keeps the memory for as long as anything is in it.

@@ -169,7 +169,9 @@ TEST(Memory, PicturesTakeWhatTheySay) {
     const auto told = static_cast<double>(pictures->bytes()) - static_cast<double>(said);
     worst = std::max(worst, std::abs(taken - told));
     EXPECT_LE(pictures->bytes(), kBudget);
-    EXPECT_NEAR(taken, told, 0.02 * told + 128e3) << "round " << round;
+    EXPECT_LE(taken, 1.02 * told + 128e3) << "round " << round;
+    // Books of some 300 bytes a picture may lie in holes of the common heap, which take nothing anew.
+    EXPECT_GE(taken, 0.98 * told - 128e3 - 1200 * 512.0) << "round " << round;
   }
   std::printf("memory of pictures differs from what is said by at most %.0f KiB\n", worst / 1024.0);
 }
