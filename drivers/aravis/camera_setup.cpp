@@ -193,12 +193,17 @@ Result<void> ReadFacts(ArvCamera* camera, const CameraConfig& config, CameraFact
 }  // namespace
 
 CameraIdentity IdentityOf(ArvCamera* camera) {
-  CallError model_error, serial_error;
+  // Where reading a text fails, Aravis 0.8 returns memory without an end.
+  const auto read = [&](const char* (*get)(ArvCamera*, GError**)) {
+    CallError failed;
+    const char* text = get(camera, failed.out());
+    return failed ? std::string() : Text(text);
+  };
   CameraIdentity identity;
-  identity.model = Text(arv_camera_get_vendor_name(camera, nullptr));
-  const std::string model = Text(arv_camera_get_model_name(camera, model_error.out()));
+  identity.model = read(arv_camera_get_vendor_name);
+  const std::string model = read(arv_camera_get_model_name);
   identity.model += (identity.model.empty() || model.empty() ? "" : " ") + model;
-  identity.serial = Text(arv_camera_get_device_serial_number(camera, serial_error.out()));
+  identity.serial = read(arv_camera_get_device_serial_number);
   return identity;
 }
 

@@ -69,9 +69,10 @@ inline std::uint32_t FromLittle(std::span<const std::uint8_t> bytes) {
   for (std::size_t i = bytes.size(); i-- > 0;) value = value << 8 | bytes[i];
   return value;
 }
+/// A device may name any length: bytes after the fourth are 0.
 inline std::vector<std::uint8_t> ToLittle(std::uint32_t value, std::size_t length) {
   std::vector<std::uint8_t> bytes(length);
-  for (std::size_t i = 0; i < length; ++i) bytes[i] = static_cast<std::uint8_t>(value >> (8 * i));
+  for (std::size_t i = 0; i < length && i < sizeof value; ++i) bytes[i] = static_cast<std::uint8_t>(value >> (8 * i));
   return bytes;
 }
 
