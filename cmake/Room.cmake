@@ -1,3 +1,8 @@
+# ctest has 14 places (CMakePresets.json) for two processors, since most tests wait for motors and use a twentieth of one. A test that
+# fills a processor, or judges time, takes this many (PROCESSORS); one with devices that must answer within milliseconds takes 2, any
+# other 1. So two that compute run at a time, with up to four that wait beside them.
+set(LENSD_ONE_PROCESSOR 5)
+
 # lensd_room(NAME SOURCES ... [ROOMS ...] [LIBRARIES ...] [PRIVATE_LIBRARIES ...] [COMPUTES])
 # One static library a room, with its own include path NAME/include. ROOMS are the rooms its headers use. COMPUTES: pixels and
 # limits by the thousand, and hardly parses.
@@ -71,17 +76,17 @@ function(lensd_test_program name)
 endfunction()
 
 # lensd_test(NAME SOURCES ... ROOMS ... [LIBRARIES ...] [LABELS ...] [TIMEOUT seconds] [WAITS] [COMPUTES] [LOCK name])
-# The same; every test in it becomes a ctest. Label `slow` keeps it out of script/test --fast. ctest runs five jobs on two
-# processors: a test counts as two of them, one that mostly WAITS for devices as one. Slow ones begin first. Tests of one LOCK run one after the other,
-# while ctest runs others.
+# The same; every test in it becomes a ctest. Label `slow` keeps it out of script/test --fast. A test counts as one
+# that fills a processor unless it WAITS for devices. Slow ones begin first. Tests of one LOCK run one after the other, while ctest
+# runs others.
 function(lensd_test name)
   cmake_parse_arguments(TEST "WAITS;COMPUTES" "TIMEOUT;LOCK" "SOURCES;ROOMS;LIBRARIES;LABELS" ${ARGN})
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 120)
   endif()
-  set(processors 2)
+  set(processors ${LENSD_ONE_PROCESSOR})
   if(TEST_WAITS)
-    set(processors 1)
+    set(processors 2)
   endif()
   set(computes)
   if(TEST_COMPUTES)
