@@ -103,15 +103,23 @@ def memory_of(process):
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
+def quick_scene(folder):
+    """Writes small.toml with motors ten times as fast, for tests that judge nothing of time, and returns its path."""
+    path = os.path.join(folder, "quick.toml")
+    with open(os.path.join(HERE, "small.toml"), encoding="utf-8") as small, open(path, "w", encoding="utf-8") as quick:
+        quick.write(re.sub(r"^(speed_steps_per_s|acceleration_steps_per_s2) = (\d+)", r"\1 = \g<2>0", small.read(), flags=re.M))
+    return path
+
+
 class Daemon:
-    """lensd with the given lenses over tests/daemon/small.toml."""
+    """lensd with the given lenses over tests/daemon/small.toml, or over quick_scene()."""
     program = "lensd"
 
-    def __init__(self, lenses=("a", "b"), config=None, arguments=(), preload=None, stderr=None):
+    def __init__(self, lenses=("a", "b"), config=None, arguments=(), preload=None, stderr=None, quick=False):
         self.folder = tempfile.TemporaryDirectory(prefix="lensd-test-")
         self.socket = os.path.join(self.folder.name, "s")
         self.config = os.path.join(self.folder.name, "lensd.toml")
-        scene = os.path.join(HERE, "small.toml")
+        scene = quick_scene(self.folder.name) if quick else os.path.join(HERE, "small.toml")
         text = "version = 1\n" + "".join(
             f'[[lens]]\nname = "{name}"\ndriver = "sim"\nscene = "{scene}"\n' for name in lenses)
         with open(self.config, "w", encoding="utf-8") as file:
@@ -178,10 +186,11 @@ class DaemonTest(unittest.TestCase):
     """One daemon for all tests of a class; at the end it must go in peace."""
     lenses = ("a", "b")
     config = None
+    quick = False  # its motors: see quick_scene()
 
     @classmethod
     def setUpClass(cls):
-        cls.daemon = Daemon(cls.lenses, cls.config)
+        cls.daemon = Daemon(cls.lenses, cls.config, quick=cls.quick)
 
     @classmethod
     def tearDownClass(cls):

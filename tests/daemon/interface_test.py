@@ -77,6 +77,8 @@ class Definition:
 
 
 class RepliesTest(DaemonTest):
+    quick = True
+
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
