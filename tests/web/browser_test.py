@@ -1,5 +1,5 @@
-"""The page in Chromium, on the simulator: every control is used, and looked at in two widths and both colours; pictures are
-counted; tokens let people in."""
+"""The page in Chromium, on the simulator: every control is used, and looked at in two widths and both colours; tokens let people
+in. How many pictures a second it shows is in page_rate_test.py."""
 import json
 import os
 import shutil
@@ -8,7 +8,6 @@ import sys
 import unittest
 
 from web_harness import HERE, MOVE_TOKEN, PATIENCE, VIEW_TOKEN, WebTest, temporary_folder, token_file
-from speed_test import JUDGED, replay
 
 ROOT = os.path.join(HERE, "..", "..")
 # Where script/bootstrap puts it.
@@ -37,36 +36,6 @@ class PageTest(BrowserTest):
         print(measured)
         self.assertGreater(measured["rateAtRest"], 1)
         self.assertGreater(measured["rateInAutofocus"], 0)
-
-
-class RateTest:
-    """Different pictures a second on the screen."""
-    width, height, rate, least = 0, 0, 0, 0
-
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = temporary_folder()
-        cls.config = replay(cls.folder.name, cls.width, cls.height, cls.rate)
-        super().setUpClass()
-
-    @classmethod
-    def tearDownClass(cls):
-        super().tearDownClass()
-        cls.folder.cleanup()
-
-    def test_pictures_a_second(self):
-        measured = self.browse("rate")
-        print(f"{self.width}x{self.height}: {measured}")
-        for kind in ("rateAtRest", "rateInMotion", "rateInAutofocus"):
-            self.assertGreaterEqual(measured[kind], self.least if JUDGED else 1)
-
-
-class SmallRateTest(RateTest, BrowserTest):
-    width, height, rate, least = 640, 480, 60, 30
-
-
-class LargeRateTest(RateTest, BrowserTest):
-    width, height, rate, least = 1920, 1080, 30, 25
 
 
 LIGHT = """version = 1
@@ -261,8 +230,12 @@ class TokenPageTest(BrowserTest):
         self.browse("tokens", VIEW_TOKEN, MOVE_TOKEN)
 
 
-if __name__ == "__main__":
+def main():
     if not shutil.which("chromium") or not shutil.which("node") or not os.path.isdir(os.path.join(MODULES, "puppeteer-core")):
         print("skipped: chromium, node or puppeteer-core is not installed; script/bootstrap test installs them")
         sys.exit(77)
     unittest.main()
+
+
+if __name__ == "__main__":
+    main()
