@@ -246,6 +246,7 @@ std::optional<EndedMotion> AxisController::End(Outcome outcome) {
     target_.reset();
     LoseSightOf(*motion);
     if (motion->commands() > 0) Coast();
+    if (outcome == Outcome::TakenAway) track_.TakenAway();
   }
   return EndedMotion{motion->TakeCallback(), motion->commands()};
 }

@@ -76,7 +76,7 @@ class AxisController final : private Motor {
   void Start(MotionRequest request);
   /// The end of its motion, once the newest reading shows one; it is still to be ended by End().
   std::optional<Result<MoveOutcome>> Advance(Instant sampled_at);
-  enum class Outcome { Reached, CutShort };
+  enum class Outcome { Reached, CutShort, TakenAway };  ///< TakenAway: by another program
   /// The motion is over; nothing where there was none.
   std::optional<EndedMotion> End(Outcome outcome);
   /// Stops it, ours or another client's motion. Unsupported: it cannot, and its motion runs out.

@@ -54,6 +54,8 @@ class AxisTrack {
   void BacklashChanged();
   /// The motion ended at its target.
   void Arrived();
+  /// The motion ended because another program moved the axis.
+  void TakenAway() { moved_by_ = {.us = false, .another = true}; }
   enum class Until { SeenAtRest, SeenToChange, Arrival };
   struct Adrift {
     double by = 0.0;

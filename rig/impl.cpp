@@ -289,7 +289,10 @@ void Rig::Impl::Disturb(Axis axis) {
 
 void Rig::Impl::EndMotion(Axis axis, Result<MoveOutcome> end) {
   const bool reached = end && end->reached;
-  auto motion = axes[axis]->End(reached ? AxisController::Outcome::Reached : AxisController::Outcome::CutShort);
+  const bool taken_away = end && end->moved_by_another;
+  auto motion = axes[axis]->End(reached      ? AxisController::Outcome::Reached
+                                : taken_away ? AxisController::Outcome::TakenAway
+                                             : AxisController::Outcome::CutShort);
   if (!motion) return;
   if (end) optics.Describe(*end);
   if (reached) SayWhetherKept(axis, *end);

@@ -214,6 +214,45 @@ TEST_F(PolicyTest, WithoutFeedbackAnothersTargetIsSeenAllTheSame) {
   EXPECT_TRUE(end->moved_by_another && !end->reached);
 }
 
+/// Whoever moved it last is said until somebody moves it again, wherever and how fast the other one goes.
+RC_GTEST_PROP(PolicyProperty, WhatAnotherTookAwayStaysItsOwnUntilTheNextMove, ()) {
+  const int from = *rc::gen::inRange(350, 651), way = *rc::gen::element(-1, 1);
+  const int to = from + way * *rc::gen::inRange(300, 351), elsewhere = from - way * *rc::gen::inRange(50, 351);
+  const bool follows = *rc::gen::arbitrary<bool>();
+  SteppedClock clock;
+  auto controls = std::make_shared<testing::FakeControls>();
+  controls->speed = *rc::gen::inRange(200, 2000);
+  RigConfig config;
+  if (!follows) {
+    controls->focus =
+        drivers::AxisCapabilities{.maximum = Native{1000.0}, .feedback = drivers::Feedback::None, .backlash = 0.0};
+    config.axes[Axis::Focus].speed = controls->speed;
+  }
+  auto rig = Rig::Create(config, testing::MakeFakeDevice(clock, controls, from), clock);
+  RC_ASSERT(rig.has_value());
+  const auto run = [&](Duration how_long) {
+    for (const Instant end = clock.Now() + how_long; clock.Now() < end;)
+      clock.AdvanceTo(std::max((*rig)->Step(clock.Now()), clock.Now() + 1ms));
+  };
+  const auto focus = [&] { return *(*rig)->GetStatus().axes[Axis::Focus]; };
+  run(100ms);
+  Answers<MoveOutcome> answers, back;
+  (*rig)->Move(Axis::Focus, At(to), answers.Take());
+  run(50ms);
+  controls->foreign_target = elsewhere;
+  for (int i = 0; i < 100'000 && answers.all.empty(); ++i) run(1ms);
+  RC_ASSERT(answers.all.size() == 1u && answers.all[0].has_value());
+  RC_PRE(answers.all[0]->moved_by_another);
+  for (int i = 0; i < 30; ++i) {
+    RC_ASSERT(focus().moved_by_another && !focus().moved_by_us);
+    run(100ms);
+  }
+  (*rig)->Move(Axis::Focus, At(from), back.Take());
+  for (int i = 0; i < 100'000 && back.all.empty(); ++i) run(1ms);
+  RC_ASSERT(back.all.size() == 1u && back.all[0].has_value());
+  if (back.all[0]->reached) RC_ASSERT(focus().moved_by_us && !focus().moved_by_another);
+}
+
 // ---- storms -------------------------------------------------------------------------------------------------------
 
 TEST_F(PolicyTest, AThousandTargetsASecondEndAtTheLastWithItsBacklashTakenUp) {
