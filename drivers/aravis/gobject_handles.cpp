@@ -6,6 +6,8 @@
 
 #include <mutex>
 
+#include "division_guard.h"
+
 namespace lensd::drivers::aravis {
 namespace {
 
@@ -70,6 +72,7 @@ Result<void> CallError::Check(std::string_view doing) const {
 void TameGlib() {
   static std::once_flag once;
   std::call_once(once, [] {
+    GuardDivisions();
     g_log_set_always_fatal(static_cast<GLogLevelFlags>(0));
     g_log_set_default_handler(Swallow, nullptr);
     // Cameras are opened by several threads at once: what Aravis and libxml2 set up at the first description is set up

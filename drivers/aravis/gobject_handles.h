@@ -48,7 +48,8 @@ class CallError {
 /// Whether the camera has the feature and can use it now; a camera that does not answer has none.
 bool Has(ArvCamera* camera, std::string_view feature);
 
-/// Once a process: no message of GLib or Aravis ends it or reaches the terminal.
+/// Once a process: no message of GLib or Aravis ends it or reaches the terminal, and neither does a division (see
+/// division_guard.h).
 void TameGlib();
 
 }  // namespace lensd::drivers::aravis

@@ -24,6 +24,9 @@ TWO = ('<IntSwissKnife Name="CycM"><pVariable Name="A">CycN</pVariable><Formula>
 ONE = '<IntSwissKnife Name="CycM"><pVariable Name="A">CycM</pVariable><Formula>A</Formula></IntSwissKnife>'
 VALUES = '<Integer Name="FocusOther"><pValue>FocusStepper</pValue></Integer>'
 CIRCLE = "CycM -> CycN -> CycM"
+# The smallest number divided by -1, and its remainder: on x86-64 the processor raises an exception for both.
+OVERFLOW = ('<IntSwissKnife Name="CycM"><Formula>(1 &lt;&lt; 63) / (0 - 1)</Formula></IntSwissKnife>',
+            '<IntSwissKnife Name="CycM"><Formula>(1 &lt;&lt; 63) % (0 - 1)</Formula></IntSwissKnife>')
 # Where the circle hangs: the feature, what is written into it, the circle, and how it is told.
 PLACES = {
     "maximum": ("FocusStepper", "<pMax>CycM</pMax>", TWO, CIRCLE),
@@ -123,6 +126,24 @@ class CircularDescriptions(unittest.TestCase):
         problems = [device["problem"] for device in devices if device["serial"] == "BAD1"]
         self.assertEqual(len(problems), 1, devices)
         self.assertIn(chain, problems[0])
+
+    def test_a_division_that_overflows_ends_nothing(self):
+        """Formulas of whole numbers; lensd was ended by SIGFPE."""
+        good = description()
+        for place, nodes in zip(("maximum", "gain available"), OVERFLOW):
+            with self.subTest(place):
+                text = circular(good, place)[0].replace(TWO, nodes)
+                with camera(text), daemon_of(LENSES) as daemon:
+                    deadline = time.monotonic() + 20 * PATIENCE
+                    with daemon.client() as client:
+                        while client.call(LENS + "Status", {"lens": "bad"})["parameters"]["lenses"][0]["connection"] == "connecting":
+                            self.assertLess(time.monotonic(), deadline)
+                            time.sleep(0.02)
+                    devices = json.loads(daemon.lensctl("--json", "devices").stdout)
+                    self.assertEqual([device["problem"] for device in devices if device["serial"] == "BAD1"], [None])
+                    moved = daemon.lensctl("focus", "good", "@100")
+                    self.assertEqual(moved.returncode, 0, moved.stdout + moved.stderr)
+                    print(place, daemon.lensctl("status", "bad").stdout, file=sys.stderr)
 
     def test_every_place_is_refused_and_the_other_lens_is_served(self):
         good = description()

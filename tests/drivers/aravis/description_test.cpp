@@ -9,6 +9,9 @@
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
+#include <limits>
+#include <optional>
+#include <random>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -198,6 +201,58 @@ TEST(GenicamDescription, EveryOtherReasonHasItsWords) {
     EXPECT_NE(WhyNot(text).find(words), std::string::npos) << words << ": " << WhyNot(text);
   }
   EXPECT_EQ(WhyNot(Whole(reg("<pLength>L</pLength>") + "<Integer Name=\"L\"><Value>64</Value></Integer>")), "");
+}
+
+// ---- divisions ----
+
+/// One formula, as Aravis computes it in a node of integers; nothing where it says that the division is by 0.
+std::optional<std::int64_t> Computed(ArvEvaluator* formula, std::int64_t a, std::int64_t b) {
+  arv_evaluator_set_int64_variable(formula, "A", a);
+  arv_evaluator_set_int64_variable(formula, "B", b);
+  drivers::aravis::CallError error;
+  const gint64 value = arv_evaluator_evaluate_as_int64(formula, error.out());
+  if (error) return std::nullopt;
+  return value;
+}
+
+/// -2^63 / -1 and its remainder ended the process. The truth is counted in 128 bits, of which the lower 64 are left.
+TEST(GenicamDivision, EveryDivisionHasAResultOrSaysThatItIsByZero) {
+  drivers::aravis::TameGlib();
+  std::mt19937_64 random(20261127);
+  constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
+  constexpr std::int64_t kEnds[] = {kLeast, kLeast + 1, -2, -1, 0, 1, 2, std::numeric_limits<std::int64_t>::max()};
+  const auto draw = [&] { return random() % 2 == 0 ? kEnds[random() % 8] : static_cast<std::int64_t>(random()); };
+  const Handle<ArvEvaluator> quotient(arv_evaluator_new("A / B")), remainder(arv_evaluator_new("A % B"));
+  const int count = testing::ByLevel(2'000, 10'000, 1'000'000);
+  int overflowed = 0;
+  for (int i = 0; i < count; ++i) {
+    const std::int64_t a = draw(), b = draw();
+    std::optional<std::int64_t> whole, rest;
+    if (b != 0) {
+      __extension__ using Wide = __int128;
+      const Wide wide_a = a, wide_b = b;
+      whole = static_cast<std::int64_t>(static_cast<std::uint64_t>(wide_a / wide_b));
+      rest = static_cast<std::int64_t>(wide_a % wide_b);
+    }
+    overflowed += a == kLeast && b == -1 ? 1 : 0;
+    ASSERT_EQ(Computed(quotient.get(), a, b), whole) << a << " / " << b;
+    ASSERT_EQ(Computed(remainder.get(), a, b), rest) << a << " % " << b;
+  }
+  std::cout << count << " divisions, " << overflowed << " of them -2^63 by -1\n";
+  EXPECT_GT(overflowed, 0);
+}
+
+/// Only Aravis' divisions have a result.
+TEST(GenicamDivision, OtherDivisionsThatFailEndTheProcess) {
+#if defined(__x86_64__)
+  drivers::aravis::TameGlib();
+  const auto divide = [](std::int64_t divisor) {
+    std::int64_t quotient = std::numeric_limits<std::int64_t>::min(), rest = -1;
+    asm volatile("idivq %2" : "+a"(quotient), "+d"(rest) : "r"(divisor));
+  };
+  EXPECT_DEATH(divide(-1), "");
+  EXPECT_DEATH(divide(0), "");
+#endif
 }
 
 // ---- Aravis as the judge

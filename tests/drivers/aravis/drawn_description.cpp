@@ -35,8 +35,9 @@ class Draw {
 
   std::string Make() {
     using Change = void (Draw::*)();
-    constexpr Change kChanges[] = {&Draw::Everyone, &Draw::Everyone, &Draw::Few,   &Draw::Few,     &Draw::Retarget,
-                                   &Draw::Rekind,   &Draw::Chain,    &Draw::Chain, &Draw::Numbers, &Draw::Bytes};
+    constexpr Change kChanges[] = {&Draw::Everyone, &Draw::Everyone, &Draw::Few,   &Draw::Few,
+                                   &Draw::Retarget, &Draw::Rekind,   &Draw::Chain, &Draw::Chain,
+                                   &Draw::Numbers,  &Draw::Bytes,    &Draw::Divide};
     const std::size_t times = Below(8) == 0 ? 0 : 1 + Below(2);
     for (std::size_t i = 0; i < times; ++i) {
       FindNodes();
@@ -171,6 +172,31 @@ class Draw {
     static constexpr const char* kOdd[] = {
         "0", "-1", "-9223372036854775808", "9223372036854775807", "4294967296", "1e308", "nan", "65535", ""};
     Replace(number, 0.03, [this](const std::smatch&) { return ">" + std::string(kOdd[Below(std::size(kOdd))]) + "<"; });
+  }
+
+  /// A node that divides what is close to the ends of 64 bits, by constants or by registers, and nodes that use it.
+  void Divide() {
+    static constexpr const char* kOperands[] = {"(1 << 63)", "(V0 << 63)", "(0 - 1)", "V0",   "V1",
+                                                "(V1 | 1)",  "V2",         "1e30",    "(~0)", "0x8000000000000000"};
+    const auto operand = [&] { return std::string(kOperands[Below(std::size(kOperands))]); };
+    const std::string formula = operand() + (Once(0.5) ? " / " : " % ") + operand();
+    const bool converts = Once(0.3);
+    const std::string element = converts ? "IntConverter" : "IntSwissKnife";
+    std::string nodes = "<" + element + " Name=\"Divides\">";
+    for (const char* name : {"V0", "V1", "V2"})
+      nodes += "<pVariable Name=\"" + std::string(name) + "\">Divided" + name + "</pVariable>";
+    nodes += converts ? "<FormulaTo>" + formula + "</FormulaTo><FormulaFrom>" + formula +
+                            "</FormulaFrom><pValue>DividedV0</pValue>"
+                      : "<Formula>" + formula + "</Formula>";
+    nodes += "</" + element + ">";
+    for (const char* name : {"V0", "V1", "V2"}) {
+      nodes += "<IntReg Name=\"Divided" + std::string(name) + "\"><Address>" + std::to_string(16 * Below(4096)) +
+               "</Address><Length>8</Length><AccessMode>RW</AccessMode><pPort>Device</pPort><Sign>" +
+               (Once(0.8) ? "Signed" : "Unsigned") + "</Sign></IntReg>";
+    }
+    Insert({{Place(Any()), Reference(kKinds[Below(std::size(kKinds))], "Divides")}});
+    const std::size_t place = text_.rfind("</RegisterDescription>");
+    if (place != std::string::npos) text_.insert(place, nodes);
   }
 
   void Bytes() {
