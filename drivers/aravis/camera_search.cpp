@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <condition_variable>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -83,6 +84,22 @@ Turns& TheTurns() {
   return turns;
 }
 
+/// What this process has connected, by place, and whether it moves a lens. Twice where one link of a camera has not
+/// ended yet as the next begins.
+struct CamerasInUse {
+  std::mutex mutex;
+  std::multimap<std::string, bool> by_place;
+};
+
+CamerasInUse& InUse() {
+  static CamerasInUse cameras;
+  return cameras;
+}
+
+std::string PlaceOf(const ListedCamera& listed) {
+  return listed.protocol == "GigEVision" ? listed.address : listed.id;
+}
+
 /// Aravis 0.8 parses every description into one and the same variable of its own.
 std::mutex& OneDescriptionAtATime() {
   static std::mutex mutex;
@@ -148,7 +165,7 @@ Result<OpenedCamera> OpenAt(const std::string& host, const std::string& named) {
   if (!device) return Fail(Code::Disconnected, "the camera with " + named + " cannot be opened");
   auto opened = CameraOf(device.get(), named, *file);
   if (!opened) return opened;
-  opened->address = route->camera;
+  opened->address = opened->place = route->camera;
   opened->turn = std::move(turn);
   return opened;
 }
@@ -166,7 +183,9 @@ Result<OpenedCamera> OpenNamed(const ListedCamera& listed, const std::string& na
   lock.unlock();
   if (error) return error.Why("opening the camera with " + named);
   if (!device) return Fail(Code::Disconnected, "the camera with " + named + " cannot be opened");
-  return CameraOf(device.get(), named, "");
+  auto opened = CameraOf(device.get(), named, "");
+  if (opened) opened->place = listed.id;
+  return opened;
 }
 
 }  // namespace
@@ -183,6 +202,26 @@ CameraTurn::~CameraTurn() {
   const std::lock_guard lock(turns.mutex);
   turns.taken.erase(turns.taken.find(address_));
   turns.ended.notify_all();
+}
+
+CameraInUse::CameraInUse(std::string place, bool lens) : place_(std::move(place)) {
+  CamerasInUse& cameras = InUse();
+  const std::lock_guard lock(cameras.mutex);
+  cameras.by_place.emplace(place_, lens);
+}
+
+CameraInUse::~CameraInUse() {
+  CamerasInUse& cameras = InUse();
+  const std::lock_guard lock(cameras.mutex);
+  cameras.by_place.erase(cameras.by_place.find(place_));
+}
+
+std::optional<bool> LensOfCameraInUse(const ListedCamera& listed) {
+  const CameraTurn nobody_opens_it(listed.address);
+  CamerasInUse& cameras = InUse();
+  const std::lock_guard lock(cameras.mutex);
+  const auto found = cameras.by_place.find(PlaceOf(listed));
+  return found == cameras.by_place.end() ? std::nullopt : std::optional(found->second);
 }
 
 Result<std::vector<ListedCamera>> SearchCameras() {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,11 +35,30 @@ class CameraTurn {
   const std::string address_;
 };
 
+/// While it lives, this process has that camera connected. A search that opened it a second time would take seconds: no
+/// camera obeys two.
+class CameraInUse {
+ public:
+  /// `place`: OpenedCamera::place. `lens`: the camera moves a lens.
+  CameraInUse(std::string place, bool lens);
+  ~CameraInUse();
+  CameraInUse(const CameraInUse&) = delete;
+  CameraInUse& operator=(const CameraInUse&) = delete;
+
+ private:
+  const std::string place_;
+};
+
+/// Whether that camera moves a lens, where this process has it connected; nothing: it has not. Waits for an opening
+/// that is under way, 3 s at most. From any thread.
+std::optional<bool> LensOfCameraInUse(const ListedCamera& listed);
+
 /// A camera that was opened, and the address it is at; empty: it is not on a network.
 struct OpenedCamera {
   std::unique_ptr<CameraTurn> turn;  ///< null: it is not on a network. Give it up once nothing hangs on being alone
   Handle<ArvCamera> camera;
   std::string address;
+  std::string place;  ///< of no other camera: its address, or its id where it has none
 };
 
 /// Every camera on the networks and on USB. Takes a second; who asks while a search goes on shares its result. From any

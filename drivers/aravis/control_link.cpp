@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "camera_search.h"
 #include "discovery.h"
 
 namespace lensd::drivers::aravis {
@@ -282,7 +281,10 @@ Result<void> AravisLink::OpenCamera() {
     static_cast<AravisLink*>(link)->wake_.notify_one();
   };
   camera_.lost_handler = g_signal_connect(device, "control-lost", G_CALLBACK(lost), this);
-  return setup_(camera_.handle.get());
+  const auto lens = setup_(camera_.handle.get());
+  if (!lens) return PassOn(lens);
+  camera_.in_use = std::make_unique<CameraInUse>(opened->place, *lens);
+  return {};
 }
 
 void AravisLink::Close() {
@@ -290,6 +292,7 @@ void AravisLink::Close() {
   if (camera_.lost_handler != 0)
     g_signal_handler_disconnect(arv_camera_get_device(camera_.handle.get()), camera_.lost_handler);
   camera_.lost_handler = 0;
+  camera_.in_use.reset();
   LetGo(std::move(camera_.handle));
 }
 

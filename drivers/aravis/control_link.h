@@ -18,6 +18,7 @@
 
 #include "base/clock.h"
 #include "base/result.h"
+#include "camera_search.h"
 #include "config.h"
 #include "drivers/api/thread_barrier.h"
 #include "gobject_handles.h"
@@ -28,8 +29,9 @@ namespace lensd::drivers::aravis {
 
 class AravisLink {
  public:
-  /// Brings a camera just opened into the state wanted; on the link's thread, each time it is opened.
-  using Setup = std::function<Result<void>(ArvCamera*)>;
+  /// Brings a camera just opened into the state wanted, and says whether it moves a lens; on the link's thread, each
+  /// time it is opened.
+  using Setup = std::function<Result<bool>(ArvCamera*)>;
   template <class T>
   using Work = std::function<Result<T>(ArvCamera*)>;
 
@@ -72,6 +74,7 @@ class AravisLink {
   struct Camera {
     Handle<ArvCamera> handle;
     unsigned long lost_handler = 0;
+    std::unique_ptr<CameraInUse> in_use;  ///< once it is set up
   };
   struct State {
     std::optional<Result<void>> opened;  ///< for the first time

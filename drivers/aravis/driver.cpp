@@ -97,8 +97,10 @@ Result<Device> OpenAravis(const Settings& settings, const Clock& clock) {
   auto config = ReadDriverConfig(settings);
   if (!config) return PassOn(config);
   const auto found = std::make_shared<Found>();
-  auto link =
-      AravisLink::Open(*config, [found, config = *config](ArvCamera* camera) { return SetUp(camera, config, *found); });
+  auto link = AravisLink::Open(*config, [found, config = *config](ArvCamera* camera) -> Result<bool> {
+    if (auto done = SetUp(camera, config, *found); !done) return PassOn(done);
+    return found->lens.any();
+  });
   if (!link) return PassOn(link);
   Device device;
   device.findings = found->findings;

@@ -1,5 +1,5 @@
-// What `lensctl devices` shows of GenICam cameras on the network and on USB. Each is opened for as long as its
-// description takes, which says whether it moves a lens.
+// What `lensctl devices` shows of GenICam cameras on the network and on USB. Each that this process has not
+// connected is opened for as long as its description takes, which says whether it moves a lens.
 #include <chrono>
 #include <string>
 
@@ -14,6 +14,10 @@ namespace {
 /// Whether it has a lens, or why it cannot be used. A camera that another program controls lets itself be read; one on
 /// USB that is in use does not, and stays unknown.
 void LookForLens(const ListedCamera& camera, FoundDevice& device) {
+  if (const auto lens = LensOfCameraInUse(camera)) {
+    device.lens = *lens;
+    return;
+  }
   const auto opened = OpenListed(camera);
   if (!opened) {
     if (opened.error().code == Code::Unsupported) device.problem = opened.error().message;

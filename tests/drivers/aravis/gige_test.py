@@ -63,6 +63,8 @@ def lens(extra=""):
 
 
 class GigeTest(unittest.TestCase):
+    LISTED = (True, True, "gige")  # a lens, a camera, and who uses it
+
     def start(self, *arguments, config=None, scene=QUICK):
         camera = Camera(*arguments, scene=scene)
         self.cameras = [camera]
@@ -139,6 +141,22 @@ class GigeTest(unittest.TestCase):
         device, = self.ask("devices")
         self.assertEqual((device["lens"], device["camera"], device["usedBy"]), (True, True, "gige"))
         self.assertTrue(self.ask("focus", "@2000")["reached"])  # to look was not to take it away
+
+    def test_devices_beside_a_connected_camera_take_a_second(self):
+        """A search takes a second. It opened a connected camera a second time, which took five more: none obeys two."""
+        self.start()
+        deadline = time.monotonic() + 30 * PATIENCE
+        while not self.ask("status")["connected"]:
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.05)
+        seconds = []
+        for _ in range(3):
+            began = time.monotonic()
+            device, = (one for one in self.ask("devices") if one["driver"] == "aravis")
+            seconds.append(time.monotonic() - began)
+            self.assertEqual((device["lens"], device["camera"], device["usedBy"]), self.LISTED)
+        print(f"devices beside a connected camera: {min(seconds):.2f} s", file=sys.stderr)
+        self.assertLess(min(seconds), 3.0)
 
     def without_daemon(self, *arguments):
         return subprocess.run([os.path.join(BIN, "lensctl"), "--socket", "/nowhere", "devices", *arguments],
@@ -218,6 +236,7 @@ class LiquidLensTest(GigeTest):
 
 class ModbusFocusTest(GigeTest):
     """The focus motor is a Modbus drive, the camera a GenICam one without a lens: one rig."""
+    LISTED = (False, True, "station")
 
     def follow(self, drive, camera):
         """The drive turns the ring of the lens before the simulated camera."""
