@@ -146,6 +146,20 @@ class DirectionTest(unittest.TestCase):
                 client.call(LENS + "KeepDirection", {})
             self.assertNotIn("what setup saw", self.daemon.lensctl("status").stdout)
 
+    def test_what_was_seen_beats_the_standard_that_a_camera_counts_against(self):
+        with tempfile.TemporaryDirectory() as state:
+            self.start("sfnc", "far", state=state)
+            self.assertEqual(self.axis()["directionFrom"], "driver")
+            with self.daemon.client() as client:
+                client.call(LENS + "KeepDirection", {"direction": "nearPositive"})
+            for _ in range(2):
+                self.assertIn("(near-positive, seen by setup)", self.daemon.lensctl("list").stdout)
+                self.assertIn("near-positive by what setup saw, and near-negative by the GenICam standard (SFNC): lensd goes by "
+                              "what setup saw", self.daemon.lensctl("status").stdout)
+                self.assertTrue(self.went_the_true_way(0.8))
+                self.daemon.stop()
+                self.open()
+
     def test_list_says_who_says_so(self):
         self.start("sfnc", "near")
         self.assertIn("(near-negative, by the GenICam standard (SFNC))", self.daemon.lensctl("list").stdout)
@@ -155,14 +169,15 @@ class DirectionTest(unittest.TestCase):
 
     @unittest.skipUnless(LONG, "setup takes a minute")
     def test_setup_finds_it(self):
-        for zero in ("near", "far"):
-            with self.subTest(zero=zero), tempfile.TemporaryDirectory() as state:
-                self.start("imaging-source", zero, state=state)
+        for names, zero in (("imaging-source", "near"), ("imaging-source", "far"), ("sfnc", "far")):
+            with self.subTest(names=names, zero=zero), tempfile.TemporaryDirectory() as state:
+                self.start(names, zero, state=state)
                 self.daemon.lensctl("aperture", "2")
                 self.daemon.lensctl("focus", "@2000")
                 said = self.daemon.lensctl("--json", "setup", "--at", "1.2m")
                 found = json.loads(said.stdout)
-                self.assertEqual((found["direction"], found["seenDirection"]), ("found", BY_NAME[zero]), said.stderr)
+                self.assertEqual((found["direction"], found["seenDirection"]),
+                                 ("found" if names != "sfnc" else "reversed", BY_NAME[zero]), said.stderr)
                 self.assertTrue(self.went_the_true_way(0.9))
                 self.doCleanups()
 
