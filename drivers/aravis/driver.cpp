@@ -2,6 +2,8 @@
 // must be there again when the camera comes back.
 #include "drivers/aravis/driver.h"
 
+#include <arv.h>
+
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -45,6 +47,17 @@ Result<void> ExpectLens(ArvCamera* camera, const DriverConfig& config, const Len
   return Fail(Code::WrongDevice, "the camera with " + config.Named() + " is back, but " + what);
 }
 
+/// The pictures are of no use, and so are the features for nothing but them, where the camera has any.
+void LeavePicturesOut(ArvCamera* camera, const Error& why, Findings& findings) {
+  findings.LeaveOut("camera", why);
+  const Error with_them{why.code, "it is for the pictures, which are left out"};
+  CallError exposure_error, gain_error;
+  const bool exposure = arv_camera_is_exposure_time_available(camera, exposure_error.out()) != 0;
+  const bool gain = arv_camera_is_gain_available(camera, gain_error.out()) != 0;
+  if (exposure && !exposure_error) findings.LeaveOut("exposure", with_them);
+  if (gain && !gain_error) findings.LeaveOut("gain", with_them);
+}
+
 Result<void> SetUpFirst(ArvCamera* camera, const DriverConfig& config, Found& found) {
   auto facts = SetUpCamera(camera, config.camera);
   if (!facts && (CameraIsGone(facts.error()) || config.camera.names_pictures())) return PassOn(facts);
@@ -53,7 +66,7 @@ Result<void> SetUpFirst(ArvCamera* camera, const DriverConfig& config, Found& fo
   found.identity = IdentityOf(camera);
   found.findings.Add(lens->findings);
   if (facts) found.findings.Add(facts->findings);
-  if (!facts) found.findings.LeaveOut("camera", facts.error());
+  if (!facts) LeavePicturesOut(camera, facts.error(), found.findings);
   if (!facts && !lens->any()) return PassOn(found.findings.NothingLeft("the camera with " + config.Named()));
   if (facts) found.camera = *std::move(facts);
   found.lens = *std::move(lens);

@@ -5,8 +5,10 @@
 #include <string>
 #include <utility>
 
+#include "descriptors.h"
 #include "uvc_camera.h"
 #include "uvc_lens.h"
+#include "wire.h"
 
 namespace lensd::drivers::uvc {
 
@@ -25,6 +27,19 @@ Result<Selection> Select(std::span<const std::uint8_t> configuration, const UvcC
   return Selection{functions->front(), {}};
 }
 
+namespace {
+
+/// The pictures are of no use, and so are the controls for nothing but them, where the camera lists any.
+void LeavePicturesOut(const Session& session, const Error& why, Findings& findings) {
+  findings.LeaveOut("camera", why);
+  const Error with_them{why.code, "it is for the pictures, which are left out"};
+  const CameraTerminal& terminal = session.terminal;
+  if (terminal.id != 0 && terminal.Has(kExposureAbsolute.bit)) findings.LeaveOut("exposure", with_them);
+  if (UnitWithGain(session.function, terminal) != nullptr) findings.LeaveOut("gain", with_them);
+}
+
+}  // namespace
+
 Result<Device> MakeDevice(const std::shared_ptr<Session>& session, const UvcConfig& config) {
   Device device;
   if (config.lens) {
@@ -39,7 +54,7 @@ Result<Device> MakeDevice(const std::shared_ptr<Session>& session, const UvcConf
     const bool listed = !session->function.streams.empty();
     const bool asked_alone = !listed && !config.lens;
     if (!camera && (ConcernsAll(camera.error()) || named || asked_alone)) return PassOn(camera);
-    if (!camera && listed) device.findings.LeaveOut("camera", camera.error());
+    if (!camera && listed) LeavePicturesOut(*session, camera.error(), device.findings);
     if (camera) device.camera = *std::move(camera);
   }
   if (device.lens || device.camera) return device;

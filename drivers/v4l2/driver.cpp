@@ -172,6 +172,23 @@ Result<Place> FindPlace(Kernel& kernel, const Config& config) {
   return Place{node->path, node->serial};
 }
 
+/// The pictures are of no use, and so are the controls for nothing but them, where the node has any.
+Result<void> LeavePicturesOut(const Node& node, const Error& why, drivers::Findings& findings) {
+  findings.LeaveOut("camera", why);
+  struct Light {
+    const char* part;
+    std::uint32_t id;
+  };
+  for (const auto& [part, id] : {Light{"exposure", V4L2_CID_EXPOSURE_ABSOLUTE}, Light{"gain", V4L2_CID_GAIN},
+                                 Light{"gain", V4L2_CID_ANALOGUE_GAIN}}) {
+    const auto control = FindPart(node, id);
+    if (!control && drivers::ConcernsAll(control.error())) return PassOn(control);
+    if (!control) findings.LeaveOut(part, control.error());
+    if (control && *control) findings.LeaveOut(part, {why.code, "it is for the pictures, which are left out"});
+  }
+  return {};
+}
+
 /// Null where its pictures are of no use.
 Result<std::unique_ptr<drivers::Camera>> CameraOn(const std::shared_ptr<const Node>& node,
                                                   std::shared_ptr<Automatics> automatics, const NodeInfo& info,
@@ -179,7 +196,7 @@ Result<std::unique_ptr<drivers::Camera>> CameraOn(const std::shared_ptr<const No
                                                   drivers::Findings& findings, const Clock& clock) {
   auto camera = StreamCamera::Make(node, std::move(automatics), info, serial, config, findings, clock);
   if (camera || config.names_pictures() || drivers::ConcernsAll(camera.error())) return camera;
-  findings.LeaveOut("camera", camera.error());
+  if (auto left = LeavePicturesOut(*node, camera.error(), findings); !left) return PassOn(left);
   return std::unique_ptr<drivers::Camera>();
 }
 
@@ -210,7 +227,9 @@ Result<drivers::Device> OpenOn(Kernel& kernel, const Config& config, const Clock
     device.lens = std::move(*lens);
   }
   const bool pictures = config.parts != Parts::Lens;
-  if (pictures && !info && !coil) device.findings.LeaveOut("camera", info.error());
+  if (pictures && !info && !coil) {
+    if (auto left = LeavePicturesOut(*node, info.error(), device.findings); !left) return PassOn(left);
+  }
   if (pictures && info && info->capture) {
     auto camera = CameraOn(node, automatics, *info, place->serial, config, device.findings, clock);
     if (!camera) return PassOn(camera);

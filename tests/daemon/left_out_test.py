@@ -96,6 +96,22 @@ class LeftOutTest(Played):
                 self.assertIsNone(self.info(daemon)["camera"])
                 self.doCleanups()
 
+    def test_with_the_pictures_go_exposure_and_gain(self):
+        """Those that the device has: nobody can set them any more."""
+        light = {"exposure": "009a0902 1 3 2047 1 250 250 0\n", "gain": "00980913 1 0 100 1 10 10 0\n"}
+        for parts in ([], ["exposure"], ["gain"], ["exposure", "gain"]):
+            with self.subTest(parts):
+                table = FOCUS + "".join(light[part] for part in parts)
+                daemon = self.play(table, pictures="320 240 H264 30")
+                left_out = self.status(daemon)["leftOut"]
+                self.assertEqual([one["part"] for one in left_out], ["camera", *parts])
+                for one in left_out[1:]:
+                    self.assertEqual(one["reason"], "it is for the pictures, which are left out")
+                    self.assertIn(f"without {one['part']}: {one['reason']}", daemon.lensctl("status").stdout)
+                self.assertEqual(self.info(daemon)["leftOut"], left_out)
+                self.assertEqual(daemon.lensctl("focus", "@100").returncode, 0)
+                self.doCleanups()
+
     def test_a_lens_of_which_only_the_camera_works(self):
         daemon = self.play(FOCUS.replace("0 250", "250 0"))
         status, info = self.status(daemon), self.info(daemon)
