@@ -55,4 +55,13 @@ std::string DriverNames() {
   return names;
 }
 
+std::optional<int> BeginDrivers(std::span<char*> arguments) {
+  namespace aravis = drivers::aravis;
+  if (arguments.size() == 3 && std::string_view(arguments[1]) == aravis::kTryUsbCamera) {
+    return aravis::TryUsbCamera(arguments[2]);
+  }
+  aravis::TryUsbCamerasBy("/proc/self/exe");
+  return std::nullopt;
+}
+
 }  // namespace lensd::daemon

@@ -21,6 +21,7 @@
 #include "config_check.h"
 #include "device_search.h"
 #include "drivers/hotplug/monitor.h"
+#include "drivers_table.h"
 #include "event_loop.h"
 #include "failure_commands.h"
 #include "io/checked_file.h"
@@ -268,15 +269,16 @@ int PrintUnitDropIn(const Config& config, const Options& options) {
   return written ? EX_OK : EX_IOERR;
 }
 
-/// By default glibc gives threads heaps of their own, eight for each processor, and each keeps what it once needed: with
-/// four lenses on two processors that was 5.4 MiB of free memory, where one heap held 2.3. With two, stops and snapshots
-/// take as long as with sixteen. Before any thread begins.
+/// By default glibc gives threads heaps of their own, eight for each processor, and each keeps what it once needed:
+/// with four lenses on two processors that was 5.4 MiB of free memory, where one heap held 2.3. With two, stops and
+/// snapshots take as long as with sixteen. Before any thread begins.
 void ShareHeaps() {
   constexpr int kHeaps = 2;
   mallopt(M_ARENA_MAX, kHeaps);
 }
 
 int Main(int argc, char** argv) {
+  if (const auto status = BeginDrivers({argv, static_cast<std::size_t>(argc)})) return *status;
   const auto options = ParseOptions(argc, argv);
   if (const int* status = std::get_if<int>(&options)) return *status;
   ShareHeaps();

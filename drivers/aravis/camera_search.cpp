@@ -15,6 +15,7 @@
 #include "discovery.h"
 #include "gobject_handles.h"
 #include "packed_file.h"
+#include "trial.h"
 
 namespace lensd::drivers::aravis {
 namespace {
@@ -177,6 +178,12 @@ bool IsMeant(const ListedCamera& listed, const DriverConfig& config) {
 
 Result<OpenedCamera> OpenNamed(const ListedCamera& listed, const std::string& named) {
   if (listed.protocol == "GigEVision") return OpenAt(listed.address, named);
+  if (const auto tried = TryUsbCameraFirst(listed.id); !tried) {
+    return Fail(tried.error().code, "the camera with " + named +
+                                        " is not used: lensd opens a camera on USB in a process of its own first, and "
+                                        "the process that tried it " +
+                                        tried.error().message);
+  }
   CallError error;
   std::unique_lock lock(OneDescriptionAtATime());
   const Handle<ArvDevice> device(arv_open_device(listed.id.c_str(), error.out()));

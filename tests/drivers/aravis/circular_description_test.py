@@ -145,6 +145,12 @@ class CircularDescriptions(unittest.TestCase):
                     self.assertEqual(moved.returncode, 0, moved.stdout + moved.stderr)
                     print(place, daemon.lensctl("status", "bad").stdout, file=sys.stderr)
 
+    def test_the_process_that_tries_a_usb_camera_says_nothing_and_ends(self):
+        """What goes wrong in order, as with a camera that is not there, is found by the process that waits for it."""
+        done = subprocess.run([os.path.join(BIN, "lensd"), "--try-usb-camera", "Nobody-Camera-1"], capture_output=True, text=True,
+                              timeout=60 * PATIENCE, check=False)
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+
     def test_every_place_is_refused_and_the_other_lens_is_served(self):
         good = description()
         for place in PLACES:

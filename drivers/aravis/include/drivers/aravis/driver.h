@@ -1,6 +1,9 @@
 // The driver "aravis": any GenICam camera, over GigE Vision or USB3 Vision, and the lens it drives.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "drivers/api/device.h"
 
 namespace lensd::drivers::aravis {
@@ -17,5 +20,13 @@ Result<void> CheckAravis(const Settings& settings);
 /// Every GenICam camera that answers a search of the networks and buses. Whether it has a lens shows only once it is
 /// opened.
 Result<std::vector<FoundDevice>> ProbeAravis();
+
+/// From now on every camera on USB is opened by another process first, and refused with the reason where that crashes
+/// or does not end: "PROGRAM --try-usb-camera ID", which must call TryUsbCamera(ID) and exit with what it returns.
+/// Before any thread begins. Without this such cameras are opened at once.
+void TryUsbCamerasBy(std::string program);
+inline constexpr const char* kTryUsbCamera = "--try-usb-camera";
+/// In that process: opens the camera with that id of Aravis', and closes it.
+int TryUsbCamera(const std::string& id);
 
 }  // namespace lensd::drivers::aravis
