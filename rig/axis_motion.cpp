@@ -178,8 +178,11 @@ AxisMotion::End AxisMotion::Refused(Motor& motor, Error error, Instant now) {
   if (busy && !attempts_.busy_since) attempts_.busy_since = now;
   if (busy) attempts_.again_at = now + kBusyAgain;
   if (IsTransient(error.code) || error.code == Code::Disconnected) attempts_.in_doubt = true;
-  const bool again =
-      busy ? now - *attempts_.busy_since < kBusyPatience : IsTransient(error.code) && ++attempts_.refusals < kAttempts;
+  if (!busy && attempts_.refusals++ == 0) attempts_.refused_at = now;
+  // An answer that is lost is no refusal, and is asked for again as a busy device is.
+  const bool patient = error.code == Code::Timeout && now - attempts_.refused_at < kBusyPatience;
+  const bool again = busy ? now - *attempts_.busy_since < kBusyPatience
+                          : IsTransient(error.code) && (patient || attempts_.refusals < kAttempts);
   if (again) return std::nullopt;
   error = StillBusy(std::move(error));
   if (may_turn()) error.message += HaltText(motor.Halt());

@@ -101,6 +101,7 @@ class AxisMotion {
   struct Attempts {
     int commands = 0;                        ///< that the motor took
     int refusals = 0;                        ///< since
+    Instant refused_at{};                    ///< the first of them
     bool in_doubt = false;                   ///< a command may have been obeyed though it failed
     std::optional<Instant> busy_since = {};  ///< nothing but "busy" has been answered to a command
     Instant again_at{};                      ///< not before

@@ -32,46 +32,55 @@ LensReader::LensReader(drivers::Lens& lens, const AxisControllers& axes, const R
 }
 
 /// A lens that says that it is busy is there, and is asked again: by a motion until its own deadline, else for a while.
-bool LensReader::MayBeBusy(Instant now) const {
+/// Answers that are lost, late or broken are asked for again a few times, and by a motion for as long as it can wait.
+bool LensReader::AsksAgain(Code code, Instant now) const {
   const bool moves =
       std::ranges::any_of(drivers::kAxes, [&](Axis axis) { return axes_[axis] && axes_[axis]->motion(); });
-  return !problem_ && ((moves && sampled_at_) || now - *busy_since_ < kBusyPatience);
+  const bool follows = !problem_ && moves && sampled_at_;
+  if (code == Code::Busy) return !problem_ && (follows || now - *unread_.busy_since < kBusyPatience);
+  return IsTransient(code) && (unread_.failures < kAttempts || (follows && now - unread_.heard_at < kBusyPatience));
+}
+
+void LensReader::NoteBrokenLink() {
+  if (problem_) return;
+  for (const Axis axis : drivers::kAxes) {
+    if (axes_[axis]) axes_[axis]->Lose();
+  }
+  history_.Clear();
+  ReadSoon();
 }
 
 std::optional<Error> LensReader::Read() {
-  if (busy_since_ && !problem_ && clock_.Now() < next_read_) return std::nullopt;
+  if (unread_.busy_since && !problem_ && clock_.Now() < next_read_) return std::nullopt;
   auto read = lens_.Read();
   const Instant now = clock_.Now();
   next_read_ = now + kIdlePeriod;
   if (read) {
     problem_.reset();
-    busy_since_.reset();
-    failures_ = 0;
+    unread_ = {};
+    unread_.heard_at = now;
     Note(*std::move(read));
     return std::nullopt;
   }
   const Code code = read.error().code;
   if (code == Code::Cancelled) return std::nullopt;  // the command that cut it short is heard first
-  if (code != Code::Busy) {
-    busy_since_.reset();
-    ++failures_;
-  } else if (!busy_since_) {
-    busy_since_ = now;
+  if (code == Code::Busy) {
+    unread_.failures = 0;
+    unread_.heard_at = now;
+    if (!unread_.busy_since) unread_.busy_since = now;
+  } else {
+    ++unread_.failures;
   }
-  const bool again = code == Code::Busy ? MayBeBusy(now) : IsTransient(code) && failures_ < kAttempts;
-  if (again) {
+  if (AsksAgain(code, now)) {
     next_read_ = now + (code == Code::Busy ? kBusyAgain : kAgain);
     return std::nullopt;
   }
   const auto halts = [&](Axis axis) { return axes_[axis] && axes_[axis]->halt_is_due(); };
   if (code != Code::Disconnected && std::ranges::any_of(drivers::kAxes, halts)) next_read_ = now + kHaltPeriod;
-  if (!problem_) {
-    for (const Axis axis : drivers::kAxes) {
-      if (axes_[axis]) axes_[axis]->Lose();
-    }
-  }
+  const Instant next = next_read_;
+  NoteBrokenLink();
+  next_read_ = next;
   problem_ = StillBusy(read.error());
-  history_.Clear();
   return problem_;
 }
 

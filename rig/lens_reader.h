@@ -24,6 +24,9 @@ class LensReader {
   /// Reads soon, though no caller waits for it.
   void ReadSoon() { next_read_ = clock_.Now(); }
 
+  /// A command found the link broken: of no axis is it known what happened meanwhile.
+  void NoteBrokenLink();
+
   /// Nothing while it answers.
   const std::optional<Error>& problem() const { return problem_; }
   bool connected() const { return sampled_at_ && !problem_; }
@@ -44,7 +47,7 @@ class LensReader {
 
  private:
   void Note(drivers::LensState reading);
-  bool MayBeBusy(Instant now) const;
+  bool AsksAgain(Code code, Instant now) const;
 
   drivers::Lens& lens_;
   const AxisControllers& axes_;
@@ -54,8 +57,11 @@ class LensReader {
   std::optional<Instant> sampled_at_;
   Thermometer thermometer_;
   std::optional<Error> problem_;
-  int failures_ = 0;                   ///< in a row
-  std::optional<Instant> busy_since_;  ///< it has answered nothing but that it is busy
+  struct {
+    int failures = 0;                        ///< in a row
+    std::optional<Instant> busy_since = {};  ///< it has answered nothing but that it is busy
+    Instant heard_at{};                      ///< when it last answered, if only that it is busy
+  } unread_;
   std::uint64_t count_ = 0;
   Instant next_read_{};
 };

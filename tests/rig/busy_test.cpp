@@ -22,21 +22,30 @@ class BusyLens final : public drivers::Lens {
   Instant from{}, to{};
   Code says = Code::Busy;
   bool reads = true, commands = true;
+  double loses = 0.0;  ///< of all answers
+  std::mt19937_64 random{3};
   int stops = 0;
   double Position() const { return static_cast<const testing::FakeLens&>(*inner_).PositionNow(Axis::Focus); }
 
  private:
   bool Now(bool kind) const { return kind && clock_.Now() >= from && clock_.Now() < to; }
   Error Why() const { return {says, "the drive says that it is busy"}; }
+  bool Loses() { return std::uniform_real_distribution(0.0, 1.0)(random) < loses; }
+  /// The answer to a command may be lost after it was obeyed.
+  Result<void> Arrives(Result<void> answer) {
+    if (Loses()) return Fail(Code::Timeout, "the drive did not answer in time");
+    return answer;
+  }
   Result<void> DoStartHome(Axis axis) override {
     if (Now(commands)) return PassOn(Why());
-    return inner_->StartHome(axis);
+    return Arrives(inner_->StartHome(axis));
   }
   Result<void> DoStartMove(Axis axis, Native target) override {
     if (Now(commands)) return PassOn(Why());
-    return inner_->StartMove(axis, target);
+    return Arrives(inner_->StartMove(axis, target));
   }
   Result<drivers::LensState> DoRead() override {
+    if (Loses()) return Fail(random() % 3 == 0 ? Code::Protocol : Code::Timeout, "the drive did not answer in time");
     if (Now(reads)) return PassOn(Why());
     return inner_->Read();
   }
@@ -100,6 +109,46 @@ TEST_F(BusyTest, AMoveEndsAsItShouldHoweverLongItIsAskedAgain) {
   }
 }
 
+TEST_F(BusyTest, AnswersThatAreLostCostTimeAndNotTheMove) {
+  std::mt19937_64 random(3);
+  const auto draw = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  for (long i = 0; i < testing::ByLevel(30, 150, 3000); ++i) {
+    OpenBusy(1000.0);
+    lens_->random.seed(random());
+    // Some of them among answers that it is busy.
+    lens_->from = clock_.Now() + std::chrono::milliseconds(std::lround(draw(-5.0, 400.0)));
+    lens_->to = lens_->from + std::chrono::milliseconds(std::lround(random() % 2 == 0 ? 0.0 : draw(1.0, 3000.0)));
+    lens_->commands = random() % 2 == 0;
+    const double target = std::round(draw(0.0, 1000.0));
+    Answers<MoveOutcome> moved;
+    rig_->Move(Axis::Focus, At(target), moved.Take());
+    Run(2ms);
+    lens_->loses = draw(0.0, 0.7);
+    RunUntil(moved, 60s);
+    ASSERT_EQ(moved.all.size(), 1u);
+    ASSERT_TRUE(moved.all[0]) << moved.all[0].error().message << ", " << lens_->loses << " of the answers lost";
+    EXPECT_TRUE(moved.all[0]->reached) << moved.all[0]->reason;
+    EXPECT_EQ(lens_->Position(), target);
+    rig_.reset();
+  }
+}
+
+TEST_F(BusyTest, ALensThatCeasesToAnswerInMidMoveIsAnErrorInSeconds) {
+  for (const Code code : {Code::Timeout, Code::Protocol, Code::Disconnected}) {
+    OpenBusy(10.0);
+    Answers<MoveOutcome> moved;
+    rig_->Move(Axis::Focus, At(900), moved.Take());
+    Run(500ms);
+    lens_->says = code;
+    lens_->from = clock_.Now();
+    lens_->to = lens_->from + 1h;
+    RunUntil(moved, 6s);
+    ASSERT_EQ(moved.all.size(), 1u);
+    EXPECT_FALSE(moved.all[0] && moved.all[0]->reached);
+    rig_.reset();
+  }
+}
+
 TEST_F(BusyTest, AMotorWhoseMoveIsGivenUpIsToldToStopAsSoonAsAnybodyListens) {
   std::mt19937_64 random(2);
   const auto draw = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
@@ -128,7 +177,7 @@ TEST_F(BusyTest, AMotorWhoseMoveIsGivenUpIsToldToStopAsSoonAsAnybodyListens) {
     EXPECT_FALSE(Turns()) << said;
     EXPECT_LT(lens_->Position(), 890.0);
     Answers<MoveOutcome> again;
-    rig_->Move(Axis::Focus, At(lens_->Position() > 200.0 ? 200.0 : 300.0), again.Take());
+    rig_->Move(Axis::Focus, At(lens_->Position() > 400.0 ? 200.0 : 600.0), again.Take());
     Run(200ms);
     EXPECT_TRUE(Turns()) << "it is told to stop once only";
     rig_.reset();  // answers `again` while it is there

@@ -173,7 +173,7 @@ TEST_F(MotionTest, ALensThatNoLongerAnswersIsATimeout) {
   Answers<MoveOutcome> answers;
   rig_->Move(Axis::Focus, At(600), answers.Take());
   Run(20ms);
-  controls_->lost_read_replies = 1000;
+  controls_->lost_read_replies = 100000;
   RunUntil(answers);
   ASSERT_FALSE(answers.only());
   EXPECT_EQ(answers.only().error().code, Code::Timeout);
@@ -182,7 +182,7 @@ TEST_F(MotionTest, ALensThatNoLongerAnswersIsATimeout) {
 
 TEST_F(MotionTest, MoveRepliesThatStayLostAreATimeout) {
   Open();
-  controls_->lost_move_replies = 1000;
+  controls_->lost_move_replies = 100000;
   const auto answers = Move(600);
   ASSERT_FALSE(answers.only());
   EXPECT_EQ(answers.only().error().code, Code::Timeout);
