@@ -5,8 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <iomanip>
-#include <sstream>
 #include <utility>
 
 namespace lensd::drivers::modbus {
@@ -18,20 +16,6 @@ constexpr Duration kStartTime = milliseconds(450);        ///< a drive that has 
 constexpr Duration kReadyTime = std::chrono::seconds(2);  ///< for a stopped drive to rest and be ready
 constexpr Duration kRestTime = milliseconds(500);  ///< at rest, but not "in position" or "homed": this is how it ends
 constexpr int kTries = 3;
-constexpr std::int64_t kCounter = 65536;  ///< numbers of a counter of 16 bits
-
-std::string NumberText(double number) {
-  std::ostringstream text;
-  text << std::setprecision(15) << number;
-  return text.str();
-}
-
-/// Its two registers the other way round.
-std::int64_t Swapped(std::int64_t number, NumberType type) {
-  const auto both = static_cast<std::uint32_t>(number);
-  const std::uint16_t registers[] = {static_cast<std::uint16_t>(both & 0xFFFF), static_cast<std::uint16_t>(both >> 16)};
-  return NumberAt(registers, type, WordOrder::HighFirst);
-}
 
 /// Of a drive that has been known to have what it says now that it has not.
 Error Contradiction(Error error) {
@@ -227,56 +211,6 @@ Result<Sample> Drive::Ask(RegisterAccess& talk) {
   return sample;
 }
 
-Result<void> Drive::ReadPosition(RegisterAccess& talk, Seen& seen) {
-  const auto position = talk.ReadNumber(config_.profile.position, config_.profile.word_order);
-  if (!position) return PassOn(position);
-  seen.read = *position;
-  seen.counts = static_cast<double>(*position) * config_.profile.position_scale;
-  seen.position = std::llround(seen.counts);
-  return {};
-}
-
-/// Why positions cannot be right; empty where they can. A drive may well stand outside its range, but not in a place
-/// that is one of the range once its two registers are read in the other order; nor can it jump far, or back by exactly
-/// as much as a counter of 16 bits has numbers. What is far outside must be read twice.
-std::string Drive::WhatIsOdd(const Seen& seen) {
-  const double range = config_.high - config_.low;
-  const auto within = [&](double counts, double room) {
-    const double native = counts * config_.scale;
-    return native >= config_.low - room && native <= config_.high + room;
-  };
-  const bool moves = doing_.phase == Phase::Starting || doing_.phase == Phase::Going;
-  const auto before = std::exchange(odd_.read_before, seen.read);
-  const std::int64_t jump = before ? seen.read - *before : 0;
-  const double onward = static_cast<double>(doing_.goal.target) - believed_.value_or(0.0);
-  const double jumped_by = static_cast<double>(jump) * config_.profile.position_scale;
-  const bool back = jumped_by * onward <= 0.0 || jump * odd_.last_step < 0;
-  const bool astray = back || std::abs(jumped_by) > std::abs(onward) + 1.0;
-  if (jump != 0) odd_.last_step = jump;
-  const bool counters = std::llabs(std::llabs(jump) - kCounter) < kCounter / 8;
-  if (moves && doing_.goal.kind == Order::Kind::Move && astray && counters) {
-    return "its position went from " + std::to_string(*before) + " to " + std::to_string(seen.read) +
-           " between two readings: the drive's counter wraps at 16 bits; keep its range within what it can count";
-  }
-  const bool jumped = believed_ && within(*believed_, range) && moves;
-  odd_.readings = within(seen.counts, range) ? 0 : odd_.readings + 1;
-  odd_.jumped = odd_.readings == 1 ? jumped : odd_.jumped;
-  if (odd_.readings < 2) return {};
-  const Profile& profile = config_.profile;
-  const std::string reads = "its position reads " + NumberText(seen.counts * config_.scale) +
-                            ", far outside its range " + NumberText(config_.low) + " to " + NumberText(config_.high);
-  const double swapped = static_cast<double>(Swapped(seen.read, profile.position.type)) * profile.position_scale;
-  if (RegistersOf(profile.position.type) == 2 && within(swapped, 0.0)) {
-    return reads + ", and " + NumberText(swapped * config_.scale) +
-           " with its two registers in the other order: set word_order = \"" +
-           (profile.word_order == WordOrder::HighFirst ? "low-first" : "high-first") + "\"";
-  }
-  if (!odd_.jumped) return {};
-  return reads +
-         ", between two readings: [position] of its profile has another address or width than the drive, or its "
-         "counter wraps";
-}
-
 bool Drive::Arrived(const Seen& seen) const {
   return doing_.goal.kind == Order::Kind::Move &&
          std::llabs(seen.position - doing_.goal.target) <= config_.profile.arrival_counts;
@@ -369,7 +303,7 @@ bool Drive::FollowMotion(const Seen& seen, RegisterAccess& talk) {
       left > config_.profile.arrival_counts && !elsewhere &&
       10.0 * static_cast<double>(left) > std::abs(static_cast<double>(doing_.goal.target) - *doing_.began_at);
   if (ignored && doing_.from_rest && seen.in_position && watch_.busy_seen() && seen.counts == *doing_.began_at) {
-    return Complain("the drive says that it moved, and its position still reads " + NumberText(seen.counts) +
+    return Complain("the drive says that it moved, and its position still reads " + std::to_string(seen.position) +
                     ": is [position] of its profile at the right address, and as wide as the drive has it?");
   }
   if (ignored && doing_.tries < kTries) return Repeat(talk, "");

@@ -129,6 +129,7 @@ class Drive {
   bool Repeat(RegisterAccess& talk, std::string complaint);
   bool Complain(std::string complaint);
   std::string WhatIsOdd(const Seen& seen);
+  bool MayWrap(const Seen& seen);
   bool Arrived(const Seen& seen) const;
   bool Homed(const Seen& seen) const;
 
@@ -142,6 +143,8 @@ class Drive {
   /// Of positions that cannot be.
   struct {
     int readings = 0;                              ///< in a row, far outside the range
+    int passed = 0;                                ///< in a row, beyond the target and still going
+    std::int64_t lowest = 0, highest = 0;          ///< as the registers had it so far
     bool jumped = false;                           ///< they came from the range all at once, in a motion
     std::int64_t last_step = 0;                    ///< from one reading to the next
     std::optional<std::int64_t> read_before = {};  ///< as the registers had it

@@ -92,7 +92,9 @@ std::map<std::string, long> Said(Wrong wrong, double range, std::mt19937_64& ran
       std::string reason = (*end)->cause == rig::MoveCause::External ? "external" : (*end)->reason;
       std::erase_if(reason, [](char letter) { return letter >= '0' && letter <= '9'; });
       ++said[reason];
-      EXPECT_FALSE(device.Turns(clock.Now())) << (*end)->reason;
+      EXPECT_FALSE(device.Turns(clock.Now()))
+          << (*end)->reason << ", to " << target << ", shaft at " << device.Shaft(clock.Now()) << ", speed "
+          << kind.speed << ", range " << range;
     }
   }
   return said;
