@@ -76,7 +76,8 @@ std::optional<Error> AxisController::WhyUnknown() const {
   const std::string name(AxisName(setup_.axis));
   if (track_.known()) return Error{Code::NotHomed, name + " has no reference yet: home it first"};
   return Error{Code::NotHomed, "the position of " + name +
-                                   " is not known since lensd ended in mid-move or the lens was gone: home it first"};
+                                   " is not known: lensd ended in mid-move, or the lens was gone or without power; "
+                                   "home it first"};
 }
 
 std::optional<Error> AxisController::WhyNotSaid() const {
@@ -138,6 +139,7 @@ std::optional<drivers::AxisState> AxisController::Note(std::optional<drivers::Ax
   if (!state_) return std::nullopt;
   if (cut_.halt_is_due && Halt()) Coast();
   if (gone_) Return(*state_);
+  if (motion_) motion_->NoteReading();
   state_->position = state_->position + track_.offset();
   drivers::AxisState noted = *state_;
   const bool stood = before && !before->moving && !noted.moving &&
@@ -154,17 +156,29 @@ std::optional<drivers::AxisState> AxisController::Note(std::optional<drivers::Ax
   return noted;
 }
 
+/// A motion that was just cut short may well stop there, whatever registers have shown meanwhile.
+bool AxisController::StopsAt(Native device, Instant sampled_at) const {
+  const auto& swept = remembered_[setup_.axis];
+  const bool cut_short = sampled_at < cut_.doubted_until && !(motion_ && motion_->commands() > 0);
+  const Native place = device + track_.offset(), room{setup_.tolerance};
+  return cut_short && swept && swept->in_motion && place >= swept->lowest - room && place <= swept->highest + room;
+}
+
 /// Whether the reading is left out, because no motion explains it. One that stays is believed: it has lost count.
 bool AxisController::Distrusts(const drivers::AxisState& reading, Instant sampled_at) {
   if (!gone_) {
-    const bool stands = motion_ == nullptr || motion_->commands() == 0;
-    const bool fell = state_ && track_.FellToZero(reading, sampled_at, stands ? std::nullopt : target_);
-    if (fell) gone_ = {AsLastKnown(), {}, state_->homed, sampled_at};
+    const bool homes = motion_ && motion_->homing();
+    const auto ours = motion_ ? motion_->heading() : std::nullopt;
+    const bool fell = state_ && !homes && !StopsAt(reading.position, sampled_at) &&
+                      track_.FellToZero(reading.position, sampled_at, ours);
+    if (fell) gone_ = Gone{AsLastKnown(), {}, state_->homed, sampled_at, reading.position};
     return fell;
   }
   if (!gone_->fallen_since) return false;
-  const bool zero = track_.RestsAtZero(reading);
-  if (zero && sampled_at - *gone_->fallen_since < kFallShown) return true;
+  const bool zero = track_.StaysAtZero(reading.position, gone_->fallen_to);
+  // A register may show the place from before for a while, and that may be zero.
+  const bool may_lag = sampled_at < cut_.doubted_until || (motion_ && motion_->MayLag(sampled_at));
+  if (zero && (may_lag || sampled_at - *gone_->fallen_since < kFallShown)) return true;
   gone_.reset();
   if (!zero) return false;
   if (!motion_) target_.reset();  // of another count
@@ -180,7 +194,9 @@ void AxisController::AdoptLimits(Native device) {
 
 /// The lens answers again.
 void AxisController::Return(const drivers::AxisState& reading) {
-  const Gone gone = *std::exchange(gone_, std::nullopt);
+  Gone gone = *std::exchange(gone_, std::nullopt);
+  const double moved = std::abs((reading.position + track_.offset() - gone.memory.position).value);
+  if (gone.in_doubt) gone.memory.in_motion = reading.moving || moved > setup_.tolerance;
   // A device that was opened anew, or was without power, says itself that it has no reference.
   const bool says_so = gone.homed && !reading.homed && setup_.can.can_home;
   says_so ? track_.Forget() : track_.Return(gone.memory, gone.target, reading);
@@ -188,8 +204,10 @@ void AxisController::Return(const drivers::AxisState& reading) {
 }
 
 void AxisController::Lose() {
-  gone_.reset();
-  if (state_) gone_ = {AsLastKnown(), target_, state_->homed, {}};
+  if (state_ && (!gone_ || gone_->fallen_since)) {
+    gone_ = Gone{AsLastKnown(), target_, state_->homed};
+    gone_->in_doubt = motion_ && motion_->commands() == 0 && !cut_.coasting && !state_->moving;
+  }
   target_.reset();
 }
 
@@ -227,9 +245,10 @@ void AxisController::Start(MotionRequest request) {
 }
 
 std::optional<Result<MoveOutcome>> AxisController::Advance(Instant sampled_at) {
-  if (!motion_ || !state_ || gone_) return std::nullopt;
+  if (!motion_ || !state_ || gone_ || !motion_->may_begin()) return std::nullopt;
   // Asked for while the lens did not answer: it may have lost its reference meanwhile.
   const bool begins = motion_->commands() == 0 && !motion_->homing();
+  if (begins && !known() && setup_.config.home_on_demand && setup_.can.can_home) motion_->HomeFirst();
   if (const auto unknown = begins ? WhyUnknown() : std::nullopt) return PassOn(*unknown);
   return motion_->Step(*this, *state_, sampled_at, clock_.Now());
 }

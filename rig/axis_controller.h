@@ -64,7 +64,7 @@ class AxisController final : private Motor {
   void Recall(const drivers::AxisState& reading);
   /// Takes note of a reading by the device's own count, and gives it by the rig's.
   std::optional<drivers::AxisState> Note(std::optional<drivers::AxisState> reading, Instant sampled_at);
-  /// The lens does not answer. Keeps what its positions are judged by when it is back.
+  /// The lens does not answer, or did not at a command. Keeps what its positions are judged by when it is back.
   void Lose();
   void SetBacklash(std::optional<double> backlash);
   /// Where the side of approach becomes another, no backlash counts as taken up.
@@ -100,6 +100,8 @@ class AxisController final : private Motor {
     std::optional<Native> target = {};
     bool homed = false;                        ///< as the device had it
     std::optional<Instant> fallen_since = {};  ///< it has answered all the time, and says zero since then
+    Native fallen_to = {};                     ///< or so near to it
+    bool in_doubt = false;                     ///< a command from rest may have been obeyed, or not
   };
   /// After a motion that did not end at its target.
   struct CutShort {
@@ -109,6 +111,7 @@ class AxisController final : private Motor {
   };
   std::optional<Error> WhyNotSaid() const;
   void AdoptLimits(Native device);
+  bool StopsAt(Native device, Instant sampled_at) const;
   bool Distrusts(const drivers::AxisState& reading, Instant sampled_at);
   void Return(const drivers::AxisState& reading);
   AxisMemory AsLastKnown() const;

@@ -15,9 +15,10 @@ constexpr Duration kRest = std::chrono::milliseconds(50);    ///< what stands so
 constexpr Duration kFault = std::chrono::milliseconds(300);  ///< a fault that stands so long ends the motion
 constexpr Duration kSteady = std::chrono::milliseconds(20);  ///< where settling is judged by readback
 
-std::string LostText(drivers::Axis axis, const std::string& why) {
-  const std::string name(AxisName(axis));
-  return "where " + name + " stands is not known: " + why + "; say it with lensctl here " + name + " @N";
+std::string LostText(const AxisSetup& setup, const std::string& why) {
+  const std::string name(AxisName(setup.axis));
+  return "where " + name + " stands is not known: " + why +
+         (setup.can.can_home ? "; home it: lensctl home " + name : "; say it with lensctl here " + name + " @N");
 }
 
 }  // namespace
@@ -33,13 +34,25 @@ std::optional<Result<MoveOutcome>> AxisMotion::Step(Motor& motor, const drivers:
                                                     Instant now) {
   if (state.waiting) leg_.HoldBack(now - last_step_at_, now);
   last_step_at_ = now;
-  if (track_.lost() && request_.known && attempts_.commands > 0) {
-    std::string why = LostText(setup_.axis, "it lost count on the way") + HaltText(motor.Halt());
-    return Failed(state, {MoveCause::PositionUnknown, std::move(why)}, now);
+  if (LostCount()) {
+    // A counter that wraps may come to zero too.
+    const bool faulty = !state.fault.empty();
+    std::string why = (faulty ? "the lens reports: " + state.fault + "; " : "") +
+                      LostText(setup_, "it lost count on the way, as after a loss of power") + HaltText(motor.Halt());
+    return Failed(state, {faulty ? MoveCause::Fault : MoveCause::PositionUnknown, std::move(why)}, now);
   }
   auto end = Advance(motor, state, sampled_at, now);
   if (!end || !runs_out_ || !*end) return end;
   return std::unexpected(RanOut(state, **end));
+}
+
+bool AxisMotion::LostCount() const {
+  return setup_.Counts() && !track_.known() && request_.known && attempts_.commands > 0 && !homing();
+}
+
+std::optional<AxisTrack::Heading> AxisMotion::heading() const {
+  if (attempts_.commands == 0 || homing()) return std::nullopt;
+  return AxisTrack::Heading{leg_.to(), leg_.live()};
 }
 
 /// That it rests is said only where it has been seen.
@@ -333,7 +346,7 @@ MoveOutcome AxisMotion::Outcome(const drivers::AxisState& state, Instant now) co
   outcome.reached = outcome.settled = true;
   outcome.verified = Measured(state);
   outcome.position = state.position;
-  outcome.bound = track_.lost() ? setup_.can.maximum - setup_.can.minimum : Native{track_.Bound()};
+  outcome.bound = track_.lost() || LostCount() ? setup_.can.maximum - setup_.can.minimum : Native{track_.Bound()};
   Trouble remark = Remark(state);
   outcome.cause = remark.cause;
   outcome.reason = std::move(remark.reason);
@@ -358,7 +371,7 @@ Trouble AxisMotion::Remark(const drivers::AxisState& state) const {
                                                               : ", and no speed is known: it may still be on its way")};
   }
   if (track_.lost()) {
-    return {MoveCause::PositionUnknown, LostText(setup_.axis, "it counts from wherever it was")};
+    return {MoveCause::PositionUnknown, LostText(setup_, "it counts from wherever it was")};
   }
   if (!track_.known() || !state.homed) {
     return {MoveCause::PositionUnknown, "the position is not known: no reference"};

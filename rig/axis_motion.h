@@ -81,6 +81,15 @@ class AxisMotion {
   /// The motor took a command of it, or may have taken one.
   bool may_turn() const { return attempts_.commands > 0 || attempts_.in_doubt; }
   bool homing() const { return !request_.target || request_.home_first; }
+  /// The lens has said where the axis stands since the motion was asked for. Nothing begins before that.
+  void NoteReading() { attempts_.read = true; }
+  bool may_begin() const { return attempts_.read; }
+  /// It goes to its reference before its target. Before its first command.
+  void HomeFirst() { request_.home_first = true; }
+  /// Where the leg that is under way ends; nothing before its first command, and while the reference is searched.
+  std::optional<AxisTrack::Heading> heading() const;
+  /// Registers may not yet say what is, after its last command.
+  bool MayLag(Instant sampled_at) const { return attempts_.commands > 0 && leg_.MayLag(sampled_at); }
   /// Motions the device was asked for so far; the parts of a shaped step are one.
   int commands() const { return attempts_.commands; }
   /// When the next part of a shaped step is due.
@@ -99,6 +108,7 @@ class AxisMotion {
     std::optional<Instant> faulty_since;
   };
   struct Attempts {
+    bool read = false;                       ///< a reading has come since it was asked for
     int commands = 0;                        ///< that the motor took
     int refusals = 0;                        ///< since
     Instant refused_at{};                    ///< the first of them
@@ -125,6 +135,7 @@ class AxisMotion {
   bool Settled(const drivers::AxisState& state, Instant sampled_at);
   bool Faulty(const drivers::AxisState& state, Instant sampled_at);
   bool Measured(const drivers::AxisState& state) const;
+  bool LostCount() const;
   MoveOutcome TakenAway(const drivers::AxisState& state, Instant now) const;
   MoveOutcome Failed(const drivers::AxisState& state, Trouble trouble, Instant now) const;
   AxisTrack::Adrift AdriftAfter(const Trouble& trouble, const drivers::AxisState& state) const;

@@ -32,8 +32,10 @@ struct AxisSetup {
   std::vector<Impulse> impulses;  ///< how a step is divided; empty: not at all
   int limits_set = 0;             ///< how often the soft limits have been set
 
+  /// Its positions are counted steps: where it counts from, only its reference or a person can tell.
+  bool Counts() const { return can.feedback == drivers::Feedback::Counts; }
   /// Its positions are counted steps, and it has no reference to count from.
-  bool OnlyCounts() const { return can.feedback == drivers::Feedback::Counts && !can.can_home; }
+  bool OnlyCounts() const { return Counts() && !can.can_home; }
   /// An overshoot that takes up the backlash, native units: none where the backlash is not known.
   bool TakesUp() const { return backlash_known && backlash > 0.0; }
 };

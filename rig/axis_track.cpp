@@ -61,7 +61,11 @@ void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool o
   const double scatter = Scatter();
   const double step = last_ ? std::abs((state.position - last_->position).value) : 0.0;
   if (state.moving || step > scatter) travel_ += step;
-  last_ = {state.position, last_ && last_->position == state.position ? last_->since : sampled_at};
+  if (!last_ || last_->position != state.position) {
+    const std::chrono::duration<double> took = last_ ? sampled_at - last_->changed : Duration::zero();
+    last_ = {state.position, sampled_at, sampled_at, took.count() > 0.0 ? step / took.count() : 0.0, state.moving};
+  }
+  last_->moving = state.moving;
   // Of an axis that ended its motion unseen, what it does next may still be that motion.
   if (ours || !rest_ || adrift_.by > 0.0 || MakesNoSense(setup_, state.position)) {
     rest_ = state.position;
@@ -79,6 +83,10 @@ void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool o
 void AxisTrack::Commanded(Way way, Instant now) {
   moved_by_ = {.us = true, .another = false};
   arrived_ = false;
+  if (last_) {
+    last_->changed = now;
+    last_->pace = 0.0;
+  }
   // Where a motion turns between two readings is not seen; it is no more than one polling period of travel.
   travel_ += setup_.can.resolution;
   if (way == Way::MayTurn) slack_.Reset(now);
@@ -152,6 +160,22 @@ bool AxisTrack::Near(Native a, Native b) const {
   return std::abs((a - b).value) <= Scatter();
 }
 
+/// A motor that gets power is pulled to its next full step, and some controllers count that.
+double AxisTrack::PowerUpScatter() const {
+  constexpr double kSteps = 10.0, kOfRange = 0.02;
+  if (!setup_.Counts()) return Scatter();
+  const double range = (setup_.can.maximum - setup_.can.minimum).value;
+  return std::max(Scatter(), std::min(kSteps * setup_.can.resolution, kOfRange * range));
+}
+
+bool AxisTrack::AtZero(Native device) const {
+  return std::abs(device.value) <= PowerUpScatter();
+}
+
+bool AxisTrack::StaysAtZero(Native device, Native before) const {
+  return AtZero(device) && std::abs((device - before).value) <= PowerUpScatter();
+}
+
 /// The device counts on from where it stood.
 bool AxisTrack::Stands(const AxisMemory& memory, Native device) const {
   return !memory.in_motion && Near(device + memory.offset, memory.position);
@@ -164,7 +188,7 @@ void AxisTrack::Trust(const AxisMemory& memory, Native position) {
   travel_ = memory.travel;
   doubt_ = memory.doubt;
   slack_.Restore(memory.slack, position);
-  last_ = {position, last_ ? last_->since : Instant{}};
+  last_ = Reading{.position = position, .since = last_ ? last_->since : Instant{}};
   rest_ = position;
 }
 
@@ -172,7 +196,7 @@ void AxisTrack::Trust(const AxisMemory& memory, Native position) {
 /// saved their count, and nothing but the count tells. So it is believed where it stood at rest and says the same, and
 /// at zero only where the configuration says that it has not moved without power.
 void AxisTrack::TakeUp(const AxisMemory& memory, Native device) {
-  const bool at_zero = Near(device, {});
+  const bool at_zero = AtZero(device);
   if (Stands(memory, device)) {
     place_.offset = memory.offset;
     Trust(memory, device + memory.offset);
@@ -181,6 +205,7 @@ void AxisTrack::TakeUp(const AxisMemory& memory, Native device) {
   } else if (at_zero && memory.known && !memory.in_motion && setup_.config.restore != Restore::Never) {
     place_.offset = memory.position - device;
     Trust(memory, memory.position);
+    doubt_ += std::abs(device.value);
   } else {
     LoseCount();
   }
@@ -236,7 +261,7 @@ void AxisTrack::Recall(const AxisMemory& memory, const drivers::AxisState& state
 void AxisTrack::Return(const AxisMemory& before, std::optional<Native> target, const drivers::AxisState& state) {
   const Native device = state.position, position = device + place_.offset;
   const bool swept = position >= before.lowest - Native{Scatter()} && position <= before.highest + Native{Scatter()};
-  const bool at_zero = Near(device, {});
+  const bool at_zero = AtZero(device);
   if (setup_.OnlyCounts()) {
     const bool went_on = before.in_motion && swept && !at_zero && (state.moving || (target && Near(position, *target)));
     if (!went_on) TakeUp(before, device);
@@ -245,28 +270,42 @@ void AxisTrack::Return(const AxisMemory& before, std::optional<Native> target, c
   if (!setup_.can.can_home || !setup_.can.follows()) return;
   const bool stands = !before.in_motion && Near(position, before.position);
   place_.known = before.known && (stands || (!at_zero && (swept || !before.in_motion)));
+  if (!place_.known) Forget();
 }
 
-bool AxisTrack::FellToZero(const drivers::AxisState& state, Instant sampled_at, std::optional<Native> target) const {
-  constexpr double kFaster = 2.0;  ///< than it is said to be
-  if (!setup_.OnlyCounts() || lost() || !last_ || !RestsAtZero(state)) return false;
-  const Native zero = place_.offset, from = last_->position;
-  const double fallen = std::abs((from - zero).value), least = 2.0 * Scatter();
+void AxisTrack::Forget() {
+  place_.known = false;
+  last_.reset();
+  rest_.reset();
+}
+
+bool AxisTrack::FellToZero(Native device, Instant sampled_at, const std::optional<Heading>& ours) const {
+  constexpr double kFaster = 2.0;    ///< than it is said to be
+  constexpr double kHastened = 8.0;  ///< from one reading to the next: a motor that begins to turn
+  if (!setup_.Counts() || !place_.known || !last_ || !AtZero(device)) return false;
+  const Native zero = place_.offset, from = last_->position, here = zero + device;
+  const double fallen = std::abs((from - here).value), least = 2.0 * Scatter();
   if (fallen <= least) return false;
+  const auto within = [&](double speed, Instant since) {
+    return fallen <= speed * std::chrono::duration<double>(sampled_at - since).count() + least;
+  };
+  const bool seen_coming = last_->pace > 0.0 && within(kHastened * last_->pace, last_->changed);
   // Another program may have sent it there, and it was not seen on its way: that cannot be told from a loss of power.
-  if (!target) return true;
+  if (!ours) return !last_->moving || !seen_coming;
+  const Native target = ours->target;
   const Native room{slack_.whole() + least};
-  if (zero < std::min(from, *target) - room || zero > std::max(from, *target) + room) return true;
-  if (!setup_.speed) return false;
+  if (here < std::min(from, target) - room || here > std::max(from, target) + room) return true;
+  // A motion to another place may pass there, and does not stay.
+  if (!AtZero(target - zero)) return true;
+  if (!ours->live) return false;
   // A readback may cease to change on the way, and show the end of it at once.
-  const std::chrono::duration<double> time = sampled_at - last_->since;
-  return fallen > kFaster * *setup_.speed * time.count() + least;
+  if (setup_.speed) return !within(kFaster * *setup_.speed, last_->changed);
+  return last_->pace > 0.0 && !seen_coming;
 }
 
 void AxisTrack::LoseCount() {
-  place_ = {.known = false, .said = false, .offset = {}};
-  last_.reset();
-  rest_.reset();
+  Forget();
+  if (setup_.OnlyCounts()) place_ = {.known = false, .said = false, .offset = {}};
 }
 
 void AxisTrack::Say(Native position, Native device) {
@@ -275,7 +314,7 @@ void AxisTrack::Say(Native position, Native device) {
   adrift_ = {};
   arrived_ = true;
   slack_.Restore(slack_.left(), position);
-  last_ = {position, last_ ? last_->since : Instant{}};
+  last_ = Reading{.position = position, .since = last_ ? last_->since : Instant{}};
   rest_ = position;
 }
 

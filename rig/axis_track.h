@@ -97,13 +97,19 @@ class AxisTrack {
   /// It answers again, after it did not, the device saying `state`: what its position is worth. `before`: as it was
   /// last known, on its way to `target`, if to anywhere.
   void Return(const AxisMemory& before, std::optional<Native> target, const drivers::AxisState& state);
-  /// Nothing is known any more.
-  void Forget() { place_.known = false; }
-  /// Of an axis that only counts: whether a reading, in the device's own count, is that of a device which has begun to
-  /// count from zero anew, since no motion explains it. `target`: of a motion of this rig that is under way.
-  bool FellToZero(const drivers::AxisState& state, Instant sampled_at, std::optional<Native> target) const;
-  bool RestsAtZero(const drivers::AxisState& state) const { return !state.moving && Near(state.position, {}); }
-  /// It has lost count: positions are the device's own from now on, and mean nothing.
+  /// Nothing is known any more, and where it stands next is nobody's motion.
+  void Forget();
+  /// Of an axis that counts: whether a reading, in the device's own count, is that of a device which has begun to
+  /// count from zero anew, since no motion explains it. `ours`: the leg of this rig that is under way.
+  struct Heading {
+    Native target;
+    bool live = false;  ///< readings have shown it on its way
+  };
+  bool FellToZero(Native device, Instant sampled_at, const std::optional<Heading>& ours) const;
+  /// Two readings by the device's own count are of one place at zero, but for what the count of a device trembles that
+  /// has just got power.
+  bool StaysAtZero(Native device, Native before) const;
+  /// It has lost count. Positions of an axis without a reference are the device's own from now on.
   void LoseCount();
   /// It stands at `position`, which the device calls `device`: somebody has said so.
   void Say(Native position, Native device);
@@ -117,13 +123,18 @@ class AxisTrack {
   };
   struct Reading {
     Native position;
-    Instant since{};  ///< the first one that said so
+    Instant since{};    ///< the first one that said so
+    Instant changed{};  ///< as `since`, but no sooner than the last command
+    double pace = 0.0;  ///< native units a second, from the place before to this one
+    bool moving = false;
   };
   struct MovedBy {
     bool us = false;
     bool another = false;
   };
   double Scatter() const;
+  double PowerUpScatter() const;
+  bool AtZero(Native device) const;
   bool Near(Native a, Native b) const;
   bool Stands(const AxisMemory& memory, Native device) const;
   void Trust(const AxisMemory& memory, Native position);

@@ -108,7 +108,10 @@ void Rig::Impl::AdvanceMotions() {
   if (!reader.connected()) return;
   for (const Axis axis : drivers::kAxes) {
     if (!axes[axis]) continue;
-    if (auto end = axes[axis]->Advance(*reader.sampled_at())) EndMotion(axis, *std::move(end));
+    auto end = axes[axis]->Advance(*reader.sampled_at());
+    if (!end) continue;
+    if (!*end && end->error().code == Code::Disconnected) reader.NoteBrokenLink();
+    EndMotion(axis, *std::move(end));
   }
 }
 
@@ -221,6 +224,7 @@ void Rig::Impl::Stop(const std::vector<Axis>& named, StopCallback done) {
     if (!axes[axis] || !(Names(named, axis) || (ends_search && axis == Axis::Focus))) continue;
     const auto stopped = axes[axis]->Stop();
     if (!stopped && answer) answer = stopped;
+    if (!stopped && stopped.error().code == Code::Disconnected) reader.NoteBrokenLink();
     if (!axes[axis]->runs_out()) EndMotion(axis, PassOn(cancelled));
   }
   autofocus.Cancel(cancelled);

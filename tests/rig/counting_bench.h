@@ -25,6 +25,9 @@ struct Bench {
   double zero = 0.0;   ///< the shaft's place where the controller counts 0
   double saved = 0.0;  ///< the count that it last wrote to its own memory
   bool answers = true;
+  int unanswered = 0;                      ///< the next so many questions fail, with `says`
+  Code says = Code::Disconnected;          ///< a question that fails
+  Instant says_moving_until{};             ///< its "moving" is late
   int false_zeros = 0;                     ///< the next so many readings say 0, whatever is true
   double lowest = kTravel, highest = 0.0;  ///< that the shaft has been sent to
 
@@ -68,7 +71,8 @@ class CountingLens final : public drivers::Lens {
     return can;
   }
   Result<void> Answer() const {
-    if (!bench_->answers) return Fail(Code::Disconnected, "no power, or no cable");
+    const bool fails = bench_->unanswered > 0 && bench_->unanswered-- > 0;
+    if (!bench_->answers || fails) return Fail(bench_->says, "no power, or no cable");
     return {};
   }
   void Go(double to) {
@@ -106,7 +110,7 @@ class CountingLens final : public drivers::Lens {
     drivers::LensState state;
     state.sampled_at = now;
     auto& focus = state.axes[Axis::Focus].emplace();
-    focus.moving = moving;
+    focus.moving = moving || now < bench_->says_moving_until;
     focus.position = Native{kind_.feedback == Feedback::Encoder ? std::round(bench_->ShaftAt(now))
                             : drivers::Follows(kind_.feedback)  ? count
                                                                 : told_.value_or(count)};
@@ -190,6 +194,11 @@ struct Station {
   Result<MoveOutcome> Move(const Target& target) {
     Answers<MoveOutcome> answers;
     rig->Move(Axis::Focus, target, answers.Take());
+    return Await(answers);
+  }
+  Result<MoveOutcome> Home() {
+    Answers<MoveOutcome> answers;
+    rig->Home(Axis::Focus, answers.Take());
     return Await(answers);
   }
   Result<void> Say(double position) {

@@ -1,0 +1,150 @@
+// Motors that count their steps and lose their power for a moment, at rest and in mid-move, some without one question
+// that fails: the count comes back at zero or near it. Nothing is called reached that is elsewhere, and no other
+// program is blamed.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <random>
+#include <string>
+
+#include "counting_bench.h"
+#include "test_level.h"
+
+namespace lensd::rig {
+namespace {
+
+enum class Noticed { Nothing, LostAnswers, BrokenLink, Gap };
+
+struct Cut {
+  Kind kind;
+  bool in_mid_move = false;
+  Noticed noticed = Noticed::Nothing;
+  double comes_back_at = 0.0;  ///< the count after it
+  bool says_moving = false;    ///< for half a second more
+  std::string Text() const {
+    return std::string(kind.can_home ? "can home" : "has no reference") +
+           (kind.speed_known ? "" : ", speed not known") + (in_mid_move ? ", in mid-move" : ", at rest") +
+           ", noticed by " + std::to_string(static_cast<int>(noticed)) + ", comes back at " +
+           std::to_string(comes_back_at) + (says_moving ? ", says that it moves" : "");
+  }
+};
+
+class CutTeller {
+ public:
+  explicit CutTeller(unsigned seed) : random_(seed) {}
+  int Whole(int low, int high) { return std::uniform_int_distribution(low, high)(random_); }
+  bool Chance(double part) { return std::uniform_real_distribution(0.0, 1.0)(random_) < part; }
+  /// Not where the count would be after a loss of power: nobody could tell that apart, and it would not matter.
+  double Place() { return Whole(40, static_cast<int>(kTravel)); }
+  Cut Draw() {
+    Cut cut;
+    cut.kind = {.can_home = Chance(0.6), .speed_known = Chance(0.5)};
+    cut.in_mid_move = Chance(0.5);
+    cut.noticed = static_cast<Noticed>(Whole(0, 3));
+    cut.comes_back_at = Chance(0.4) ? 0.0 : Whole(-3, 3);
+    cut.says_moving = cut.in_mid_move && Chance(0.3);
+    return cut;
+  }
+
+ private:
+  std::mt19937 random_;
+};
+
+struct CutTally {
+  int cuts = 0, reached = 0, refused = 0, unknown = 0;
+};
+
+void CheckTruth(Station& station, const Result<MoveOutcome>& moved, CutTally& tally) {
+  EXPECT_FALSE(station.Focus().moved_by_another);
+  if (!moved) {
+    tally.refused += moved.error().code == Code::NotHomed;
+    return;
+  }
+  EXPECT_NE(moved->cause, MoveCause::External) << moved->reason;
+  if (moved->cause == MoveCause::PositionUnknown) {
+    ++tally.unknown;
+    EXPECT_FALSE(station.Focus().homed);
+    return;
+  }
+  if (!moved->reached) return;
+  ++tally.reached;
+  EXPECT_NEAR(station.Shaft(), moved->position.value, moved->bound.value + 1e-6) << "falsely reached";
+}
+
+void LosePower(Station& station, const Cut& cut, CutTeller& draw) {
+  Bench& bench = *station.bench;
+  const Instant now = station.clock.Now();
+  bench.LosePower(now, cut.comes_back_at);
+  bench.unanswered = cut.noticed == Noticed::LostAnswers  ? draw.Whole(1, 2)
+                     : cut.noticed == Noticed::BrokenLink ? 1
+                                                          : 0;
+  bench.says = cut.noticed == Noticed::LostAnswers ? Code::Timeout : Code::Disconnected;
+  if (cut.says_moving) bench.says_moving_until = now + 500ms;
+  if (cut.noticed != Noticed::Gap) return;
+  bench.answers = false;
+  station.Run(std::chrono::milliseconds(draw.Whole(50, 300)));
+  bench.answers = true;
+}
+
+void Play(const Cut& cut, CutTeller& draw, CutTally& tally) {
+  ++tally.cuts;
+  Station station;
+  station.kind = cut.kind;
+  station.bench->from = station.bench->to = draw.Place();
+  station.Open();
+  if (cut.kind.can_home) {
+    ASSERT_TRUE(station.Home()->reached);
+  }
+  const double stood = draw.Place();
+  ASSERT_TRUE(station.Move(At(stood))->reached);
+  station.Run(std::chrono::milliseconds(draw.Chance(0.3) ? 0 : draw.Whole(1, 1500)));
+  Answers<MoveOutcome> midway;
+  double target = draw.Chance(0.3) ? 0.0 : draw.Place();
+  while (std::abs(target - stood) < 20.0) target = draw.Place();
+  if (cut.in_mid_move) {
+    station.rig->Move(Axis::Focus, At(target), midway.Take());
+    // It is not cut where it counts almost nothing; on its way to zero not before anybody can have seen it on its way.
+    const double way = std::min(std::abs(target - stood), std::max(20.0, stood - 40.0));
+    station.Run(
+        std::chrono::microseconds(std::lround(1e6 * way / kSpeed * draw.Whole(target == 0.0 ? 40 : 5, 90) / 100.0)));
+    ASSERT_TRUE(midway.all.empty());
+  }
+  LosePower(station, cut, draw);
+  if (cut.in_mid_move) CheckTruth(station, station.Await(midway), tally);
+  if (draw.Chance(0.5)) station.Run(std::chrono::milliseconds(draw.Whole(1, 2000)));
+  for (int i = 0; i < 3; ++i) {
+    const auto moved = station.Move(At(draw.Chance(0.3) ? target : draw.Place()));
+    CheckTruth(station, moved, tally);
+  }
+  station.Run(2s);
+  EXPECT_FALSE(station.Focus().homed);
+  EXPECT_EQ(station.Focus().lost, !cut.kind.can_home);
+  if (!cut.kind.can_home) return;
+  const auto refused = station.Move(At(500));
+  ASSERT_FALSE(refused) << refused->reason;
+  EXPECT_EQ(refused.error().code, Code::NotHomed);
+  ASSERT_TRUE(station.Home()->reached);
+  for (const double place : {draw.Place(), 0.0}) {
+    const auto moved = station.Move(At(place));
+    ASSERT_TRUE(moved) << moved.error().message;
+    EXPECT_TRUE(moved->reached) << moved->reason;
+    EXPECT_EQ(station.Shaft(), place);
+  }
+}
+
+TEST(Power, AMomentWithoutItIsNeitherAMoveNorAnotherProgram) {
+  const long cuts = testing::ByLevel(100, 400, 40000);
+  CutTally tally;
+  for (long i = 0; i < cuts && !::testing::Test::HasFailure(); ++i) {
+    CutTeller draw(static_cast<unsigned>(i + 1));
+    const Cut cut = draw.Draw();
+    SCOPED_TRACE(::testing::Message() << "seed " << i + 1 << ": " << cut.Text());
+    Play(cut, draw, tally);
+  }
+  std::printf("%d cuts: %d moves reached, %d refused, %d with the place unknown\n", tally.cuts, tally.reached,
+              tally.refused, tally.unknown);
+}
+
+}  // namespace
+}  // namespace lensd::rig
