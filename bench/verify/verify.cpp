@@ -12,14 +12,19 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/command.h"
-#include "bench/verify/relative_blur.h"
 #include "io/png.h"
 #include "io/svg.h"
+#include "verify/relative_blur.h"
 
 namespace lensd::bench {
 namespace {
 
 using nlohmann::json;
+using verify::BlurBetween;
+using verify::FramesToCompare;
+using verify::kFewestPixels;
+using verify::Plane;
+using verify::SliceBlur;
 
 struct Options {
   std::string reference_a, reference_b, picture, depth_map, predicted, svg;

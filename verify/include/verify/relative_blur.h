@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "base/result.h"
-#include "bench/verify/disk_blur.h"
+#include "verify/plane.h"
 
-namespace lensd::bench {
+namespace lensd::verify {
 
 /// The blur found where the depth lies in [near_m, far_m): the diameter of the picture's disk, in pixels.
 struct SliceBlur {
@@ -43,4 +43,4 @@ struct FramesToCompare {
 Result<std::vector<SliceBlur>> BlurBetween(const FramesToCompare& frames, const std::vector<float>& depth_m,
                                            std::span<const double> edges_m, double largest_px);
 
-}  // namespace lensd::bench
+}  // namespace lensd::verify

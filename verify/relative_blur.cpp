@@ -1,7 +1,7 @@
 // The frame is cut into slices of depth. First the picture's displacement is found, by coarse structures and then
 // together with the blur, since a reference laid beside the picture looks like one more blurred; then each slice's
 // diameter.
-#include "bench/verify/relative_blur.h"
+#include "verify/relative_blur.h"
 
 #include <algorithm>
 #include <array>
@@ -10,10 +10,10 @@
 #include <optional>
 #include <utility>
 
-#include "bench/verify/likelihood.h"
-#include "bench/verify/spectra.h"
+#include "likelihood.h"
+#include "spectra.h"
 
-namespace lensd::bench {
+namespace lensd::verify {
 namespace {
 
 constexpr double kLargestDepthChange = 0.03;  // of the depth, within the surroundings
@@ -256,4 +256,4 @@ Result<std::vector<SliceBlur>> BlurBetween(const FramesToCompare& frames, const 
   return found;
 }
 
-}  // namespace lensd::bench
+}  // namespace lensd::verify

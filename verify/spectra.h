@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "bench/verify/disk_blur.h"
+#include "disk_blur.h"
 
-namespace lensd::bench {
+namespace lensd::verify {
 
 /// Blocks of kBlock x kBlock pixels are transformed one by one; their frequencies are gathered in rings of 1/kBlock
 /// cycles a pixel.
@@ -89,4 +89,4 @@ class SpectraTaker {
   std::vector<Spectra> at_rest_;  ///< what does not change with the displacement: pixels, picture and noise
 };
 
-}  // namespace lensd::bench
+}  // namespace lensd::verify

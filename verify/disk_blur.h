@@ -4,14 +4,9 @@
 #include <complex>
 #include <vector>
 
-namespace lensd::bench {
+#include "verify/plane.h"
 
-/// Grey levels, row-major, width * height.
-struct Plane {
-  int width = 0;   ///< px
-  int height = 0;  ///< px
-  std::vector<float> values;
-};
+namespace lensd::verify {
 
 /// A sideways displacement of the picture, px.
 struct Shift {
@@ -48,4 +43,4 @@ class DiskBlur {
   std::vector<std::complex<float>> spectrum_;  // padded_height_ rows of padded_width_
 };
 
-}  // namespace lensd::bench
+}  // namespace lensd::verify

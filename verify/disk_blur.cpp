@@ -1,6 +1,6 @@
 // The plane is continued by its mirror image, transformed once, and multiplied by the disk's response for every
 // diameter asked for.
-#include "bench/verify/disk_blur.h"
+#include "disk_blur.h"
 
 #include <kissfft/kiss_fftnd.h>
 
@@ -10,7 +10,7 @@
 #include <memory>
 #include <numbers>
 
-namespace lensd::bench {
+namespace lensd::verify {
 namespace {
 
 int Mirrored(int index, int size) {
@@ -117,4 +117,4 @@ Plane DiskBlur::Blurred(double diameter_px, Shift shift) const {
   return out;
 }
 
-}  // namespace lensd::bench
+}  // namespace lensd::verify

@@ -1,6 +1,7 @@
-// Do the error bars of lens-bench verify contain the truth, and how do they compare with what the frames allow? Frames are sums
-// of sinusoids with photon and read noise, rounded; what a disk leaves of each sinusoid is integrated here, chord by
-// chord, and the Cramér-Rao bound is worked out from the very sinusoids: nothing is shared with what is judged.
+// Do the error bars of lensctl verify contain the truth, and how do they compare with what the frames allow? Frames
+// are sums of sinusoids with photon and read noise, rounded; what a disk leaves of each sinusoid is integrated here,
+// chord by chord, and the Cramér-Rao bound is worked out from the very sinusoids: nothing is shared with what is
+// judged.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,9 +9,9 @@
 #include <numbers>
 #include <random>
 
-#include "bench/verify/relative_blur.h"
+#include "verify/relative_blur.h"
 
-namespace lensd::bench {
+namespace lensd::verify {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -30,6 +31,12 @@ double KeptBy(double diameter, double frequency) {
   }
   return 2 * sum / kChords;
 }
+
+/// A sideways displacement, px.
+struct Shift {
+  double x = 0.0;
+  double y = 0.0;
+};
 
 struct Case {
   int size = 128;
@@ -172,8 +179,8 @@ Score ScoreOf(unsigned seed, double low, double high) {
   return score;
 }
 
-// How wide the bars are beside the bound, and how often there is no upper end, is printed and not judged: the goals (2.5
-// times the bound, an upper end nearly always) are not met yet (docs/plan.md).
+// How wide the bars are beside the bound, and how often there is no upper end, is printed and not judged: the goals
+// (2.5 times the bound, an upper end nearly always) are not met yet (docs/plan.md).
 TEST(BlurCoverage, ErrorBarsContainTheTruth) {
   Score score = ScoreOf(20261122, 0.3, 8.0);
   score.Print("0.3 to 8 px");
@@ -205,4 +212,4 @@ TEST(BlurCoverage, SaysAtMostWhereTheFramesCannotTell) {
 }
 
 }  // namespace
-}  // namespace lensd::bench
+}  // namespace lensd::verify

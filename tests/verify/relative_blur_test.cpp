@@ -1,6 +1,6 @@
 // Truth here is a sum of sinusoids: blurred by a disk, each keeps its place and is scaled by 2 J1(x)/x, so pictures of
 // any blur are written down directly, without convolving anything.
-#include "bench/verify/relative_blur.h"
+#include "verify/relative_blur.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-namespace lensd::bench {
+namespace lensd::verify {
 namespace {
 
 constexpr int kSize = 128;
@@ -93,4 +93,4 @@ TEST(BlurBetween, RefusesFramesOfDifferentSizes) {
 }
 
 }  // namespace
-}  // namespace lensd::bench
+}  // namespace lensd::verify

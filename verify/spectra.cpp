@@ -1,7 +1,7 @@
 // The reference is blurred as a whole, so that every pixel gets the light of its true neighbours; only then is a part
 // cut out of it and out of the picture alike. What cutting does to noise that the blur has made alike from pixel to
 // pixel is worked out exactly: its covariance times the autocorrelation of the part's shape.
-#include "bench/verify/spectra.h"
+#include "spectra.h"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 #include <functional>
 #include <numbers>
 
-namespace lensd::bench {
+namespace lensd::verify {
 namespace {
 
 using Values = std::vector<std::complex<float>>;
@@ -231,4 +231,4 @@ std::vector<Spectra> SpectraTaker::Take(Shift shift) const {
   return Take(at_rest_.empty() ? 0 : static_cast<int>(at_rest_.front().steps.size()), shift);
 }
 
-}  // namespace lensd::bench
+}  // namespace lensd::verify

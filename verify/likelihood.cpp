@@ -3,19 +3,19 @@
 // likeliest diameter, whatever the weights; where Q exceeds it by z^2 lie the ends of the interval. Were the reference
 // free of noise, Q would be a chi-square; with noise in both frames its slope scatters more than its curvature says,
 // and Q is scaled by the ratio of the two (as for any likelihood that is not quite the true one).
-#include "bench/verify/likelihood.h"
+#include "likelihood.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
-namespace lensd::bench {
+namespace lensd::verify {
 namespace {
 
-constexpr int kFirstRing = 2;               // block means are gone, and much of what lies beside them
-constexpr double kTwoSided = 2.0;           // standard deviations: 95.4 %
-constexpr double kOneSided = 2.33;          // 99 %
+constexpr int kFirstRing = 2;       // block means are gone, and much of what lies beside them
+constexpr double kTwoSided = 2.0;   // standard deviations: 95.4 %
+constexpr double kOneSided = 2.33;  // 99 %
 constexpr double kFinePx = 0.05;
 constexpr int kPasses = 6;  // weights and fit follow from each other
 
@@ -194,4 +194,4 @@ DiameterFit FitDiameter(const Spectra& spectra) {
   return fit;
 }
 
-}  // namespace lensd::bench
+}  // namespace lensd::verify

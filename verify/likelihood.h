@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "bench/verify/spectra.h"
+#include "spectra.h"
 
-namespace lensd::bench {
+namespace lensd::verify {
 
 inline constexpr double kQuantisation = 1.0 / 12;  ///< variance of rounding, levels^2
 
@@ -24,4 +24,4 @@ struct DiameterFit {
 /// picture's noise is what the best fit leaves. Needs eight steps or more.
 DiameterFit FitDiameter(const Spectra& spectra);
 
-}  // namespace lensd::bench
+}  // namespace lensd::verify
