@@ -17,6 +17,7 @@ void AddConjugate(CLI::App& root, Run& run);
 void AddProject(CLI::App& root, Run& run);
 void AddLight(CLI::App& root, Run& run);
 void AddMerge(CLI::App& root, Run& run);
+void AddVerify(CLI::App& root, Run& run);
 
 inline constexpr std::initializer_list<AddCommand> kCommands = {
     AddPlan,       AddBlur,      AddDof,        AddConjugate, AddProject,  AddLight,      AddDevices, AddList,
@@ -24,7 +25,7 @@ inline constexpr std::initializer_list<AddCommand> kCommands = {
     AddWait,       AddAutofocus, AddFocusMap,   AddCalibrate, AddBacklash, AddFocusShift, AddFocusAt, AddRefocus,
     AddPreset,     AddUndo,      AddSnapshot,   AddExposure,  AddStack,    AddMonitor,    AddMetrics, AddLog,
     AddLease,      AddHold,      AddReload,     AddBackup,    AddRestore,  AddSetup,      AddDoctor,  AddCall,
-    AddIntrospect, AddHelp,      AddCompletion, AddMerge,     AddLearned,  AddHere,
+    AddIntrospect, AddHelp,      AddCompletion, AddMerge,     AddVerify,   AddLearned,    AddHere,
 };
 
 }  // namespace lensd::cli

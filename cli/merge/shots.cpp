@@ -21,23 +21,6 @@ std::optional<double> NumberInNotes(const std::string& text) {
                                                                                           : std::nullopt;
 }
 
-std::expected<Shot, Failure> ReadShot(const std::string& file) {
-  const auto notes = io::ReadOwnNotes(file);
-  if (!notes) return RefuseInput(notes);
-  Shot shot;
-  shot.file = file;
-  for (const auto& [name, value] : *notes) {
-    if (name == "Lens") shot.lens = value;
-    if (name == "VergenceD") shot.vergence_d = NumberInNotes(value);
-    if (name == "ExtensionMm") shot.extension_mm = NumberInNotes(value);
-    if (name == "FocalLengthMm") shot.focal_length_mm = NumberInNotes(value);
-    if (name == "FNumber") shot.f_number = NumberInNotes(value);
-    if (name == "FocusPosition") shot.position = NumberInNotes(value);
-    if (name == "MergedFrames") shot.merged = true;
-  }
-  return shot;
-}
-
 /// "shot-" and 12 of "shot-12"; no number: none.
 struct Numbered {
   std::string name;
@@ -137,6 +120,23 @@ std::optional<Failure> Mixed(const std::vector<Shot>& shots) {
 }
 
 }  // namespace
+
+std::expected<Shot, Failure> ReadShot(const std::string& file) {
+  const auto notes = io::ReadOwnNotes(file);
+  if (!notes) return RefuseInput(notes);
+  Shot shot;
+  shot.file = file;
+  for (const auto& [name, value] : *notes) {
+    if (name == "Lens") shot.lens = value;
+    if (name == "VergenceD") shot.vergence_d = NumberInNotes(value);
+    if (name == "ExtensionMm") shot.extension_mm = NumberInNotes(value);
+    if (name == "FocalLengthMm") shot.focal_length_mm = NumberInNotes(value);
+    if (name == "FNumber") shot.f_number = NumberInNotes(value);
+    if (name == "FocusPosition") shot.position = NumberInNotes(value);
+    if (name == "MergedFrames") shot.merged = true;
+  }
+  return shot;
+}
 
 double ShotStack::PlaceOf(std::size_t shot) const {
   if (order == ShotOrder::Vergence) return shots[shot].vergence_d.value();

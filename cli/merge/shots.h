@@ -17,6 +17,9 @@ struct Shot {
   bool merged = false;  ///< it is what `lensctl merge` made
 };
 
+/// What one PNG file says of itself. NoInput, and BadData where it is no PNG.
+std::expected<Shot, Failure> ReadShot(const std::string& file);
+
 /// What the frames are in order of.
 enum class ShotOrder {
   Vergence,  ///< from far to near

@@ -11,6 +11,7 @@ from harness import BIN, Daemon
 PLAN = "plan --focal-length 50mm --f-number 1.4..16 --extension 0mm..3mm "
 DOF = "dof --focal-length 50mm --f-number 2.8 --blur-limit 20um "
 BLUR = "blur --focal-length 50mm --f-number 2.8 "
+VERIFY = "verify a.png --depth-map d.png "
 LENGTH = "a length in nm um mm cm m km in ft, such as 850mm or 5ft7in"
 DEPTH = "a distance in um mm cm m km in ft (0.8m, 33in), a vergence in D (2.5D), or inf"
 DOF_EXAMPLE = "for example: lensctl dof --focal-length 50mm --f-number 2.8 --focus 6ft --blur-limit 20um; see lensctl dof --help"
@@ -89,6 +90,11 @@ WRONG = (
     (65, PLAN + "--sharp @1:20um --depth-map /etc/passwd", "/etc/passwd: not a PNG file"),
     (68, "plan nobody --sharp 2m:20um", 'there is no lens "nobody"; see lensctl list'),
     (64, "plan a --apply --stack --sharp 2m:20um", "--apply is for one plan; leave --stack out, or take the stack: lensctl stack -o DIR"),
+    # the proof by picture
+    (64, "verify", "PICTURE is required; for example: lensctl verify picture.png --reference a.png"),
+    (64, VERIFY + "--reference b.png", "--reference is needed twice or more"),
+    (66, VERIFY + "--reference b.png --reference c.png", "a.png: No such file or directory"),
+    (64, VERIFY + "--reference b.png --reference c.png --sharp 1m..2m:5um", "needs the size of a pixel: add --pixel"),
     # moves
     (64, "focus", "write lensctl focus [NAME] TARGET, a distance or vergence (0.8m, 1.2D, inf)"),
     (64, "focus a 5", "TARGET '5': a bare number; give its unit: " + DEPTH),
