@@ -18,17 +18,22 @@
 #include "bench/render/render.h"
 #include "bench/report/report.h"
 #include "bench/rpc/rpc.h"
-#include "bench/verify/verify.h"
 
 namespace lensd::bench {
 namespace {
+
+/// The command was moved into lensctl. For one release its old name says so to scripts that still call it.
+int NameVerify(int, char**) {
+  std::cerr << "lens-bench verify: this is a command of lensctl now: lensctl verify; see lensctl verify --help\n";
+  return EX_USAGE;
+}
 
 /// Every subcommand. One line each, declared in the command's own header.
 const std::vector<Command>& Commands() {
   static const std::vector<Command> commands = {
       {"autofocus", "methods side by side on one scene: frames, time, error, refusals", RunAutofocusCommand},
       {"drivers", "drivers on simulated devices: what calls and moves cost, what a bad wire does", RunDrivers},
-      {"evidence", "all of these but verify, every figure kept with its command: resumable", RunEvidence},
+      {"evidence", "all of these, every figure kept with its command: resumable", RunEvidence},
       {"gallery", "the lecture's optics: charts, and rendered frames that show the same", RunGallery},
       {"measure", "focus measures against OpenCV's and one read of the memory", RunMeasure},
       {"move", "a step of a ringing actuator, raw and shaped: what is left when", RunMove},
@@ -36,7 +41,7 @@ const std::vector<Command>& Commands() {
       {"render", "renderers and their peers: time against error, cost against disk diameter", RunRender},
       {"report", "one page of charts from what evidence kept; --quick --baseline: a guard", RunReport},
       {"rpc", "what a question to the daemon costs, beside a bare socket and sd-bus", RunRpc},
-      {"verify", "does a picture keep its blur limits? judged from frames alone", RunVerify},
+      {"verify", "is a command of lensctl now: lensctl verify", NameVerify},
   };
   return commands;
 }

@@ -174,7 +174,7 @@ WRONG = (
     (64, "lens-bench autofocus", "give either --scene or --replay, as in --scene scenes/brick.toml"),
     (74, "lens-bench autofocus --scene /nonexistent.toml", "/nonexistent.toml: No such file or directory"),
     (64, "lens-bench autofocus --runs 0 --scene x.toml", "--runs: Value 0 not in range 1 to 1000000; see lens-bench autofocus --help"),
-    (64, "lens-bench verify", "--reference-a is required; write lens-bench verify --reference-a"),
+    (64, "lens-bench verify", "this is a command of lensctl now: lensctl verify"),
     (64, "lens-bench report", "--output is required; write lens-bench report --output"),
     (64, "lens-bench render --bogus", "there is no option --bogus; see lens-bench render --help"),
     (64, "lens-bench evidence extra", "'extra' is no option; see lens-bench evidence --help"),
