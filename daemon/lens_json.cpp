@@ -171,12 +171,13 @@ Json AbsentInfoJson(const std::string& name, std::string_view driver) {
           {"axes", Json::array()}, {"optics", nullptr}, {"camera", nullptr}, {"leftOut", Json::array()}};
 }
 
-/// Without the frames that came well: a state that changes with each of them would be told all the time.
+/// Without the frames that came well, or nearly: a state that changes with each of them would be told all the time.
 Json CountersJson(const rig::Status& status) {
   const drivers::Counters& counters = status.counters;
-  return {{"framesLost", counters.frames_lost},   {"framesLate", counters.frames_late},
-          {"packetsLost", counters.packets_lost}, {"packetsResent", counters.packets_resent},
-          {"busErrors", counters.bus_errors},     {"temperaturesLeftOut", status.temperatures_left_out}};
+  return {{"framesLost", counters.frames_lost},      {"framesLate", counters.frames_late},
+          {"packetsLost", counters.packets_lost},    {"packetsResent", counters.packets_resent},
+          {"busErrors", counters.bus_errors},        {"temperaturesLeftOut", status.temperatures_left_out},
+          {"framesDamaged", counters.frames_damaged}};
 }
 
 Json UnwrittenJson(std::string_view file, const rig::Unkept& unkept) {

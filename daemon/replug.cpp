@@ -37,6 +37,8 @@ drivers::Counters Sum(drivers::Counters sum, const drivers::Counters& more) {
   sum.frames_late += more.frames_late;
   sum.packets_lost += more.packets_lost;
   sum.packets_resent += more.packets_resent;
+  sum.frames_damaged += more.frames_damaged;
+  sum.frames_flawed += more.frames_flawed;
   sum.bus_errors += more.bus_errors;
   return sum;
 }
@@ -279,7 +281,11 @@ class ReplugCamera final : public drivers::Camera {
     return Forward([](drivers::Camera& camera) { return camera.Stop(); });
   }
   Result<std::optional<drivers::Frame>> DoPoll() override {
-    return Forward([](drivers::Camera& camera) { return camera.Poll(); });
+    return Forward([this](drivers::Camera& camera) {
+      auto frame = camera.Poll();
+      unusable_ = camera.unusable();
+      return frame;
+    });
   }
   Result<void> DoSetExposure(Duration exposure) override {
     auto set = Forward([&](drivers::Camera& camera) { return camera.SetExposure(exposure); });
@@ -298,11 +304,13 @@ class ReplugCamera final : public drivers::Camera {
     slot_->Interrupt([](drivers::Device& device) { device.camera->Interrupt(); });
   }
   drivers::Counters DoCount() const override { return slot_->camera_counts(); }
+  drivers::UnusableFrames DoTellUnusable() const override { return unusable_; }
 
   std::shared_ptr<Slot> slot_;
   int generation_ = 0;
   bool streaming_ = false;
-  drivers::ExposureState wanted_;  ///< what its user has set
+  drivers::ExposureState wanted_;     ///< what its user has set
+  drivers::UnusableFrames unusable_;  ///< of the newest poll
 };
 
 }  // namespace

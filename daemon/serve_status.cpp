@@ -33,7 +33,7 @@ void ListAsKnown(LensService& service, const ExchangePointer& exchange) {
   // What was added since 1.0, each under a name that the comment of what was added gives.
   exchange->Finish(
       reply + R"(],"instance":")" + service.watchers().instance() +
-      R"(","features":["direction","focusAt","focusMap","hold","learned","learnedSides","leftOut","refocus","searchConditions","setPosition","stars","stateBounds","undo"]})");
+      R"(","features":["badFrames","direction","focusAt","focusMap","hold","learned","learnedSides","leftOut","refocus","searchConditions","setPosition","stars","stateBounds","undo"]})");
 }
 
 void List(LensService& service, const ExchangePointer& exchange) {
@@ -76,6 +76,7 @@ void Metrics(LensService& service, const ExchangePointer& exchange) {
                        {"autofocuses", tally.autofocuses},
                        {"autofocusesFocused", tally.focused},
                        {"frames", counters.frames},
+                       {"framesFlawed", counters.frames_flawed},
                        {"refused", work.refused.load()},
                        {"openings", work.openings.load()},
                        {"failures", work.failures.load()},

@@ -71,6 +71,7 @@ class TenantCamera final : public drivers::Camera {
   }
   void DoInterrupt() override { camera_->Interrupt(); }
   drivers::Counters DoCount() const override { return camera_->counters(); }
+  drivers::UnusableFrames DoTellUnusable() const override { return camera_->unusable(); }
 
   const std::shared_ptr<const Tenure> tenure_;
   const std::unique_ptr<drivers::Camera> camera_;

@@ -24,6 +24,8 @@ constexpr std::array kOfMetrics{
     Counter{"autofocuses", "lensd_autofocuses_total", "Searches for focus that ended by themselves."},
     Counter{"autofocusesFocused", "lensd_autofocuses_focused_total", "Searches for focus that were sure."},
     Counter{"frames", "lensd_frames_total", "Frames that came whole."},
+    Counter{"framesFlawed", "lensd_frames_flawed_total",
+            "Frames that are shown though they have bytes too many or no end marker."},
     Counter{"refused", "lensd_calls_refused_total", "Calls that were answered with an error because of this lens."},
     Counter{"openings", "lensd_openings_total", "Times that its device was opened."},
     Counter{"failures", "lensd_failures_total", "Times that the lens failed and was opened anew."},
@@ -46,6 +48,7 @@ constexpr std::array kOfCounters{
     Counter{"framesLate", "lensd_frames_late_total", "Frames that came more than a frame time late."},
     Counter{"packetsLost", "lensd_packets_lost_total", "Packets of a network camera that never came."},
     Counter{"packetsResent", "lensd_packets_resent_total", "Packets of a network camera that were sent again."},
+    Counter{"framesDamaged", "lensd_frames_damaged_total", "Frames that came and could not be used."},
     Counter{"busErrors", "lensd_bus_errors_total", "Questions to a device without a proper answer."},
     Counter{"temperaturesLeftOut", "lensd_temperatures_left_out_total", "Readings of a thermometer that cannot be."},
 };

@@ -176,7 +176,8 @@ bool CheckCounters(const Json& lens, Findings& findings) {
   if (frames >= kMany) {
     findings.Warn(
         check,
-        std::to_string(count("framesLost")) + " frames lost, " + std::to_string(count("framesLate")) + " late, " +
+        std::to_string(count("framesLost")) + " frames lost, " + std::to_string(count("framesDamaged")) +
+            " of them damaged, " + std::to_string(count("framesLate")) + " late, " +
             std::to_string(count("packetsLost")) + " packets lost",
         "give the camera a port of its own; on a network larger packets (packet_size and the interface's MTU) "
         "or packet_delay_us, on USB a lower frame_rate_hz");

@@ -214,9 +214,12 @@ std::string MetricsText(const Json& metrics) {
           " verified" +
           (whole ? ", " + count(metrics, "movesMissed") + " missed; took " + MeanText(metrics["settleMs"]) : ""));
   row("searches", count(metrics, "autofocuses") + ", " + count(metrics, "autofocusesFocused") + " focused");
-  row("frames", count(metrics, "frames") + ", " + count(lost, "framesLost") + " lost, " + count(lost, "framesLate") +
-                    " late; packets: " + count(lost, "packetsLost") + " lost, " + count(lost, "packetsResent") +
-                    " sent again");
+  const std::string damaged = ", " + count(lost, "framesDamaged") + " of them damaged, ";
+  const std::string flawed = ", " + count(metrics, "framesFlawed") + " shown with flaws";
+  row("frames", count(metrics, "frames") + ", " + count(lost, "framesLost") + " lost" +
+                    (Has(lost, "framesDamaged") ? damaged : ", ") + count(lost, "framesLate") + " late" +
+                    (Has(metrics, "framesFlawed") ? flawed : "") + "; packets: " + count(lost, "packetsLost") +
+                    " lost, " + count(lost, "packetsResent") + " sent again");
   if (whole) {
     row("calls", count(metrics, "refused") + " refused, " + count(metrics, "commandsWaiting") + " waiting; waited " +
                      MeanText(metrics["waitMs"]));

@@ -27,6 +27,20 @@ void FrameCounter::Came(std::uint64_t sequence, Instant at) {
   last_ = {sequence, at};
 }
 
+void FrameCounter::Damaged(std::uint64_t sequence, Instant at) {
+  const std::lock_guard lock(mutex_);
+  ++counts_.frames_damaged;
+  ++counts_.frames_lost;
+  if (last_ && sequence <= last_->sequence) return;
+  if (last_) counts_.frames_lost += sequence - last_->sequence - 1;
+  last_ = {sequence, at};
+}
+
+void FrameCounter::Flawed() {
+  const std::lock_guard lock(mutex_);
+  ++counts_.frames_flawed;
+}
+
 void FrameCounter::CountPackets(std::uint64_t lost, std::uint64_t resent) {
   const std::lock_guard lock(mutex_);
   counts_.packets_lost += lost;

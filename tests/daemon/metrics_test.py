@@ -45,15 +45,15 @@ class Metrics(unittest.TestCase):
     def test_each_is_counted_once_and_of_its_own_lens(self):
         draw = random.Random(5)
         nothing = {"framesLost": 0, "framesLate": 0, "packetsLost": 0, "packetsResent": 0, "busErrors": 0,
-                   "temperaturesLeftOut": 0}
+                   "temperaturesLeftOut": 0, "framesDamaged": 0}
         with self.daemon.client() as client:
             first = self.metrics(client)["good"]
             for histogram in (first.pop("waitMs"), first.pop("settleMs")):
                 self.assertEqual((histogram["count"], histogram["sumMs"]), (0, 0))
                 self.assertEqual(histogram["counts"], [0] * (len(histogram["upToMs"]) + 1))
             self.assertEqual(first, {"lens": "good", "moves": 0, "movesReached": 0, "movesVerified": 0, "movesMissed": 0,
-                                     "autofocuses": 0, "autofocusesFocused": 0, "frames": 0, "refused": 0, "openings": 1,
-                                     "failures": 0, "commandsWaiting": 0, "counters": nothing})
+                                     "autofocuses": 0, "autofocusesFocused": 0, "frames": 0, "framesFlawed": 0, "refused": 0,
+                                     "openings": 1, "failures": 0, "commandsWaiting": 0, "counters": nothing})
             reached = verified = 0
             for _ in range(12):
                 target = draw.randrange(0, 300)

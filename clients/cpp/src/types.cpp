@@ -214,6 +214,9 @@ std::int64_t Counters::busErrors() const {
 std::optional<std::int64_t> Counters::temperaturesLeftOut() const {
   return Access::Get<std::optional<std::int64_t>>(*this, "temperaturesLeftOut");
 }
+std::optional<std::int64_t> Counters::framesDamaged() const {
+  return Access::Get<std::optional<std::int64_t>>(*this, "framesDamaged");
+}
 std::vector<double> Histogram::upToMs() const {
   return Access::Get<std::vector<double>>(*this, "upToMs");
 }
@@ -249,6 +252,9 @@ std::int64_t LensMetrics::autofocusesFocused() const {
 }
 std::int64_t LensMetrics::frames() const {
   return Access::Get<std::int64_t>(*this, "frames");
+}
+std::optional<std::int64_t> LensMetrics::framesFlawed() const {
+  return Access::Get<std::optional<std::int64_t>>(*this, "framesFlawed");
 }
 std::optional<std::int64_t> LensMetrics::refused() const {
   return Access::Get<std::optional<std::int64_t>>(*this, "refused");
@@ -825,6 +831,18 @@ std::optional<SearchedUnder> AutofocusResult::conditions() const {
 }
 std::optional<AutofocusSlope> AutofocusResult::slope() const {
   return Access::Get<std::optional<AutofocusSlope>>(*this, "slope");
+}
+std::vector<AutofocusLeftOut> AutofocusResult::framesLeftOut() const {
+  return Access::Get<std::optional<std::vector<AutofocusLeftOut>>>(*this, "framesLeftOut").value_or(std::vector<AutofocusLeftOut>());
+}
+std::int64_t AutofocusLeftOut::frame() const {
+  return Access::Get<std::int64_t>(*this, "frame");
+}
+double AutofocusLeftOut::position() const {
+  return Access::Get<double>(*this, "position");
+}
+std::string AutofocusLeftOut::reason() const {
+  return Access::Get<std::string>(*this, "reason");
 }
 double KnownSlope::factor() const {
   return Access::Get<double>(*this, "factor");

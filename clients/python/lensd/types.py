@@ -83,9 +83,10 @@ MoveCause = Literal[
 # well enough. deadline: none came in time. missed: the lens did not get where it was sent. sameFrame: a frame was the
 # one before, though the lens had moved between. Feature "searchConditions": notRestored: it found focus under the
 # conditions of the search and the lens stays there, but they could not be taken back, or focus not go on by the shift.
+# Feature "badFrames": lateFrames: frames show where the lens was before, even when one is thrown away after each move.
 AutofocusCause = Literal[
     "found", "noTexture", "tooBright", "severalDepths", "endOfTravel", "subjectMoved", "ambiguous", "unclear",
-    "uncalibrated", "placeUnknown", "deadline", "missed", "sameFrame", "notRestored"]
+    "uncalibrated", "placeUnknown", "deadline", "missed", "sameFrame", "notRestored", "lateFrames"]
 
 # Why backlash was not measured, or is not in force. notFocused: autofocus refused. noPeak: no clear peak of sharpness.
 # noRoom: the soft limits leave none. tooLarge: focus was not found again coming from above. unsteady: the sweeps
@@ -286,6 +287,9 @@ class Counters:
     bus_errors: int
     # Readings of the lens' thermometer that cannot be, and were left out.
     temperatures_left_out: Optional[int] = None
+    # Feature "badFrames". Of framesLost those that came and could not be used: incomplete, torn, of another size, or no
+    # picture to the decoder.
+    frames_damaged: Optional[int] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -323,6 +327,9 @@ class LensMetrics:
     autofocuses_focused: int
     # Frames that came whole.
     frames: int
+    # Feature "badFrames". Those of them that are shown and measured though they have bytes too many, or no end marker
+    # (JPEG).
+    frames_flawed: Optional[int] = None
     # Calls that were answered with an error because of this lens, or of what it was doing.
     refused: Optional[int] = None
     # Times that its device was opened.
@@ -809,6 +816,21 @@ class AutofocusResult:
     conditions: Optional[SearchedUnder] = None
     # Feature "learned". What it knew of the lens' blur and what it saw of it; null where both is nothing.
     slope: Optional[AutofocusSlope] = None
+    # Feature "badFrames". Frames that were not used: black, torn, or of a place where the lens was before. They count
+    # in frames, and samples has none of them. Absent where there are none.
+    frames_left_out: Optional[list[AutofocusLeftOut]] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AutofocusLeftOut:
+    """Feature "badFrames". A frame of an autofocus that was not used; another one was taken in its place."""
+
+    # Number of the frame, from 1.
+    frame: int
+    # Native focus position that it was taken at.
+    position: float
+    # Why, in words.
+    reason: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -44,6 +44,7 @@ class SearchedUnder;
 class FocusShiftProgress;
 class FocusShiftResult;
 class AutofocusResult;
+class AutofocusLeftOut;
 class KnownSlope;
 class AutofocusSlope;
 class FocusMapCell;
@@ -378,6 +379,9 @@ class LENSD_API Counters : public Value {
   std::int64_t busErrors() const;
   /// Readings of the lens' thermometer that cannot be, and were left out.
   std::optional<std::int64_t> temperaturesLeftOut() const;
+  /// Feature "badFrames". Of framesLost those that came and could not be used: incomplete, torn, of another size, or no
+  /// picture to the decoder.
+  std::optional<std::int64_t> framesDamaged() const;
 };
 
 /// How long something took, by how long: counts[i] took at most upToMs[i] and longer than upToMs[i-1]; the last of
@@ -413,6 +417,9 @@ class LENSD_API LensMetrics : public Value {
   std::int64_t autofocusesFocused() const;
   /// Frames that came whole.
   std::int64_t frames() const;
+  /// Feature "badFrames". Those of them that are shown and measured though they have bytes too many, or no end marker
+  /// (JPEG).
+  std::optional<std::int64_t> framesFlawed() const;
   /// Calls that were answered with an error because of this lens, or of what it was doing.
   std::optional<std::int64_t> refused() const;
   /// Times that its device was opened.
@@ -889,6 +896,20 @@ class LENSD_API AutofocusResult : public Value {
   std::optional<SearchedUnder> conditions() const;
   /// Feature "learned". What it knew of the lens' blur and what it saw of it; null where both is nothing.
   std::optional<AutofocusSlope> slope() const;
+  /// Feature "badFrames". Frames that were not used: black, torn, or of a place where the lens was before. They count
+  /// in frames, and samples has none of them. Absent where there are none.
+  std::vector<AutofocusLeftOut> framesLeftOut() const;
+};
+
+/// Feature "badFrames". A frame of an autofocus that was not used; another one was taken in its place.
+class LENSD_API AutofocusLeftOut : public Value {
+ public:
+  /// Number of the frame, from 1.
+  std::int64_t frame() const;
+  /// Native focus position that it was taken at.
+  double position() const;
+  /// Why, in words.
+  std::string reason() const;
 };
 
 /// Feature "learned". The blur that a step of focus makes, over what the configuration and the calibration tell, as

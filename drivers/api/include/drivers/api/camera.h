@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/clock.h"
@@ -77,6 +78,12 @@ struct CameraCapabilities {
   Region focus_region;  ///< where autofocus looks unless told otherwise; the centre where the camera has no opinion
 };
 
+/// Frames that came, one after the other, and could not be used.
+struct UnusableFrames {
+  int count = 0;    ///< since the newest one that could be used, or since the stream began
+  std::string why;  ///< of the newest of them: "damaged: Premature end of JPEG file"
+};
+
 /// A camera. It streams only between Start() and Stop(). One thread calls everything but Interrupt().
 class Camera {
  public:
@@ -90,8 +97,8 @@ class Camera {
   Result<void> Start() { return Noted(DoStart()); }
   /// Ends streaming; harmless when not streaming.
   Result<void> Stop() { return Noted(DoStop()); }
-  /// The newest frame not yet handed out, or none yet. Never waits for an exposure. InvalidArgument: not streaming.
-  /// Disconnected, Timeout, Protocol.
+  /// The newest frame not yet handed out, or none yet. Never waits for an exposure. A frame that cannot be used is none,
+  /// and is told by unusable(). InvalidArgument: not streaming. Disconnected, Timeout, Protocol.
   Result<std::optional<Frame>> Poll() { return Noted(DoPoll()); }
   /// Whether the capabilities allow what `wanted` has; nothing is asked of the device. OutOfRange, with the range
   /// as far as it is known: outside it, or an exposure time not above 0. Unsupported: a gain where there is none.
@@ -104,6 +111,8 @@ class Camera {
   /// As the camera says it is set; what it does not say is left out.
   Result<ExposureState> ReadExposure() { return Noted(DoReadExposure()); }
   Counters counters() const { return DoCount(); }
+  /// What Poll() has kept back.
+  UnusableFrames unusable() const { return DoTellUnusable(); }
   /// From any thread: makes an I/O call in progress return Cancelled soon.
   void Interrupt() { DoInterrupt(); }
 
@@ -112,6 +121,10 @@ class Camera {
   explicit Camera(CameraCapabilities capabilities);
   /// Calls that ended with an error of the connection.
   std::uint64_t failed_calls() const { return failed_calls_; }
+  /// For DoStart() and DoPoll(): a frame came that can be used, or the stream begins.
+  void NoteUsable() { unusable_ = {}; }
+  /// For DoPoll(): `count` frames came that cannot be used.
+  void NoteUnusable(std::string why, int count = 1) { unusable_ = {unusable_.count + count, std::move(why)}; }
 
  private:
   virtual Result<void> DoStart() = 0;
@@ -124,6 +137,7 @@ class Camera {
   virtual void DoInterrupt() {}
   /// What a driver counts, with failed_calls() among the bus errors.
   virtual Counters DoCount() const { return {.bus_errors = failed_calls_}; }
+  virtual UnusableFrames DoTellUnusable() const { return unusable_; }
 
   template <class T>
   Result<T> Noted(Result<T> result) {
@@ -133,6 +147,7 @@ class Camera {
 
   CameraCapabilities capabilities_;
   std::uint64_t failed_calls_ = 0;
+  UnusableFrames unusable_;
 };
 
 }  // namespace lensd::drivers

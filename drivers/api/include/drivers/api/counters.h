@@ -17,6 +17,8 @@ struct Counters {
   std::uint64_t frames_late = 0;     ///< came a frame time or more after they were due by the one before
   std::uint64_t packets_lost = 0;    ///< of a network; those that came when asked for again are not among them
   std::uint64_t packets_resent = 0;  ///< of a network, that came when asked for again
+  std::uint64_t frames_damaged = 0;  ///< of the lost ones: those that came and could not be used
+  std::uint64_t frames_flawed = 0;   ///< that came with bytes too many or without an end marker, and show all the same
   std::uint64_t bus_errors = 0;      ///< questions not answered, or answered against the rules, repeated ones included
 
   bool operator==(const Counters&) const = default;
@@ -37,6 +39,10 @@ class FrameCounter {
   void Restart();
   /// A whole frame, with its number among all that were exposed, and when it came or was exposed, always the same.
   void Came(std::uint64_t sequence, Instant at);
+  /// A frame that came and cannot be used; its number and time as in Came(), which may have counted the same frame.
+  void Damaged(std::uint64_t sequence, Instant at);
+  /// A frame that Came() has counted is whole, and still has bytes that it should not have, or lacks its end marker.
+  void Flawed();
   void CountPackets(std::uint64_t lost, std::uint64_t resent);
   Counters counts() const;
 
