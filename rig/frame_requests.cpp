@@ -15,7 +15,10 @@ using drivers::Axis;
 
 constexpr Duration kPollPeriod = std::chrono::milliseconds(2);
 constexpr Duration kPatience = std::chrono::seconds(5);  ///< of a request, beside what is below
-constexpr double kSlowFrames = 3.0;                      ///< the one under way, one that is lost, and the next
+/// So many frames, over so long, are no bad luck where none of them can be used.
+constexpr int kManyUnusable = 10;
+constexpr Duration kLongUnusable = std::chrono::seconds(1);
+constexpr double kSlowFrames = 3.0;  ///< the one under way, one that is lost, and the next
 
 }  // namespace
 
@@ -68,6 +71,7 @@ Result<void> FrameRequests::SetStreaming(bool wanted) {
   if (wanted == stream_.on) return {};
   auto done = wanted ? camera_->Start() : camera_->Stop();
   stream_.on = wanted && done;
+  stream_.unusable_since.reset();
   beat_.last_start.reset();
   return done;
 }
@@ -84,11 +88,32 @@ Result<void> FrameRequests::Ask(Instant now) {
   }
   stream_.failures = 0;
   frame_ = *std::move(polled);
-  if (frame_) {
-    beat_.exposure = frame_->exposure_end - frame_->exposure_start;
-    beat_.last_start = frame_->exposure_start;
-  }
+  if (!frame_) return JudgeUnusable(now);
+  stream_.unusable_since.reset();
+  beat_.exposure = frame_->exposure_end - frame_->exposure_start;
+  beat_.last_start = frame_->exposure_start;
   return {};
+}
+
+/// Protocol: frames come, and none can be used. A few bad ones are waited out.
+Result<void> FrameRequests::JudgeUnusable(Instant now) {
+  const drivers::UnusableFrames unusable = camera_->unusable();
+  if (unusable.count == 0) {
+    stream_.unusable_since.reset();
+    return {};
+  }
+  if (!stream_.unusable_since) stream_.unusable_since = now;
+  if (unusable.count < kManyUnusable || now - *stream_.unusable_since < kLongUnusable) return {};
+  return PassOn(NoneInTime());
+}
+
+/// Whether frames came that could not be used, or none came at all.
+Error FrameRequests::NoneInTime() const {
+  const drivers::UnusableFrames unusable = camera_->unusable();
+  if (unusable.count == 0) return {Code::Timeout, "the camera gave no usable frame in time"};
+  const bool decoding = unusable.why.starts_with("damaged");
+  const std::string came = unusable.count == 1 ? "1 frame" : std::to_string(unusable.count) + " frames";
+  return {Code::Protocol, came + " came, none could be " + (decoding ? "decoded: " : "used: ") + unusable.why};
 }
 
 bool FrameRequests::anyone_in_motion() const {
@@ -162,7 +187,7 @@ void FrameRequests::EndLateViews(Instant now) {
     const bool asked = IsShown(onlooker) && now >= onlooker.next;
     if (!asked || onlooker.heard == Instant{}) onlooker.heard = now;
     if (now <= onlooker.heard + patience) return false;
-    (void)onlooker.viewer.show(Fail(Code::Timeout, "the camera gave no usable frame in time"));
+    (void)onlooker.viewer.show(PassOn(NoneInTime()));
     return true;
   });
 }
@@ -193,7 +218,7 @@ void FrameRequests::Serve(Instant now) {
     return steady && now > std::max(request.since, *steady) + patience;
   };
   for (auto& done : TakeIf(late)) {
-    replies_.Add(std::move(done), Result<LensedFrame>(Fail(Code::Timeout, "the camera gave no usable frame in time")));
+    replies_.Add(std::move(done), Result<LensedFrame>(PassOn(NoneInTime())));
   }
   if (may_be_late) EndLateViews(now);
   // A frame is judged only once a reading from after its exposure is there.

@@ -59,6 +59,8 @@ class FrameRequests {
     bool on = false;
     bool kept = false;  ///< for a caller that must not wait for frames that are made for viewers
     int failures = 0;   ///< polls in a row
+    /// Since when frames come of which none can be used; nothing: one could be.
+    std::optional<Instant> unusable_since{};
   };
   /// What is known of the stream's frames in time.
   struct Beat {
@@ -83,6 +85,8 @@ class FrameRequests {
   void EndLateViews(Instant now);
   Result<void> SetStreaming(bool wanted);
   Result<void> Ask(Instant now);
+  Result<void> JudgeUnusable(Instant now);
+  Error NoneInTime() const;
   Instant EarliestFrame(Instant steady_since) const;
   Duration Patience() const;
   bool anyone_in_motion() const;

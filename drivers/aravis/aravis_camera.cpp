@@ -228,7 +228,11 @@ Result<std::optional<Frame>> AravisCamera::DoPoll() {
   triggered_at_.reset();
   auto frame = Develop(*raw);
   stream->Return(std::move(raw->buffer));
-  if (!frame) return PassOn(frame);
+  if (!frame) {
+    NoteUnusable(frame.error().message);
+    return std::optional<Frame>();
+  }
+  NoteUsable();
   return std::optional<Frame>(*std::move(frame));
 }
 

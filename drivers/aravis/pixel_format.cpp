@@ -8,6 +8,7 @@
 
 #include "drivers/pixels/colour.h"
 #include "drivers/pixels/luma.h"
+#include "drivers/pixels/sizes.h"
 
 namespace lensd::drivers::aravis {
 namespace {
@@ -168,6 +169,12 @@ Result<std::vector<std::uint16_t>> Unpack(const PixelFormat& format, std::span<c
   if (data.size() < bytes) {
     return Fail(Code::Protocol,
                 "the camera sent " + std::to_string(data.size()) + " bytes of a picture of " + std::to_string(bytes));
+  }
+  // Transport layers round a payload up; a whole line more is another format than was said.
+  const std::size_t line = (LineBits(format, width, padding) + 7) / 8;
+  if (data.size() >= bytes + line) {
+    return Fail(Code::Protocol, pixels::WhyNotRows(data.size(), {width, height, line, line, line - 1})
+                                    .value_or("the camera sent more bytes than its picture takes"));
   }
   // The reader of packed samples looks one byte ahead of the last.
   std::vector<std::uint8_t> copy;

@@ -1,12 +1,12 @@
 // Mosaics, YUV and JPEG to red, green and blue.
 #include "drivers/pixels/colour.h"
 
-#include <turbojpeg.h>
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
+
+#include "drivers/pixels/jpeg.h"
 
 namespace lensd::drivers::pixels {
 namespace {
@@ -86,21 +86,9 @@ std::shared_ptr<const Values> FromYuv(const RawFormat& format, const RawPicture&
 }
 
 std::shared_ptr<const Values> FromJpeg(const RawPicture& picture) {
-  struct End {
-    void operator()(void* handle) const { tjDestroy(handle); }
-  };
-  const std::unique_ptr<void, End> decoder(tjInitDecompress());
-  if (!decoder) return nullptr;
-  std::vector<std::uint8_t> bytes(3 * static_cast<std::size_t>(picture.width) *
-                                  static_cast<std::size_t>(picture.height));
-  const auto size = static_cast<unsigned long>(picture.bytes.size());
-  int width = 0, height = 0, subsampling = 0, colours = 0;
-  if (tjDecompressHeader3(decoder.get(), picture.bytes.data(), size, &width, &height, &subsampling, &colours) != 0 ||
-      width != picture.width || height != picture.height ||
-      tjDecompress2(decoder.get(), picture.bytes.data(), size, bytes.data(), width, 0, height, TJPF_RGB, 0) != 0) {
-    return nullptr;
-  }
-  return std::make_shared<const Values>(bytes.begin(), bytes.end());
+  const auto decoded = DecodeJpeg(picture.bytes, picture.width, picture.height, 3);
+  if (!decoded) return nullptr;
+  return std::make_shared<const Values>(decoded->samples.begin(), decoded->samples.end());
 }
 
 std::shared_ptr<const Values> FromMosaic(const RawFormat& format, const RawPicture& picture) {
@@ -145,8 +133,9 @@ std::vector<std::uint16_t> ColourOfMosaic(const std::vector<std::uint16_t>& samp
 std::function<std::shared_ptr<const Values>()> MakerOfColour(const RawFormat& format, const RawPicture& picture) {
   if (!HasColour(format) || picture.width < 1 || picture.height < 1) return nullptr;
   const auto kept = std::make_shared<const std::vector<std::uint8_t>>(picture.bytes.begin(), picture.bytes.end());
-  return [format, kept, width = picture.width, height = picture.height, stride = picture.stride] {
-    const RawPicture copy{*kept, width, height, stride};
+  return [format, kept, picture] {
+    RawPicture copy = picture;
+    copy.bytes = *kept;
     if (format.packing == Packing::Jpeg) return FromJpeg(copy);
     return format.mosaic != Mosaic::None ? FromMosaic(format, copy) : FromYuv(format, copy);
   };

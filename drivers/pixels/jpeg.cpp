@@ -1,4 +1,4 @@
-// JPEG through TurboJPEG.
+// Encoding, through TurboJPEG.
 #include "drivers/pixels/jpeg.h"
 
 #include <turbojpeg.h>

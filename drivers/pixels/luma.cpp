@@ -1,13 +1,14 @@
-// Raw rows of every supported format to linear 16-bit samples or as stored, row by row. Lengths are the caller's to
-// check; JPEG through TurboJPEG.
+// Raw rows of every supported format to linear 16-bit samples or as stored, row by row.
 #include "drivers/pixels/luma.h"
-
-#include <turbojpeg.h>
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 #include <utility>
+
+#include "drivers/pixels/jpeg.h"
+#include "drivers/pixels/sizes.h"
 
 namespace lensd::drivers::pixels {
 namespace {
@@ -91,23 +92,6 @@ void StretchLimited(Samples& samples) {
 
 }  // namespace
 
-struct LumaReader::Jpeg {
-  tjhandle handle = nullptr;
-  std::vector<std::uint8_t> grey;
-
-  Jpeg() = default;
-  Jpeg(const Jpeg&) = delete;
-  Jpeg& operator=(const Jpeg&) = delete;
-  ~Jpeg() {
-    if (handle != nullptr) tjDestroy(handle);
-  }
-};
-
-LumaReader::LumaReader() = default;
-LumaReader::~LumaReader() = default;
-LumaReader::LumaReader(LumaReader&&) noexcept = default;
-LumaReader& LumaReader::operator=(LumaReader&&) noexcept = default;
-
 void AverageMosaic(std::vector<std::uint16_t>& samples, int width, int height) {
   if (width < 2 || height < 2) return;
   // In place, row by row: each output needs its own row and the one below. The last row and column look back instead,
@@ -145,37 +129,49 @@ std::size_t RowBytes(const RawFormat& format, int width) {
 }
 
 Result<Samples> LumaReader::ReadJpeg(const RawPicture& picture) {
-  if (!jpeg_) jpeg_ = std::make_unique<Jpeg>();
-  if (jpeg_->handle == nullptr) jpeg_->handle = tjInitDecompress();
-  if (jpeg_->handle == nullptr) return Fail(Code::Internal, "no JPEG decoder could be made");
-  int width = 0, height = 0, subsampling = 0, colours = 0;
-  const auto size = static_cast<unsigned long>(picture.bytes.size());
-  if (tjDecompressHeader3(jpeg_->handle, picture.bytes.data(), size, &width, &height, &subsampling, &colours) != 0) {
-    return Fail(Code::Protocol, std::string("a frame is no JPEG picture: ") + tjGetErrorStr2(jpeg_->handle));
-  }
-  if (width != picture.width || height != picture.height) {
-    return Fail(Code::Protocol, "a JPEG frame is " + std::to_string(width) + " x " + std::to_string(height) +
-                                    " where " + std::to_string(picture.width) + " x " + std::to_string(picture.height) +
-                                    " was agreed");
-  }
-  jpeg_->grey.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  // A damaged picture decodes with a warning, the rest of it grey: such a frame would be measured as blurred.
-  if (tjDecompress2(jpeg_->handle, picture.bytes.data(), size, jpeg_->grey.data(), width, 0, height, TJPF_GRAY,
-                    TJFLAG_STOPONWARNING) != 0) {
-    return Fail(Code::Protocol, std::string("a JPEG frame is damaged: ") + tjGetErrorStr2(jpeg_->handle));
-  }
-  return Samples(jpeg_->grey.begin(), jpeg_->grey.end());
+  // A picture of which a part is lost would be measured as blurred.
+  const auto decoded = DecodeJpeg(picture.bytes, picture.width, picture.height, 1);
+  if (!decoded) return PassOn(decoded);
+  flawed_ = decoded->flawed;
+  return Samples(decoded->samples.begin(), decoded->samples.end());
 }
+
+namespace {
+
+/// Of the planes of colour that follow the luminance.
+std::size_t ChromaBytes(const RawFormat& format, std::size_t stride, std::size_t rows) {
+  const std::size_t half_rows = (rows + 1) / 2;
+  switch (format.chroma) {
+    case Chroma::None:
+      break;
+    case Chroma::CbCr:
+    case Chroma::CrCb:
+      return stride * half_rows;
+    case Chroma::Planes:
+      return (stride + 1) / 2 * half_rows * 2;
+  }
+  return 0;
+}
+
+/// Nothing: the bytes are as many as the picture takes, with the padding that its device has said.
+std::optional<std::string> WhyNotPicture(const RawFormat& format, const RawPicture& picture, std::size_t row_bytes,
+                                         std::size_t stride) {
+  const auto rows = static_cast<std::size_t>(picture.height);
+  std::size_t after = ChromaBytes(format, stride, rows);
+  const std::size_t whole = stride * rows + after;
+  // Devices pad to whole rows or to a round number of bytes; twice as much is no padding.
+  const bool is_padding = picture.declared % 16 == 0 || picture.declared % stride == 0;
+  if (is_padding && picture.declared > whole && picture.declared < 2 * whole) after = picture.declared - stride * rows;
+  return WhyNotRows(picture.bytes.size(), {picture.width, picture.height, row_bytes, stride, after});
+}
+
+}  // namespace
 
 Result<Samples> Unpack(const RawFormat& format, const RawPicture& picture) {
   const std::size_t row_bytes = RowBytes(format, picture.width);
   const std::size_t stride = std::max(picture.stride, row_bytes);
   const auto rows = static_cast<std::size_t>(picture.height);
-  const std::size_t needed = stride * (rows - 1) + row_bytes;
-  if (picture.bytes.size() < needed) {
-    return Fail(Code::Protocol, "a frame has " + std::to_string(picture.bytes.size()) + " bytes where " +
-                                    std::to_string(needed) + " are needed");
-  }
+  if (auto why = WhyNotPicture(format, picture, row_bytes, stride)) return Fail(Code::Protocol, *std::move(why));
   const auto width = static_cast<std::size_t>(picture.width);
   Samples samples(width * rows);
   for (std::size_t y = 0; y < rows; ++y) {
@@ -185,6 +181,7 @@ Result<Samples> Unpack(const RawFormat& format, const RawPicture& picture) {
 }
 
 Result<std::shared_ptr<const Samples>> LumaReader::Read(const RawFormat& format, const RawPicture& picture) {
+  flawed_ = false;
   if (!CanBe(format, picture)) return Fail(Code::InvalidArgument, "there is no such picture format");
   auto samples = format.packing == Packing::Jpeg ? ReadJpeg(picture) : Unpack(format, picture);
   if (!samples) return PassOn(samples);

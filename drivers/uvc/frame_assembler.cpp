@@ -30,7 +30,7 @@ void FrameAssembler::OnPayload(std::span<const std::uint8_t> payload) {
     toggles_ = any_;
     any_ = true;
     Begin(frame_bit);
-    building_.damaged = !whole;
+    building_.missed = !whole;
   } else if (building_.ended) {
     if (data.empty()) return;  // idle packets go on after the end
     // Devices that do not toggle; from one that does, a whole picture is missing.
@@ -38,8 +38,8 @@ void FrameAssembler::OnPayload(std::span<const std::uint8_t> payload) {
     Begin(frame_bit);
   }
   if ((flags & kError) != 0) building_.damaged = true;
-  if (!building_.damaged && building_.frame.bytes.size() + data.size() > most_bytes_) building_.damaged = true;
-  if (!building_.damaged && !data.empty()) {
+  building_.came += data.size();
+  if (!building_.damaged && !building_.missed && building_.came <= most_bytes_ && !data.empty()) {
     if (building_.frame.bytes.empty()) building_.frame.first = clock_.Now();
     building_.frame.bytes.insert(building_.frame.bytes.end(), data.begin(), data.end());
   }
@@ -60,6 +60,8 @@ void FrameAssembler::Begin(bool frame_bit) {
   building_.open = true;
   building_.ended = false;
   building_.damaged = false;
+  building_.missed = false;
+  building_.came = 0;
   building_.frame.bytes = std::exchange(spare_, {});
   building_.frame.bytes.clear();
   building_.frame.sequence = next_sequence_++;
@@ -67,7 +69,7 @@ void FrameAssembler::Begin(bool frame_bit) {
 
 bool FrameAssembler::Complete() const {
   const auto& bytes = building_.frame.bytes;
-  if (building_.damaged) return false;
+  if (building_.damaged || building_.missed || building_.came != bytes.size()) return false;
   if (pixels_ != PixelFormat::Mjpeg) return bytes.size() == most_bytes_;
   return bytes.size() > 4 && bytes[0] == 0xFF && bytes[1] == 0xD8;
 }
@@ -75,9 +77,15 @@ bool FrameAssembler::Complete() const {
 void FrameAssembler::Finish() {
   if (!std::exchange(building_.open, false)) return;
   if (!Complete()) {
+    // A picture of no bytes at all is how some devices say that they have none yet.
+    if (!building_.missed && (building_.came > 0 || building_.damaged)) {
+      counter_.Damaged(building_.frame.sequence, clock_.Now());
+      incomplete_ = {incomplete_.count + 1, building_.came, building_.damaged};
+    }
     spare_ = std::move(building_.frame.bytes);
     return;
   }
+  incomplete_ = {};
   building_.frame.last = clock_.Now();
   counter_.Came(building_.frame.sequence, building_.frame.last);
   if (newest_) spare_ = std::move(newest_->bytes);
@@ -90,6 +98,11 @@ std::optional<RawFrame> FrameAssembler::Take() {
   return std::exchange(newest_, std::nullopt);
 }
 
+IncompleteFrames FrameAssembler::TakeIncomplete() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(incomplete_, {});
+}
+
 void FrameAssembler::Recycle(std::vector<std::uint8_t> bytes) {
   const std::lock_guard lock(mutex_);
   if (spare_.capacity() == 0) spare_ = std::move(bytes);
@@ -99,6 +112,7 @@ void FrameAssembler::Restart() {
   const std::lock_guard lock(mutex_);
   building_.open = building_.damaged = building_.ended = any_ = toggles_ = false;
   newest_.reset();
+  incomplete_ = {};
   counter_.Restart();
 }
 

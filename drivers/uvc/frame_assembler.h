@@ -23,6 +23,13 @@ struct RawFrame {
   Instant last{};              ///< its last one
 };
 
+/// Pictures that came and are not whole.
+struct IncompleteFrames {
+  int count = 0;
+  std::size_t bytes = 0;      ///< of the newest of them, as far as they came
+  bool lost_payload = false;  ///< the newest of them lost one, or had one that makes no sense
+};
+
 /// The transport's thread fills it, the camera's thread empties it.
 class FrameAssembler final : public PayloadSink {
  public:
@@ -37,6 +44,11 @@ class FrameAssembler final : public PayloadSink {
   std::optional<RawFrame> Take();
   /// Hands the memory of a picture back for the next ones.
   void Recycle(std::vector<std::uint8_t> bytes);
+  /// Since the last call, or since the newest whole picture.
+  IncompleteFrames TakeIncomplete();
+  /// What became of a picture that was taken.
+  void TurnedOutDamaged(const RawFrame& frame) { counter_.Damaged(frame.sequence, frame.last); }
+  void TurnedOutFlawed() { counter_.Flawed(); }
   Counters counts() const { return counter_.counts(); }
   /// Forgets what was begun; sequence numbers go on.
   void Restart();
@@ -46,6 +58,8 @@ class FrameAssembler final : public PayloadSink {
     RawFrame frame;
     bool open = false;     ///< a picture is being built
     bool damaged = false;  ///< and cannot be completed
+    bool missed = false;   ///< its beginning, because nobody listened yet: it is no loss
+    std::size_t came = 0;  ///< bytes of it, those that are too many included
     bool ended = false;    ///< the end bit of this frame bit has been seen
     bool frame_bit = false;
   };
@@ -63,6 +77,7 @@ class FrameAssembler final : public PayloadSink {
   bool any_ = false;      ///< a payload has been seen since the start
   bool toggles_ = false;  ///< and a change of the frame bit
   std::uint64_t next_sequence_ = 0;
+  IncompleteFrames incomplete_;
   std::optional<RawFrame> newest_;
   std::vector<std::uint8_t> spare_;
 };

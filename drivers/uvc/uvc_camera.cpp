@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "drivers/api/thread_barrier.h"
+#include "drivers/pixels/sizes.h"
 
 namespace lensd::drivers::uvc {
 namespace {
@@ -148,6 +149,7 @@ Result<void> UvcCamera::DoStart() {
   auto pipe = Negotiate(*session_, choice_);
   if (!pipe) return PassOn(pipe);
   assembler_.Restart();
+  NoteUsable();
   if (auto started = session_->transport().StartStream(*pipe, assembler_); !started) return started;
   streaming_ = true;
   last_sign_ = session_->clock.Now();
@@ -160,12 +162,27 @@ Result<void> UvcCamera::DoStop() {
   return {};
 }
 
+/// In words what became of the pictures that came since the last whole one.
+void UvcCamera::NoteIncomplete() {
+  const IncompleteFrames lost = assembler_.TakeIncomplete();
+  if (lost.count == 0) return;
+  const std::size_t row = pixels::RowBytes(InfoOf(choice_.pixels).raw, choice_.width);
+  std::string why = "damaged: a part of it was lost on its way";
+  if (!lost.lost_payload && choice_.pixels == PixelFormat::Mjpeg) why = "damaged: it is no JPEG picture";
+  if (!lost.lost_payload && row > 0) {
+    const auto wrong = pixels::WhyNotRows(lost.bytes, {choice_.width, choice_.height, row, row});
+    if (wrong) why = *wrong;
+  }
+  NoteUnusable(why, lost.count);
+}
+
 Result<std::optional<Frame>> UvcCamera::DoPoll() {
   if (!streaming_) return Fail(Code::InvalidArgument, "the camera is not streaming: start it first");
   session_->transport().CheckThread();
   const Instant now = session_->clock.Now();
   auto raw = assembler_.Take();
   if (!raw) {
+    NoteIncomplete();
     if (session_->transport().Gone()) return Fail(Code::Disconnected, "the camera is unplugged");
     if (now - last_sign_ <= config_.frame_timeout) return std::nullopt;
     last_sign_ = now;
@@ -175,8 +192,14 @@ Result<std::optional<Frame>> UvcCamera::DoPoll() {
   auto samples = luma_.Read(format, {raw->bytes, choice_.width, choice_.height});
   auto colour = samples ? pixels::MakerOfColour(format, {raw->bytes, choice_.width, choice_.height}) : nullptr;
   assembler_.Recycle(std::move(raw->bytes));
+  if (luma_.flawed()) assembler_.TurnedOutFlawed();
   // A damaged picture counts as lost: the next one is on its way.
-  if (!samples) return std::nullopt;
+  if (!samples) {
+    NoteUnusable(samples.error().message);
+    assembler_.TurnedOutDamaged(*raw);
+    return std::nullopt;
+  }
+  NoteUsable();
   last_sign_ = now;
   Frame frame;
   frame.width = choice_.width;

@@ -44,6 +44,7 @@ class UvcCamera final : public Camera {
   Result<void> DoSetGain(double gain) override;
   Result<ExposureState> DoReadExposure() override;
   Counters DoCount() const override;
+  void NoteIncomplete();
   void DoInterrupt() override { session_->transport().Interrupt(); }
 
   static Result<Ranges> AskRanges(Session& session, Findings& findings);

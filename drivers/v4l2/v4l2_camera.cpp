@@ -21,8 +21,6 @@ namespace {
 constexpr Duration kUnknownPeriod = std::chrono::milliseconds(100);
 /// Of the usual transfer functions of video, near enough.
 constexpr double kVideoGamma = 2.2;
-/// So many damaged frames in a row are a fault of the link rather than bad luck.
-constexpr int kTooManyDamaged = 10;
 
 std::string TextOf(const __u8* text, std::size_t size) {
   const auto* begin = reinterpret_cast<const char*>(text);
@@ -85,6 +83,7 @@ struct StreamCamera::Format {
   int width = 0;
   int height = 0;
   std::size_t stride = 0;
+  std::size_t bytes = 0;  ///< of a picture with its padding, as the driver says
   double gamma = 1.0;
   std::optional<Duration> latency;
   int buffers = 4;
@@ -155,6 +154,7 @@ Result<StreamCamera::Format> StreamCamera::Negotiate(const Node& node, const Nod
                                        std::to_string(format.width) + " x " + std::to_string(format.height));
   }
   format.stride = info.planes ? now.fmt.pix_mp.plane_fmt[0].bytesperline : now.fmt.pix.bytesperline;
+  format.bytes = info.planes ? now.fmt.pix_mp.plane_fmt[0].sizeimage : pix.sizeimage;
   format.raw.limited = HasVideoRange(now, info, config.range, *raw);
   const bool linear = IsLinear(*raw) || TransferOf(now, info.planes) == V4L2_XFER_FUNC_NONE;
   format.gamma = config.gamma.value_or(linear ? 1.0 : kVideoGamma);
@@ -238,7 +238,7 @@ Result<void> StreamCamera::DoStart() {
     if (status < 0) mapped = KernelError(-status, node_->path() + ", starting the stream");
   }
   if (!mapped) UnmapBuffers();
-  damaged_in_a_row_ = 0;
+  NoteUsable();
   return mapped;
 }
 
@@ -323,7 +323,6 @@ Result<std::optional<StreamCamera::Filled>> StreamCamera::Dequeue() const {
 
 Result<std::optional<drivers::Frame>> StreamCamera::DoPoll() {
   if (buffers_.empty()) return Fail(Code::InvalidArgument, "the camera is not streaming: start it first");
-  std::optional<drivers::Frame> newest;
   // While the rig did not poll, the kernel had no buffers left, and what it dropped was not wanted.
   const Instant now = clock_.Now();
   if (now - std::exchange(polled_, now) >= (std::ssize(buffers_) - 1) * Period()) counter_.Restart();
@@ -334,30 +333,33 @@ Result<std::optional<drivers::Frame>> StreamCamera::DoPoll() {
     if (!filled) return PassOn(filled);
     if (!*filled) break;
     if (last) {
+      Count(*last, now, !last->damaged);
       if (auto queued = Queue(last->index); !queued) return PassOn(queued);
     }
     last = **filled;
-    if (!last->damaged) counter_.Came(last->sequence, last->stamp.value_or(now));
   }
-  if (!last) return newest;
+  if (!last) return std::nullopt;
   auto picture = Picture(*last);
   if (auto queued = Queue(last->index); !queued) return PassOn(queued);
-  return picture;
+  Count(*last, now, picture.has_value());
+  if (picture && luma_.flawed()) counter_.Flawed();
+  // A frame that cannot be used is no error: the next one is on its way.
+  picture ? NoteUsable() : NoteUnusable(picture.error().message);
+  return picture ? std::optional(*std::move(picture)) : std::nullopt;
 }
 
-Result<std::optional<drivers::Frame>> StreamCamera::Picture(const Filled& filled) {
+void StreamCamera::Count(const Filled& filled, Instant now, bool usable) {
+  const Instant at = filled.stamp.value_or(now);
+  usable ? counter_.Came(filled.sequence, at) : counter_.Damaged(filled.sequence, at);
+}
+
+Result<drivers::Frame> StreamCamera::Picture(const Filled& filled) {
+  if (filled.damaged) return Fail(Code::Protocol, "damaged: the kernel's driver marks it so");
   const auto* memory = static_cast<const std::uint8_t*>(buffers_[filled.index].memory);
-  const drivers::pixels::RawPicture picture{{memory, filled.bytes}, format_->width, format_->height, format_->stride};
-  Result<std::shared_ptr<const std::vector<std::uint16_t>>> samples =
-      filled.damaged ? Fail(Code::Protocol, "the driver marks its frames as damaged")
-                     : luma_.Read(format_->raw, picture);
-  if (!samples) {
-    // A lost frame is no error: its number is missing.
-    if (++damaged_in_a_row_ < kTooManyDamaged) return std::nullopt;
-    return Fail(Code::Protocol, node_->path() + ": " + samples.error().message + ", " +
-                                    std::to_string(damaged_in_a_row_) + " times in a row");
-  }
-  damaged_in_a_row_ = 0;
+  const drivers::pixels::RawPicture picture{
+      {memory, filled.bytes}, format_->width, format_->height, format_->stride, format_->bytes};
+  auto samples = luma_.Read(format_->raw, picture);
+  if (!samples) return PassOn(samples);
   drivers::Frame frame;
   frame.width = format_->width;
   frame.height = format_->height;

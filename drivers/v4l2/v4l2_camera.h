@@ -75,7 +75,9 @@ class StreamCamera final : public drivers::Camera {
   Result<void> Queue(std::uint32_t index) const;
   /// The next filled buffer; none: not yet.
   Result<std::optional<Filled>> Dequeue() const;
-  Result<std::optional<drivers::Frame>> Picture(const Filled& filled);
+  /// Protocol: it cannot be used; why.
+  Result<drivers::Frame> Picture(const Filled& filled);
+  void Count(const Filled& filled, Instant now, bool usable);
   void SetTimes(const Filled& filled, drivers::Frame& frame) const;
   /// From frame to frame, and so the longest an exposure may last.
   Duration Period() const;
@@ -90,7 +92,6 @@ class StreamCamera final : public drivers::Camera {
   Instant polled_{};  ///< last
   drivers::pixels::LumaReader luma_;
   std::vector<Mapping> buffers_;  ///< of the plane that has the luminance; empty: not streaming
-  int damaged_in_a_row_ = 0;
 };
 
 }  // namespace lensd::drivers::v4l2

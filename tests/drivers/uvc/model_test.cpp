@@ -226,6 +226,8 @@ TEST_F(UvcModelTest, DamagedPicturesAreDroppedWholeAndCounted) {
     last = frame;
   }
   EXPECT_EQ(device_.camera->counters().frames_lost, std::size(faults));
+  EXPECT_EQ(device_.camera->counters().frames_damaged, std::size(faults) - 1) << "what is never sent did not come";
+  EXPECT_EQ(device_.camera->unusable().count, 0) << "the last one was whole";
   EXPECT_EQ(device_.camera->counters().bus_errors, 0u);
 }
 
@@ -241,6 +243,8 @@ TEST_F(UvcModelTest, ADeadStreamIsATimeout) {
     if (!frame) code = frame.error().code;
   }
   EXPECT_EQ(code, Code::Timeout);
+  EXPECT_GT(device_.camera->unusable().count, 10);
+  EXPECT_EQ(device_.camera->unusable().why, "damaged: a part of it was lost on its way");
 }
 
 TEST(UvcFrameAssembler, OnlyWholePicturesInOrder) {

@@ -41,6 +41,8 @@ struct RawPicture {
   int width = 0;           ///< px
   int height = 0;          ///< px
   std::size_t stride = 0;  ///< bytes from row to row; 0: rows without padding
+  /// Bytes that the device says a picture has, padding after the last row included; 0: it does not say.
+  std::size_t declared = 0;
 };
 
 /// Bytes of a row without padding; 0 for Jpeg.
@@ -51,29 +53,27 @@ std::size_t RowBytes(const RawFormat& format, int width);
 /// is.
 void AverageMosaic(std::vector<std::uint16_t>& samples, int width, int height);
 
-/// Unpacks what is not JPEG: width * height samples as the sensor has them, row-major. Protocol: too few bytes.
+/// Unpacks what is not JPEG: width * height samples as the sensor has them, row-major. Protocol: too few bytes, or
+/// more than its rows take.
 Result<std::vector<std::uint16_t>> Unpack(const RawFormat& format, const RawPicture& picture);
 
-/// Converts pictures. One thread at a time; cheap to make, keeps its JPEG decoder between pictures.
+/// Converts pictures. One thread at a time.
 class LumaReader {
  public:
-  LumaReader();
-  ~LumaReader();
-  LumaReader(LumaReader&&) noexcept;
-  LumaReader& operator=(LumaReader&&) noexcept;
-
   /// width * height luminance samples of format.bits bits, row-major, without padding. A mosaic becomes (R + 2G + B)/4
   /// at each pixel, out of the 2 x 2 samples that begin there: whatever the order of colours, each such square has all
   /// of them, and a flat colour stays flat. The picture is thereby half a pixel off, and an edge one pixel softer.
-  /// Protocol: too few bytes, not the width and height claimed, or a damaged JPEG. InvalidArgument: a format that
-  /// cannot be.
+  /// Protocol: too few bytes or too many, not the width and height claimed, or a JPEG of which a part is lost.
+  /// InvalidArgument: a format that cannot be.
   Result<std::shared_ptr<const std::vector<std::uint16_t>>> Read(const RawFormat& format, const RawPicture& picture);
 
+  /// The picture read last is whole, but its bytes were not quite as they should be: DecodedJpeg::flawed.
+  bool flawed() const { return flawed_; }
+
  private:
-  struct Jpeg;
   Result<std::vector<std::uint16_t>> ReadJpeg(const RawPicture& picture);
 
-  std::unique_ptr<Jpeg> jpeg_;
+  bool flawed_ = false;
 };
 
 }  // namespace lensd::drivers::pixels
