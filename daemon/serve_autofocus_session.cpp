@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "autofocus_request.h"
+#include "drivers/pixels/sizes.h"
 #include "lens_json.h"
 #include "lens_service.h"
 #include "serve.h"
@@ -89,11 +90,9 @@ Result<drivers::Frame> FrameOf(const Json& parameters, std::span<const std::uint
     }
     stride = static_cast<std::size_t>(given->get<std::int64_t>());
   }
-  // The last row may lack its gap. The quotient cannot overflow where the product could.
-  const bool enough = bytes.size() >= row && (bytes.size() - row) / stride >= static_cast<std::size_t>(height - 1);
-  if (!enough) {
-    return Fail(Code::InvalidArgument, "the frame needs " + std::to_string(height) + " rows of " + std::to_string(row) +
-                                           " bytes, but only " + std::to_string(bytes.size()) + " bytes came");
+  if (auto why = drivers::pixels::WhyNotRows(bytes.size(),
+                                             {static_cast<int>(width), static_cast<int>(height), row, stride, 0})) {
+    return Fail(Code::InvalidArgument, *std::move(why));
   }
   drivers::Frame frame;
   frame.width = static_cast<int>(width);
