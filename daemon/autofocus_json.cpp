@@ -61,9 +61,9 @@ Json RegionsJson(const std::vector<drivers::Region>& regions) {
 }  // namespace
 
 std::string_view AutofocusCauseName(autofocus::Cause cause) {
-  static constexpr std::array<std::string_view, 13> kNames = {
-      "noTexture",    "tooBright",    "severalDepths", "endOfTravel", "subjectMoved", "ambiguous",  "unclear",
-      "uncalibrated", "placeUnknown", "deadline",      "missed",      "sameFrame",    "notRestored"};
+  static constexpr std::array<std::string_view, 14> kNames = {
+      "noTexture",    "tooBright",    "severalDepths", "endOfTravel", "subjectMoved", "ambiguous",   "unclear",
+      "uncalibrated", "placeUnknown", "deadline",      "missed",      "sameFrame",    "notRestored", "lateFrames"};
   return NameIn(kNames, cause);
 }
 
@@ -93,6 +93,12 @@ Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome
             {"slope", AutofocusSlopeJson(outcome)},
             {"conditions", outcome.under ? SearchedUnderJson(*outcome.under) : Json(nullptr)}};
   if (!candidates.empty()) json["candidates"] = std::move(candidates);
+  Json left_out = Json::array();
+  for (const rig::LeftOutFrame& one : outcome.left_out) {
+    left_out.push_back(
+        {{"frame", one.frame + 1}, {"position", NativeJson(one.position.value)}, {"reason", one.reason}});
+  }
+  if (!left_out.empty()) json["framesLeftOut"] = std::move(left_out);
   return json;
 }
 

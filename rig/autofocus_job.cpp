@@ -226,11 +226,11 @@ void AutofocusJob::Begin(AutofocusRequest request, AutofocusRun::Plan search, Pr
   progress_ = progress ? std::make_shared<ProgressCallback>(std::move(progress)) : nullptr;
   tell_ = request.track;
   if (request.outside) external_.emplace(*request.outside);
-  FocusActuator& lens = *this;
   timed_.reset();
   if (request.outside && !request.deadline) timed_ = search.setup;
-  run_ = std::make_unique<AutofocusRun>(std::move(search), lens, Scale());
-  if (tell_) run_->Track({.search_anew = [this, request = std::move(request)] { return SearchFor(request); }});
+  run_ = std::make_unique<AutofocusRun>(std::move(search), static_cast<FocusActuator&>(*this), Scale(),
+                                        [this, request = std::move(request)] { return SearchFor(request); });
+  if (tell_) run_->Track();
   run_->Begin(focus().state() ? focus().state()->position : Native{});
 }
 

@@ -42,16 +42,22 @@ Result<std::unique_ptr<autofocus::RegionSearch>> AutofocusRun::SearchOf(const Au
   return autofocus::MakeMapSearch(setup, *request.map);
 }
 
-AutofocusRun::AutofocusRun(Plan plan, FocusActuator& lens, Scale scale)
-    : lens_(lens), scale_(scale), search_(SearchFor(std::move(plan))) {}
+AutofocusRun::AutofocusRun(Plan plan, FocusActuator& lens, Scale scale, std::function<Result<Plan>()> plan_anew)
+    : lens_(lens), scale_(scale), plan_anew_(std::move(plan_anew)), search_(SearchFor(std::move(plan))) {}
 
 AutofocusRun::Search AutofocusRun::SearchFor(Plan plan) const {
   const Instant deadline = lens_.Now() + plan.limit;
+  autofocus::FrameGate gate(plan.setup);
   return {.plan = std::move(plan),
+          .gate = std::move(gate),
           .began_at = lens_.Now(),
           .deadline = deadline,
           .motions_before = lens_.motions(),
           .cpu = {}};
+}
+
+void AutofocusRun::Track() {
+  tracking_ = Tracking{.tracker = autofocus::Tracker(), .holding = false};
 }
 
 void AutofocusRun::Begin(Native stands) {
@@ -110,8 +116,16 @@ void AutofocusRun::OnFrame(Result<Observation> seen) {
     if (EntersRange()) return;
   }
   if (!start_) start_ = stands_;
-  search_.frames.push_back(SampleOf(*seen));
   const Duration before = ThreadCpu();
+  ++search_.taken;
+  auto admitted = Admit(*seen, place);
+  if (!admitted) return GoBack(PassOn(admitted));
+  if (going_back_with_) return;
+  if (!*admitted) {
+    search_.cpu += ThreadCpu() - before;
+    return RequestFrame(sweep_ != Sweep::None ? LensMotion::Any : LensMotion::Standing);
+  }
+  search_.frames.push_back(SampleOf(*seen));
   auto advice = seen->score ? search_.plan.regions->NextScore(place.position, *seen->score)
                             : search_.plan.regions->Next(place, seen->lensed.frame);
   search_.cpu += ThreadCpu() - before;
@@ -137,7 +151,7 @@ AutofocusSample AutofocusRun::SampleOf(const Observation& seen) const {
   using State = AutofocusSample::State;
   const auto& focus = *seen.lensed.axes[drivers::Axis::Focus];
   AutofocusSample sample;
-  sample.frame = frames();
+  sample.frame = search_.taken - 1;
   sample.state = sweep_ != Sweep::None ? State::Moving : backlash_open_ ? State::BacklashOpen : State::Standing;
   sample.position = stands_;
   sample.bound = sweep_ != Sweep::None ? focus.mid_bound : focus.bound;
@@ -165,6 +179,10 @@ std::vector<AutofocusSample> AutofocusRun::Samples() const {
 
 void AutofocusRun::Follow(const autofocus::Advice& advice) {
   if (const auto* verdict = std::get_if<autofocus::Verdict>(&advice)) {
+    if (!verdict->focused && verdict->cause == autofocus::Cause::SubjectMoved && search_.gate.ToLookAgain()) {
+      search_.refusal = *verdict;
+      return RequestFrame();
+    }
     if (!verdict->focused) return GoBack(Outcome(*verdict));
     return End(Outcome(*verdict));
   }
@@ -237,7 +255,8 @@ void AutofocusRun::GoBack(Result<AutofocusOutcome> answer) {
         back ? "" : "; the lens could not be brought back: " + (moved ? moved->reason : moved.error().message);
     if (!last) return End(Fail(last.error().code, last.error().message + trouble));
     if (moved) stands_ = moved->position;
-    AutofocusOutcome refusal = Refusal(last->cause, last->reason + trouble);
+    AutofocusOutcome refusal = Refusal(last->cause, {});
+    refusal.reason = last->reason + trouble;
     refusal.candidates = std::move(last->candidates);
     refusal.samples = std::move(last->samples);
     End(std::move(refusal));
@@ -262,7 +281,7 @@ Result<bool> AutofocusRun::Watch(const Observation& seen) {
   auto score = autofocus::ScoreFocus(frame, *window);
   if (!score) return PassOn(score);
   if (!tracking_->tracker.Changed(*score, frame.bits, window->width * window->height, lens_.Now())) return false;
-  auto search = tracking_->search_anew();
+  auto search = plan_anew_();
   if (!search) return PassOn(search);
   search_ = SearchFor(*std::move(search));
   tracking_->holding = false;
@@ -307,7 +326,8 @@ AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const 
   outcome.cpu = search_.cpu;
   outcome.confidence = verdict.confidence;
   outcome.cause = verdict.cause;
-  outcome.reason = verdict.reason;
+  outcome.reason = WithLeftOut(verdict.reason);
+  outcome.left_out = search_.left_out;
   if (scale_.optics != nullptr) {
     const Metres extension = scale_.optics->ExtensionFromNative(stands_);
     const double to_sensor = (scale_.optics->FocalLengthAt(extension) + extension).value;

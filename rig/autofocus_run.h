@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "autofocus/frame_gate.h"
 #include "autofocus/region_search.h"
 #include "autofocus/tracker.h"
 #include "focus_actuator.h"
@@ -45,7 +46,6 @@ class AutofocusRun {
 
   /// What a run needs that goes on after its answer.
   struct Tracking {
-    std::function<Result<Plan>()> search_anew;
     autofocus::Tracker tracker{};
     bool holding = false;  ///< between two searches
   };
@@ -54,12 +54,12 @@ class AutofocusRun {
   static Result<std::unique_ptr<autofocus::RegionSearch>> SearchOf(const AutofocusRequest& request,
                                                                    const autofocus::Setup& setup, const Scale& scale,
                                                                    std::vector<drivers::Region> regions);
-  /// `lens` must outlive it.
-  AutofocusRun(Plan plan, FocusActuator& lens, Scale scale);
+  /// `lens` must outlive it. `plan_anew`: as long as it runs.
+  AutofocusRun(Plan plan, FocusActuator& lens, Scale scale, std::function<Result<Plan>()> plan_anew);
   /// Asks for the first frame, where the lens stands or, from outside of the range, at its nearer end.
   void Begin(Native stands);
   /// Before Begin(): tracks from the first answer on.
-  void Track(Tracking tracking) { tracking_ = std::move(tracking); }
+  void Track();
   /// To be called at every step: ends the search at its deadline.
   void CheckDeadline();
   /// What a search may take turns out otherwise: so long from its beginning.
@@ -69,14 +69,22 @@ class AutofocusRun {
   /// It tracks, and waits for the scene to change.
   bool holding() const { return tracking_ && tracking_->holding; }
   const std::vector<drivers::Region>& regions() const { return search_.plan.regions->regions(); }
-  int frames() const { return search_.plan.regions->frames(); }
-  int frames_expected() const { return search_.plan.regions->frames_expected(); }
+  /// Taken so far, those that were not used included.
+  int frames() const { return search_.taken; }
+  int frames_expected() const {
+    return search_.plan.regions->frames_expected() + search_.taken - search_.plan.regions->frames();
+  }
   std::vector<AutofocusSample> Samples() const;
 
  private:
   struct Search {
     Plan plan;
-    std::vector<AutofocusSample> frames{};  ///< all of them, in order, without their scores
+    autofocus::FrameGate gate;
+    std::vector<AutofocusSample> frames{};  ///< those that the regions were shown, in order, without their scores
+    std::vector<LeftOutFrame> left_out{};
+    std::optional<autofocus::Verdict> refusal{};  ///< that more frames at its place are to confirm
+    int taken = 0;                                ///< frames
+    Native before{};                              ///< where the lens stood during the newest of them
     Instant began_at;
     Instant deadline;
     int motions_before = 0;
@@ -90,6 +98,9 @@ class AutofocusRun {
   void RequestFrame(LensMotion lens = LensMotion::Standing);
   autofocus::Place PlaceOf(const LensedFrame::AxisDuring& focus) const;
   void OnFrame(Result<Observation> seen);
+  Result<bool> Admit(const Observation& seen, const autofocus::Place& place);
+  Result<void> BeginAnew();
+  std::string WithLeftOut(std::string reason) const;
   void OnMoved(Result<MoveOutcome> moved);
   void AllowForLag(Duration move);
   void OnSwept(Result<MoveOutcome> moved);
@@ -108,6 +119,7 @@ class AutofocusRun {
 
   FocusActuator& lens_;
   Scale scale_;
+  std::function<Result<Plan>()> plan_anew_;
   Search search_;
   std::optional<Native> start_;  ///< where the first frame was taken
   Native stands_;                ///< or was, in the middle of the last frame

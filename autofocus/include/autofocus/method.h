@@ -102,6 +102,7 @@ enum class Cause {
   Missed,       ///< the lens did not get where it was sent
   SameFrame,    ///< a frame was the one before, though the lens had moved between
   NotRestored,  ///< focus was found, but the conditions of the search stay, or it could not go on from there
+  LateFrames,   ///< frames are of where the lens was before
 };
 
 /// The end.

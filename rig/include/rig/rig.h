@@ -23,6 +23,7 @@
 #include "rig/direction.h"
 #include "rig/focus_map.h"
 #include "rig/learned_slope.h"
+#include "rig/left_out_frame.h"
 #include "rig/motion.h"
 #include "rig/optics_table.h"
 #include "rig/position_memory.h"
@@ -190,6 +191,7 @@ struct AutofocusOutcome {
   std::string reason;                                  ///< why it believes the answer, or why it refuses
   std::vector<AutofocusCandidate> candidates;          ///< what there was to choose from, where it was more than one
   std::vector<AutofocusSample> samples{};              ///< the newest kMostSamples, those of the last search
+  std::vector<LeftOutFrame> left_out{};                ///< by the last search; counted in `frames`
   std::vector<drivers::Region> regions{};              ///< that were looked at
   std::optional<autofocus::StarFigures> stars{};       ///< in the last frame, where it was focused by them
   std::optional<SlopeRun> slope{};  ///< that its frames showed, where they did and it held throughout
