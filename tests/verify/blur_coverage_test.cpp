@@ -9,6 +9,7 @@
 #include <numbers>
 #include <random>
 
+#include "test_level.h"
 #include "verify/relative_blur.h"
 
 namespace lensd::verify {
@@ -167,11 +168,17 @@ struct Score {
   }
 };
 
-/// Of 200 disks of `low` to `high` px that the frames can tell.
+/// How many disks each test draws: 200 by script/test --long.
+const int kCases = static_cast<int>(testing::ByLevel(60, 60, 200));
+
+/// At least so many bars of 95 % contain the truth: 2.35 standard deviations fewer than on average.
+const int kContained = static_cast<int>(testing::ByLevel(53, 53, 183));
+
+/// Of kCases disks of `low` to `high` px that the frames can tell.
 Score ScoreOf(unsigned seed, double low, double high) {
   std::mt19937 random(seed);
   Score score;
-  while (score.cases < 200) {
+  while (score.cases < kCases) {
     const Case drawn = Drawn(random, low, high);
     if (CramerRao(drawn) > 0.1) continue;
     score.Add(drawn, Measured(drawn, random));
@@ -184,20 +191,20 @@ Score ScoreOf(unsigned seed, double low, double high) {
 TEST(BlurCoverage, ErrorBarsContainTheTruth) {
   Score score = ScoreOf(20261122, 0.3, 8.0);
   score.Print("0.3 to 8 px");
-  EXPECT_GE(score.contained, 183);
+  EXPECT_GE(score.contained, kContained);
 }
 
 TEST(BlurCoverage, ErrorBarsOfSmallDisksContainTheTruth) {
   Score score = ScoreOf(303, 0.3, 1.0);
   score.Print("0.3 to 1 px");
-  EXPECT_GE(score.contained, 183);
+  EXPECT_GE(score.contained, kContained);
 }
 
 TEST(BlurCoverage, SaysAtMostWhereTheFramesCannotTell) {
   std::mt19937 random(404);
   Score score;
   int told = 0;
-  while (score.cases < 200 && told < 800) {
+  while (score.cases < kCases && told < 4 * kCases) {
     const Case drawn = Drawn(random, 0.0, 0.6, 3e4);
     const SliceBlur blur = Measured(drawn, random);
     if (blur.at_most()) {
@@ -207,8 +214,8 @@ TEST(BlurCoverage, SaysAtMostWhereTheFramesCannotTell) {
     }
   }
   score.Print("at most");
-  EXPECT_EQ(score.cases, 200);
-  EXPECT_GE(score.contained, 183);
+  EXPECT_EQ(score.cases, kCases);
+  EXPECT_GE(score.contained, kContained);
 }
 
 }  // namespace
