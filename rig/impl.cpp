@@ -141,7 +141,7 @@ Instant Rig::Impl::NextStep(Instant now) const {
     Instant next = now + kMotionPeriod;
     for (const Axis axis : drivers::kAxes) {
       const auto part = axes[axis] && axes[axis]->motion() ? axes[axis]->motion()->next_part() : std::nullopt;
-      if (part) next = std::min(next, *part);
+      if (part && *part > now) next = std::min(next, *part);  // one that is due and waits is tried at the next reading
     }
     return next;
   }
