@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 #include <string>
+#include <utility>
 
 namespace lensd::daemon {
 namespace {
@@ -28,9 +29,19 @@ Result<void> Fill(int file, std::span<const std::uint8_t> bytes) {
     if (count <= 0) return NoMemory("writing");
     bytes = bytes.subspan(static_cast<std::size_t>(count));
   }
-  if (fcntl(file, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
-    return NoMemory("sealing");
   return {};
+}
+
+Result<Descriptor> SealedMemory(std::span<const std::uint8_t> bytes) {
+  constexpr int kTries = 3;
+  for (int tries = 1;; ++tries) {
+    Descriptor memory(memfd_create("lensd-frame", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+    if (!memory) return NoMemory("memfd_create");
+    if (auto filled = Fill(memory.get(), bytes); !filled) return PassOn(filled);
+    if (fcntl(memory.get(), F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) == 0) return memory;
+    // Busy: the kernel itself holds one of the pages, as where it moves memory about. Other pages are hardly so too.
+    if (errno != EBUSY || tries == kTries) return NoMemory("sealing");
+  }
 }
 
 }  // namespace
@@ -49,9 +60,9 @@ bool FrameLoans::Full(std::uint64_t borrower) {
 }
 
 Result<Descriptor> FrameLoans::Lend(std::uint64_t borrower, std::span<const std::uint8_t> bytes) {
-  Descriptor memory(memfd_create("lensd-frame", MFD_CLOEXEC | MFD_ALLOW_SEALING));
-  if (!memory) return NoMemory("memfd_create");
-  if (auto filled = Fill(memory.get(), bytes); !filled) return PassOn(filled);
+  auto sealed = SealedMemory(bytes);
+  if (!sealed) return PassOn(sealed);
+  Descriptor memory = std::move(*sealed);
   const std::string path = "/proc/self/fd/" + std::to_string(memory.get());
   Descriptor ours(open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!ours) return NoMemory(path.c_str());
