@@ -1,5 +1,5 @@
 # ctest has 14 places (CMakePresets.json) for two processors, since most tests wait for motors and use a twentieth of one. A test that
-# fills a processor, or judges time, takes this many (PROCESSORS); one with devices that must answer within milliseconds takes 2, any
+# fills a processor, or judges time, takes this many (PROCESSORS); one with devices that must answer within milliseconds takes 3, any
 # other 1. So two that compute run at a time, with up to four that wait beside them.
 set(LENSD_ONE_PROCESSOR 5)
 
@@ -86,7 +86,7 @@ function(lensd_test name)
   endif()
   set(processors ${LENSD_ONE_PROCESSOR})
   if(TEST_WAITS)
-    set(processors 2)
+    set(processors 3)
   endif()
   set(computes)
   if(TEST_COMPUTES)
