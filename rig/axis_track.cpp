@@ -63,9 +63,11 @@ void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool o
   if (state.moving || step > scatter) travel_ += step;
   if (!last_ || last_->position != state.position) {
     const std::chrono::duration<double> took = last_ ? sampled_at - last_->changed : Duration::zero();
-    last_ = {state.position, sampled_at, sampled_at, took.count() > 0.0 ? step / took.count() : 0.0, state.moving};
+    const double pace = took.count() > 0.0 ? step / took.count() : 0.0;
+    last_ = {state.position, sampled_at, sampled_at, sampled_at, pace, state.moving};
   }
   last_->moving = state.moving;
+  last_->read = sampled_at;
   // Of an axis that ended its motion unseen, what it does next may still be that motion.
   if (ours || !rest_ || adrift_.by > 0.0 || MakesNoSense(setup_, state.position)) {
     rest_ = state.position;
@@ -282,6 +284,7 @@ void AxisTrack::Forget() {
 bool AxisTrack::FellToZero(Native device, Instant sampled_at, const std::optional<Heading>& ours) const {
   constexpr double kFaster = 2.0;    ///< than it is said to be
   constexpr double kHastened = 8.0;  ///< from one reading to the next: a motor that begins to turn
+  constexpr Duration kBlind = std::chrono::milliseconds(100);
   if (!setup_.Counts() || !place_.known || !last_ || !AtZero(device)) return false;
   const Native zero = place_.offset, from = last_->position, here = zero + device;
   const double fallen = std::abs((from - here).value), least = 2.0 * Scatter();
@@ -290,8 +293,10 @@ bool AxisTrack::FellToZero(Native device, Instant sampled_at, const std::optiona
     return fallen <= speed * std::chrono::duration<double>(sampled_at - since).count() + least;
   };
   const bool seen_coming = last_->pace > 0.0 && within(kHastened * last_->pace, last_->changed);
+  // A busy machine has not looked for a while: what came before tells nothing of how fast it went since.
+  const bool blind = sampled_at - last_->read > kBlind;
   // Another program may have sent it there, and it was not seen on its way: that cannot be told from a loss of power.
-  if (!ours) return !last_->moving || !seen_coming;
+  if (!ours) return !last_->moving || (!blind && !seen_coming);
   const Native target = ours->target;
   const Native room{slack_.whole() + least};
   if (here < std::min(from, target) - room || here > std::max(from, target) + room) return true;
@@ -300,7 +305,7 @@ bool AxisTrack::FellToZero(Native device, Instant sampled_at, const std::optiona
   if (!ours->live) return false;
   // A readback may cease to change on the way, and show the end of it at once.
   if (setup_.speed) return !within(kFaster * *setup_.speed, last_->changed);
-  return last_->pace > 0.0 && !seen_coming;
+  return last_->pace > 0.0 && !blind && !seen_coming;
 }
 
 void AxisTrack::LoseCount() {

@@ -125,6 +125,7 @@ class AxisTrack {
     Native position;
     Instant since{};    ///< the first one that said so
     Instant changed{};  ///< as `since`, but no sooner than the last command
+    Instant read{};     ///< the last one that said so
     double pace = 0.0;  ///< native units a second, from the place before to this one
     bool moving = false;
   };
