@@ -61,7 +61,9 @@ struct Stack {
 Stack LoadStack(const std::string& folder, const std::string& name, const nlohmann::json& content) {
   Stack stack{.name = name, .blur_px_per_frame = content.at("blur_px_per_frame"), .frames = {}, .regions = {}};
   for (int i = 0; i < content.at("frames").get<int>(); ++i) {
-    auto image = io::ReadPng(folder + "/" + name + (i < 10 ? "/0" : "/") + std::to_string(i) + ".png");
+    std::string path = folder;
+    path.append("/").append(name).append(i < 10 ? "/0" : "/").append(std::to_string(i)).append(".png");
+    auto image = io::ReadPng(path);
     if (!image) throw std::runtime_error(image.error().message);
     drivers::Frame frame;
     frame.width = image->width;
