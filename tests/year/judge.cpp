@@ -163,7 +163,7 @@ void Judge::Move(const Call& call, const Json& move) {
     if (!place || std::abs(*place - position) <= bound + kRounding) return;
     places += " " + std::to_string(*place);
   }
-  // Known, and not mended: docs/design.md, "A year in a night".
+  // Known, and not mended: docs/testing.md, "A year in a night".
   if (call.method == "Home" && lens.frozen_until[axis] > call.at) {
     ++looked_.frozen;
     return;
