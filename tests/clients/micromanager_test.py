@@ -8,11 +8,11 @@ import threading
 import time
 import unittest
 
-from situations import PATIENCE, ROOT, SCENE, Daemon
+from situations import PACKAGE, PATIENCE, ROOT, SCENE, Daemon
 
 if importlib.util.find_spec("pymmcore_plus") is None:
     sys.path.insert(0, os.path.join(ROOT, "tests", "clients", "published"))
-sys.path.insert(0, os.path.join(ROOT, "clients", "python"))
+sys.path.insert(0, PACKAGE)
 import lensd  # noqa: E402
 from lensd import micromanager  # noqa: E402
 from viewer import scene_daemon  # noqa: E402

@@ -9,9 +9,9 @@ import tempfile
 import time
 import unittest
 
-from situations import PATIENCE, ROOT, SCENE, Daemon
+from situations import PACKAGE, PATIENCE, ROOT, SCENE, Daemon
 
-sys.path.insert(0, os.path.join(ROOT, "clients", "python"))
+sys.path.insert(0, PACKAGE)
 sys.path.insert(0, os.path.join(ROOT, "tests", "daemon"))
 import lensd  # noqa: E402
 import view_test  # noqa: E402

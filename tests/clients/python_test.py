@@ -8,9 +8,9 @@ import threading
 import time
 import unittest
 
-from situations import LENS, PATIENCE, ROOT, SCENE, Daemon, FalseDaemon, Situations, answering
+from situations import LENS, PACKAGE, PATIENCE, ROOT, SCENE, Daemon, FalseDaemon, Situations, answering
 
-sys.path.insert(0, os.path.join(ROOT, "clients", "python"))
+sys.path.insert(0, PACKAGE)
 import lensd  # noqa: E402
 from lensd import quantities  # noqa: E402
 from lensd._codec import camel  # noqa: E402
@@ -300,7 +300,7 @@ class Page(unittest.TestCase):
         try:
             for block in blocks:
                 done = subprocess.run([sys.executable, "-W", "error", "-c", block], capture_output=True, text=True, check=False,
-                                      timeout=60 * PATIENCE, env={**os.environ, "PYTHONPATH": os.path.join(ROOT, "clients", "python")})
+                                      timeout=60 * PATIENCE, env={**os.environ, "PYTHONPATH": PACKAGE})
                 self.assertEqual((done.returncode, done.stderr), (0, ""), block)
         finally:
             del os.environ["LENSD_SOCKET"]
@@ -321,7 +321,7 @@ class Examples(unittest.TestCase):
     def run_example(self, name, *arguments):
         folder = os.path.join(ROOT, "clients", "python")
         done = subprocess.run([sys.executable, "-W", "error", os.path.join(folder, "examples", name + ".py"), self.daemon.socket,
-                               *arguments], env={**os.environ, "PYTHONPATH": folder}, capture_output=True, text=True,
+                               *arguments], env={**os.environ, "PYTHONPATH": PACKAGE}, capture_output=True, text=True,
                               timeout=60 * PATIENCE, check=False)
         return done.returncode, done.stdout, done.stderr
 

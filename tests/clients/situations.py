@@ -11,9 +11,11 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 sys.path.insert(0, os.path.join(HERE, "..", "daemon"))
 from exit_status_test import Drive, FalseDaemon  # noqa: E402
+from harness import BIN  # noqa: E402
 from harness import HERE as DAEMON_TESTS  # noqa: E402
 from harness import LENS, PATIENCE, Daemon  # noqa: E402
 
+PACKAGE = os.path.join(os.path.dirname(BIN), "python")  # as the build wrote it
 SCENE = os.path.join(DAEMON_TESTS, "small.toml")
 # The contract's exit statuses, and what each error of the interface is there.
 CODES = {2: "stopped", 3: "superseded", 4: "busy", 5: "timeout", 6: "out-of-range", 7: "not-homed", 8: "unsupported", 9: "leased",
