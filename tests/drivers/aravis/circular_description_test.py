@@ -1,7 +1,6 @@
 """Cameras whose GenICam file refers to itself: each is refused with the nodes of the circle, and lensd serves everything
 else. Aravis' simulated camera with files of ours, loopback."""
 import contextlib
-import fcntl
 import json
 import os
 import re
@@ -14,10 +13,11 @@ import unittest
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", "..", "daemon"))
 from harness import BIN, LENS, PATIENCE, Daemon  # noqa: E402
+from own_network import Turn  # noqa: E402
 
 QUICK = os.path.join(HERE, "quick.toml")
 SMALL = os.path.join(HERE, "..", "..", "daemon", "small.toml")
-turn = open("/tmp/lensd-test-gige.lock", "a", encoding="utf-8")
+turn = Turn()
 
 TWO = ('<IntSwissKnife Name="CycM"><pVariable Name="A">CycN</pVariable><Formula>A</Formula></IntSwissKnife>'
        '<IntSwissKnife Name="CycN"><pVariable Name="A">CycM</pVariable><Formula>A</Formula></IntSwissKnife>')
@@ -43,11 +43,11 @@ LENSES = (f'[[lens]]\nname = "good"\ndriver = "sim"\nscene = "{SMALL}"\n'
 
 
 def setUpModule():
-    fcntl.flock(turn, fcntl.LOCK_EX)  # one camera at an address at a time, whoever plays it
+    turn.take()
 
 
 def tearDownModule():
-    turn.close()
+    turn.give()
 
 
 def description():

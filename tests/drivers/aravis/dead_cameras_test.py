@@ -1,6 +1,5 @@
 """GigE cameras that are not there, not the ones meant, or gone, and what their neighbours notice of it: nothing.
 Simulated cameras, loopback."""
-import fcntl
 import os
 import signal
 import socket
@@ -14,18 +13,19 @@ import unittest
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", "..", "daemon"))
 from harness import BIN, LENS, PATIENCE, Client, Daemon  # noqa: E402
+from own_network import Turn  # noqa: E402
 
 QUICK = os.path.join(HERE, "quick.toml")
 CONTROL_PORT = 3956
-turn = open("/tmp/lensd-test-gige.lock", "a", encoding="utf-8")
+turn = Turn()
 
 
 def setUpModule():
-    fcntl.flock(turn, fcntl.LOCK_EX)  # one camera at an address at a time, whoever plays it
+    turn.take()
 
 
 def tearDownModule():
-    turn.close()
+    turn.give()
 
 
 class EagerDaemon(Daemon):

@@ -25,7 +25,7 @@ PROXY = "127.0.0.2"
 
 
 def setUpModule():
-    gige_test.setUpModule()
+    gige_test.turn.take(own=not NETEM)
     if NETEM:
         subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
         subprocess.run(["tc", "qdisc", "add", "dev", "lo", "root", "netem", "loss", "0.5%", "delay", "1ms"], check=True)

@@ -1,6 +1,5 @@
 """The daemon over GigE Vision: frames from the network, focus and iris through the camera's registers. Simulated
 devices, loopback."""
-import fcntl
 import json
 import os
 import signal
@@ -14,6 +13,7 @@ import unittest
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", "..", "daemon"))
 from harness import BIN, PATIENCE, Daemon  # noqa: E402
+from own_network import Turn  # noqa: E402
 
 QUICK = os.path.join(HERE, "quick.toml")
 OPTICS = """
@@ -24,15 +24,15 @@ extension_mm = [0.0, 1.6]
 """
 # The wall stands at 1.2 m; half a depth of field at f/2 is 2 px N/(f Zs) = 0.022 D.
 WALL_D, HALF_DOF_D = 1 / 1.2, 0.022
-turn = open("/tmp/lensd-test-gige.lock", "a", encoding="utf-8")
+turn = Turn()
 
 
 def setUpModule():
-    fcntl.flock(turn, fcntl.LOCK_EX)  # one camera at 127.0.0.1 at a time, whoever plays it
+    turn.take()
 
 
 def tearDownModule():
-    turn.close()
+    turn.give()
 
 
 class Camera:
