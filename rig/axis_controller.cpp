@@ -11,7 +11,8 @@ namespace lensd::rig {
 namespace {
 
 constexpr int kStopAttempts = 3;
-constexpr Duration kFallShown = std::chrono::milliseconds(100);  ///< one reading of zero may be a false answer
+/// One reading of zero may be a false answer, and a register may be renewed as seldom as every 400 ms.
+constexpr Duration kFallShown = std::chrono::milliseconds(500);
 
 }  // namespace
 
@@ -175,7 +176,12 @@ bool AxisController::Distrusts(const drivers::AxisState& reading, Instant sample
     return fell;
   }
   if (!gone_->fallen_since) return false;
-  const bool zero = track_.StaysAtZero(reading.position, gone_->fallen_to);
+  const bool zero = track_.AtZero(reading.position);
+  // A slow motor passes zero for a while; one that has lost its power stands there.
+  if (zero && !track_.StandsAtZero(reading.position, gone_->fallen_to)) {
+    gone_->fallen_since = sampled_at;
+    gone_->fallen_to = reading.position;
+  }
   // A register may show the place from before for a while, and that may be zero.
   const bool may_lag = sampled_at < cut_.doubted_until || (motion_ && motion_->MayLag(sampled_at));
   if (zero && (may_lag || sampled_at - *gone_->fallen_since < kFallShown)) return true;

@@ -62,12 +62,9 @@ void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool o
   const double step = last_ ? std::abs((state.position - last_->position).value) : 0.0;
   if (state.moving || step > scatter) travel_ += step;
   if (!last_ || last_->position != state.position) {
-    const std::chrono::duration<double> took = last_ ? sampled_at - last_->changed : Duration::zero();
-    const double pace = took.count() > 0.0 ? step / took.count() : 0.0;
-    last_ = {state.position, sampled_at, sampled_at, sampled_at, pace, state.moving};
+    last_ = {.position = state.position, .changed = sampled_at};
   }
   last_->moving = state.moving;
-  last_->read = sampled_at;
   // Of an axis that ended its motion unseen, what it does next may still be that motion.
   if (ours || !rest_ || adrift_.by > 0.0 || MakesNoSense(setup_, state.position)) {
     rest_ = state.position;
@@ -85,10 +82,7 @@ void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool o
 void AxisTrack::Commanded(Way way, Instant now) {
   moved_by_ = {.us = true, .another = false};
   arrived_ = false;
-  if (last_) {
-    last_->changed = now;
-    last_->pace = 0.0;
-  }
+  if (last_) last_->changed = now;
   // Where a motion turns between two readings is not seen; it is no more than one polling period of travel.
   travel_ += setup_.can.resolution;
   if (way == Way::MayTurn) slack_.Reset(now);
@@ -174,8 +168,8 @@ bool AxisTrack::AtZero(Native device) const {
   return std::abs(device.value) <= PowerUpScatter();
 }
 
-bool AxisTrack::StaysAtZero(Native device, Native before) const {
-  return AtZero(device) && std::abs((device - before).value) <= PowerUpScatter();
+bool AxisTrack::StandsAtZero(Native device, Native before) const {
+  return AtZero(device) && Near(device, before);
 }
 
 /// The device counts on from where it stood.
@@ -190,7 +184,7 @@ void AxisTrack::Trust(const AxisMemory& memory, Native position) {
   travel_ = memory.travel;
   doubt_ = memory.doubt;
   slack_.Restore(memory.slack, position);
-  last_ = Reading{.position = position, .since = last_ ? last_->since : Instant{}};
+  last_ = Reading{.position = position};
   rest_ = position;
 }
 
@@ -282,30 +276,26 @@ void AxisTrack::Forget() {
 }
 
 bool AxisTrack::FellToZero(Native device, Instant sampled_at, const std::optional<Heading>& ours) const {
-  constexpr double kFaster = 2.0;    ///< than it is said to be
-  constexpr double kHastened = 8.0;  ///< from one reading to the next: a motor that begins to turn
-  constexpr Duration kBlind = std::chrono::milliseconds(100);
+  constexpr double kFaster = 2.0;  ///< than the configured speed
+  constexpr double kRenewed =
+      0.4;  ///< seconds; a register may be renewed that seldom, and then shows a long way at once
   if (!setup_.Counts() || !place_.known || !last_ || !AtZero(device)) return false;
   const Native zero = place_.offset, from = last_->position, here = zero + device;
   const double fallen = std::abs((from - here).value), least = 2.0 * Scatter();
   if (fallen <= least) return false;
-  const auto within = [&](double speed, Instant since) {
-    return fallen <= speed * std::chrono::duration<double>(sampled_at - since).count() + least;
-  };
-  const bool seen_coming = last_->pace > 0.0 && within(kHastened * last_->pace, last_->changed);
-  // A busy machine has not looked for a while: what came before tells nothing of how fast it went since.
-  const bool blind = sampled_at - last_->read > kBlind;
   // Another program may have sent it there, and it was not seen on its way: that cannot be told from a loss of power.
-  if (!ours) return !last_->moving || (!blind && !seen_coming);
+  if (!ours) return !last_->moving;
   const Native target = ours->target;
   const Native room{slack_.whole() + least};
   if (here < std::min(from, target) - room || here > std::max(from, target) + room) return true;
+  if (AtZero(from - zero)) return false;
   // A motion to another place may pass there, and does not stay.
   if (!AtZero(target - zero)) return true;
-  if (!ours->live) return false;
-  // A readback may cease to change on the way, and show the end of it at once.
-  if (setup_.speed) return !within(kFaster * *setup_.speed, last_->changed);
-  return last_->pace > 0.0 && !blind && !seen_coming;
+  // How fast a motor without a configured speed may get there is not known: one that was seen to crawl may just have
+  // begun to turn.
+  if (!ours->live || !setup_.speed) return false;
+  const std::chrono::duration<double> since = sampled_at - last_->changed;
+  return fallen > kFaster * *setup_.speed * (since.count() + kRenewed) + least;
 }
 
 void AxisTrack::LoseCount() {
@@ -319,7 +309,7 @@ void AxisTrack::Say(Native position, Native device) {
   adrift_ = {};
   arrived_ = true;
   slack_.Restore(slack_.left(), position);
-  last_ = Reading{.position = position, .since = last_ ? last_->since : Instant{}};
+  last_ = Reading{.position = position};
   rest_ = position;
 }
 

@@ -106,9 +106,10 @@ class AxisTrack {
     bool live = false;  ///< readings have shown it on its way
   };
   bool FellToZero(Native device, Instant sampled_at, const std::optional<Heading>& ours) const;
-  /// Two readings by the device's own count are of one place at zero, but for what the count of a device trembles that
-  /// has just got power.
-  bool StaysAtZero(Native device, Native before) const;
+  /// The device's own count is zero, or as near to it as a motor that has just got power.
+  bool AtZero(Native device) const;
+  /// Two readings, in the device's own count, show an axis that stands at zero.
+  bool StandsAtZero(Native device, Native before) const;
   /// It has lost count. Positions of an axis without a reference are the device's own from now on.
   void LoseCount();
   /// It stands at `position`, which the device calls `device`: somebody has said so.
@@ -123,10 +124,7 @@ class AxisTrack {
   };
   struct Reading {
     Native position;
-    Instant since{};    ///< the first one that said so
-    Instant changed{};  ///< as `since`, but no sooner than the last command
-    Instant read{};     ///< the last one that said so
-    double pace = 0.0;  ///< native units a second, from the place before to this one
+    Instant changed{};  ///< the first reading that said so, or the last command, whichever is later
     bool moving = false;
   };
   struct MovedBy {
@@ -135,7 +133,6 @@ class AxisTrack {
   };
   double Scatter() const;
   double PowerUpScatter() const;
-  bool AtZero(Native device) const;
   bool Near(Native a, Native b) const;
   bool Stands(const AxisMemory& memory, Native device) const;
   void Trust(const AxisMemory& memory, Native position);

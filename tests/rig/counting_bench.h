@@ -22,8 +22,11 @@ constexpr double kSpeed = 500.0;  // steps a second
 struct Bench {
   double from = 0.0, to = 0.0;  ///< of the shaft
   Instant began{};
-  double zero = 0.0;   ///< the shaft's place where the controller counts 0
-  double saved = 0.0;  ///< the count that it last wrote to its own memory
+  double zero = 0.0;      ///< the shaft's place where the controller counts 0
+  double saved = 0.0;     ///< the count that it last wrote to its own memory
+  double speed = kSpeed;  ///< steps a second
+  double ramp = 0.0;      ///< seconds until it goes that fast, and as long to stop
+  Duration refresh{};     ///< how often the count that it reports is renewed
   bool answers = true;
   int unanswered = 0;                      ///< the next so many questions fail, with `says`
   Code says = Code::Disconnected;          ///< a question that fails
@@ -32,8 +35,24 @@ struct Bench {
   double lowest = kTravel, highest = 0.0;  ///< that the shaft has been sent to
 
   double ShaftAt(Instant now) const {
-    const double gone = kSpeed * std::chrono::duration<double>(now - began).count();
+    const double gone = Gone(std::abs(to - from), std::chrono::duration<double>(now - began).count());
     return gone >= std::abs(to - from) ? to : from + std::copysign(gone, to - from);
+  }
+  /// Of a way of `steps`, after `seconds`: the speed rises and falls evenly.
+  double Gone(double steps, double seconds) const {
+    if (ramp <= 0.0) return speed * seconds;
+    const double top = std::min(speed, std::sqrt(steps * speed / ramp)), ramps = ramp * top / speed;
+    const double whole = steps > 0.0 ? steps / top + ramps : 0.0;
+    const double rest = whole - seconds;
+    if (rest <= 0.0) return steps;
+    if (seconds < ramps) return 0.5 * top * seconds * seconds / ramps;
+    if (rest < ramps) return steps - 0.5 * top * rest * rest / ramps;
+    return top * (seconds - 0.5 * ramps);
+  }
+  /// What the count shows.
+  double ShownAt(Instant now) const {
+    const auto at = refresh > Duration::zero() ? now - now.time_since_epoch() % refresh : now;
+    return ShaftAt(std::max(at, began));
   }
   bool MovingAt(Instant now) const { return ShaftAt(now) != to; }
   void Halt(Instant now) {
@@ -104,7 +123,7 @@ class CountingLens final : public drivers::Lens {
   Result<drivers::LensState> DoRead() override {
     if (auto answer = Answer(); !answer) return PassOn(answer);
     const Instant now = clock_.Now();
-    const double count = std::round(bench_->ShaftAt(now) - bench_->zero);
+    const double count = std::round(bench_->ShownAt(now) - bench_->zero);
     const bool moving = bench_->MovingAt(now);
     if (!moving) bench_->saved = count;
     drivers::LensState state;

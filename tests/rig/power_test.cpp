@@ -96,18 +96,21 @@ void Play(const Cut& cut, CutTeller& draw, CutTally& tally) {
   if (cut.kind.can_home) {
     ASSERT_TRUE(station.Home()->reached);
   }
-  const double stood = draw.Place();
+  const double stood = cut.in_mid_move && draw.Chance(0.3) ? draw.Whole(900, static_cast<int>(kTravel)) : draw.Place();
   ASSERT_TRUE(station.Move(At(stood))->reached);
   station.Run(std::chrono::milliseconds(draw.Chance(0.3) ? 0 : draw.Whole(1, 1500)));
   Answers<MoveOutcome> midway;
-  double target = draw.Chance(0.3) ? 0.0 : draw.Place();
+  // A motor that is sent to zero and says zero is there for all that anybody can see, unless it is known to be slower.
+  const bool far = stood > 900.0 && cut.kind.speed_known;
+  double target = (far || !cut.in_mid_move) && draw.Chance(0.5) ? 0.0 : draw.Place();
   while (std::abs(target - stood) < 20.0) target = draw.Place();
   if (cut.in_mid_move) {
     station.rig->Move(Axis::Focus, At(target), midway.Take());
-    // It is not cut where it counts almost nothing; on its way to zero not before anybody can have seen it on its way.
+    // It is not cut where it counts almost nothing; on its way to zero not before anybody can have seen it on its way,
+    // nor where 0.4 s at twice its speed, in which a register may not be renewed, lead there.
     const double way = std::min(std::abs(target - stood), std::max(20.0, stood - 40.0));
-    station.Run(
-        std::chrono::microseconds(std::lround(1e6 * way / kSpeed * draw.Whole(target == 0.0 ? 40 : 5, 90) / 100.0)));
+    station.Run(std::chrono::microseconds(
+        std::lround(1e6 * way / kSpeed * (target == 0.0 ? draw.Whole(20, 40) : draw.Whole(5, 90)) / 100.0)));
     ASSERT_TRUE(midway.all.empty());
   }
   LosePower(station, cut, draw);

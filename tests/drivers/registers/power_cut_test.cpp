@@ -89,7 +89,7 @@ class CutDrive {
     auto config = testing::GenericDrive(20e3);
     config.low = -20e3;
     rig::RigConfig rig_config;
-    if (Uniform(0, 1) < 0.5) rig_config.axes[Axis::Focus].speed = kind.speed;
+    if (speed_known_ = Uniform(0, 1) < 0.5; speed_known_) rig_config.axes[Axis::Focus].speed = kind.speed;
     drivers::Device opened;
     opened.lens = std::make_unique<testing::DriveLens<CutWire>>(
         config, std::make_unique<CutWire>(cut_, *device_, clock_), clock_);
@@ -101,15 +101,17 @@ class CutDrive {
     stood_ = Place();
     Move(stood_);
     Idle(Uniform(0, 1) < 0.3 ? 0.0 : Uniform(0.0, 1500.0));
-    // A drive that is sent to zero and says zero is there for all that anybody can see, unless it was seen on its way
-    // before, and answered all the time.
-    const bool to_zero = Uniform(0, 1) < 0.2 && std::abs(stood_) > std::max(500.0, 0.3 * device_->kind().speed);
+    // A drive that is sent to zero and says zero is there for all that anybody can see, unless it is known to be slower
+    // than that: 0.8 s is what a register may lag at twice the speed.
+    const double speed = device_->kind().speed;
+    const bool to_zero = speed_known_ && Uniform(0, 1) < 0.4 && std::abs(stood_) > std::max(500.0, 1.5 * speed);
     const double target = to_zero ? 0.0 : Uniform(0, 1) < 0.4 ? stood_ + Near() : Place();
     if (Uniform(0, 1) < 0.5) {
       Begin(target);
       // It is not cut where it counts almost nothing.
-      const double way = std::abs(target - stood_), clear = std::max(0.0, std::abs(stood_) - 200.0);
-      Idle(1e3 * std::min(0.9 * way, clear) * Uniform(to_zero ? 0.3 : 0.0, 1.0) / device_->kind().speed);
+      const double way = std::abs(target - stood_);
+      const double clear = std::max(0.0, std::abs(stood_) - 200.0 - (to_zero ? 0.9 * speed : 0.0));
+      Idle(1e3 * std::min(0.9 * way, clear) * Uniform(to_zero ? 0.3 : 0.0, 1.0) / speed);
       Cut(to_zero ? 0 : std::uniform_int_distribution(0, 2)(random_));
       Await();
     } else {
@@ -193,6 +195,7 @@ class CutDrive {
   std::unique_ptr<rig::Rig> rig_;
   std::optional<Result<rig::MoveOutcome>> end_;
   double target_ = 0.0, stood_ = 0.0;
+  bool speed_known_ = false;
 };
 
 }  // namespace
