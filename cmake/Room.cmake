@@ -3,11 +3,11 @@
 # other 1. So two that compute run at a time, with up to four that wait beside them.
 set(LENSD_ONE_PROCESSOR 5)
 
-# lensd_room(NAME SOURCES ... [ROOMS ...] [LIBRARIES ...] [PRIVATE_LIBRARIES ...] [COMPUTES])
+# lensd_room(NAME SOURCES ... [ROOMS ...] [LIBRARIES ...] [PRIVATE_LIBRARIES ...] [COMPUTES | WAITS])
 # One static library a room, with its own include path NAME/include. ROOMS are the rooms its headers use. COMPUTES: pixels and
-# limits by the thousand, and hardly parses.
+# limits by the thousand, and hardly parses. WAITS: for devices, more than it computes.
 function(lensd_room name)
-  cmake_parse_arguments(ROOM "COMPUTES" "" "SOURCES;ROOMS;LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ROOM "COMPUTES;WAITS" "" "SOURCES;ROOMS;LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
   set(target room_${name})
   if(ROOM_SOURCES)
     add_library(${target} STATIC ${ROOM_SOURCES})
@@ -17,6 +17,9 @@ function(lensd_room name)
     target_link_libraries(${target} PRIVATE ${ROOM_PRIVATE_LIBRARIES})
     if(ROOM_COMPUTES)
       lensd_untraced(${target})
+    endif()
+    if(ROOM_WAITS)
+      lensd_waits(${target})
     endif()
   else()
     add_library(${target} INTERFACE)
