@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "io/png.h"
-#include "io/svg.h"
+#include "io/svg_theme.h"
 
 namespace lensd::bench {
 namespace {
@@ -83,7 +83,9 @@ int WriteOutputs(const std::string& command, const std::vector<ordered_json>& ro
     if (!written) std::cerr << command << ": " << written.error().message << "\n";
     return written.has_value();
   };
-  if (!write(outputs.csv, CsvOf(rows)) || !write(outputs.svg, outputs.svg.empty() ? "" : chart())) return EX_IOERR;
+  if (!write(outputs.csv, CsvOf(rows)) ||
+      !write(outputs.svg, outputs.svg.empty() ? "" : io::InTheme(chart(), io::Theme::Viewer)))
+    return EX_IOERR;
   if (outputs.as_json) {
     std::cout << ordered_json(rows).dump() << "\n";
   } else {

@@ -14,6 +14,8 @@
 #include <span>
 #include <string_view>
 
+#include "io/svg.h"
+
 namespace lensd::io {
 namespace {
 
@@ -110,26 +112,6 @@ Bytes Exif(const PictureNotes& notes) {
     tiff.insert(tiff.end(), part.begin(), part.end());
   }
   return tiff;
-}
-
-std::string Escaped(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
 }
 
 std::string Xmp(const PictureNotes& notes) {

@@ -7,8 +7,10 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <tuple>
 
 #include "io/png.h"
+#include "io/svg_theme.h"
 #include "svg_axis.h"
 #include "svg_clip.h"
 #include "svg_draw.h"
@@ -18,11 +20,12 @@ namespace lensd::io {
 namespace {
 
 constexpr double kTitlePx = 17.0;
+constexpr double kTitleRowPx = 22.0, kSubtitleRowPx = 18.0, kAxisTitlePx = 13.5, kAxisTitleRowPx = 17.0;
+constexpr double kEdgePx = 14.0, kInsideEdgePx = 2.0;  // that of a frame with names inside is narrow
 constexpr double kSwatchPx = 22.0;
 constexpr double kLegendRowPx = 19.0;
 constexpr double kLegendGapPx = 18.0;
 constexpr double kCaptionRowPx = 17.0;
-constexpr double kCaptionEdgePx = 14.0;
 constexpr const char* kGridColour = "#e4e4e4";
 constexpr const char* kMinorGridColour = "#f2f2f2";
 
@@ -84,10 +87,11 @@ Painter::Painter(const Chart& chart, std::size_t index)
       y_(MapOf(chart.y, Extremes(chart), &ChartPoint::y)) {
   CollectLegend();
   LayOut();
+  placer_ = LabelPlacer(plot_);
 }
 
 std::string Painter::Paint() {
-  svg_ = "<rect width=\"" + Number(chart_.width) + "\" height=\"" + Number(chart_.height) + "\" fill=\"#ffffff\"/>\n";
+  svg_ = "<rect width=\"" + Number(chart_.width) + "\" height=\"" + Number(height_) + "\" fill=\"#ffffff\"/>\n";
   Titles();
   Grid();
   for (const ChartArea& area : chart_.areas) PaintArea(area);
@@ -98,9 +102,7 @@ std::string Painter::Paint() {
   for (const ChartInterval& interval : chart_.intervals) PaintInterval(interval);
   for (std::size_t i = 0; i < chart_.points.size(); ++i) PaintPoints(chart_.points[i], PointsColour(i));
   for (const ChartNote& note : chart_.notes) AddNote(note);
-  LabelPlacer placer(plot_);
-  for (const Box& box : blocked_) placer.Block(box);
-  for (const Label& label : labels_) svg_ += placer.Place(label);
+  for (const Label& label : labels_) svg_ += placer_.Place(label);
   PaintLegend();
   return svg_;
 }
@@ -113,13 +115,13 @@ void Painter::CollectLegend() {
   };
   for (const ChartArea& area : chart_.areas) AddEntry(area.name, fill(area.colour, area.opacity, Fill::Plain));
   for (const ChartBar& bar : chart_.bars) {
-    AddEntry(bar.name, fill(bar.colour, bar.opacity, bar.hatched ? Fill::Hatched : Fill::Plain));
+    AddEntry(bar.name, fill(bar.colour, bar.opacity, FillOf(bar)));
   }
   for (std::size_t i = 0; i < chart_.lines.size(); ++i) {
     const ChartLine& line = chart_.lines[i];
     AddEntry(line.name, [&line, colour = LineColour(i)](Pixel at) {
       return DrawLine(at, {at.x + kSwatchPx, at.y}, colour, line.width, line.dashed) +
-             (line.markers ? DrawMarker({at.x + 0.5 * kSwatchPx, at.y}, Marker::Dot, 3.2, colour) : "");
+             (line.markers ? DrawMarker({at.x + 0.5 * kSwatchPx, at.y}, line.marker, kLineMarkerPx, colour) : "");
     });
   }
   for (std::size_t i = 0; i < chart_.points.size(); ++i) {
@@ -136,41 +138,69 @@ double Painter::LegendEntryWidth() const {
   return kSwatchPx + 7.0 + width;
 }
 
-std::size_t Painter::LegendColumns() const {
-  const double room = chart_.width - 40.0;
-  return std::max<std::size_t>(1, static_cast<std::size_t>(room / (LegendEntryWidth() + kLegendGapPx)));
+/// From the legend's first entry on: below each other at the right, as many a row as fit below the chart.
+std::vector<Pixel> Painter::LegendPlaces() const {
+  std::vector<Pixel> places;
+  const double room = LegendAt(LegendPlace::Below) ? chart_.width - kEdgePx - titles_.left : 0.0;
+  Pixel at{};
+  for (const LegendEntry& entry : legend_) {
+    const double width = kSwatchPx + 7.0 + TextWidth(entry.name);
+    if (at.x > 0.0 && at.x + width > room) at = {0.0, at.y + kLegendRowPx};
+    places.push_back(at);
+    at.x += width + kLegendGapPx;
+  }
+  return places;
 }
 
 void Painter::LayOut() {
-  plot_.top = 16.0 + (chart_.title.empty() ? 0.0 : 24.0) + (chart_.subtitle.empty() ? 0.0 : 18.0);
-  plot_.bottom = chart_.height - 24.0 - (chart_.x.label.empty() ? 6.0 : 26.0) - SecondLinePx(chart_.x);
-  if (LegendAt(LegendPlace::Below)) {
-    const std::size_t rows = (legend_.size() - 1) / LegendColumns() + 1;
-    plot_.bottom -= kLegendRowPx * static_cast<double>(rows) + 8.0;
-  }
-  y_.SetPixels(plot_.bottom, plot_.top);
   double widest = 0.0;
-  for (const Tick& tick : y_.Ticks(7)) widest = std::max(widest, TextWidth(tick.label));
-  plot_.left = 14.0 + widest + 8.0 + (chart_.y.label.empty() ? 0.0 : 20.0);
-  plot_.right = chart_.width - 22.0;
+  if (!chart_.y.inside) {
+    for (const Tick& tick : y_.Ticks(7)) widest = std::max(widest, TextWidth(tick.label) + 8.0);
+  }
+  plot_.left = (chart_.y.inside ? kInsideEdgePx : kEdgePx + widest) + (chart_.y.label.empty() ? 0.0 : 20.0);
+  plot_.right = chart_.width - (chart_.y.inside ? kInsideEdgePx : 22.0);
   if (LegendAt(LegendPlace::Right)) plot_.right -= LegendEntryWidth() + kLegendGapPx;
+  double remarks = 0.0;
+  for (const auto& [at, text] : chart_.remarks) remarks = std::max(remarks, TextWidth(text));
+  if (!chart_.y.inside) plot_.right -= remarks;
   x_.SetPixels(plot_.left, plot_.right);
+  LayOutTitles();
+  plot_.top = 16.0 + kTitleRowPx * static_cast<double>(titles_.title.size()) +
+              kSubtitleRowPx * static_cast<double>(titles_.subtitle.size()) + (titles_.title.empty() ? 0.0 : 2.0);
+  double below = 24.0 + (titles_.x.empty() ? 6.0 : 9.0 + kAxisTitleRowPx * static_cast<double>(titles_.x.size())) +
+                 SecondLinePx(chart_.x);
+  if (LegendAt(LegendPlace::Below)) below += LegendPlaces().back().y + kLegendRowPx + 8.0;
+  height_ = chart_.frame_height > 0.0 ? std::ceil(plot_.top + chart_.frame_height + below) : chart_.height;
+  plot_.bottom = height_ - below;
+  y_.SetPixels(plot_.bottom, plot_.top);
+}
+
+/// Titles that are too wide are broken; what is as wide as the chart, also of the legend, begins at its edge.
+void Painter::LayOutTitles() {
+  const double room = chart_.width - kEdgePx, bold = 1.05;
+  double widest = std::max(bold * TextWidth(chart_.title, kTitlePx), TextWidth(chart_.subtitle));
+  if (LegendAt(LegendPlace::Below)) widest = std::max(widest, LegendEntryWidth());
+  titles_.left = widest <= room - plot_.left ? plot_.left : kEdgePx;
+  const auto broken = [&](const std::string& text, double size, double width) {
+    return text.empty() ? std::vector<std::string>{} : BrokenLines({text}, width * kTextPx / size);
+  };
+  titles_.title = broken(chart_.title, bold * kTitlePx, room - titles_.left);
+  titles_.subtitle = broken(chart_.subtitle, kTextPx, room - titles_.left);
+  if (!chart_.x.label.empty()) titles_.x = broken(AxisTitle(chart_.x), kAxisTitlePx, room - kEdgePx);
 }
 
 void Painter::Titles() {
-  double y = 16.0;
-  if (!chart_.title.empty()) {
-    y += 12.0;
-    svg_ += DrawText({plot_.left, y}, chart_.title, {.size = kTitlePx, .bold = true});
-    y += 18.0;
-  }
-  if (!chart_.subtitle.empty()) svg_ += DrawText({plot_.left, y}, chart_.subtitle, {.colour = "#555555"});
+  double y = 6.0;
+  for (const std::string& line : titles_.title)
+    svg_ += DrawText({titles_.left, y += kTitleRowPx}, line, {.size = kTitlePx, .bold = true});
+  for (const std::string& line : titles_.subtitle)
+    svg_ += DrawText({titles_.left, y += kSubtitleRowPx}, line, {.colour = "#555555"});
 }
 
 void Painter::Grid() {
   const int wanted_x = std::clamp(static_cast<int>((plot_.right - plot_.left) / 85.0), 2, 10);
   const int wanted_y = std::clamp(static_cast<int>((plot_.bottom - plot_.top) / 45.0), 2, 8);
-  double last_end = -1e9;
+  double free_from[] = {-1e9, -1e9};
   auto ticks = x_.Ticks(wanted_x);
   std::ranges::sort(ticks, {}, &Tick::value);
   for (const Tick& tick : ticks) {
@@ -178,17 +208,31 @@ void Painter::Grid() {
     svg_ += DrawLine({x, plot_.top}, {x, plot_.bottom}, tick.label.empty() ? kMinorGridColour : kGridColour, 1.0);
     const auto [upper, lower] = TwoLines(tick.label);
     const double half = 0.5 * std::max(TextWidth(upper), TextWidth(lower));
-    if (tick.label.empty() || x - half < last_end + 4.0) continue;
-    const double middle = std::min(x, chart_.width - 4.0 - half);
-    svg_ += DrawText({middle, plot_.bottom + 18.0}, upper, {.anchor = "middle"});
-    if (!lower.empty())
-      svg_ += DrawText({middle, plot_.bottom + 33.0}, lower, {.colour = "#555555", .anchor = "middle"});
-    last_end = middle + half;
+    const double middle = std::clamp(x, 4.0 + half, std::max(4.0 + half, chart_.width - 4.0 - half));
+    const auto fits = [&](const std::string& text, double from) { return text.empty() || middle - half >= from + 4.0; };
+    if (!fits(upper, free_from[0]) || !fits(lower, free_from[1])) continue;
+    for (const auto& [text, line, colour] : {std::tuple{&upper, 0, kInk}, {&lower, 1, "#555555"}}) {
+      if (text->empty()) continue;
+      svg_ += DrawText({middle, plot_.bottom + 18.0 + 15.0 * line}, *text, {.colour = colour, .anchor = "middle"});
+      free_from[line] = middle + half;
+    }
   }
-  for (const Tick& tick : y_.Ticks(wanted_y)) {
+  TickLabelsOfY(wanted_y);
+}
+
+void Painter::TickLabelsOfY(int wanted) {
+  const bool inside = chart_.y.inside;
+  for (const Tick& tick : y_.Ticks(wanted)) {
     const double y = y_.Pixel(tick.value);
     svg_ += DrawLine({plot_.left, y}, {plot_.right, y}, tick.label.empty() ? kMinorGridColour : kGridColour, 1.0);
-    if (!tick.label.empty()) svg_ += DrawText({plot_.left - 8.0, y + 4.3}, tick.label, {.anchor = "end"});
+    if (tick.label.empty()) continue;
+    svg_ += inside ? DrawText({plot_.left + 4.0, y - 9.0}, tick.label, {.halo = true})
+                   : DrawText({plot_.left - 8.0, y + 4.3}, tick.label, {.anchor = "end"});
+  }
+  for (const auto& [at, text] : chart_.remarks) {
+    const double y = y_.Pixel(at);
+    svg_ += inside ? DrawText({plot_.right - 4.0, y - 9.0}, text, {.anchor = "end", .halo = true})
+                   : DrawText({plot_.right + 8.0, y + 4.3}, text);
   }
 }
 
@@ -196,42 +240,58 @@ void Painter::Frame() {
   svg_ += "<rect x=\"" + Number(plot_.left) + "\" y=\"" + Number(plot_.top) + "\" width=\"" +
           Number(plot_.right - plot_.left) + "\" height=\"" + Number(plot_.bottom - plot_.top) +
           "\" fill=\"none\" stroke=\"#444444\"/>\n";
-  const double middle_x = 0.5 * (plot_.left + plot_.right), middle_y = 0.5 * (plot_.top + plot_.bottom);
-  if (!chart_.x.label.empty()) {
-    svg_ += DrawText({middle_x, plot_.bottom + 40.0 + SecondLinePx(chart_.x)}, AxisTitle(chart_.x),
-                     {.size = 13.5, .anchor = "middle"});
+  const double middle_y = 0.5 * (plot_.top + plot_.bottom);
+  double y = plot_.bottom + 23.0 + SecondLinePx(chart_.x);
+  for (const std::string& line : titles_.x) {
+    const double half = 0.5 * TextWidth(line, kAxisTitlePx);
+    const double middle = std::clamp(0.5 * (plot_.left + plot_.right), std::min(half, 0.5 * chart_.width),
+                                     std::max(chart_.width - half, 0.5 * chart_.width));
+    svg_ += DrawText({middle, y += kAxisTitleRowPx}, line, {.size = kAxisTitlePx, .anchor = "middle"});
   }
   if (!chart_.y.label.empty()) {
-    svg_ += DrawText({20.0, middle_y}, AxisTitle(chart_.y), {.size = 13.5, .anchor = "middle", .rotate = -90.0});
+    svg_ +=
+        DrawText({20.0, middle_y}, AxisTitle(chart_.y), {.size = kAxisTitlePx, .anchor = "middle", .rotate = -90.0});
   }
 }
 
 void Painter::PaintLegend() {
   if (legend_.empty() || chart_.legend == LegendPlace::None) return;
+  const std::vector<Pixel> places = LegendPlaces();
   const bool right = chart_.legend == LegendPlace::Right;
-  const std::size_t columns = right ? 1 : LegendColumns();
-  const double step = LegendEntryWidth() + kLegendGapPx;
-  const double left = right ? plot_.right + kLegendGapPx : plot_.left;
-  double y = right ? plot_.top + 10.0 : plot_.bottom + SecondLinePx(chart_.x) + (chart_.x.label.empty() ? 36.0 : 62.0);
+  const Pixel first = right ? Pixel{plot_.right + kLegendGapPx, plot_.top + 10.0}
+                            : Pixel{titles_.left, height_ - kLegendRowPx - places.back().y + 4.0};
   for (std::size_t i = 0; i < legend_.size(); ++i) {
-    const Pixel at{left + step * static_cast<double>(i % columns), y};
+    const Pixel at{first.x + places[i].x, first.y + places[i].y};
     svg_ += legend_[i].swatch(at);
     svg_ += DrawText({at.x + kSwatchPx + 7.0, at.y + 4.3}, legend_[i].name);
-    if ((i + 1) % columns == 0) y += kLegendRowPx;
   }
 }
 
 namespace {
 
-std::string Document(double width, double height, const std::string& body) {
+std::string Document(double width, double height, const std::string& title, const std::string& body) {
   return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + Number(width) + "\" height=\"" + Number(height) +
-         "\" viewBox=\"0 0 " + Number(width) + " " + Number(height) +
+         "\" viewBox=\"0 0 " + Number(width) + " " + Number(height) + "\" role=\"img\" aria-label=\"" + Escaped(title) +
          "\" font-family=\"Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif\">\n<rect width=\"100%\" "
          "height=\"100%\" fill=\"#ffffff\"/>\n" +
          body + "</svg>\n";
 }
 
+/// The chart and its height, once it has grown as far as it must.
+std::pair<std::string, double> Painted(Chart chart, std::size_t index) {
+  const double most = 5.0 * chart.frame_height;
+  for (;; chart.frame_height *= 1.15) {
+    Painter painter(chart, index);
+    std::string svg = painter.Paint();
+    if (!painter.crowded() || 1.15 * chart.frame_height >= most) return {std::move(svg), painter.height()};
+  }
+}
+
 }  // namespace
+
+double ChartTextWidth(const std::string& text) {
+  return TextWidth(text);
+}
 
 std::string PaletteColour(std::size_t index) {
   return kPalette[index % std::size(kPalette)];
@@ -250,20 +310,21 @@ std::string ChartsSvg(const std::vector<Chart>& charts, int columns, const std::
       y += std::exchange(row_height, 0.0);
       x = 0.0;
     }
-    body +=
-        "<g transform=\"translate(" + Number(x) + " " + Number(y) + ")\">\n" + Painter(charts[i], i).Paint() + "</g>\n";
+    const auto [svg, height] = Painted(charts[i], i);
+    body += "<g transform=\"translate(" + Number(x) + " " + Number(y) + ")\">\n" + svg + "</g>\n";
     x += charts[i].width;
     width = std::max(width, x);
-    row_height = std::max(row_height, static_cast<double>(charts[i].height));
+    row_height = std::max(row_height, height);
   }
   y += row_height;
-  const std::vector<std::string> lines = BrokenLines(captions, width - 2.0 * kCaptionEdgePx);
-  for (const std::string& line : lines) body += DrawText({kCaptionEdgePx, y += kCaptionRowPx}, line);
-  return Document(width, y + (lines.empty() ? 0.0 : kCaptionEdgePx), body);
+  const std::vector<std::string> lines = BrokenLines(captions, width - 2.0 * kEdgePx);
+  for (const std::string& line : lines) body += DrawText({kEdgePx, y += kCaptionRowPx}, line);
+  return Document(width, y + (lines.empty() ? 0.0 : kEdgePx), charts.empty() ? "" : charts.front().title, body);
 }
 
 Result<void> WriteSvg(const std::string& path, const std::string& svg) {
-  return WriteFileAtomically(path, svg.data(), svg.size());
+  const std::string text = InTheme(svg, Theme::Viewer);
+  return WriteFileAtomically(path, text.data(), text.size());
 }
 
 }  // namespace lensd::io

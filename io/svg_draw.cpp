@@ -11,7 +11,14 @@
 namespace lensd::io {
 namespace {
 
-constexpr double kEmPerCharacter = 0.56;
+/// In parts of the size.
+double WidthOf(char c) {
+  constexpr std::string_view kThin = "ijlI.,:;'|!", kNarrow = "()[]{}frt/- \"", kWide = "mwMW%@";
+  if (kThin.contains(c)) return 0.34;
+  if (kNarrow.contains(c)) return 0.43;
+  if (kWide.contains(c)) return 0.99;
+  return c >= 'A' && c <= 'Z' ? 0.74 : 0.64;
+}
 
 Box TextBox(const std::string& text, const Label::Place& place) {
   const double width = TextWidth(text);
@@ -56,8 +63,12 @@ std::string Escaped(const std::string& text) {
 }
 
 double TextWidth(const std::string& text, double size) {
-  const auto characters = std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; });
-  return static_cast<double>(characters) * kEmPerCharacter * size;
+  double width = 0.0;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if ((byte & 0xC0) != 0x80) width += byte >= 0x80 ? 0.84 : WidthOf(c);
+  }
+  return width * size;
 }
 
 std::vector<std::string> BrokenLines(const std::vector<std::string>& paragraphs, double width) {
@@ -102,28 +113,44 @@ std::string PointList(const std::vector<Pixel>& corners) {
   return list;
 }
 
-std::string DrawMarker(Pixel at, Marker marker, double size, const std::string& colour) {
+std::string WithTip(std::string element, const std::string& tip) {
+  if (tip.empty()) return element;
+  const std::string name = element.substr(1, element.find(' ') - 1);
+  return element.erase(element.rfind("/>")) + "><title>" + Escaped(tip) + "</title></" + name + ">\n";
+}
+
+std::string DrawMarker(Pixel at, Marker marker, double size, const std::string& colour, const std::string& tip) {
   const std::string circle =
       "<circle cx=\"" + Number(at.x) + "\" cy=\"" + Number(at.y) + "\" r=\"" + Number(size) + "\"";
   switch (marker) {
     case Marker::Dot:
-      return circle + " fill=\"" + colour + "\" stroke=\"#ffffff\"/>\n";
+      return WithTip(circle + " fill=\"" + colour + "\" stroke=\"#ffffff\"/>\n", tip);
     case Marker::Ring:
-      return circle + " fill=\"#ffffff\" stroke-width=\"2\" stroke=\"" + colour + "\"/>\n";
+      return WithTip(circle + " fill=\"#ffffff\" stroke-width=\"2\" stroke=\"" + colour + "\"/>\n", tip);
     case Marker::Square:
-      return Polygon(at, {{-size, -size}, {size, -size}, {size, size}, {-size, size}}, colour);
+      return WithTip(Polygon(at, {{-size, -size}, {size, -size}, {size, size}, {-size, size}}, colour), tip);
     case Marker::Diamond:
-      return Polygon(at, {{0, -1.4 * size}, {1.4 * size, 0}, {0, 1.4 * size}, {-1.4 * size, 0}}, colour);
+      return WithTip(Polygon(at, {{0, -1.4 * size}, {1.4 * size, 0}, {0, 1.4 * size}, {-1.4 * size, 0}}, colour), tip);
+    case Marker::Triangle:
+      return WithTip(Polygon(at, {{0, -1.3 * size}, {1.2 * size, size}, {-1.2 * size, size}}, colour), tip);
     case Marker::Cross:
-      return DrawLine({at.x - size, at.y - size}, {at.x + size, at.y + size}, colour, 2.0) +
-             DrawLine({at.x - size, at.y + size}, {at.x + size, at.y - size}, colour, 2.0);
+      return WithTip(DrawLine({at.x - size, at.y - size}, {at.x + size, at.y + size}, colour, 2.0), tip) +
+             WithTip(DrawLine({at.x - size, at.y + size}, {at.x + size, at.y - size}, colour, 2.0), tip);
   }
   return {};
 }
 
+double LabelPlacer::Covered(const Box& box) const {
+  double area = 0.0;
+  for (const Box& taken : taken_) area += Overlap(box, taken);
+  return area;
+}
+
 double LabelPlacer::Cost(const Box& box) const {
   double cost = frame_.Holds(box) ? 0.0 : 1e6 * (1.0 - Overlap(frame_, box) / Overlap(box, box)) + 1.0;
-  for (const Box& taken : taken_) cost += Overlap(box, taken);
+  const double covered = Covered(box);
+  if (covered > 0.0) cost += 1e3 + covered;
+  for (const Box& line : lines_) cost += Overlap(box, line);
   return cost;
 }
 
@@ -139,9 +166,10 @@ std::string LabelPlacer::Place(const Label& label) {
   }
   if (best == nullptr) return {};
   const Box box = TextBox(label.text, *best);
+  crowded_ = crowded_ || !frame_.Holds(box) || Covered(box) > 0.0;
   Block(box);
   std::string svg;
-  if (label.leader) {
+  if (label.leader && best->led) {
     const Pixel near = {std::clamp(label.leader->x, box.left, box.right),
                         std::clamp(label.leader->y, box.top, box.bottom)};
     svg += DrawLine(*label.leader, near, "#888888", 1.0);

@@ -23,14 +23,16 @@ struct TextStyle {
 
 /// A coordinate with two decimals.
 std::string Number(double value);
-std::string Escaped(const std::string& text);
-/// An estimate that errs toward too wide.
+/// At least as wide as the text is in DejaVu Sans, the widest of the fonts that viewers take.
 double TextWidth(const std::string& text, double size = kTextPx);
 /// The paragraphs in lines of at most that width, broken at spaces; a longer word has a line of its own.
 std::vector<std::string> BrokenLines(const std::vector<std::string>& paragraphs, double width);
 std::string DrawText(Pixel at, const std::string& text, const TextStyle& style = {});
 std::string DrawLine(Pixel a, Pixel b, const std::string& colour, double width, bool dashed = false);
-std::string DrawMarker(Pixel at, Marker marker, double size, const std::string& colour);
+/// `tip` shows under the pointer.
+std::string DrawMarker(Pixel at, Marker marker, double size, const std::string& colour, const std::string& tip = {});
+/// A closed or an empty element, "<circle .../>\n", with this tip.
+std::string WithTip(std::string element, const std::string& tip);
 /// `corners` as "x,y x,y".
 std::string PointList(const std::vector<Pixel>& corners);
 
@@ -41,6 +43,7 @@ struct Label {
   struct Place {
     Pixel at;
     const char* anchor;
+    bool led = true;  // so far off that a leader, where there is one, is needed
   };
   std::vector<Place> places;
   std::optional<Pixel> leader = {};  // a thin line from the text to here
@@ -51,14 +54,20 @@ struct Label {
 class LabelPlacer {
  public:
   explicit LabelPlacer(Box frame) : frame_(frame) {}
+  /// What a label must not cover, and lines, which it may where there is no other room.
   void Block(const Box& box) { taken_.push_back(box); }
+  void BlockLine(const Box& box) { lines_.push_back(box); }
   std::string Place(const Label& label);
+  /// Some label covers another, or a mark, or leaves the frame.
+  bool crowded() const { return crowded_; }
 
  private:
+  double Covered(const Box& box) const;
   double Cost(const Box& box) const;
 
   Box frame_;
-  std::vector<Box> taken_;
+  std::vector<Box> taken_, lines_;
+  bool crowded_ = false;
 };
 
 }  // namespace lensd::io

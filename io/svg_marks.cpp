@@ -1,16 +1,39 @@
 // What a chart shows inside its frame: areas, bars, rules, lines, intervals, points, notes.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "svg_painter.h"
 
 namespace lensd::io {
+namespace {
 
-std::string Painter::Filled(const Box& box, const std::string& colour, double opacity, Fill fill) {
+/// Places around a mark, farther and farther off, each with a leader.
+void AddRings(Label& label, const Pixel& mark) {
+  constexpr int kDirections = 24;
+  const double half = 0.5 * TextWidth(label.text);
+  for (const double distance : {14.0, 24.0, 36.0, 50.0, 70.0, 95.0, 130.0, 170.0, 220.0, 300.0}) {
+    for (int direction = 0; direction < kDirections; ++direction) {
+      const double angle = 2.0 * std::numbers::pi * direction / kDirections;
+      // The text's middle lies on a rounded rectangle around the mark.
+      const double dx = std::cos(angle), dy = std::sin(angle);
+      label.places.push_back({{mark.x + std::clamp(1.5 * dx, -1.0, 1.0) * (half + 8.0) + dx * distance,
+                               mark.y + std::clamp(1.5 * dy, -1.0, 1.0) * 12.0 + dy * distance + 4.0},
+                              "middle"});
+    }
+  }
+}
+
+}  // namespace
+
+std::string Painter::Filled(const Box& box, const std::string& colour, double opacity, Fill fill,
+                            const std::string& tip) {
   const std::string shape = "<rect x=\"" + Number(box.left) + "\" y=\"" + Number(box.top) + "\" width=\"" +
                             Number(box.right - box.left) + "\" height=\"" + Number(box.bottom - box.top) + "\"";
-  std::string plain = shape + " fill=\"" + colour + "\" fill-opacity=\"" + Number(opacity) + "\"/>\n";
-  if (fill == Fill::Plain) return plain;
+  const std::string outline = fill == Fill::Outlined ? "\" stroke=\"#777777" : "";
+  std::string plain =
+      WithTip(shape + " fill=\"" + colour + "\" fill-opacity=\"" + Number(opacity) + outline + "\"/>\n", tip);
+  if (fill != Fill::Hatched) return plain;
   const std::string name = "hatch" + id_ + "-" + std::to_string(patterns_++);
   return plain + "<pattern id=\"" + name +
          "\" width=\"7\" height=\"7\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><line x1=\"0\" "
@@ -46,7 +69,7 @@ void Painter::PaintBar(const ChartBar& bar) {
   if (box.right - box.left < 1.5) box.right = box.left + 1.5;
   if (box.bottom - box.top < 1.5) box.top = box.bottom - 1.5;
   const std::string colour = FillColour(bar.colour);
-  svg_ += Filled(box, colour, bar.opacity, bar.hatched ? Fill::Hatched : Fill::Plain);
+  svg_ += Filled(box, colour, bar.opacity, FillOf(bar), bar.tip);
   if (bar.label.empty()) return;
   Label label{.text = bar.label, .colour = colour, .places = {}};
   const double half = 0.5 * TextWidth(bar.label) + 3.0;
@@ -67,12 +90,14 @@ void Painter::PaintRule(const ChartRule& rule) {
   Label label{.text = rule.label, .colour = rule.colour, .places = {}};
   if (upright) {
     svg_ += DrawLine({at, plot_.top}, {at, plot_.bottom}, rule.colour, 1.4, rule.dashed);
+    BlockAlong({at, plot_.top}, {at, plot_.bottom});
     for (double y = plot_.top + 15.0; y < plot_.bottom; y += 16.0) {
       label.places.push_back({{at + 5.0, y}, "start"});
       label.places.push_back({{at - 5.0, y}, "end"});
     }
   } else {
     svg_ += DrawLine({plot_.left, at}, {plot_.right, at}, rule.colour, 1.4, rule.dashed);
+    BlockAlong({plot_.left, at}, {plot_.right, at});
     for (double x = plot_.right - 6.0; x > plot_.left; x -= 40.0) {
       label.places.push_back({{x, at - 5.0}, "end"});
       label.places.push_back({{x, at + 14.0}, "end"});
@@ -88,7 +113,7 @@ void Painter::BlockAlong(const Pixel& from, const Pixel& to) {
   for (int i = 0; i < steps; ++i) {
     const double part = (i + 0.5) / steps;
     const Pixel at{from.x + part * (to.x - from.x), from.y + part * (to.y - from.y)};
-    blocked_.push_back({at.x - 2.0, at.y - 2.0, at.x + 2.0, at.y + 2.0});
+    placer_.BlockLine({at.x - 2.0, at.y - 2.0, at.x + 2.0, at.y + 2.0});
   }
 }
 
@@ -112,9 +137,10 @@ void Painter::PaintLine(const ChartLine& line, const std::string& colour) {
             "\" stroke-linejoin=\"round\" stroke-linecap=\"round\"" + (line.dashed ? " stroke-dasharray=\"6 5\"" : "") +
             "/>\n";
   }
-  for (const ChartPoint& point : line.points) {
-    const Pixel at = At(point);
-    if (line.markers && InPlot(at)) svg_ += DrawMarker(at, Marker::Dot, 3.2, colour);
+  for (std::size_t i = 0; line.markers && i < line.points.size(); ++i) {
+    const Pixel at = At(line.points[i]);
+    const std::string tip = i < line.tips.size() ? line.tips[i] : "";
+    if (InPlot(at)) svg_ += DrawMarker(at, line.marker, kLineMarkerPx, colour, tip);
   }
   AddLineLabel(line, colour, visible);
 }
@@ -148,19 +174,22 @@ void Painter::PaintInterval(const ChartInterval& interval) {
   const auto segment = ClipSegment(plot_, low, high);
   if (!segment) return;
   svg_ += DrawLine(segment->first, segment->second, colour, 1.6);
+  BlockAlong(segment->first, segment->second);
   const Pixel cap = along_x ? Pixel{0.0, 4.0} : Pixel{4.0, 0.0};
   for (const Pixel& end : {low, high}) {
-    if (InPlot(end)) svg_ += DrawLine({end.x - cap.x, end.y - cap.y}, {end.x + cap.x, end.y + cap.y}, colour, 1.6);
+    if (!InPlot(end)) continue;
+    svg_ += DrawLine({end.x - cap.x, end.y - cap.y}, {end.x + cap.x, end.y + cap.y}, colour, 1.6);
+    BlockAlong({end.x - cap.x, end.y - cap.y}, {end.x + cap.x, end.y + cap.y});
   }
 }
 
 void Painter::PaintPoints(const ChartPoints& points, const std::string& colour) {
-  for (const auto& [point, text] : points.points) {
+  for (const auto& [point, text, tip] : points.points) {
     const Pixel at = At(point);
     if (!InPlot(at)) continue;
-    svg_ += DrawMarker(at, points.marker, points.size, colour);
+    svg_ += DrawMarker(at, points.marker, points.size, colour, tip);
     const double size = points.size + 1.0;
-    blocked_.push_back({at.x - size, at.y - size, at.x + size, at.y + size});
+    placer_.Block({at.x - size, at.y - size, at.x + size, at.y + size});
     if (text.empty()) continue;
     const double away = points.size + 5.0;
     labels_.push_back({.text = text,
@@ -172,7 +201,10 @@ void Painter::PaintPoints(const ChartPoints& points, const std::string& colour) 
                                   {{at.x + away, at.y - 10.0}, "start"},
                                   {{at.x + away, at.y + 18.0}, "start"},
                                   {{at.x - away, at.y - 10.0}, "end"},
-                                  {{at.x - away, at.y + 18.0}, "end"}}});
+                                  {{at.x - away, at.y + 18.0}, "end"}},
+                       .leader = at});
+    for (Label::Place& place : labels_.back().places) place.led = false;
+    AddRings(labels_.back(), at);
   }
 }
 

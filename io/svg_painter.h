@@ -14,6 +14,8 @@
 
 namespace lensd::io {
 
+inline constexpr double kLineMarkerPx = 3.2;
+
 struct LegendEntry {
   std::string name;
   std::function<std::string(Pixel)> swatch;  // kSwatchPx wide, from x on, centred on y
@@ -24,6 +26,10 @@ class Painter {
   Painter(const Chart& chart, std::size_t index);
 
   std::string Paint();
+  /// After Paint(): some label had no room of its own.
+  bool crowded() const { return placer_.crowded(); }
+  /// px of the whole chart.
+  double height() const { return height_; }
 
  private:
   std::string LineColour(std::size_t index) const {
@@ -48,9 +54,10 @@ class Painter {
   }
   void CollectLegend();
   bool LegendAt(LegendPlace place) const { return chart_.legend == place && !legend_.empty(); }
-  std::size_t LegendColumns() const;
+  std::vector<Pixel> LegendPlaces() const;
   double LegendEntryWidth() const;
   void LayOut();
+  void LayOutTitles();
   void Titles();
   void Grid();
   void Frame();
@@ -59,13 +66,17 @@ class Painter {
   void PaintRule(const ChartRule& rule);
   void PaintLine(const ChartLine& line, const std::string& colour);
   void BlockAlong(const Pixel& from, const Pixel& to);
+  void TickLabelsOfY(int wanted);
   void AddLineLabel(const ChartLine& line, const std::string& colour, const std::vector<Pixel>& visible);
   void PaintInterval(const ChartInterval& interval);
   void PaintPoints(const ChartPoints& points, const std::string& colour);
   void AddNote(const ChartNote& note);
   void PaintLegend();
-  enum class Fill { Plain, Hatched };
-  std::string Filled(const Box& box, const std::string& colour, double opacity, Fill fill);
+  enum class Fill { Plain, Hatched, Outlined };
+  static Fill FillOf(const ChartBar& bar) {
+    return bar.hatched ? Fill::Hatched : bar.outlined ? Fill::Outlined : Fill::Plain;
+  }
+  std::string Filled(const Box& box, const std::string& colour, double opacity, Fill fill, const std::string& tip = {});
 
   const Chart& chart_;
   std::string id_;
@@ -73,7 +84,12 @@ class Painter {
   Box plot_;
   std::vector<LegendEntry> legend_;
   std::vector<Label> labels_;
-  std::vector<Box> blocked_;
+  LabelPlacer placer_{{}};
+  struct {
+    std::vector<std::string> title, subtitle, x;  // in lines
+    double left = 0.0;                            // of the first two
+  } titles_;
+  double height_ = 0.0;
   std::string svg_;
   int patterns_ = 0;
 };

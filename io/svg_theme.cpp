@@ -11,12 +11,15 @@ struct Twin {
   std::string_view light, dark;
 };
 constexpr Twin kTwins[] = {
-    {"#ffffff", "#14181b"},                                                  // ground, halos
-    {"#000000", "#ffffff"}, {"#111111", "#f4f6f8"}, {"#222222", "#e8ecef"},  // ink
-    {"#333333", "#dce1e5"}, {"#444444", "#8b969e"}, {"#555555", "#aab4bb"}, {"#777777", "#98a3ab"},
-    {"#888888", "#8b969e"}, {"#bbbbbb", "#4a545b"}, {"#e4e4e4", "#2f373d"}, {"#f2f2f2", "#21272c"},
-    {"#0072b2", "#5db7f5"}, {"#d55e00", "#ff9a52"}, {"#009e73", "#3fcfa2"}, {"#b0479a", "#df8fd0"},  // the palette
+    {"#ffffff", "#14181b"},                                                                          // ground, halos
+    {"#000000", "#ffffff"}, {"#111111", "#f4f6f8"}, {"#222222", "#e8ecef"}, {"#333333", "#dce1e5"},  // ink
+    {"#444444", "#8b969e"}, {"#555555", "#aab4bb"}, {"#777777", "#98a3ab"}, {"#888888", "#8b969e"},
+    {"#999999", "#98a3ab"}, {"#9aa0a6", "#9aa0a6"}, {"#bbbbbb", "#4a545b"}, {"#e4e4e4", "#2f373d"},
+    {"#f2f2f2", "#21272c"}, {"#0072b2", "#5db7f5"}, {"#d55e00", "#ff9a52"}, {"#009e73", "#3fcfa2"},
+    {"#b0479a", "#df8fd0"},  // the palette
     {"#b8860b", "#e0b84a"}, {"#3a9bd9", "#8fd0ff"}, {"#6b6b6b", "#b4bec6"}, {"#8c3b2a", "#e08a76"},
+    {"#b3003b", "#ff7d9d"}, {"#b22222", "#ff8a80"}, {"#d1495b", "#ff8a9a"}, {"#e0b030", "#f0cc66"},  // of single charts
+    {"#2a9d5c", "#5fd08f"}, {"#2266aa", "#6fb0f0"},
 };
 
 std::string InDark(std::string svg) {
@@ -30,6 +33,8 @@ std::string InDark(std::string svg) {
   return svg;
 }
 
+}  // namespace
+
 std::string DarkRules() {
   std::string rules = "<style>@media (prefers-color-scheme: dark) {\n";
   for (const Twin& twin : kTwins) {
@@ -40,8 +45,6 @@ std::string DarkRules() {
   }
   return rules + "}</style>\n";
 }
-
-}  // namespace
 
 std::string InTheme(const std::string& svg, Theme theme) {
   if (theme == Theme::Light) return svg;

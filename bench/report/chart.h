@@ -1,4 +1,4 @@
-// What the page shows: charts as plain data, and how each becomes a drawing of a given width.
+// What the page shows: charts as plain data, and how each becomes charts of the kit in io/.
 #pragma once
 
 #include <optional>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bench/evidence/statistics.h"
-#include "bench/report/drawing.h"
+#include "io/svg.h"
 
 namespace lensd::bench {
 
@@ -85,8 +85,17 @@ struct OutcomeChart {
   std::vector<std::pair<std::string, std::vector<std::optional<Outcomes>>>> regimes;
 };
 
-Drawing Draw(const ScatterChart& chart, double width);
-Drawing Draw(const DotChart& chart, double width);
-Drawing Draw(const OutcomeChart& chart, double width);
+/// A series and its name in the legend.
+using ChartKey = std::vector<std::pair<int, std::string>>;
+
+/// What is drawn for a page so wide, px: one chart, or several below each other where a table of bars does not fit.
+std::vector<io::Chart> Drawn(const ScatterChart& chart, const std::string& title, const ChartKey& key, int width);
+std::vector<io::Chart> Drawn(const DotChart& chart, const std::string& title, const ChartKey& key, int width);
+std::vector<io::Chart> Drawn(const OutcomeChart& chart, const std::string& title, const ChartKey& key, int width);
+
+/// The marks as CSV: a line for each, with its figures and intervals under the names of the axes.
+std::string MarksCsv(const ScatterChart& chart);
+std::string MarksCsv(const DotChart& chart);
+std::string MarksCsv(const OutcomeChart& chart);
 
 }  // namespace lensd::bench

@@ -7,8 +7,6 @@
 namespace lensd::bench {
 namespace {
 
-const std::vector<std::pair<int, std::string>> kNoKey = {};
-
 /// Our methods first, auto before all.
 std::vector<std::string> MethodsOf(const Evidence& rows) {
   std::vector<std::string> names = Names(rows, &EvidenceRow::method);
@@ -170,8 +168,7 @@ void AddSweep(const Evidence& rows, const std::string& scene, std::vector<Figure
        .means = failed ? "Certainly below nine runs in ten, and in brackets how all runs that were not within ended: " +
                              edges + "."
                        : "No method failed in this range.",
-       .chart = std::move(chart),
-       .key = kNoKey});
+       .chart = std::move(chart)});
 }
 
 void AddFrequency(const Evidence& rows, std::vector<Figure>& figures) {

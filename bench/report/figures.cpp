@@ -6,6 +6,25 @@
 
 namespace lensd::bench {
 
+std::string Short(double value, int digits) {
+  if (!std::isfinite(value)) return value < 0 ? "-∞" : "∞";
+  if (value == 0.0) return "0";
+  const double size = std::abs(value);
+  char text[64];
+  if (size >= 1e7 || size < 1e-4) {
+    std::snprintf(text, sizeof text, "%.*g", digits, value);
+    return text;
+  }
+  const int decimals = std::max(0, digits - 1 - static_cast<int>(std::floor(std::log10(size))));
+  std::snprintf(text, sizeof text, "%.*f", decimals, value);
+  std::string number = text;
+  if (number.find('.') != std::string::npos) {
+    while (number.ends_with('0')) number.pop_back();
+    if (number.ends_with('.')) number.pop_back();
+  }
+  return number;
+}
+
 const EvidenceRow* RowOf(const Evidence& rows, std::string_view family, std::string_view scene, std::string_view method,
                          std::string_view measure, std::optional<double> value) {
   const auto found = std::ranges::find_if(rows, [&](const EvidenceRow& row) {

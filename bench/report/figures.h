@@ -21,7 +21,7 @@ struct Figure {
   std::string means;
   std::variant<ScatterChart, DotChart, OutcomeChart> chart;
   /// What the marks are, where colours and shapes need saying: series and its name.
-  std::vector<std::pair<int, std::string>> key{};
+  ChartKey key{};
 };
 
 std::vector<Figure> SpeedFigures(const Evidence& rows);
@@ -40,6 +40,9 @@ struct Verdict {
 };
 std::vector<Verdict> GoalVerdicts(const Evidence& rows);
 std::vector<Verdict> RegimeVerdicts(const Evidence& rows);
+
+/// A number with so many digits at most, without a needless exponent.
+std::string Short(double value, int digits = 3);
 
 /// The first row of these; null: there is none.
 const EvidenceRow* RowOf(const Evidence& rows, std::string_view family, std::string_view scene, std::string_view method,

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/report/drawing.h"
 #include "bench/report/figures.h"
 
 namespace lensd::bench {

@@ -55,7 +55,10 @@ Result<void> WritePage(const fs::path& directory, const Evidence& rows) {
   fs::create_directories(directory, trouble);
   std::vector<std::pair<std::string, std::string>> files = {
       {"report.html", PageOf(rows)}, {"evidence.csv", CsvOf(rows)}, {"evidence.json", JsonOf(rows)}};
-  for (const Figure& figure : AllFigures(rows)) files.emplace_back(figure.id + ".svg", ChartFileOf(figure));
+  for (const Figure& figure : AllFigures(rows)) {
+    files.emplace_back(figure.id + ".svg", ChartFileOf(figure));
+    files.emplace_back(figure.id + ".csv", MarksFileOf(figure));
+  }
   for (const auto& [name, text] : files) {
     if (auto written = io::WriteFileAtomically((directory / name).string(), text); !written) return written;
   }
@@ -125,8 +128,9 @@ int RunEvidence(int argc, char** argv) {
 
 int RunReport(int argc, char** argv) {
   CLI::App app(
-      "Draws report.html, one page that needs nothing else, with evidence.csv and evidence.json beside it, from the\n"
-      "figures that `lens-bench evidence` kept. Takes seconds.");
+      "Draws report.html, one page that needs nothing else, with evidence.csv, evidence.json and each chart as SVG "
+      "and\n"
+      "CSV beside it, from the figures that `lens-bench evidence` kept. Takes seconds.");
   ReportOptions options;
   app.add_option("-o,--output", options.directory, "folder, made where it is missing")->required();
   app.add_option("--evidence", options.evidence, "folder of the CSV files")->capture_default_str();

@@ -12,7 +12,7 @@ constexpr double kLeastError = 1e-16;  // where an error of nothing is drawn
 
 constexpr std::string_view kUnsure = " ?";  // behind a figure whose spread is too wide to judge
 
-const std::vector<std::pair<int, std::string>> kOursAndPeers = {{0, "lensd"}, {1, "peers"}};
+const ChartKey kOursAndPeers = {{0, "lensd"}, {1, "peers"}};
 
 std::string ListOf(const std::vector<std::string>& names) {
   std::string text;

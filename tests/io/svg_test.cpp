@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <regex>
 #include <string>
 #include <tuple>
@@ -85,6 +87,41 @@ std::vector<std::tuple<double, double, std::string>> Texts(const std::string& sv
     texts.emplace_back(std::stod((*found)[1]), std::stod((*found)[2]), (*found)[3]);
   }
   return texts;
+}
+
+/// Crowds of marks: the frame grows until each label has a place of its own inside the chart.
+TEST(Svg, LabelsNeverMeetWhereTheFrameMayGrow) {
+  for (unsigned seed = 0; seed < 100; ++seed) {
+    std::mt19937 random(seed);
+    const double spread = seed % 2 == 0 ? 25.0 : 5.0;
+    std::normal_distribution<double> place(50.0, spread);
+    std::uniform_int_distribution<int> letters(3, 16);
+    Chart chart{.legend = LegendPlace::None, .width = 720, .frame_height = 330.0};
+    chart.x = {.low = 0.0, .high = 100.0, .ticks = {{0.0, ""}}};
+    chart.y = {.low = 0.0, .high = 100.0, .ticks = {{0.0, ""}}};
+    chart.points.resize(1);
+    for (unsigned i = 0; i < 5 + seed % 16; ++i) {
+      const ChartPoint at{std::clamp(place(random), 0.0, 100.0), std::clamp(place(random), 0.0, 100.0)};
+      chart.points[0].points.push_back({at, std::string(static_cast<std::size_t>(letters(random)), 'n')});
+    }
+    const std::string svg = ChartSvg(chart);
+    std::vector<std::array<double, 4>> boxes;
+    const std::regex text("<text x=\"([0-9.-]+)\" y=\"([0-9.-]+)\"[^>]*text-anchor=\"([a-z]+)\"[^>]*>(n+)<");
+    for (std::sregex_iterator found(svg.begin(), svg.end(), text), end; found != end; ++found) {
+      const double x = std::stod((*found)[1]), y = std::stod((*found)[2]);
+      const double width = 0.63 * 12.5 * static_cast<double>((*found)[4].length());
+      const double left = x - ((*found)[3] == "middle" ? 0.5 : (*found)[3] == "end" ? 1.0 : 0.0) * width;
+      boxes.push_back({left, y - 9.0, left + width, y + 2.0});
+      EXPECT_TRUE(left >= 0.0 && left + width <= 720.0) << seed;
+    }
+    ASSERT_EQ(boxes.size(), chart.points[0].points.size()) << seed;
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      for (std::size_t k = i + 1; k < boxes.size(); ++k) {
+        const auto &a = boxes[i], &b = boxes[k];
+        EXPECT_FALSE(a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]) << seed << ": " << i << ", " << k;
+      }
+    }
+  }
 }
 
 TEST(Svg, BreaksCaptionsIntoLinesBelowTheChart) {

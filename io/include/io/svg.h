@@ -28,7 +28,8 @@ struct ChartPoint {
 enum class Scale { Linear, Log };
 
 /// One axis. Ends that are not given enclose the data (linear ends widen to whole ticks). Labels of own ticks on the x
-/// axis may have a second line after a newline.
+/// axis may have a second line after a newline; those on the y axis stand above their lines inside the frame where
+/// `inside` is set, for narrow charts with long names.
 struct Axis {
   std::string label = {};
   std::string unit = {};  ///< shown in brackets after the label; empty: a plain number
@@ -36,11 +37,14 @@ struct Axis {
   std::optional<double> low = {};
   std::optional<double> high = {};
   std::vector<std::pair<double, std::string>> ticks = {};  ///< own ticks; empty: chosen
+  bool inside = false;                                     ///< y only
 };
 
 /// Colours that stay apart for colour-blind readers; names "#rrggbb" may be given instead wherever a colour is asked.
 /// Colour `index` of the palette, wrapping around.
 std::string PaletteColour(std::size_t index);
+
+enum class Marker { Dot, Ring, Square, Diamond, Triangle, Cross };
 
 /// A polyline, drawn over areas and bars. Empty colours take the palette in the order of `lines`.
 struct ChartLine {
@@ -49,8 +53,10 @@ struct ChartLine {
   std::string colour = {};
   double width = 1.8;  ///< px
   bool dashed = false;
-  bool markers = false;    ///< a dot on every point
-  std::string label = {};  ///< written along the line's last visible end, in its colour
+  bool markers = false;  ///< one on every point
+  Marker marker = Marker::Dot;
+  std::vector<std::string> tips = {};  ///< shown under the pointer, point by point; empty: none
+  std::string label = {};              ///< written along the line's last visible end, in its colour
 };
 
 /// A filled polygon, drawn first.
@@ -62,13 +68,12 @@ struct ChartArea {
   bool outlined = false;
 };
 
-enum class Marker { Dot, Ring, Square, Diamond, Cross };
-
 /// Points with or without labels, drawn last. Labels keep clear of each other where there is room.
 struct ChartPoints {
   struct Labelled {
     ChartPoint at = {};
     std::string label = {};
+    std::string tip = {};  ///< shown under the pointer
   };
   std::string name = {};
   std::vector<Labelled> points = {};
@@ -86,6 +91,8 @@ struct ChartBar {
   double opacity = 0.15;
   std::string label = {};
   bool hatched = false;  ///< slanted lines: "must not enter"
+  std::string tip = {};  ///< shown under the pointer
+  bool outlined = false;
 };
 
 /// An interval with caps at `at`: an error bar along y (or along x where `along_x`).
@@ -127,11 +134,20 @@ struct Chart {
   std::vector<ChartInterval> intervals = {};
   std::vector<ChartPoints> points = {};
   std::vector<ChartNote> notes = {};
+  std::vector<std::pair<double, std::string>> remarks = {};  ///< at the right of the frame, each at its y
   std::vector<std::string> captions = {};   ///< paragraphs that ChartSvg() writes below, beyond `height`
   LegendPlace legend = LegendPlace::Right;  ///< drawn only where something has a name
   int width = 860;                          ///< px
   int height = 480;                         ///< px
+  /// px of the frame alone, and `height` does not count; it grows, at most fivefold, until no label covers another.
+  double frame_height = 0.0;
 };
+
+/// `text` as it may stand in elements and attributes of SVG and HTML.
+std::string Escaped(const std::string& text);
+
+/// px, at least as wide as this text is in a chart.
+double ChartTextWidth(const std::string& text);
 
 /// The chart as a complete SVG document (UTF-8). Never contains NaN or infinity.
 std::string ChartSvg(const Chart& chart);
@@ -140,7 +156,7 @@ std::string ChartSvg(const Chart& chart);
 /// broken into lines where they must be. Captions of the charts themselves are not written.
 std::string ChartsSvg(const std::vector<Chart>& charts, int columns, const std::vector<std::string>& captions = {});
 
-/// Writes the text through a temporary file and a rename. Code::Io.
+/// Writes the document, dark where its viewer prefers that, through a temporary file and a rename. Code::Io.
 Result<void> WriteSvg(const std::string& path, const std::string& svg);
 
 }  // namespace lensd::io

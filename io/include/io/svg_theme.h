@@ -12,4 +12,7 @@ enum class Theme { Viewer, Light, Dark };
 /// known: it stays.
 std::string InTheme(const std::string& svg, Theme theme);
 
+/// What Theme::Viewer adds to a document: a style element for a page that shows several charts.
+std::string DarkRules();
+
 }  // namespace lensd::io
