@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "proto/tables.h"
 #include "varlink/json.h"
 
 namespace lensd::cli {
@@ -20,79 +22,21 @@ void Write(std::FILE* stream, std::string_view text) {
 }  // namespace
 
 std::string_view NameOf(Exit exit) {
-  struct Named {
-    Exit exit;
-    std::string_view name;
-  };
-  static constexpr Named kNames[] = {
-      {Exit::Done, "done"},
-      {Exit::No, "no"},
-      {Exit::Stopped, "stopped"},
-      {Exit::Superseded, "superseded"},
-      {Exit::Busy, "busy"},
-      {Exit::Timeout, "timeout"},
-      {Exit::OutOfRange, "out-of-range"},
-      {Exit::NotHomed, "not-homed"},
-      {Exit::Unsupported, "unsupported"},
-      {Exit::Leased, "leased"},
-      {Exit::Usage, "usage"},
-      {Exit::BadData, "bad-data"},
-      {Exit::NoInput, "no-input"},
-      {Exit::NotFound, "not-found"},
-      {Exit::Unavailable, "unavailable"},
-      {Exit::Internal, "internal"},
-      {Exit::CannotWrite, "cannot-write"},
-      {Exit::Io, "io"},
-      {Exit::Protocol, "protocol"},
-      {Exit::NotPermitted, "not-permitted"},
-      {Exit::Config, "configuration"},
-      {Exit::Interrupted, "interrupted"},
-  };
-  const auto* found = std::ranges::find(kNames, exit, &Named::exit);
-  return found == std::end(kNames) ? "internal" : found->name;
+  const auto* found = std::ranges::find(proto::kExitWords, static_cast<int>(exit), &proto::ExitWord::status);
+  return found == std::end(proto::kExitWords) ? "internal" : found->word;
 }
 
 Exit StatusOf(Code code) {
-  switch (code) {
-    case Code::InvalidArgument:
-    case Code::OutOfRange:  // offline there is no lens that has a range: the wish itself makes no sense
-      return Exit::Usage;
-    case Code::Timeout:
-      return Exit::Timeout;
-    case Code::Cancelled:
-      return Exit::Stopped;
-    case Code::Superseded:
-      return Exit::Superseded;
-    case Code::Busy:
-      return Exit::Busy;
-    case Code::Leased:
-      return Exit::Leased;
-    case Code::NotHomed:
-      return Exit::NotHomed;
-    case Code::Disconnected:
-    case Code::WrongDevice:
-      return Exit::Unavailable;
-    case Code::Unsupported:
-      return Exit::Unsupported;
-    case Code::Protocol:
-      return Exit::Protocol;
-    case Code::BadData:
-      return Exit::BadData;
-    case Code::Io:
-      return Exit::Io;
-    case Code::NotKept:
-      return Exit::CannotWrite;
-    case Code::Internal:
-      break;
-  }
-  return Exit::Internal;
+  // Offline there is no lens that has a range: the wish itself makes no sense.
+  return code == Code::OutOfRange ? Exit::Usage : Exit{proto::ErrorOf(code).exit_status};
 }
 
 Failure::Failure(const Error& error) : status(StatusOf(error.code)), message(error.message) {
   if (!error.facts) return;
   nlohmann::json known = nlohmann::json::object();
-  for (const auto& [name, text] : {std::pair("axis", &error.facts->axis), std::pair("parameter", &error.facts->parameter),
-                                   std::pair("unit", &error.facts->unit)}) {
+  for (const auto& [name, text] :
+       {std::pair("axis", &error.facts->axis), std::pair("parameter", &error.facts->parameter),
+        std::pair("unit", &error.facts->unit)}) {
     if (!text->empty()) known[name] = *text;
   }
   if (error.facts->minimum) known["minimum"] = *error.facts->minimum;

@@ -7,10 +7,11 @@
 #include <string_view>
 #include <vector>
 
+#include "proto/rows.h"
+
 namespace lensd::daemon {
 
-/// Each includes those before it. Every client that may connect may observe, and stop what moves.
-enum class Role { Observe, Move, Administer };
+using proto::Role;
 /// "observe", "move", "administer".
 std::string_view RoleName(Role role);
 

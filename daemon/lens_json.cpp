@@ -304,43 +304,6 @@ Json FrameJson(const rig::LensedFrame& lensed) {
           {"axes", std::move(axes)}};
 }
 
-std::string_view ErrorName(Code code) {
-  switch (code) {
-    case Code::InvalidArgument:
-      return "io.lensd.Lens.InvalidRequest";
-    case Code::OutOfRange:
-      return "io.lensd.Lens.OutOfRange";
-    case Code::Timeout:
-      return "io.lensd.Lens.Timeout";
-    case Code::Cancelled:
-      return "io.lensd.Lens.Cancelled";
-    case Code::Superseded:
-      return "io.lensd.Lens.Superseded";
-    case Code::Disconnected:
-    case Code::WrongDevice:
-      return "io.lensd.Lens.Disconnected";
-    case Code::Busy:
-      return "io.lensd.Lens.Busy";
-    case Code::Leased:
-      return "io.lensd.Lens.Leased";
-    case Code::NotHomed:
-      return "io.lensd.Lens.NotHomed";
-    case Code::Unsupported:
-      return "io.lensd.Lens.Unsupported";
-    case Code::Protocol:
-      return "io.lensd.Lens.ProtocolError";
-    case Code::BadData:
-      return "io.lensd.Lens.BadData";
-    case Code::Io:
-      return "io.lensd.Lens.DeviceError";
-    case Code::NotKept:
-      return "io.lensd.Lens.NotKept";
-    case Code::Internal:
-      return "io.lensd.Lens.Internal";
-  }
-  return "io.lensd.Lens.Internal";
-}
-
 std::string Wrap(std::string_view field, const std::string& json) {
   return "{\"" + std::string(field) + "\":" + json + "}";
 }

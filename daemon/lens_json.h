@@ -63,7 +63,4 @@ varlink::Json FrameWantedJson(const rig::FrameWanted& wanted);
 /// FrameInfo.
 varlink::Json FrameJson(const rig::LensedFrame& frame);
 
-/// The interface's error for a code.
-std::string_view ErrorName(Code code);
-
 }  // namespace lensd::daemon

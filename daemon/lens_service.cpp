@@ -43,6 +43,7 @@ LensService::LensService(EventLoop& loop, const Clock& clock, std::string state)
         HoldMethods, PresetMethods, ReloadMethods, RefocusMethods, LearnedMethods}) {
     for (Method& method : rows(*this)) methods_.push_back(std::move(method));
   }
+  methods_ = Described(definition_.name(), std::move(methods_));
 }
 
 LensService::~LensService() {

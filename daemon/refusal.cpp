@@ -7,6 +7,7 @@
 
 #include "event_log.h"
 #include "lens_json.h"
+#include "proto/tables.h"
 #include "served_lens.h"
 
 namespace lensd::daemon {
@@ -74,7 +75,7 @@ Error Renamed(std::string parameter, const Error& error) {
 void Refuse(const ExchangePointer& exchange, const Error& error) {
   Json facts = FactsOf(exchange, error);
   if (const auto lens = exchange->view().Given("lens")) facts["lens"] = lens->text();
-  exchange->Refuse(ErrorName(error.code), std::move(facts));
+  exchange->Refuse(proto::ErrorOf(error.code).name, std::move(facts));
 }
 
 void Refuse(const ExchangePointer& exchange, const ServedLens& lens, const Error& error) {
@@ -95,7 +96,7 @@ void Refuse(const ExchangePointer& exchange, const ServedLens& lens, const Error
   ++lens.users().work.refused;
   const auto axis = AxisOf(exchange, error);
   LogFailedCall(lens.name(), axis.value_or(""), exchange->call().method, error);
-  exchange->Refuse(ErrorName(error.code), std::move(facts));
+  exchange->Refuse(proto::ErrorOf(error.code).name, std::move(facts));
 }
 
 }  // namespace lensd::daemon

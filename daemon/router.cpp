@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
 #include <utility>
 
 #include "barrier.h"
 #include "proto/interfaces.h"
+#include "proto/tables.h"
 
 namespace lensd::daemon {
 
@@ -23,12 +25,27 @@ varlink::InterfaceDefinition BuiltInDefinition(std::string_view text) {
   return *std::move(parsed);
 }
 
+MethodTable Described(std::string_view interface, MethodTable methods) {
+  for (Method& method : methods) {
+    const auto* row = std::ranges::find_if(proto::kMethods, [&](const proto::MethodRow& known) {
+      return known.interface == interface && known.name == method.name;
+    });
+    if (row == std::end(proto::kMethods)) {
+      std::fprintf(stderr, "proto/tables.md: no row for %s\n", std::string(method.name).c_str());
+      std::abort();
+    }
+    method.needs_lease = row->needs_lease;
+    method.may_change_state = row->may_change_state;
+    method.streams = row->streams;
+    method.role = row->role;
+  }
+  return methods;
+}
+
 Router::Router(const ServiceInfo& info)
     : own_(BuiltInDefinition(varlink::ServiceInterfaceText())),
-      info_(varlink::WriteJson({{"vendor", info.vendor},
-                                {"product", info.product},
-                                {"version", info.version},
-                                {"url", info.url}})) {}
+      info_(varlink::WriteJson(
+          {{"vendor", info.vendor}, {"product", info.product}, {"version", info.version}, {"url", info.url}})) {}
 
 void Router::Add(Service& service) {
   Served served{&service, {}};

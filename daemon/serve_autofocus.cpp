@@ -213,7 +213,7 @@ void StopUnlessEnded(ServedLens& lens, std::shared_ptr<const bool> ended, std::v
 }
 
 MethodTable AutofocusMethods(LensService& service) {
-  return {{"Autofocus", service.ForLens(Autofocus), NeedsLease::Yes, MayChangeState::Yes, Acts::InTurn, Streams::Yes}};
+  return {{"Autofocus", service.ForLens(Autofocus)}};
 }
 
 }  // namespace lensd::daemon

@@ -341,11 +341,11 @@ MethodTable SessionMethods(LensService& service) {
   const auto serve = [sessions, &service](void (FrameSessions::*method)(const ExchangePointer&)) {
     return service.ForPresent([sessions, method](const ExchangePointer& exchange) { (*sessions.*method)(exchange); });
   };
-  return {{"AutofocusBegin", serve(&FrameSessions::Begin), NeedsLease::Yes, MayChangeState::Yes},
-          {"AutofocusPixels", serve(&FrameSessions::Pixels), NeedsLease::No, MayChangeState::Yes},
-          {"AutofocusFrame", serve(&FrameSessions::Frame), NeedsLease::No, MayChangeState::Yes},
-          {"AutofocusScore", serve(&FrameSessions::Score), NeedsLease::No, MayChangeState::Yes},
-          {"AutofocusEnd", serve(&FrameSessions::End), NeedsLease::No, MayChangeState::Yes}};
+  return {{"AutofocusBegin", serve(&FrameSessions::Begin)},
+          {"AutofocusPixels", serve(&FrameSessions::Pixels)},
+          {"AutofocusFrame", serve(&FrameSessions::Frame)},
+          {"AutofocusScore", serve(&FrameSessions::Score)},
+          {"AutofocusEnd", serve(&FrameSessions::End)}};
 }
 
 }  // namespace lensd::daemon

@@ -340,11 +340,9 @@ void Backlash(ServedLens& lens, const ExchangePointer& exchange) {
 }  // namespace
 
 MethodTable CalibrationMethods(LensService& service) {
-  return {
-      {"GetCalibration", service.ForLens(Calibration)},
-      {"Calibrate", service.ForLens(Calibrate), NeedsLease::ToChange, MayChangeState::Yes, Acts::InTurn, Streams::No,
-       Role::Administer},
-      {"MeasureBacklash", service.ForLens(Backlash), NeedsLease::Yes, MayChangeState::Yes, Acts::InTurn, Streams::Yes}};
+  return {{"GetCalibration", service.ForLens(Calibration)},
+          {"Calibrate", service.ForLens(Calibrate)},
+          {"MeasureBacklash", service.ForLens(Backlash)}};
 }
 
 }  // namespace lensd::daemon

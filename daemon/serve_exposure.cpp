@@ -74,8 +74,7 @@ void SetExposure(ServedLens& lens, const ExchangePointer& exchange) {
 }  // namespace
 
 MethodTable ExposureMethods(LensService& service) {
-  return {{"GetExposure", service.ForLens(GetExposure)},
-          {"SetExposure", service.ForLens(SetExposure), NeedsLease::Yes, MayChangeState::Yes}};
+  return {{"GetExposure", service.ForLens(GetExposure)}, {"SetExposure", service.ForLens(SetExposure)}};
 }
 
 }  // namespace lensd::daemon

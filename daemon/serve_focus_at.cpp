@@ -280,10 +280,10 @@ void NoteFocusTracked(ServedLens& lens, const rig::AutofocusOutcome& outcome) {
 }
 
 MethodTable FocusAtMethods(LensService& service) {
-  return {{"FocusAt", service.ForLens(Go), NeedsLease::Yes, MayChangeState::Yes},
-          {"FocusAtAdd", service.ForLens(Add), NeedsLease::ToChange, MayChangeState::Yes},
+  return {{"FocusAt", service.ForLens(Go)},
+          {"FocusAtAdd", service.ForLens(Add)},
           {"FocusAtGet", service.ForLens(Get)},
-          {"FocusAtForget", service.ForLens(Forget), NeedsLease::ToChange, MayChangeState::Yes}};
+          {"FocusAtForget", service.ForLens(Forget)}};
 }
 
 }  // namespace lensd::daemon

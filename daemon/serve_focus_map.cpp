@@ -103,7 +103,7 @@ void FocusMap(ServedLens& lens, const ExchangePointer& exchange) {
 }  // namespace
 
 MethodTable FocusMapMethods(LensService& service) {
-  return {{"FocusMap", service.ForLens(FocusMap), NeedsLease::Yes, MayChangeState::Yes, Acts::InTurn, Streams::Yes}};
+  return {{"FocusMap", service.ForLens(FocusMap)}};
 }
 
 }  // namespace lensd::daemon

@@ -164,11 +164,9 @@ void RemoveShift(ServedLens& lens, const ExchangePointer& exchange) {
 }  // namespace
 
 MethodTable FocusShiftMethods(LensService& service) {
-  return {{"MeasureFocusShift", service.ForLens(MeasureShift), NeedsLease::Yes, MayChangeState::Yes, Acts::InTurn,
-           Streams::Yes},
+  return {{"MeasureFocusShift", service.ForLens(MeasureShift)},
           {"ListFocusShifts", service.ForLens(ListShifts)},
-          {"RemoveFocusShift", service.ForLens(RemoveShift), NeedsLease::ToChange, MayChangeState::Yes, Acts::InTurn,
-           Streams::No, Role::Administer}};
+          {"RemoveFocusShift", service.ForLens(RemoveShift)}};
 }
 
 }  // namespace lensd::daemon

@@ -84,9 +84,8 @@ void Release(ServedLens& lens, const ExchangePointer& exchange) {
 }  // namespace
 
 MethodTable HoldMethods(LensService& service) {
-  return {{"Hold", service.ForPresent([&service](const ExchangePointer& exchange) { Hold(service, exchange); }),
-           NeedsLease::No, MayChangeState::Yes, Acts::InTurn, Streams::Yes},
-          {"Release", service.ForLens(Release), NeedsLease::No, MayChangeState::Yes}};
+  return {{"Hold", service.ForPresent([&service](const ExchangePointer& exchange) { Hold(service, exchange); })},
+          {"Release", service.ForLens(Release)}};
 }
 
 }  // namespace lensd::daemon

@@ -87,8 +87,8 @@ void KeepDirection(ServedLens& lens, const ExchangePointer& exchange) {
 
 MethodTable LearnedMethods(LensService& service) {
   return {{"GetLearned", service.ForLens(GetLearned)},
-          {"ForgetLearned", service.ForLens(ForgetLearned), NeedsLease::ToChange, MayChangeState::Yes},
-          {"KeepDirection", service.ForLens(KeepDirection), NeedsLease::ToChange, MayChangeState::Yes}};
+          {"ForgetLearned", service.ForLens(ForgetLearned)},
+          {"KeepDirection", service.ForLens(KeepDirection)}};
 }
 
 }  // namespace lensd::daemon

@@ -6,6 +6,7 @@
 
 #include "lens_json.h"
 #include "lens_service.h"
+#include "proto/tables.h"
 #include "random_name.h"
 #include "serve.h"
 
@@ -41,11 +42,12 @@ void RefuseLeased(LensService& service, const ExchangePointer& exchange, const S
     remaining = ms;
     how_long = "for another " + std::to_string(std::lround(std::ceil(1e-3 * ms))) + " s";
   }
-  exchange->Refuse(ErrorName(Code::Leased), {{"message", "lens \"" + lens.name() + "\" is leased to " + lease.holder +
-                                                             " " + how_long + "; " + what_then},
-                                             {"lens", lens.name()},
-                                             {"holder", lease.holder},
-                                             {"remainingMs", remaining}});
+  exchange->Refuse(
+      proto::ErrorOf(Code::Leased).name,
+      {{"message", "lens \"" + lens.name() + "\" is leased to " + lease.holder + " " + how_long + "; " + what_then},
+       {"lens", lens.name()},
+       {"holder", lease.holder},
+       {"remainingMs", remaining}});
 }
 
 /// What another client's call does with the lens and a new lease would break into; empty: nothing. Single moves come to
@@ -144,10 +146,9 @@ bool MayDrive(LensService& service, const Method& method, const ExchangePointer&
 }
 
 MethodTable LeaseMethods(LensService& service) {
-  return {{"TakeLease", [&service](const ExchangePointer& exchange) { TakeLease(service, exchange); }, NeedsLease::No,
-           MayChangeState::Yes, Acts::InTurn, Streams::No, Role::Move, "takeOver"},
-          {"DropLease", [&service](const ExchangePointer& exchange) { DropLease(service, exchange); }, NeedsLease::No,
-           MayChangeState::Yes}};
+  return {{"TakeLease", [&service](const ExchangePointer& exchange) { TakeLease(service, exchange); }, Acts::InTurn,
+           "takeOver"},
+          {"DropLease", [&service](const ExchangePointer& exchange) { DropLease(service, exchange); }}};
 }
 
 }  // namespace lensd::daemon

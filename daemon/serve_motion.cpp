@@ -214,12 +214,11 @@ void Stop(LensService& service, const ExchangePointer& exchange) {
 }  // namespace
 
 MethodTable MotionMethods(LensService& service) {
-  return {{"Move", service.ForLens(Move), NeedsLease::Yes, MayChangeState::Yes, Acts::InTurn, Streams::Yes},
-          {"Home", service.ForLens(Home), NeedsLease::Yes, MayChangeState::Yes},
-          {"SetPosition", service.ForLens(SetPosition), NeedsLease::ToChange, MayChangeState::Yes},
-          {"Stop", [&service](const ExchangePointer& exchange) { Stop(service, exchange); }, NeedsLease::No,
-           MayChangeState::Yes, Acts::WhenRead, Streams::No, Role::Observe},
-          {"ResetFaults", service.ForLens(ResetFaults), NeedsLease::ToChange, MayChangeState::Yes}};
+  return {{"Move", service.ForLens(Move)},
+          {"Home", service.ForLens(Home)},
+          {"SetPosition", service.ForLens(SetPosition)},
+          {"Stop", [&service](const ExchangePointer& exchange) { Stop(service, exchange); }, Acts::WhenRead},
+          {"ResetFaults", service.ForLens(ResetFaults)}};
 }
 
 }  // namespace lensd::daemon

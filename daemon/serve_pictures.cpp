@@ -145,8 +145,7 @@ MethodTable PictureMethods(LensService& service) {
     return service.ForPresent(
         [&service, desk, serve](const ExchangePointer& exchange) { serve(service, *desk, exchange); });
   };
-  return {{"Snapshot", served(Snapshot), NeedsLease::No, MayChangeState::No, Acts::InTurn, Streams::Only},
-          {"View", served(ViewFrames), NeedsLease::No, MayChangeState::No, Acts::InTurn, Streams::Only}};
+  return {{"Snapshot", served(Snapshot)}, {"View", served(ViewFrames)}};
 }
 
 }  // namespace lensd::daemon

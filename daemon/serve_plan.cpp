@@ -238,7 +238,7 @@ void Plan(ServedLens& lens, const ExchangePointer& exchange) {
 }  // namespace
 
 MethodTable PlanMethods(LensService& service) {
-  return {{"Plan", service.ForLens(Plan), NeedsLease::ToApply, MayChangeState::Yes}};
+  return {{"Plan", service.ForLens(Plan)}};
 }
 
 }  // namespace lensd::daemon

@@ -140,11 +140,11 @@ void Undo(ServedLens& lens, const ExchangePointer& exchange) {
 }  // namespace
 
 MethodTable PresetMethods(LensService& service) {
-  return {{"PresetSave", service.ForLens(Save), NeedsLease::ToChange, MayChangeState::Yes},
+  return {{"PresetSave", service.ForLens(Save)},
           {"PresetList", service.ForLens(List)},
-          {"PresetRecall", service.ForLens(Recall), NeedsLease::Yes, MayChangeState::Yes},
-          {"PresetRemove", service.ForLens(Remove), NeedsLease::ToChange, MayChangeState::Yes},
-          {"Undo", service.ForLens(Undo), NeedsLease::Yes, MayChangeState::Yes}};
+          {"PresetRecall", service.ForLens(Recall)},
+          {"PresetRemove", service.ForLens(Remove)},
+          {"Undo", service.ForLens(Undo)}};
 }
 
 }  // namespace lensd::daemon

@@ -27,8 +27,7 @@ void ForgetDrift(ServedLens& lens, const ExchangePointer& exchange) {
 }  // namespace
 
 MethodTable RefocusMethods(LensService& service) {
-  return {{"GetRefocus", service.ForLens(GetRefocus)},
-          {"ForgetDrift", service.ForLens(ForgetDrift), NeedsLease::ToChange, MayChangeState::Yes}};
+  return {{"GetRefocus", service.ForLens(GetRefocus)}, {"ForgetDrift", service.ForLens(ForgetDrift)}};
 }
 
 }  // namespace lensd::daemon

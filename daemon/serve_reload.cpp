@@ -23,8 +23,7 @@ void Reload(LensService& service, const ExchangePointer& exchange) {
 }  // namespace
 
 MethodTable ReloadMethods(LensService& service) {
-  return {{"Reload", [&service](const ExchangePointer& exchange) { Reload(service, exchange); }, NeedsLease::No,
-           MayChangeState::Yes, Acts::InTurn, Streams::No, Role::Administer}};
+  return {{"Reload", [&service](const ExchangePointer& exchange) { Reload(service, exchange); }}};
 }
 
 }  // namespace lensd::daemon

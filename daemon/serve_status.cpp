@@ -109,11 +109,9 @@ void Monitor(LensService& service, const ExchangePointer& exchange) {
 
 MethodTable StatusMethods(LensService& service) {
   return {{"List", [&service](const ExchangePointer& exchange) { List(service, exchange); }},
-          {"Status", [&service](const ExchangePointer& exchange) { Status(service, exchange); }, NeedsLease::No,
-           MayChangeState::No, Acts::InTurn, Streams::Yes},
+          {"Status", [&service](const ExchangePointer& exchange) { Status(service, exchange); }},
           {"Metrics", [&service](const ExchangePointer& exchange) { Metrics(service, exchange); }},
-          {"Monitor", [&service](const ExchangePointer& exchange) { Monitor(service, exchange); }, NeedsLease::No,
-           MayChangeState::No, Acts::InTurn, Streams::Only}};
+          {"Monitor", [&service](const ExchangePointer& exchange) { Monitor(service, exchange); }}};
 }
 
 }  // namespace lensd::daemon

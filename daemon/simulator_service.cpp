@@ -63,9 +63,9 @@ void AnswerPicture(const ExchangePointer& exchange, const Result<Picture>& png) 
 
 SimulatorService::SimulatorService(LensService& lenses)
     : lenses_(lenses), definition_(BuiltInDefinition(proto::SimulatorInterfaceText())) {
-  methods_.push_back(Row("Truth", &SimulatorService::Truth, MayChangeState::No, Streams::No));
-  methods_.push_back(Row("Inject", &SimulatorService::Inject, MayChangeState::Yes, Streams::No));
-  methods_.push_back(Row("Render", &SimulatorService::Render, MayChangeState::No, Streams::Yes));
+  methods_ =
+      Described(definition_.name(), {Row("Truth", &SimulatorService::Truth), Row("Inject", &SimulatorService::Inject),
+                                     Row("Render", &SimulatorService::Render)});
 }
 
 SimulatorService::~SimulatorService() {
@@ -77,7 +77,7 @@ bool SimulatorService::Offered() const {
                              [](const auto& lens) { return lens->config().device.driver->simulated; });
 }
 
-Method SimulatorService::Row(std::string_view name, Serve serve, MayChangeState may_change_state, Streams streams) {
+Method SimulatorService::Row(std::string_view name, Serve serve) {
   const auto find_and_serve = [this, serve](const ExchangePointer& exchange) {
     const ServedLens* const lens = lenses_.Find(exchange);
     if (lens == nullptr) return;
@@ -90,7 +90,7 @@ Method SimulatorService::Row(std::string_view name, Serve serve, MayChangeState 
     if (lens->simulation() == nullptr) return Refuse(exchange, {Code::Disconnected, lens->status().problem});
     (this->*serve)(*lens->simulation(), exchange);
   };
-  return {name, lenses_.ForPresent(find_and_serve), NeedsLease::No, may_change_state, Acts::InTurn, streams};
+  return {name, lenses_.ForPresent(find_and_serve)};
 }
 
 void SimulatorService::Truth(drivers::Simulation& simulation, const ExchangePointer& exchange) {

@@ -24,7 +24,7 @@ class SimulatorService final : public Service {
  private:
   using Serve = void (SimulatorService::*)(drivers::Simulation& simulation, const ExchangePointer& exchange);
   /// Serves calls with the simulation of the lens they name, once its device has been tried.
-  Method Row(std::string_view name, Serve serve, MayChangeState may_change_state, Streams streams);
+  Method Row(std::string_view name, Serve serve);
   void Truth(drivers::Simulation& simulation, const ExchangePointer& exchange);
   void Inject(drivers::Simulation& simulation, const ExchangePointer& exchange);
   void Render(drivers::Simulation& simulation, const ExchangePointer& exchange);

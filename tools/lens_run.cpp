@@ -16,6 +16,7 @@
 #include "drivers_table.h"
 #include "io/png.h"
 #include "lens_run_words.h"
+#include "proto/tables.h"
 
 namespace lensd::tools {
 namespace {
@@ -24,36 +25,6 @@ using drivers::Axis;
 
 constexpr auto kLookEvery = std::chrono::milliseconds(5);
 std::atomic<bool> stop_asked{false};
-
-int ExitStatusOf(Code code) {
-  switch (code) {
-    case Code::InvalidArgument:
-    case Code::OutOfRange:
-      return EX_USAGE;
-    case Code::BadData:
-      return EX_CONFIG;
-    case Code::Timeout:
-    case Code::Cancelled:
-    case Code::Superseded:
-    case Code::Busy:
-    case Code::Leased:
-      return EX_TEMPFAIL;
-    case Code::Protocol:
-      return EX_PROTOCOL;
-    case Code::Io:
-      return EX_IOERR;
-    case Code::NotKept:
-      return EX_CANTCREAT;
-    case Code::Internal:
-      return EX_SOFTWARE;
-    case Code::Disconnected:
-    case Code::WrongDevice:
-    case Code::Unsupported:
-    case Code::NotHomed:
-      return EX_UNAVAILABLE;
-  }
-  return EX_SOFTWARE;
-}
 
 double Milliseconds(Duration duration) {
   return std::chrono::duration<double, std::milli>(duration).count();
@@ -276,7 +247,7 @@ class Session {
 
 int Complain(const Error& error) {
   std::fprintf(stderr, "lens-run: %s\n", error.message.c_str());
-  return ExitStatusOf(error.code);
+  return proto::ErrorOf(error.code).lens_run;
 }
 
 /// The drivers and what each finds.

@@ -5,13 +5,16 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <utility>
+
+#include "proto/interfaces.h"
+#include "proto/tables.h"
 
 namespace lensd::web {
 namespace {
@@ -156,11 +159,13 @@ std::string CookieOf(std::string_view token) {
 }
 
 bool IsForViewers(std::string_view method, const varlink::Json& parameters) {
-  static constexpr std::array kLooks{"List",        "Status",  "Metrics",    "Monitor",        "Stop",
-                                     "GetExposure", "Devices", "PresetList", "GetCalibration", "ListFocusShifts",
-                                     "Snapshot",    "View",    "FocusAtGet", "GetRefocus"};
-  if (method == "Plan") return !parameters.contains("apply") || parameters["apply"] == false;
-  return std::ranges::find(kLooks, method) != kLooks.end();
+  const auto* row = std::ranges::find_if(proto::kMethods, [&](const proto::MethodRow& known) {
+    return known.interface == proto::kLensInterface && known.name == method;
+  });
+  if (row == std::end(proto::kMethods)) return false;
+  if (row->needs_lease == proto::NeedsLease::ToApply)
+    return !parameters.contains("apply") || parameters["apply"] == false;
+  return row->role == proto::Role::Observe;
 }
 
 }  // namespace lensd::web

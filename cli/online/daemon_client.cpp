@@ -6,51 +6,18 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdlib>
+#include <iterator>
 #include <utility>
 
 #include "proto/interfaces.h"
-#include "varlink/interface_definition.h"
+#include "proto/tables.h"
 
 namespace lensd::cli {
 namespace {
 
 using varlink::Json;
-
-struct KnownError {
-  std::string_view name;
-  Exit status;
-};
-constexpr std::array kKnownErrors = {
-    KnownError{"io.lensd.Lens.LensNotFound", Exit::NotFound},
-    KnownError{"io.lensd.Lens.PresetNotFound", Exit::NotFound},
-    KnownError{"io.lensd.Lens.InvalidRequest", Exit::Usage},
-    KnownError{"io.lensd.Lens.OutOfRange", Exit::OutOfRange},
-    KnownError{"io.lensd.Lens.Unsupported", Exit::Unsupported},
-    KnownError{"io.lensd.Lens.Timeout", Exit::Timeout},
-    KnownError{"io.lensd.Lens.Cancelled", Exit::Stopped},
-    KnownError{"io.lensd.Lens.Superseded", Exit::Superseded},
-    KnownError{"io.lensd.Lens.Busy", Exit::Busy},
-    KnownError{"io.lensd.Lens.Overrun", Exit::Busy},
-    KnownError{"io.lensd.Lens.Leased", Exit::Leased},
-    KnownError{"io.lensd.Lens.BadConfiguration", Exit::Config},
-    KnownError{"io.lensd.Lens.NotPermitted", Exit::NotPermitted},
-    KnownError{"io.lensd.Lens.NotHomed", Exit::NotHomed},
-    KnownError{"io.lensd.Lens.Disconnected", Exit::Unavailable},
-    KnownError{"io.lensd.Lens.DeviceError", Exit::Io},
-    KnownError{"io.lensd.Lens.ProtocolError", Exit::Protocol},
-    KnownError{"io.lensd.Lens.BadData", Exit::BadData},
-    KnownError{"io.lensd.Lens.NotKept", Exit::CannotWrite},
-    KnownError{"io.lensd.Lens.Internal", Exit::Internal},
-    KnownError{varlink::kPermissionDenied, Exit::NotPermitted},
-    KnownError{varlink::kInvalidParameter, Exit::Usage},
-    KnownError{varlink::kInterfaceNotFound, Exit::Unsupported},
-    KnownError{varlink::kMethodNotFound, Exit::Unsupported},
-    KnownError{varlink::kMethodNotImplemented, Exit::Unsupported},
-    KnownError{varlink::kExpectedMore, Exit::Usage},
-};
 
 std::string TextAt(const Json& object, const char* key) {
   const auto found = object.is_object() ? object.find(key) : object.end();
@@ -78,15 +45,12 @@ std::string MessageOf(const varlink::Reply& refused) {
   return "the daemon answered " + refused.error + " " + varlink::WriteJson(refused.parameters);
 }
 
-/// Whether a method has a parameter for the key of a lease, which the interface itself says.
+/// Whether a method has a parameter for the key of a lease.
 bool TakesLease(std::string_view method) {
-  static const auto interface = varlink::InterfaceDefinition::Parse(proto::LensInterfaceText());
-  const std::size_t dot = method.rfind('.');
-  if (!interface || dot == method.npos || method.substr(0, dot) != interface->name()) return false;
-  const auto found = interface->methods().find(method.substr(dot + 1));
-  if (found == interface->methods().end()) return false;
-  const auto& fields = found->second.input->fields;
-  return std::ranges::find(fields, "lease", &varlink::FieldDefinition::name) != fields.end();
+  return std::ranges::any_of(proto::kMethods, [&](const proto::MethodRow& row) {
+    return row.takes_lease && method.starts_with(row.interface) &&
+           method.substr(row.interface.size()).starts_with('.') && method.substr(row.interface.size() + 1) == row.name;
+  });
 }
 
 }  // namespace
@@ -125,8 +89,8 @@ Json WithLease(std::string_view method, Json parameters) {
 }
 
 Failure FailureOf(const varlink::Reply& refused) {
-  const auto* known = std::ranges::find(kKnownErrors, refused.error, &KnownError::name);
-  const Exit status = known == std::end(kKnownErrors) ? Exit::Protocol : known->status;
+  const auto* known = std::ranges::find(proto::kErrors, refused.error, &proto::ErrorRow::name);
+  const Exit status = known == std::end(proto::kErrors) ? Exit::Protocol : Exit{known->exit_status};
   Failure failure(status, MessageOf(refused));
   if (refused.parameters.is_object()) failure.details = std::make_shared<Json>(refused.parameters);
   return failure;

@@ -113,11 +113,11 @@ class Writer:
                 + "".join(defined for *_, defined in self.classes()) + "\n}  // namespace v1\n}  // namespace lensd\n")
 
 
-def tables(statuses, definition):
-    rows = "".join(f'    {{"{name}", "{name.rsplit(".", 1)[1]}", "{word}", {status}}},\n' for name, (status, word) in statuses.items())
-    driving = ", ".join(f'"{each.name}"' for each in definition.methods if any(field.name == "lease" for field in each.given))
+def tables(known):
+    rows = "".join(f'    {{"{row.name}", "{row.short}", "{row.word}", {row.exit_status}}},\n' for row in known.errors)
+    driving = ", ".join(f'"{row.name}"' for row in known.methods if row.takes_lease)
     return (head_of("Every error that lensd answers with (its name on the wire, its name here, what lensctl ends with), and the methods "
-                    "that drive a lens.", "proto/io.lensd.Lens.varlink and the table of docs/interface.head.md")
+                    "that drive a lens.", "proto/tables.md and the interface files")
             + '#pragma once\n\n#include <string_view>\n\n#include "error_row.h"\n\nnamespace lensd {\ninline namespace v1 {\n\n'
             + f"inline constexpr ErrorRow kErrorsOfLensd[] = {{\n{rows}}};\n\n"
             + textwrap.fill(f"inline constexpr std::string_view kDrivingMethods[] = {{{driving}}};", WIDTH, subsequent_indent="    ")

@@ -1,5 +1,4 @@
-"""Reads an interface file: its types, methods and errors with their comments, and the exit status of each error from the table
-of docs/interface.head.md."""
+"""Reads an interface file: its types, methods and errors with their comments."""
 import dataclasses
 import re
 
@@ -100,22 +99,3 @@ class Definition:
                 self.take()
         self.take()
         return ("enum", words) if words else ("struct", fields)
-
-
-def exit_statuses(page):
-    """By full name of an error, the status and its word: from the table of the page that people read."""
-    table = page.split("## Errors\n", 1)[1].split("\n\n", 2)[1]
-    statuses = {}
-    for row in table.splitlines()[2:]:
-        names, told = row.split("|")[1:3]
-        names = re.findall(r"`([\w.]+)`", names)
-        told = re.findall(r"(\d+) `([\w-]+)`", told)
-        if len(told) not in (1, len(names)):
-            raise ValueError(f"which status has which error: {row}")
-        prefix = "io.lensd.Lens."
-        for name, (status, word) in zip(names, told if len(told) > 1 else told * len(names)):
-            if "." in name:
-                prefix, name = name.rsplit(".", 1)
-                prefix += "."
-            statuses[prefix + name] = (int(status), word)
-    return statuses

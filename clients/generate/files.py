@@ -1,11 +1,14 @@
 """Which files are generated, and from what."""
 import os
+import sys
 
 import cpp
 import definition
 import python
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, os.path.join(ROOT, "proto"))
+from tables import Tables  # noqa: E402, pylint: disable=wrong-import-position
 PACKAGE = os.path.join("clients", "python", "lensd")  # the part of the package that is written by hand
 
 
@@ -14,16 +17,14 @@ def text_of(*path):
         return file.read()
 
 
-def definition_and_statuses():
-    return (definition.Definition(text_of("proto", "io.lensd.Lens.varlink")),
-            definition.exit_statuses(text_of("docs", "interface.head.md")))
+def interface():
+    return definition.Definition(text_of("proto", "io.lensd.Lens.varlink"))
 
 
 def python_modules():
     """Text by name: the generated modules of the Python package."""
-    lens, statuses = definition_and_statuses()
-    writer = python.Writer(lens)
-    modules = {"types.py": writer.types(), "lens_errors.py": writer.errors(statuses), "calls.py": writer.calls()}
+    writer = python.Writer(interface())
+    modules = {"types.py": writer.types(), "lens_errors.py": writer.errors(Tables().errors), "calls.py": writer.calls()}
     for name in ("streams", "pool", "lens"):
         source = f"_aio_{name}.py"
         modules[f"_{name}.py"] = python.blocking(text_of(PACKAGE, source), f"clients/python/lensd/{source}")
@@ -38,9 +39,8 @@ def python_package():
 
 def cpp_sources():
     """Text by path: the generated sources of liblensd."""
-    lens, statuses = definition_and_statuses()
-    writer = cpp.Writer(lens)
-    return {"include/lensd/types.h": writer.header(), "src/types.cpp": writer.source(), "src/tables.h": cpp.tables(statuses, lens)}
+    writer = cpp.Writer(interface())
+    return {"include/lensd/types.h": writer.header(), "src/types.cpp": writer.source(), "src/tables.h": cpp.tables(Tables())}
 
 
 def write(folder, texts):

@@ -24,7 +24,8 @@ CODES = {2: "stopped", 3: "superseded", 4: "busy", 5: "timeout", 6: "out-of-rang
 STATUS = {"Cancelled": 2, "Superseded": 3, "Busy": 4, "Overrun": 4, "Timeout": 5, "OutOfRange": 6, "NotHomed": 7, "Unsupported": 8,
           "Leased": 9, "InvalidRequest": 64, "BadData": 65, "LensNotFound": 68, "PresetNotFound": 68, "Disconnected": 69,
           "Internal": 70, "NotKept": 73, "DeviceError": 74, "ProtocolError": 76, "NotPermitted": 77, "BadConfiguration": 78}
-VARLINK = {"InvalidParameter": 64, "ExpectedMore": 64, "MethodNotFound": 8, "MethodNotImplemented": 8, "InterfaceNotFound": 8}
+VARLINK = {"InvalidParameter": 64, "ExpectedMore": 64, "MethodNotFound": 8, "MethodNotImplemented": 8, "InterfaceNotFound": 8,
+           "PermissionDenied": 77}
 
 
 def answering(*messages):

@@ -89,7 +89,7 @@ class Certification final : public Service {
     for (const auto& [name, unused] : definition_.methods()) {
       rows.push_back(
           {name, [this, method = std::string_view(name)](const ExchangePointer& exchange) { Serve(method, exchange); },
-           NeedsLease::No, MayChangeState::Yes, Acts::InTurn, Streams::Yes});
+           Acts::InTurn, "", NeedsLease::No, MayChangeState::Yes, Streams::Yes});
     }
     return rows;
   }
@@ -147,7 +147,7 @@ class Flood final : public Service {
 
   const varlink::InterfaceDefinition definition_ =
       BuiltInDefinition("interface io.lensd.test\nmethod Flood(megabytes: int) -> (text: string)\n");
-  const MethodTable methods_ = {{"Flood", Serve, NeedsLease::No, MayChangeState::No, Acts::InTurn, Streams::Yes}};
+  const MethodTable methods_ = {{"Flood", Serve, Acts::InTurn, "", NeedsLease::No, MayChangeState::No, Streams::Yes}};
 };
 
 int Main(const std::string& path) {

@@ -302,6 +302,24 @@ class ExitStatus(unittest.TestCase):
         with FalseDaemon(self.folder.name, refuse_with("DeviceError")) as path:
             self.ends(74, "list", path=path)
 
+    def test_every_error_has_its_status(self):
+        """Those of the interface file, of Varlink itself, and one that nobody knows."""
+        statuses = {2: "Cancelled", 3: "Superseded", 4: "Busy Overrun", 5: "Timeout", 6: "OutOfRange", 7: "NotHomed", 8: "Unsupported",
+                    9: "Leased", 64: "InvalidRequest", 65: "BadData", 68: "LensNotFound PresetNotFound", 69: "Disconnected",
+                    70: "Internal", 73: "NotKept", 74: "DeviceError", 76: "ProtocolError OfANewerLensd", 77: "NotPermitted",
+                    78: "BadConfiguration"}
+        right = {LENS + name: status for status, names in statuses.items() for name in names.split()}
+        right.update({"org.varlink.service." + name: status for name, status in (
+            ("InterfaceNotFound", 8), ("MethodNotFound", 8), ("MethodNotImplemented", 8), ("InvalidParameter", 64),
+            ("ExpectedMore", 64), ("PermissionDenied", 77))})
+        with open(os.path.join(HERE, "..", "..", "proto", "io.lensd.Lens.varlink"), encoding="utf-8") as file:
+            defined = [LENS + line.split()[1] for line in file if line.startswith("error ")]
+        self.assertEqual([name for name in defined if name not in right], [])
+        for name, status in right.items():
+            answer = json.dumps({"error": name, "parameters": {"message": "no"}}).encode() + b"\0"
+            with FalseDaemon(self.folder.name, lambda client, answer=answer: client.sendall(answer)) as path:
+                self.ends(status, "list", path=path, says="no")
+
     def test_75_timeout_of_a_question_among_others(self):
         def answers(client):
             """Every question but that for the devices at once, that one late."""

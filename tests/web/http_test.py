@@ -3,7 +3,10 @@ import json
 import os
 import re
 import shutil
+import socketserver
 import subprocess
+import tempfile
+import threading
 import time
 import unittest
 
@@ -13,6 +16,48 @@ from web_harness import BIN, HERE, LENS, MOVE_TOKEN, VIEW_TOKEN, Daemon, Reader,
 UNPACKED = os.path.join(HERE, "..", "..", "build", "promtool", "usr", "bin", "promtool")
 PROMTOOL = shutil.which("promtool") or shutil.which(UNPACKED)
 JSON = {"Content-Type": "application/json"}
+
+
+class Refusing(socketserver.StreamRequestHandler):
+    """Answers a call with the error that its parameters name."""
+
+    def handle(self):
+        message = b""
+        while not message.endswith(b"\0"):
+            data = self.request.recv(65536)
+            if not data:
+                return
+            message += data
+        name = json.loads(message[:-1]).get("parameters", {}).get("name", LENS + "Internal")
+        self.request.sendall(json.dumps({"error": name, "parameters": {"message": "no"}}).encode() + b"\0")
+
+
+class StatusTest(unittest.TestCase):
+    """Every error of the interface, and those of Varlink itself, has its status."""
+    STATUSES = {400: "InvalidRequest OutOfRange BadData InvalidParameter ExpectedMore", 403: "NotPermitted",
+                404: "LensNotFound PresetNotFound MethodNotFound InterfaceNotFound",
+                409: "Busy Leased Superseded Cancelled NotHomed", 501: "Unsupported MethodNotImplemented",
+                502: "Disconnected DeviceError ProtocolError", 503: "Overrun", 504: "Timeout"}
+
+    def test_every_error(self):
+        with open(os.path.join(HERE, "..", "..", "proto", "io.lensd.Lens.varlink"), encoding="utf-8") as file:
+            names = [LENS + name for name in re.findall(r"^error (\w+)", file.read(), re.MULTILINE)]
+        names += ["org.varlink.service." + name for name in ("InterfaceNotFound", "MethodNotFound", "MethodNotImplemented",
+                                                             "InvalidParameter", "ExpectedMore", "PermissionDenied")]
+        names += [LENS + "OfANewerLensd", "a.b.C"]
+        self.assertGreater(len(names), 25)
+        right = {name: status for status, words in self.STATUSES.items() for name in words.split()}
+        with tempfile.TemporaryDirectory(prefix="lensd-status-") as folder, \
+                socketserver.ThreadingUnixStreamServer(os.path.join(folder, "false"), Refusing) as server:
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+            web = Web(server.server_address)
+            try:
+                for name in names:
+                    status, told = web.call("Status", {"name": name})
+                    self.assertEqual((status, told["error"]), (right.get(name.rsplit(".", 1)[1], 500), name))
+            finally:
+                self.assertEqual(web.stop(), 0)
+                server.shutdown()
 
 
 class CallTest(WebTest):
@@ -203,6 +248,17 @@ class TokenTest(WebTest):
                                    ("io.lensd.Simulator.Inject", {"lens": "a", "kind": "stall"}), ("Home", {"lens": "a"})):
             self.assertEqual(self.call(VIEW_TOKEN, method, parameters), 403, method)
         self.assertEqual(self.call(MOVE_TOKEN, "Move", move), 200)
+
+    def test_who_looks_on_may_call_what_only_tells(self):
+        """Every method: those of lenses that read and do nothing else, and Stop."""
+        with open(os.path.join(HERE, "..", "..", "proto", "io.lensd.Lens.varlink"), encoding="utf-8") as file:
+            methods = re.findall(r"^method (\w+)", file.read(), re.MULTILINE)
+        self.assertGreater(len(methods), 40)
+        reads = re.compile("Get.*|List.*|.*List|.*Get|Status|Metrics|Monitor|Devices|Snapshot|View|Stop|Plan")
+        for method in methods:
+            # No such parameter: who may call is told from who may not, and nothing is done.
+            told = self.web.call(method, {"nonsense": 1}, Authorization=f"Bearer {VIEW_TOKEN}")
+            self.assertEqual(told[0], 400 if reads.fullmatch(method) else 403, (method, told))
 
     def test_a_page_gets_a_cookie_for_its_token(self):
         def session(token):
