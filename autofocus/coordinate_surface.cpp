@@ -217,7 +217,7 @@ Result<CoordinateSurface> FitCoordinateSurface(std::vector<SurfaceSample>& sampl
   }
   if (!judged) {
     return Fail(Code::OutOfRange,
-                "the samples lie in too few places to tell the slope along every coordinate: add one "
+                "the samples lie in too few places to show the slope along every coordinate: add one "
                 "that is off their line");
   }
   for (auto& sample : samples) sample.off = sample.focus - FocusOn(judged->surface, sample.at).focus;

@@ -99,9 +99,9 @@ Result<Advice> MapSearch::Next(const Place& place, const drivers::Frame& frame) 
   auto looks = LookAt(place, frame);
   if (!looks) return PassOn(looks);
   if (Repeats(place.position, frame)) {
-    return Refuse(
-        {Cause::SameFrame,
-         "the same frame was sent twice, though the lens had moved between: is the camera still taking pictures?"});
+    return Refuse({Cause::SameFrame,
+                   "the same frame was sent twice, although the lens had moved in between: is the camera still taking "
+                   "pictures?"});
   }
   if (frames_++ == 0) {
     // It was reached from an unknown side: no point of any curve.
@@ -241,7 +241,7 @@ Advice MapSearch::Check(const std::vector<Look>& looks) const {
   if (*middle < kAsPromised) {
     return Refuse({Cause::Unclear,
                    "the frame at the best common focus is less sharp than the search promised: the "
-                   "scene or its light has changed, or the lens did not stand where it says"});
+                   "scene or its light has changed, or the lens did not stand where it reports"});
   }
   Verdict verdict;
   verdict.focused = true;

@@ -152,7 +152,7 @@ NoSurface TooFew(const std::vector<MapCell>& cells, std::size_t found) {
   const auto example =
       std::ranges::find_if(cells, [&](const MapCell& cell) { return !cell.position && cell.cause == cause; });
   return {cause, "only " + std::to_string(found) + " of " + std::to_string(cells.size()) +
-                     " regions could be focused, and a plane takes 4" +
+                     " regions could be focused, and a plane needs 4" +
                      (example == cells.end() ? "" : "; most often: " + example->reason)};
 }
 
@@ -175,7 +175,7 @@ std::expected<FocusSurface, NoSurface> FitSurface(std::vector<MapCell>& cells, d
   if (all.size() < kLeastFlat) return std::unexpected(TooFew(cells, all.size()));
   const auto in_line = [] {
     return std::unexpected(NoSurface{
-        Cause::NoTexture, "the regions that could be focused lie in one line: a tilt across it cannot be told"});
+        Cause::NoTexture, "the regions that could be focused lie in one line: a tilt across it is not known"});
   };
   std::size_t count = all.size() >= kLeastCurved && Determined(all, kTerms, 3) ? kTerms : kPlaneTerms;
   const auto robust = LeastMedian(all, count);
@@ -215,7 +215,7 @@ std::expected<FocusSurface, NoSurface> FitSurface(std::vector<MapCell>& cells, d
     const std::string far =
         left_out > 0 ? ": " + std::to_string(left_out) + " of " + std::to_string(all.size()) + " are far from it" : "";
     return std::unexpected(NoSurface{Cause::SeveralDepths, "the regions in focus lie on no one surface" + far +
-                                                               "; a map takes one flat target that fills the frame"});
+                                                               "; a map needs one flat target that fills the frame"});
   }
   FocusSurface surface;
   surface.terms = fitted->fit.terms;

@@ -249,7 +249,7 @@ Advice Session::Follow(const Look& look) {
     if (!verdict->focused && repeated_) {
       verdict->cause = Cause::SameFrame;
       verdict->reason =
-          "the same frame was sent twice, though the lens had moved between: is the camera still "
+          "the same frame was sent twice, although the lens had moved in between: is the camera still "
           "taking pictures? " +
           verdict->reason;
     }
@@ -260,9 +260,8 @@ Advice Session::Follow(const Look& look) {
 /// Why the method before gave up, in the reason.
 void Session::TellEarlier(Verdict& verdict) const {
   if (verdict.focused && stays_->known()) {
-    verdict.reason += "; what stays in place whatever the focus (dirt, hot pixels; " +
-                      std::to_string(std::lround(100.0 * stays_->share())) +
-                      " % of what the duller frames show) is left out";
+    verdict.reason += "; a fixed pattern (dirt, hot pixels; " + std::to_string(std::lround(100.0 * stays_->share())) +
+                      " % of what the less sharp frames show) was removed";
   }
   if (earlier_) verdict.reason += "; before that, " + std::string(names_[running_ - 1]) + ": " + earlier_->reason;
 }

@@ -38,7 +38,7 @@ Advice Session::Prove(double stands) {
   // A frame beside it that is sharper takes its place.
   if (const auto better = SharperBeside()) {
     if (++proof_->moves_on > kMostMovesOn)
-      return Refuse({Cause::Unclear, "frames beside the answer are sharper wherever it is sought"});
+      return Refuse({Cause::Unclear, "wherever an answer was tried, frames beside it are sharper"});
     verdict.sigma = std::max(verdict.sigma, 0.5 * std::abs(*better - answer));
     verdict.position = *better;
     verdict.subject.reset();
@@ -135,13 +135,13 @@ Verdict Session::Check() const {
     if (seen == SideSeen::LessSharp) continue;
     if (room < 2.0 * least) return refuse(AtTheEndOf(setup_));
     return refuse({Cause::Unclear, seen == SideSeen::Sharper
-                                       ? "a frame beside the answer is sharper than it"
-                                       : "frames beside the answer are as sharp as it: no top was seen"});
+                                       ? "a frame beside the answer is sharper than the answer"
+                                       : "frames beside the answer are as sharp as the answer: no top was seen"});
   }
   if (MayRepeat(last)) {
     return refuse({Cause::Ambiguous,
-                   "contrast comes again farther away, as it does where a picture repeats: the sharpest place seen may "
-                   "be one of these, and focus lie beyond the range"});
+                   "contrast rises again farther away, as with a periodic texture: the sharpest position may be a side "
+                   "lobe, and the focus may lie beyond the range"});
   }
   return verdict;
 }

@@ -136,7 +136,7 @@ void AddPlotOptions(CLI::App& command, PlotText& text, const std::string& what, 
       command.add_option("--plot", text.file, "draw " + what + ", as F.svg or F.png")->type_name("FILE");
   CLI::Option* theme = command
                            .add_option("--plot-theme", text.theme,
-                                       "light or dark; without it an SVG is as its viewer prefers, and a PNG light")
+                                       "light or dark; when left out, an SVG follows its viewer and a PNG is light")
                            ->type_name("THEME")
                            ->needs(plot);
   if (group.empty()) return;
@@ -146,10 +146,10 @@ void AddPlotOptions(CLI::App& command, PlotText& text, const std::string& what, 
 
 void AddRaysOption(CLI::App& command, PlotText& rays, const std::string& group) {
   rays.option = "--rays";
-  CLI::Option* option =
-      command
-          .add_option("--rays", rays.file, "draw the light's way through the opening to the sensor, as F.svg or F.png")
-          ->type_name("FILE");
+  CLI::Option* option = command
+                            .add_option("--rays", rays.file,
+                                        "draw the path of the light through the lens to the sensor, as F.svg or F.png")
+                            ->type_name("FILE");
   command.get_option("--plot-theme")->remove_needs(command.get_option("--plot"));
   if (!group.empty()) option->group(group);
 }

@@ -146,8 +146,8 @@ void AddHelp(CLI::App& root, Run& run) {
     bool roff = false;
   };
   auto wanted = std::make_shared<Wanted>();
-  auto* command = root.add_subcommand("help", "this text, or all about one command")->group(kPlumbing);
-  command->add_option("words", wanted->words, "[COMMAND]: a command, and of lease and preset one of theirs")
+  auto* command = root.add_subcommand("help", "this text, or the help of one command")->group(kPlumbing);
+  command->add_option("words", wanted->words, "[COMMAND]: a command, or a subcommand of it, as in `preset save`")
       ->expected(0, 2)
       ->type_name("");
   command->add_flag("--roff", wanted->roff, "all commands as a manual page: lensctl help --roff > lensctl.1");

@@ -38,7 +38,7 @@ void AddGlobals(CLI::App& root, GlobalText& text) {
   root.add_option("--socket", text.socket, "the daemon's socket (default $LENSD_SOCKET, else /run/lensd/io.lensd.Lens)")
       ->type_name("PATH")
       ->group("Global");
-  root.add_option("--rig", text.rig, "the daemon of this name, where several run (lensd@NAME.service)")
+  root.add_option("--rig", text.rig, "the daemon of this name, if several run (lensd@NAME.service)")
       ->type_name("NAME")
       ->group("Global");
   root.add_option("--timeout", text.timeout, "longest wait for an answer of the daemon, such as 500ms or 30s")

@@ -115,7 +115,7 @@ std::vector<std::string> ReadCommand(SettingsReader& read, std::string_view key)
   const Settings::Array* array = given->AsArray();
   const bool texts = array == nullptr ? add(*given) : std::ranges::all_of(*array, add);
   if (!texts || words.empty() || words.front().empty()) {
-    read.Reject(key, "must be the path of a program, or an array of that and its arguments; no shell is between");
+    read.Reject(key, "must be the path of a program, or an array of this path and its arguments; no shell is used");
     return {};
   }
   words.front() = (std::filesystem::path(given->where().file).parent_path() / words.front()).string();
@@ -246,7 +246,7 @@ void AddFile(const std::string& path, Config& config, ConfigFaults& faults) {
   for (const Error& fault : file.faults) {
     const bool last = &fault == &file.faults.back();
     faults.Keep({fault.code, fault.message + (last && !file.whole && fault.code == Code::BadData
-                                                  ? "; what comes after it was not looked at"
+                                                  ? "; the rest of the file was not checked"
                                                   : "")},
                 {path, 0});
     if (auto* problems = SettingsProblems::Current()) faults.no_toml.push_back(problems->all().back().where);

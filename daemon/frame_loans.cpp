@@ -68,9 +68,10 @@ Result<Descriptor> FrameLoans::Lend(std::uint64_t borrower, std::span<const std:
   if (!ours) return NoMemory(path.c_str());
   memory = Descriptor();  // it could write: with it open no lease is ever granted
   if (!GivenBack(ours.get())) {
-    return Fail(Code::Unsupported,
-                std::string("frames cannot be lent: this kernel does not tell when they are given back (") +
-                    std::strerror(errno) + "); ask for them without fd");
+    return Fail(
+        Code::Unsupported,
+        std::string("frames cannot be passed as files: this kernel does not report when they are given back (") +
+            std::strerror(errno) + "); ask for them without fd");
   }
   (void)fcntl(ours.get(), F_SETLEASE, F_UNLCK);
   const std::string again = "/proc/self/fd/" + std::to_string(ours.get());

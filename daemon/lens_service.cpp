@@ -105,7 +105,7 @@ Result<LensService::Replaced> LensService::Replace(const std::vector<LensConfig>
     const bool gone = next == lenses_.end();
     if (gone) replaced.removed.push_back(lens->name());
     lens->End(gone ? "lens \"" + lens->name() + "\" was taken out of the configuration"
-                   : "lens \"" + lens->name() + "\" is configured anew");
+                   : "lens \"" + lens->name() + "\" has a new configuration");
     if (gone) lens->users().lease.Drop(LensLease::End::Reopened);
     TellListed(*lens, gone ? "removed" : "reopened", lens->WhyAbsent()->message);
     watchers_.Replace(*lens, gone ? nullptr : next->get());

@@ -76,7 +76,7 @@ void LensSlope::Found(const rig::AutofocusOutcome& outcome) {
   LearnedSlope learned = *learned_->Get();
   if (learned.Add(std::move(run), *optics) == autofocus::SlopeLearner::Learned::AnotherLens) {
     Log(Severity::Warning, Event::SlopeForgotten,
-        "blur grows otherwise than earlier autofocus runs showed, as with another lens: what was learned of it is "
+        "blur grows differently than in earlier autofocus runs, as with another lens: what was learned of the lens is "
         "forgotten",
         {.lens = lens_.name(), .axis = "focus"});
   }
@@ -114,10 +114,10 @@ Json LensSlope::StateJson(const std::optional<rig::SlopeConditions>& now, const 
   if (optics == nullptr) {
     json["reason"] = "the optics are not known";
   } else if (!now) {
-    json["reason"] = "an axis has no reference, so that what holds where it stands is not known: home it";
+    json["reason"] = "an axis has no reference, so that it is not known which results apply: home it";
   } else if (!known) {
     json["reason"] = "it takes " + std::to_string(autofocus::SlopeLearner::kFewest) +
-                     " runs as the lens stands now, and there are " + std::to_string(count);
+                     " runs in the present state of the lens, and there are " + std::to_string(count);
   }
   if (unreadable_) json["reason"] = unreadable_->message;
   return json;

@@ -191,7 +191,7 @@ Result<void> WatchSignals(EventLoop& loop, LensService& service) {
   static constexpr Duration kDiskAtMost = std::chrono::seconds(13);  // static: the handler outlives this call
   auto watched = loop.OnSignals({SIGTERM, SIGINT}, [&, stopping = false](int) mutable {
     if (std::exchange(stopping, true)) {
-      Log(Severity::Info, Event::Stopping, "told to end again: what still parks stops where it is");
+      Log(Severity::Info, Event::Stopping, "second request to end: axes that are still parking stop where they are");
       service.End(ServedLens::Parks::No);
       return;
     }

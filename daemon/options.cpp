@@ -51,19 +51,20 @@ std::variant<Options, int> ParseOptions(int argc, char** argv) {
       ->envname("LENSD_SOCKET")
       ->capture_default_str();
   app.add_option("--state", options.state,
-                 "folder for remembered positions; without it, and without $STATE_DIRECTORY from systemd, they are\n"
-                 "forgotten at the end")
+                 "folder for saved positions, calibrations and presets; without it, and without $STATE_DIRECTORY from "
+                 "systemd,\n"
+                 "they are lost when lensd ends")
       ->type_name("DIR");
   app.add_flag("--check-config", options.check_config,
-               "read the configuration and what it names, print every mistake in it, then\n"
-               "exit");
-  app.add_flag("--devices", options.devices, "print what is plugged in as the reply of Devices, then exit");
+               "check the configuration and the files it names, print every mistake, then exit");
+  app.add_flag("--devices", options.devices, "print what is plugged in, as the reply of the method Devices, then exit");
   app.add_flag("--stop-motors", options.stop_motors,
-               "stop every motor of the configured lenses, then exit: for after a lensd that was killed. Does nothing\n"
-               "where systemd says in $SERVICE_RESULT that it ended well");
+               "stop every motor of the configured lenses, then exit. Run it after lensd was killed. It does nothing "
+               "if systemd\n"
+               "reports in $SERVICE_RESULT that lensd ended normally");
   app.add_flag("--print-unit-drop-in", options.unit_drop_in,
-               "print a drop-in for lensd.service that allows it those devices only that the configured drivers open,\n"
-               "then exit");
+               "print a drop-in for lensd.service that allows only the devices that the configured drivers open, then\n"
+               "exit");
   app.footer(
       "Exit status: 0 after SIGTERM or SIGINT, else as in sysexits.h: 64 usage, 69 another lensd answers at the\n"
       "socket, 74 input or output, 78 configuration.");

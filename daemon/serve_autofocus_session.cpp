@@ -39,7 +39,7 @@ Result<double> PixelOf(const Json& parameters) {
 }
 
 Error TooLarge() {
-  return Fail(Code::OutOfRange, "a frame may have 8 MiB: send the region alone",
+  return Fail(Code::OutOfRange, "a frame may have 8 MiB: send only the region",
               {.parameter = "data", .maximum = static_cast<double>(kMostBytes), .unit = "bytes"})
       .error();
 }
@@ -85,7 +85,7 @@ Result<drivers::Frame> FrameOf(const Json& parameters, std::span<const std::uint
   std::size_t stride = row;
   if (const Json* given = Given(parameters, "strideBytes")) {
     if (given->get<std::int64_t>() < static_cast<std::int64_t>(row)) {
-      return PassOn(Wrong("strideBytes is less than a row of pixels takes",
+      return PassOn(Wrong("strideBytes is less than a row of pixels needs",
                           {.parameter = "strideBytes", .minimum = static_cast<double>(row), .unit = "bytes"}));
     }
     stride = static_cast<std::size_t>(given->get<std::int64_t>());
@@ -254,7 +254,7 @@ void FrameSessions::Pixels(const ExchangePointer& exchange) {
   if (offset == 0) session->pixels.clear();
   if (offset != static_cast<std::int64_t>(session->pixels.size())) {
     return Refuse(exchange, *session->lens,
-                  Wrong("the next piece begins at offset " + std::to_string(session->pixels.size()) + ", or anew at 0",
+                  Wrong("the next piece begins at offset " + std::to_string(session->pixels.size()) + ", or again at 0",
                         {.parameter = "offset"}));
   }
   if (session->pixels.size() + bytes->size() > kMostBytes) {

@@ -128,7 +128,8 @@ bool ServedLens::TryToOpen(const std::shared_ptr<Tenure>& tenure) {
   Result<std::vector<rig::Preset>> presets;
   if (rig) {
     auto kept = LoadPresets(PresetsFile(config_, surroundings_.state));
-    const std::string warning = kept ? kept->warning : kept.error().message + ": no presets until that is mended";
+    const std::string warning =
+        kept ? kept->warning : kept.error().message + ": no presets until the file is corrected";
     if (!warning.empty()) rig->notes.warnings.push_back(warning);
     presets = kept ? Result<std::vector<rig::Preset>>(std::move(kept->content)) : PassOn(kept);
   }

@@ -20,8 +20,8 @@ using KeptCalibration = Kept<std::shared_ptr<const rig::Calibration>>;
 
 std::string SaidUncalibrated(const Error& error) {
   return error.message +
-         "; the lens is uncalibrated until the file is mended (then: lensctl reload) or lensctl calibrate "
-         "writes another";
+         "; the lens is uncalibrated until the file is corrected (then: lensctl reload) or lensctl calibrate writes "
+         "another";
 }
 
 /// A file that is of no use leaves the lens without a calibration, and is told of.
@@ -92,7 +92,7 @@ void ServedLens::LoadLearned(Made& made) const {
   const auto take = [&]<class Content>(Result<daemon::Kept<Content>> kept, Result<Content>& learned) {
     const std::string warning =
         kept ? kept->warning
-             : kept.error().message + ": nothing more is kept of it until that is mended and lensd restarted";
+             : kept.error().message + ": nothing more is saved there until this is corrected and lensd is restarted";
     if (!warning.empty()) made.notes.warnings.push_back(warning);
     learned = kept ? Result<Content>(std::move(kept->content)) : PassOn(kept);
   };
@@ -122,7 +122,7 @@ std::optional<drivers::Direction> ServedLens::SeenOf(const std::string& serial,
   if (const auto seen = users_->direction.Get(serial)) return *seen;
   auto kept = LoadSeenDirection(DirectionFile(config_, surroundings_.state, serial));
   const std::string warning =
-      kept ? kept->warning : kept.error().message + ": what setup saw of the direction of focus is not known";
+      kept ? kept->warning : kept.error().message + ": the direction of focus that setup measured is not known";
   if (!warning.empty()) warnings.push_back(warning);
   return kept ? kept->content : std::nullopt;
 }
@@ -183,7 +183,7 @@ void ServedLens::KeepCalibration(std::uint64_t number, std::shared_ptr<const rig
     }
     if (!kept) {
       const Code code = kept.error().code == Code::Busy ? Code::Busy : Code::NotKept;
-      kept = Fail(code, "in force, but not kept: " + kept.error().message + "; lensd goes on trying");
+      kept = Fail(code, "in use, but not saved: " + kept.error().message + "; lensd keeps trying");
     }
     NoteCalibration(number, next, kept);
     then(kept);

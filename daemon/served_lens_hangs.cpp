@@ -42,8 +42,8 @@ void ServedLens::GiveUp(Duration after, std::string_view what) {
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(after).count();
   const std::string problem =
       "its device has not answered for " + std::to_string(seconds) + " s " + std::string(what) +
-      (opening_.left_moving ? ": a motor that was moving may go on" : "") +
-      (may_try ? "; lensd opens it anew beside that"
+      (opening_.left_moving ? ": a motor that was moving may continue" : "") +
+      (may_try ? "; lensd opens it again beside this call"
                : "; " + std::to_string(kMostStuck) + " such calls hang: lensd waits until one comes back");
   Log(Severity::Error, Event::LensFailed, problem, name());
   if (opening_.life >= Life::Ending) {
@@ -64,8 +64,8 @@ void ServedLens::GiveUpStops() {
   users_->waiters.GiveUpOverdue(
       hangs ? now + kStopAtMost : now,
       {Code::Timeout, "lens \"" + name() +
-                          "\" has the stop and has not come back from a call to its device yet: a "
-                          "motor that is moving may go on until it does"});
+                          "\" has received the stop, but a call to its device has not returned yet: a motor that is "
+                          "moving may continue until it returns"});
 }
 
 /// Threads that have come back after all.
@@ -73,7 +73,7 @@ void ServedLens::ForgetStuck() {
   const auto back = std::erase_if(
       opening_.stuck, [](const Stuck& one) { return one.worker ? !one.worker->busy_since() : one.retry->ended(); });
   if (back == 0) return;
-  Log(Severity::Info, Event::LensReady, "a call that hung has come back; what it says counts no more", name());
+  Log(Severity::Info, Event::LensReady, "a call that hung has returned; its answer is ignored", name());
 }
 
 }  // namespace lensd::daemon

@@ -16,7 +16,7 @@ std::string WhyNotParked(const rig::Status& status, drivers::Axis axis) {
   if (!status.connected) return "the lens does not answer";
   if (!now) return "this lens has no such axis";
   if (!now->fault.empty()) return "it has a fault: " + now->fault;
-  if (!now->homed) return "where it stands is not known: it was not homed";
+  if (!now->homed) return "its position is not known: it was not homed";
   return "";
 }
 

@@ -107,9 +107,9 @@ void ServedLens::TellLeftOut() const {
 /// The disk does not take what is true, or does again.
 void ServedLens::TellKept(std::string_view what, const std::optional<rig::Unkept>& unkept) const {
   if (!unkept)
-    return Log(Severity::Info, Event::StateNotKept, std::string(what) + " on disk: as they are again", name());
+    return Log(Severity::Info, Event::StateNotKept, std::string(what) + " on disk: up to date again", name());
   Log(Severity::Warning, Event::StateNotKept,
-      std::string(what) + " on disk: older than the truth, and lensd goes on trying: " + unkept->reason, name());
+      std::string(what) + " on disk: out of date, lensd keeps trying to write: " + unkept->reason, name());
 }
 
 void ServedLens::TellCalibration(const Result<void>& kept) const {

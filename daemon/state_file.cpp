@@ -16,7 +16,7 @@ void KeepStateFile(const ServedLens& lens, std::string file, std::string text, s
   auto ended = [name = lens.name(), what = std::move(what), then = std::move(then)](const Result<void>& kept,
                                                                                     const FileMark&) {
     if (!kept) Log(Severity::Warning, Event::StateNotKept, what + ": " + kept.error().message, name);
-    then(kept ? kept : Fail(Code::NotKept, "in force, but not kept: " + kept.error().message));
+    then(kept ? kept : Fail(Code::NotKept, "in use, but not saved: " + kept.error().message));
   };
   lens.surroundings().files.Keep(kept_file, std::move(text), std::move(ended));
 }

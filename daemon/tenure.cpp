@@ -12,7 +12,8 @@ using drivers::Axis;
 /// What `call` does to the device, unless its time is over.
 template <class Call>
 auto Unless(const Tenure& tenure, Call call) -> decltype(call()) {
-  if (tenure.over()) return Fail(Code::Cancelled, "lensd has given this lens up and opened it anew");
+  if (tenure.over())
+    return Fail(Code::Cancelled, "lensd has given up this session of the lens and opened the lens again");
   return call();
 }
 

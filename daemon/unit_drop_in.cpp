@@ -39,7 +39,7 @@ std::string UnitDropIn(const Config& config, const std::string& file) {
     if (lens.camera) Add(*lens.camera, classes);
   }
   std::string text = "# By lensd --print-unit-drop-in, for the drivers of " + file +
-                     ". Print it anew when another driver is configured.\n[Service]\nDeviceAllow=\n";
+                     ". Print it again when another driver is configured.\n[Service]\nDeviceAllow=\n";
   for (const std::string_view name : classes) text += "DeviceAllow=" + std::string(name) + " rw\n";
   return text;
 }

@@ -376,7 +376,7 @@ Result<ZoomedPlanning> PlanningForZoom(const PlannedLens& lens, const rig::RigCo
   if (asked.field) {
     const auto width = asked.sensor_width ? asked.sensor_width : lens.sensor_width;
     if (!width)
-      return Fail(Code::InvalidArgument, "framing a field takes the sensor's width: give sensorWidthMm",
+      return Fail(Code::InvalidArgument, "framing a field needs the sensor's width: give sensorWidthMm",
                   {.parameter = "sensorWidthMm"});
     const auto place = Framing(zoom, config, asked, *width, within);
     if (!place) return PassOn(place);

@@ -79,7 +79,7 @@ Result<WrittenFile> WrittenFile::Create(const std::string& asked, std::string_vi
   if (unresolved && link) return FailAt(asked, "cannot be resolved", unresolved.value());
   std::string name = (target.parent_path() / ("." + target.filename().string() + ".XXXXXX")).string();
   const int descriptor = mkostemp(name.data(), O_CLOEXEC);
-  if (descriptor < 0) return FailAt(asked, "cannot make a file beside it", errno);
+  if (descriptor < 0) return FailAt(asked, "cannot create a file beside it", errno);
   Open open(descriptor);
   WrittenFile file;
   file.asked_ = asked;

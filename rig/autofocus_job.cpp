@@ -58,7 +58,8 @@ autofocus::Setup AutofocusJob::SetupFor(const AutofocusRequest& request) const {
   setup.ascending = calibrated ? axis.direction.approach_near : axis.approach_up;
   const double pixel_m = (request.outside ? request.outside->pixel_um : means_.camera->capabilities().pixel_um) * 1e-6;
   setup.pictures = !request.outside || !request.outside->scores_only;
-  setup.no_stride = request.outside ? "frames from outside cannot be told the lens' place in motion" : WhyNotInMotion();
+  setup.no_stride =
+      request.outside ? "with client frames the position of the lens in motion is not known" : WhyNotInMotion();
   if (setup.no_stride.empty()) setup.stride = scale.stride;
   setup.pixel_m = pixel_m;
   const auto f_number = means_.optics.f_number();
@@ -74,7 +75,7 @@ std::string AutofocusJob::WhyNotInMotion() const {
   const AxisSetup& setup = focus().setup();
   if (!setup.can.follows()) return "this lens does not say where it is while it moves";
   if (!setup.speed) return "the speed of this lens is not known; speed in its [lens.focus] says it";
-  if (!(means_.camera->capabilities().frame_rate_hz > 0)) return "this camera does not tell its frame rate";
+  if (!(means_.camera->capabilities().frame_rate_hz > 0)) return "this camera does not report its frame rate";
   return "";
 }
 

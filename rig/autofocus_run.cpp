@@ -36,7 +36,7 @@ Result<std::unique_ptr<autofocus::RegionSearch>> AutofocusRun::SearchOf(const Au
   }
   if (scale.optics == nullptr) {
     return Fail(Code::Unsupported,
-                "a focus map is in micrometres of extension, which this lens does not tell: it takes optics that are "
+                "a focus map is in micrometres of extension, which is not known of this lens: it needs optics that are "
                 "stated in the configuration or calibrated, and no liquid lens");
   }
   return autofocus::MakeMapSearch(setup, *request.map);
@@ -252,7 +252,7 @@ void AutofocusRun::GoBack(Result<AutofocusOutcome> answer) {
     auto last = *std::move(going_back_with_);
     const bool back = moved && moved->reached;
     const std::string trouble =
-        back ? "" : "; the lens could not be brought back: " + (moved ? moved->reason : moved.error().message);
+        back ? "" : "; the lens could not be moved back: " + (moved ? moved->reason : moved.error().message);
     if (!last) return End(Fail(last.error().code, last.error().message + trouble));
     if (moved) stands_ = moved->position;
     AutofocusOutcome refusal = Refusal(last->cause, {});
@@ -290,7 +290,7 @@ Result<bool> AutofocusRun::Watch(const Observation& seen) {
 }
 
 AutofocusOutcome AutofocusRun::Missed(const MoveOutcome& moved) const {
-  return Refusal(autofocus::Cause::Missed, "the lens did not get where it was sent: " + moved.reason);
+  return Refusal(autofocus::Cause::Missed, "the lens did not reach its target: " + moved.reason);
 }
 
 AutofocusOutcome AutofocusRun::Refusal(autofocus::Cause cause, std::string reason) const {

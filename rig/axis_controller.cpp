@@ -52,7 +52,7 @@ AxisStatus AxisController::Describe(bool problem) const {
 // ---- targets ------------------------------------------------------------------------------------------------------
 
 Result<Native> AxisController::Ahead(double by) const {
-  if (!target_ && !state_) return Fail(Code::Disconnected, "the lens has not told where it stands");
+  if (!target_ && !state_) return Fail(Code::Disconnected, "the lens has not reported its position");
   return (target_ ? *target_ : state_->position) + Native{by};
 }
 
@@ -122,7 +122,7 @@ Result<void> AxisController::Say(Native position) {
   said.Say(place, device);
   if (auto saved = remembered_.Save(setup_.axis, said.Remember(place)); !saved) {
     if (saved.error().code == Code::Cancelled) return saved;
-    return Fail(Code::NotKept, "nothing has changed, because it could not be remembered: " + saved.error().message);
+    return Fail(Code::NotKept, "nothing has changed, because the change could not be saved: " + saved.error().message);
   }
   track_.Say(place, device);
   AdoptLimits(device);

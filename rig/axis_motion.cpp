@@ -24,10 +24,10 @@ std::string LostText(const AxisSetup& setup, const std::string& why) {
 }  // namespace
 
 std::string HaltText(const Result<void>& halted) {
-  if (halted) return "; the motor was told to stop";
+  if (halted) return "; the motor was commanded to stop";
   if (halted.error().code == Code::Unsupported) return "; the motor cannot be stopped midway";
-  return "; the motor is not stopped yet: it will be told to as soon as the lens answers (" + halted.error().message +
-         ")";
+  return "; the motor is not stopped yet: the stop will be sent as soon as the lens answers (" +
+         halted.error().message + ")";
 }
 
 std::optional<Result<MoveOutcome>> AxisMotion::Step(Motor& motor, const drivers::AxisState& state, Instant sampled_at,

@@ -154,8 +154,7 @@ void BacklashRun::Next() {
               [self = shared_from_this()](Result<MoveOutcome> moved) {
                 if (!moved) return self->done_(PassOn(moved));
                 if (!moved->reached)
-                  return self->Refuse(BacklashCause::Missed,
-                                      "the lens did not get where it was sent: " + moved->reason);
+                  return self->Refuse(BacklashCause::Missed, "the lens did not reach its target: " + moved->reason);
                 if (std::exchange(self->sweep_.running_up, false)) return self->Next();
                 self->TakeFrame();
               });

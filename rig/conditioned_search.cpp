@@ -64,7 +64,7 @@ Result<void> ConditionedSearch::Check(const Rig::Impl& rig, const AutofocusReque
   const auto now = camera->ReadExposure();
   if (!now) return PassOn(now);
   if ((exposure.exposure && !now->exposure) || (exposure.gain && !now->gain)) {
-    return Fail(Code::Unsupported, "this camera does not tell how it exposes, so that could not be brought back",
+    return Fail(Code::Unsupported, "this camera does not report its exposure, so it could not be restored",
                 {.parameter = parameter});
   }
   return {};
@@ -279,9 +279,8 @@ void ConditionedSearch::OnShifted(const ShiftSize& shift, const Result<MoveOutco
   if (!moved || !moved->reached) {
     outcome.focused = false;
     outcome.cause = autofocus::Cause::NotRestored;
-    outcome.reason =
-        "focus was found under the search's conditions, and could not go on by the shift to those of work: " +
-        (moved ? moved->reason : moved.error().message);
+    outcome.reason = "focus was found under the conditions of the search, but the move by the focus shift failed: " +
+                     (moved ? moved->reason : moved.error().message);
     if (moved) outcome.position = moved->position;
     return Finish();
   }

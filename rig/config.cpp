@@ -49,7 +49,7 @@ void ReadShaper(SettingsReader& read, AxisConfig& config) {
   config.ring_hz = read.Number("ring_hz", 0.0, {0.0, 1e5});
   config.ring_damping = read.Number("ring_damping", 0.0, {0.0, 0.99});
   if (config.shaper != Shaper::None && config.ring_hz <= 0.0) {
-    read.Reject("ring_hz", "must be given, above 0, where there is a shaper");
+    read.Reject("ring_hz", "must be given, above 0, if there is a shaper");
   }
 }
 

@@ -94,7 +94,7 @@ void MoveIrisKeepingBrightness(Rig& rig, const Target& target, double pupil_fact
     const Duration before = seen->frame.exposure_end - seen->frame.exposure_start;
     const OpticsTable& optics = *rig.optics();
     if (!seen->f_number || before <= Duration::zero()) {
-      return done(Fail(Code::Unsupported, "brightness cannot be kept: the camera does not tell its exposure"));
+      return done(Fail(Code::Unsupported, "brightness cannot be kept: the camera does not report its exposure"));
     }
     const Metres extension = seen->extension.value_or(Metres{optics.nominal().min_extension_m});
     const FNumber working = Working(optics, *seen->f_number, extension, pupil_factor);

@@ -51,7 +51,7 @@ Result<void> RefuseOther(const Rig& rig, const FocusAtSamples& known, const Focu
     const std::string why = WhyOther(rig, known.samples[i].under, now);
     if (why.empty()) continue;
     return Fail(Code::Unsupported, "sample " + std::to_string(i + 1) + " of the focus surface was found " + why +
-                                       ": go back there, or forget the surface and learn it anew");
+                                       ": go back there, or forget the surface and learn it again");
   }
   return {};
 }
@@ -106,7 +106,7 @@ bool MeasuredAgain(const FocusAtFit& fit, const autofocus::SurfaceSample& outlie
 std::string RemarkOn(const FocusAtFit& fit) {
   std::string remark;
   if (!fit.surface->curvature_seen) {
-    remark = "so few places do not tell curvature in every direction: sigma allows for what they hint at, no more";
+    remark = "too few places to show curvature in every direction: sigma includes only the curvature that they suggest";
   }
   for (std::size_t i = 0; i < fit.samples.size(); ++i) {
     if (!fit.samples[i].outlier || !MeasuredAgain(fit, fit.samples[i])) continue;
@@ -197,7 +197,7 @@ Result<void> AddFocusAt(FocusAtSamples& known, const std::vector<FocusAtCoordina
   if (known.samples.empty()) known.coordinates = coordinates;
   if (known.coordinates != coordinates) {
     return Fail(Code::InvalidArgument,
-                OtherCoordinates(known.coordinates, coordinates) + ": forget it first, or say the same",
+                OtherCoordinates(known.coordinates, coordinates) + ": forget it first, or use these coordinates",
                 {.parameter = "at"});
   }
   if (known.samples.size() >= FocusAtSamples::kMost) {

@@ -193,7 +193,7 @@ Result<FocusDrift> FitFocusDrift(std::vector<DriftSample>& samples) {
   NameOutliers(samples);
   const DriftFit fit = SolveDrift(KeptDrift(samples));
   if (fit.spare < kFewestSpare) {
-    return Fail(Code::OutOfRange, "how focus goes with the temperature is not learned yet: it takes " +
+    return Fail(Code::OutOfRange, "how focus changes with the temperature is not learned yet: it needs " +
                                       std::to_string(kFewestSpare - fit.spare) +
                                       " more autofocus results of a subject that was focused before");
   }

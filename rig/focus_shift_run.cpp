@@ -109,16 +109,16 @@ std::optional<Error> WhyNoPair(const Rig& rig, const ShiftRequest& request) {
     return Fail(Code::InvalidArgument, why, {.parameter = parameter}).error();
   };
   if (request.conditions.f_number.has_value() == request.conditions.filter.has_value()) {
-    return wrong("fNumber", "say exactly one of f-number and filter: what moves focus by itself is measured by itself");
+    return wrong("fNumber", "give exactly one of f-number and filter: their shifts are measured separately");
   }
   if (request.pairs < 3) return wrong("pairs", "at least three pairs of searches are needed");
   const Status status = rig.GetStatus();
   if (request.conditions.f_number && status.f_number && SameFNumber(*request.conditions.f_number, *status.f_number)) {
-    return wrong("fNumber", "the lens stands at that f-number: move its iris to the one it works at first");
+    return wrong("fNumber", "the lens is at that f-number already: first move its iris to the f-number of normal use");
   }
   const auto& wheel = status.axes[Axis::Filter];
   if (request.conditions.filter && wheel && std::abs((*request.conditions.filter - wheel->position).value) < 0.5) {
-    return wrong("filterPosition", "that filter is in place: move to the one it works with first");
+    return wrong("filterPosition", "that filter is in place already: first move to the filter of normal use");
   }
   return std::nullopt;
 }

@@ -35,7 +35,7 @@ void Rig::Impl::SetSeenDirection(std::optional<drivers::Direction> seen, StopCal
 Result<void> Rig::Impl::CheckPolicy(const AutofocusRequest& request) const {
   const bool ranks = request.regions.size() > 1 && !request.map && request.policy != autofocus::Policy::Widest;
   if (!ranks || !axes[Axis::Focus] || axes[Axis::Focus]->setup().direction.direction) return {};
-  return PassOn(DirectionUnknown("autofocus cannot tell which of several regions is nearest"));
+  return PassOn(DirectionUnknown("autofocus cannot know which of several regions is nearest"));
 }
 
 }  // namespace lensd::rig

@@ -29,7 +29,7 @@ Result<void> Rig::Impl::Say(Axis axis, Native position) {
   if (auto busy = WhyNotFocused()) return PassOn(*std::move(busy));
   if (reader.problem()) return Fail(Code::Disconnected, "the lens does not answer: " + reader.problem()->message);
   if (reader.count() == before || !axes[axis]->state()) {
-    return Fail(Code::Timeout, "the lens did not say what it counts: try again");
+    return Fail(Code::Timeout, "the lens did not report its count: try again");
   }
   return axes[axis]->Say(position);
 }

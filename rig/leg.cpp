@@ -194,7 +194,7 @@ std::optional<Trouble> Leg::WhatIsWrong(const drivers::AxisState& state, Instant
     wrong << "not there by the deadline, ";
   }
   if (Unseen(state)) {
-    wrong << "and no reading showed it on its way: where it stands is not known";
+    wrong << "and no reading showed it in motion: its position is not known";
   } else {
     wrong << ShortOf(state) << " " << drivers::NativeUnitName(setup_->can.unit) << " short of the target";
   }

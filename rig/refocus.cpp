@@ -94,9 +94,8 @@ Result<Way> WayByTemperature(const Rig& rig, const RefocusOrder& order, const St
   }
   const double unsure = 0.5 * (drift.high - drift.low).value * std::abs(warmer);
   if (unsure > order.how.move_within->value) {
-    return Fail(Code::OutOfRange, "after " + Short(std::abs(warmer), 3) +
-                                      " C what was learned is sure to no better than " + Short(kUm * unsure, 3) +
-                                      " um");
+    return Fail(Code::OutOfRange, "after " + Short(std::abs(warmer), 3) + " C what was learned is certain only to " +
+                                      Short(kUm * unsure, 3) + " um");
   }
   const OpticsTable table = Uncorrected(*optics);
   const Metres by{-drift.per_degree.value * warmer};
@@ -177,7 +176,7 @@ void Refocus(Rig& rig, RefocusOrder order, std::move_only_function<void(Result<R
                     [&rig, stood, way = *way, done = std::move(done)](Result<MoveOutcome> moved) mutable {
                       if (!moved) return done(PassOn(moved));
                       RefocusOutcome outcome{.end = moved->reached ? End::Moved : End::Failed, .reason = way.why};
-                      if (!moved->reached) outcome.reason = "focus did not get to where it belongs: " + moved->reason;
+                      if (!moved->reached) outcome.reason = "focus did not reach its position: " + moved->reason;
                       outcome.by = Moved(rig, stood, moved->position);
                       outcome.move = *std::move(moved);
                       done(std::move(outcome));
@@ -229,7 +228,7 @@ std::vector<std::string> WhatRefocusLacks(const RefocusConfig& config, const Ref
   const auto never = [&](const char* key, const char* why) {
     lacks.push_back(std::string("[lens.refocus] ") + key + " never starts anything: this lens " + why);
   };
-  if (config.temperature && !means.thermometer) never("temperature_c", "does not tell its temperature");
+  if (config.temperature && !means.thermometer) never("temperature_c", "does not report its temperature");
   if (config.filter != RefocusConfig::OnFilter::Ignore && !means.filter) never("filter", "has no filter");
   if (config.every && !means.camera) never("every_s", "has no camera to search with");
   if (config.sharpness_loss && !means.camera) never("sharpness_loss", "has no camera to see it");

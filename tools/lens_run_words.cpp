@@ -22,7 +22,7 @@ constexpr Form kForms[] = {
     {"read", 0, "read                where every axis is"},
     {"home", 1, "home AXIS           search for the axis' reference, until it rests"},
     {"move", 2, "move AXIS TARGET    go to TARGET in native units, until it rests"},
-    {"start", 2, "start AXIS TARGET   the same, without waiting"},
+    {"start", 2, "start AXIS TARGET   move without waiting"},
     {"stop", 1, "stop AXIS           end a motion where it is"},
     {"wait", 1, "wait SECONDS        let time pass"},
     {"expose", 1, "expose MS           set the exposure time"},

@@ -231,7 +231,7 @@ void AlpacaRequest::Listed(const Json& list) {
                        {"UniqueID", UniqueId(name)}});
   }
   if (method_.empty()) return Value(devices);
-  if (lens_.is_null()) return exchange_.Reply(Malformed("there is no focuser of that number"));
+  if (lens_.is_null()) return exchange_.Reply(Malformed("there is no focuser with this number"));
   Perform();
 }
 

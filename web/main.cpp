@@ -46,20 +46,20 @@ std::variant<Options, int> ParseOptions(int argc, char** argv) {
       ->envname("LENSD_SOCKET")
       ->capture_default_str();
   app.add_option("--listen", options.listen,
-                 "where to listen, unless systemd passes a socket; port 0: any that is free")
+                 "where to listen, unless systemd passes a socket; port 0 takes any free port")
       ->type_name("ADDRESS:PORT")
       ->capture_default_str();
-  app.add_option(
-         "--token-file", token_file,
-         "lines \"view TOKEN\" and \"move TOKEN\"; without it everybody on this machine may do everything, and other\n"
-         "machines cannot connect")
+  app.add_option("--token-file", token_file,
+                 "file with lines \"view TOKEN\" and \"move TOKEN\"; without it everybody on this machine may do "
+                 "everything, and\n"
+                 "other machines cannot connect")
       ->type_name("FILE");
-  app.add_option("--host", options.hosts, "another name under which browsers find it, as behind a proxy")
+  app.add_option("--host", options.hosts, "another host name that browsers use, for example behind a proxy")
       ->type_name("NAME");
   app.add_option(
          "--alpaca", options.alpaca,
-         "serve the focusers by ASCOM Alpaca too, and answer its discovery; that has no tokens: everybody who can\n"
-         "connect there can move the lenses")
+         "also serve the focusers by ASCOM Alpaca, and answer its discovery. Alpaca has no tokens: everybody who can\n"
+         "connect can move the lenses")
       ->type_name("ADDRESS:PORT");
   app.footer("Exit status: 0 after SIGTERM or SIGINT, else as in sysexits.h: 64 usage, 74 input or output, 78 tokens.");
   try {

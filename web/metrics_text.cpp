@@ -28,7 +28,7 @@ constexpr std::array kOfMetrics{
             "Frames that are shown though they have bytes too many or no end marker."},
     Counter{"refused", "lensd_calls_refused_total", "Calls that were answered with an error because of this lens."},
     Counter{"openings", "lensd_openings_total", "Times that its device was opened."},
-    Counter{"failures", "lensd_failures_total", "Times that the lens failed and was opened anew."},
+    Counter{"failures", "lensd_failures_total", "Times that the lens failed and was opened again."},
 };
 constexpr std::array kHistograms{
     Counter{"waitMs", "lensd_command_wait_seconds", "How long commands waited for their lens."},

@@ -251,7 +251,7 @@ void Service::Get(Exchange& exchange) {
   if (path == "/history") return exchange.Reply({.body = varlink::WriteJson(feed_.History()) + "\n"});
   if (path == "/snapshot.png") return Snapshot(exchange);
   if (path == "/metrics") return Metrics(exchange);
-  exchange.Reply(Refusal(404, "NotFound", "there is nothing of that name here"));
+  exchange.Reply(Refusal(404, "NotFound", "there is nothing with this name here"));
 }
 
 /// GET: what this client may do. POST {"token"}: the same, and a cookie that stands for the token from then on.

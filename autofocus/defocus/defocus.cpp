@@ -28,9 +28,10 @@ constexpr double kFewLeft = 0.5;                        // less is no judge of s
 constexpr double kClearMotion = 1.5;                    // px sideways
 constexpr double kWorthNaming = 0.1;  // of all probability: a distance that cannot be told from the others
 constexpr Why kMoved{Cause::SubjectMoved, "the subject or the camera moved between the frames"};
-constexpr Why kRestless{Cause::SubjectMoved,
-                        "the picture changes while the lens is said to stand: it still moves, or the subject does"};
-constexpr Why kOneGrating{Cause::Ambiguous, "the texture repeats: several distances leave the same contrast"};
+constexpr Why kRestless{
+    Cause::SubjectMoved,
+    "the picture changes although the lens reports that it stands: the lens or the subject still moves"};
+constexpr Why kOneGrating{Cause::Ambiguous, "the texture is periodic: several distances give equal contrast"};
 constexpr double kStandsPx = 1.0;  // px of blur between the top and the frame that counts as standing there
 constexpr double kTrustedMass = 0.9;
 constexpr double kNearPx = 9.0;    // px of blur between less sharp frames that hold a top between them
@@ -365,7 +366,7 @@ bool Defocus::Restless() const {
 
 Verdict Defocus::WhyNot(const RingStack& stack, const Posterior& posterior) const {
   if (!defocus::HasTexture(stack)) {
-    if (!Repeats(stack)) return Refuse({Cause::NoTexture, "too little texture to tell blur from shading"});
+    if (!Repeats(stack)) return Refuse({Cause::NoTexture, "too little texture to distinguish blur from shading"});
     return RefuseOpen(kOneGrating, posterior);
   }
   if (posterior.misfit() <= kMostMisfit) {

@@ -28,8 +28,8 @@ constexpr double kKnownPx = 1.0;           // how well a course that is followed
 constexpr double kCourseMisfit = 0.6;      // of the frames
 constexpr std::size_t kMostFollowed = 11;
 constexpr Why kMovesOn{Cause::SubjectMoved,
-                       "the picture changes while the lens is said to stand: it still moves, or the subject moves in "
-                       "depth, and could not be followed"};
+                       "the picture changes although the lens reports that it stands: the lens still moves, or the "
+                       "subject moves in depth and could not be followed"};
 
 double Seconds(Instant at) {
   return std::chrono::duration<double>(at.time_since_epoch()).count();
@@ -147,7 +147,7 @@ Advice Defocus::Follow(const Look& look) {
   verdict.confidence = std::erf(kHalfDepthOfFieldPx * px / (std::sqrt(2.0) * verdict.sigma));
   std::ostringstream reason;
   reason.precision(2);
-  reason << "met where it was expected: the subject moves in depth by " << std::abs(course->speed)
+  reason << "found where it was expected: the subject moves in depth by " << std::abs(course->speed)
          << " px of blur a second, so this holds for now";
   verdict.reason = reason.str();
   return verdict;

@@ -171,9 +171,9 @@ void Warn(Session& session, const merge::Alignment& alignment, const ShotStack& 
                    Short(alignment.largest_shift_px, 2) + " px, which is not made up for: hold the camera still");
   }
   if (!alignment.law && !LawsOf(stack).empty()) {
-    session.Remark(
-        "the pictures do not grow as the lens says (" + Short(alignment.misfit_px, 2) +
-        " px in the corners): laid over each other as they grow; [breathing] of its calibration tells lensd");
+    session.Remark("the pictures do not grow as the lens says (" + Short(alignment.misfit_px, 2) +
+                   " px in the corners): the pictures were aligned by their measured growth; [breathing] in the "
+                   "calibration describes it to lensd");
   }
 }
 
@@ -210,7 +210,7 @@ Json Answer(const ShotStack& stack, const merge::Alignment& alignment, const mer
 void AddMergeOptions(CLI::App& command, MergeText& text) {
   command.add_option("--depth", text.depth, "the depth of each pixel: 16-bit PNG in mm, 0 where it is not known")
       ->type_name("FILE");
-  command.add_option("--prefer", text.prefer, "near: what is sharp in two frames is taken from the nearer one")
+  command.add_option("--prefer", text.prefer, "near: a pixel that is sharp in two frames is taken from the nearer one")
       ->type_name("WHICH")
       ->check(CLI::IsMember({"near", "sharper"}));
 }

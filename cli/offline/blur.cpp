@@ -217,8 +217,8 @@ void AddBlur(CLI::App& root, Run& run) {
   AddHyperfocalOptions(*command, text->system);
   command
       ->add_option("--at", text->at,
-                   "distance or vergence of a point, or a range A..B: its ends, and what is in focus between them; "
-                   "repeat for more")
+                   "distance or vergence of a point, or a range A..B, which gives its ends and the plane in focus "
+                   "between them; may be repeated")
       ->required()
       ->allow_extra_args(false)
       ->type_name("D");

@@ -184,13 +184,13 @@ void AddSystemOptions(CLI::App& command, SystemText& text) {
   add("--extension", text.extension, "E", "sensor distance beyond the focal length, instead of --focus");
   add("--sensor-distance", text.sensor_distance, "Z", "lens centre or hole to sensor, instead of --focus");
   add("--wavelength", text.wavelength, "L", "count diffraction at this wavelength (550nm)");
-  add("--diffraction", text.diffraction, "KIND", "its convention: airy (default) or mtf50");
+  add("--diffraction", text.diffraction, "KIND", "how the diffraction blur is measured: airy (default) or mtf50");
 }
 
 void AddHyperfocalOptions(CLI::App& command, SystemText& text) {
-  command.add_option("--blur-limit", text.blur_limit, "blur that still counts as sharp: --focus hyperfocal needs it")
+  command.add_option("--blur-limit", text.blur_limit, "blur that still counts as sharp, for --focus hyperfocal")
       ->type_name("C");
-  command.add_option("--pixel", text.pixel, "size of a pixel: blur is told in pixels too")->type_name("LENGTH");
+  command.add_option("--pixel", text.pixel, "size of a pixel; blur is then given in pixels too")->type_name("LENGTH");
 }
 
 }  // namespace lensd::cli

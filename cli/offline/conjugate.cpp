@@ -84,7 +84,7 @@ void AddConjugate(CLI::App& root, Run& run) {
                    "X,Y,Z as lengths from the lens centre (Z may be inf), or X,Y,Z,W as plain numbers in metres")
       ->required()
       ->type_name("POINT");
-  AddPlotOptions(*command, text->plot, "the way of the light from the point to its image");
+  AddPlotOptions(*command, text->plot, "the path of the light from the point to its image");
   command->callback([text, &run] { run = [text](Session& session) { return RunConjugate(*text, session); }; });
 }
 

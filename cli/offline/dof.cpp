@@ -224,14 +224,16 @@ void AddDof(CLI::App& root, Run& run) {
   command->add_option("--f-number", text->f_number, "f-number, such as 2.8 or f/2.8")->required()->type_name("N");
   command
       ->add_option("--focus", text->focus,
-                   "distance or vergence in focus: 2m, 0.5D, inf; without it the hyperfocal distance alone")
+                   "distance or vergence in focus: 2m, 0.5D, inf; when left out, only the hyperfocal distance is given")
       ->type_name("D");
   command->add_option("--blur-limit", text->blur_limit, "blur diameter that still counts as sharp: 8um, or 1px")
       ->required()
       ->type_name("C");
   command->add_option("--pixel", text->pixel, "size of a pixel, for a limit in px")->type_name("LENGTH");
   command->add_option("--wavelength", text->wavelength, "count diffraction at this wavelength, 550nm")->type_name("L");
-  command->add_option("--diffraction", text->diffraction, "its convention: airy (default) or mtf50")->type_name("KIND");
+  command
+      ->add_option("--diffraction", text->diffraction, "how the diffraction blur is measured: airy (default) or mtf50")
+      ->type_name("KIND");
   AddPlotOptions(*command, text->plot, "blur over depth, the limit and what is sharp");
   command->callback([text, &run] { run = [text](Session& session) { return RunDof(*text, session); }; });
 }

@@ -58,8 +58,8 @@ void AddLight(CLI::App& root, Run& run) {
   CLI::App* command = root.add_subcommand("light", "how much light reaches the sensor")->group(kOffline);
   AddSystemOptions(*command, *text);
   command->footer(
-      "Light is on the axis and relative to an opening as wide as its distance: (A/Z)² paraxially, 4 sin² of the half\n"
-      "angle exactly. The T-stop is that of glass that lets everything through.");
+      "The light is that on the axis, relative to an opening as wide as its distance: (A/Z)² paraxially, 4 sin² of the "
+      "half angle exactly. The T-stop assumes glass without losses.");
   command->callback([text, &run] { run = [text](Session& session) { return RunLight(*text, session); }; });
 }
 

@@ -29,14 +29,15 @@ Outcome RunMerge(const MergeOptions& options, Session& session) {
 
 void AddMerge(CLI::App& root, Run& run) {
   auto options = std::make_shared<MergeOptions>();
-  CLI::App* command = root.add_subcommand("merge", "one picture that is sharp everywhere, and its depth, of a stack");
+  CLI::App* command =
+      root.add_subcommand("merge", "merge a stack into one picture that is sharp everywhere, and a depth map");
   command->group(kOffline);
-  command->add_option("FRAMES", options->frames, "a folder of PNG pictures, or the pictures")->required();
+  command->add_option("FRAMES", options->frames, "a folder of PNG pictures, or PNG files")->required();
   command->add_option("-o", options->text.picture, "the sharp picture")->type_name("FILE");
   AddMergeOptions(*command, options->text);
   command->footer(
-      "Frames of lensctl snapshot and lensctl stack say themselves how the lens stood.\n"
-      "Others are taken in the order of their names, and give no depth.");
+      "Frames of lensctl snapshot and lensctl stack contain the state of the lens. Other frames are used in the order "
+      "of their names, and give no depth.");
   command->callback([options, &run] { run = [options](Session& session) { return RunMerge(*options, session); }; });
 }
 

@@ -101,8 +101,9 @@ void AddPlan(CLI::App& root, Run& run) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
       root.add_subcommand("plan", "f-number and focus that meet blur limits, or why none do")->group(kOffline);
-  command->add_option("NAME", options->lens, "lens of the daemon; also asked when there is no --focal-length");
-  command->add_flag("--apply", options->apply, "move that lens there and report what was reached");
+  command->add_option("NAME", options->lens,
+                      "a lens of the daemon; the daemon is also asked when there is no --focal-length");
+  command->add_flag("--apply", options->apply, "move this lens to the planned setting and report what was reached");
   AddPlanOptions(*command, options->text);
   command->callback([options, &run] {
     run = [options](Session& session) {

@@ -96,7 +96,8 @@ Outcome RunProject(const ProjectText& text, Session& session) {
 void AddProject(CLI::App& root, Run& run) {
   auto text = std::make_shared<ProjectText>();
   CLI::App* command =
-      root.add_subcommand("project", "the sensor area a point lights, or the scene area a sensor point sees")
+      root.add_subcommand("project",
+                          "the sensor area that a scene point lights, or the scene area that a sensor point sees")
           ->group(kOffline);
   AddSystemOptions(*command, text->system);
   command->add_option("--point", text->point, "a scene point X,Y,Z from the lens centre (Z may be inf), or X,Y,Z,W")
@@ -104,8 +105,7 @@ void AddProject(CLI::App& root, Run& run) {
   command->add_option("--sensor-point", text->sensor_point, "a sensor point X,Y")->type_name("POINT");
   command->add_option("--at", text->at, "distance of the scene plane that the sensor point sees")->type_name("D");
   command->footer(
-      "Diffraction is left out: these are rays. A real pinhole has a size; give --model aperture to see what it "
-      "costs.");
+      "Only rays are computed, without diffraction. A real pinhole has a size; --model aperture shows its effect.");
   command->callback([text, &run] { run = [text](Session& session) { return RunProject(*text, session); }; });
 }
 

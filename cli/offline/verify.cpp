@@ -315,17 +315,20 @@ Outcome RunVerify(const VerifyText& text, Session& session) {
 
 void AddVerify(CLI::App& root, Run& run) {
   auto text = std::make_shared<VerifyText>();
-  CLI::App* command = root.add_subcommand("verify", "does a picture keep its blur limits? measured from frames");
+  CLI::App* command =
+      root.add_subcommand("verify", "measure the blur of a picture and say whether it keeps its limits");
   command->group(kOffline);
   command->add_option("PICTURE", text->files.picture, "the picture to judge: a PNG in linear light")->required();
   command
-      ->add_option(
-          "--reference", text->files.references,
-          "a frame of the same view and focus through a small aperture; give two or more, which tell the noise")
+      ->add_option("--reference", text->files.references,
+                   "a frame of this view and focus through a small aperture; give two or more, from which the noise is "
+                   "estimated")
       ->required()
       ->allow_extra_args(false)
       ->type_name("FILE");
-  command->add_option("--depth-map", text->files.depth_map, "how far each pixel is: grey 16-bit PNG in mm, 0 unknown")
+  command
+      ->add_option("--depth-map", text->files.depth_map,
+                   "the depth of each pixel: grey 16-bit PNG in mm, 0 where unknown")
       ->required()
       ->type_name("FILE");
   for (const auto& [option, limits, what] :
@@ -336,21 +339,21 @@ void AddVerify(CLI::App& root, Run& run) {
   command->add_option("--pixel", text->pixel, "size of a pixel, for limits in um")->type_name("P");
   command
       ->add_option("--reference-opening", text->reference_opening,
-                   "the picture's f-number over the references' (default: as the files say)")
+                   "f-number of the picture over that of the references (default: from the files)")
       ->type_name("N");
-  command->add_option("--slice", text->slice, "depth of the slices that are measured (default 0.1m)")->type_name("L");
+  command->add_option("--slice", text->slice, "thickness of a depth slice (default 0.1m)")->type_name("L");
   command->add_option("--largest", text->largest, "the largest blur to look for (default 14px, or beyond all limits)")
       ->type_name("BLUR");
-  AddPlotOptions(*command, text->plot, "the blur that was measured over distance, and the limits");
+  AddPlotOptions(*command, text->plot, "measured blur over distance, and the limits");
   command
       ->add_option("--predicted", text->predicted,
-                   "draw this curve too: a file of what lensctl blur --pixel P --json prints")
+                   "also draw this curve: a file that lensctl blur --pixel P --json printed")
       ->type_name("FILE")
       ->needs(command->get_option("--plot"));
   command->footer(
-      "A limit holds where no error bar (95 %) reaches more than a tenth of it beyond\n"
-      "it, and is broken where a whole bar lies beyond. Exit status 1: a limit is\n"
-      "broken, or the frames cannot tell. Of colours the green is judged.");
+      "A limit holds if no error bar (95 %) reaches more than a tenth of the limit beyond it, and is broken if a whole "
+      "bar lies beyond it. Exit status 1: a limit is broken, or the frames cannot tell. Of a colour picture the green "
+      "channel is measured.");
   command->callback([text, &run] { run = [text](Session& session) { return RunVerify(*text, session); }; });
 }
 

@@ -86,11 +86,11 @@ std::expected<Json, Failure> ParametersOf(const Session& session, const Autofocu
 std::optional<Failure> Contradiction(const AutofocusOptions& options) {
   if (options.frames_from.empty() && !options.pixel.empty()) {
     return Failure(Exit::Usage,
-                   "--pixel is of the pictures of --frames-from; the lens' own camera says its pixels itself");
+                   "--pixel describes the pictures of --frames-from; the pixel size of the lens' own camera is known");
   }
   if (options.frames_from.empty() && options.gamma) {
     return Failure(Exit::Usage,
-                   "--gamma is of the pictures of --frames-from; the lens' own camera says its gamma itself");
+                   "--gamma describes the pictures of --frames-from; the gamma of the lens' own camera is known");
   }
   if (options.track && !options.frames_from.empty()) {
     return Failure(Exit::Usage, "--track works with the lens' own camera, not with --frames-from");
@@ -101,7 +101,7 @@ std::optional<Failure> Contradiction(const AutofocusOptions& options) {
                    "--track or --frames-from");
   }
   if (options.track && (options.plot.wanted() || !options.record.empty())) {
-    return Failure(Exit::Usage, "--track goes on after its answer: --plot and --record are of one search");
+    return Failure(Exit::Usage, "--track continues after its answer, but --plot and --record are for one search");
   }
   if (auto good = CheckPlot(options.plot); !good) return good.error();
   return std::nullopt;
@@ -233,60 +233,60 @@ Outcome TrackSubject(Session& session, DaemonClient& link, Json parameters) {
 
 void AddAutofocus(CLI::App& root, Run& run) {
   auto options = std::make_shared<AutofocusOptions>();
-  auto* command = root.add_subcommand("autofocus", "focus on a region of the picture, or refuse and go back");
+  auto* command =
+      root.add_subcommand("autofocus", "focus on a region of the picture; if that fails, go back and say why");
   command->group(kOnline);
   command->add_option("NAME", options->name, "lens");
   command
       ->add_option("--roi", options->regions,
-                   "region as fractions of the frame, the camera's own or the centre when left out; several --roi are "
-                   "several regions")
+                   "region as fractions of the frame; the camera's own or the centre when left out; may be repeated "
+                   "for several regions")
       ->type_name("X,Y,W,H")
       ->expected(1)
       ->take_all();
   command->add_flag("--track", options->track,
-                    "go on: hold focus on the region until Control-C; its subject may move while it is searched for");
-  command->add_option("--policy", options->policy, "which of several regions: nearest (default), farthest or widest")
+                    "keep the region in focus until Control-C; its subject may move during the search");
+  command
+      ->add_option("--policy", options->policy,
+                   "which of several regions to focus on: nearest (default), farthest or widest")
       ->check(CLI::IsMember({"nearest", "farthest", "widest"}))
       ->type_name("NAME");
   command->add_option("--method", options->method, "method; the daemon chooses when left out")->type_name("NAME");
   command
       ->add_option("--deadline", options->deadline,
-                   "how long the search may take, such as 30s; as long as one of the whole range takes when left out")
+                   "how long the search may take, such as 30s; when left out, as long as a search of the whole range")
       ->type_name("TIME");
   command
       ->add_option("--range", options->range,
-                   "where to search: two places as `focus` takes them, such as 0.8m..2m, 0.5D..1.2D, @400..@900, or "
-                   "-50..+50 from where it stands")
+                   "where to search: two targets of `focus`, such as 0.8m..2m, 0.5D..1.2D, @400..@900, or -50..+50 "
+                   "steps from the present position")
       ->type_name("A..B");
   command
-      ->add_option(
-          "--step", options->step,
-          "how far apart the frames of the first pass are at most, such as 20steps, 8um of extension or 5px of "
-          "blur; only methods that go by steps are taken then")
+      ->add_option("--step", options->step,
+                   "largest distance between the frames of the first pass, such as 20steps, 8um of extension or 5px of "
+                   "blur; allows only methods that use steps")
       ->type_name("STEP");
   AddConditionOptions(*command, options->conditions);
   command
       ->add_option("--frames-from", options->frames_from,
-                   "use no camera of the daemon's: for each frame run this shell command, which has to save a new "
+                   "do not use the daemon's camera: for each frame run this shell command, which must save a new "
                    "picture as the PNG file $LENSD_FRAME")
       ->type_name("COMMAND");
   command
       ->add_option("--pixel", options->pixel,
-                   "with --frames-from: pitch of the pixels of those pictures; without it only search methods work")
+                   "with --frames-from: pixel pitch of the pictures; without it only search methods work")
       ->type_name("LENGTH");
   command
-      ->add_option(
-          "--gamma", options->gamma,
-          "with --frames-from: of those pictures, sample = light^(1/G); 1 (linear light) when left out, 2.2 of "
-          "most pictures made for a screen")
+      ->add_option("--gamma", options->gamma,
+                   "with --frames-from: gamma of the pictures, sample = light^(1/G); 1 (linear light) when left out, "
+                   "2.2 for most pictures made for a screen")
       ->check(CLI::Range(0.1, 10.0))
       ->type_name("G");
   AddPlotOptions(*command, options->plot, "the sharpness of every frame over focus, and the answer");
   command
-      ->add_option(
-          "--record", options->record,
-          "keep the frames of the run and what was told of the lens, for `lens-bench autofocus --replay DIR`; a "
-          "folder that is empty or not there yet")
+      ->add_option("--record", options->record,
+                   "save the frames and the configuration of the lens for `lens-bench autofocus --replay DIR`; DIR "
+                   "must be empty or not exist")
       ->type_name("DIR");
   command->callback([&run, options] { run = [options](Session& session) { return Autofocus(session, *options); }; });
 }

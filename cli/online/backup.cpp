@@ -80,8 +80,7 @@ std::optional<Failure> WhyNotNow(const Session& session) {
 /// What this host's lensd says of the configuration in the backup.
 std::expected<void, Failure> Judge(const Backup& backup, const std::string& file) {
   const TemporaryFolder folder;
-  if (folder.path().empty())
-    return Refuse(Exit::CannotWrite, "there is no room for a look at it in the temporary folder");
+  if (folder.path().empty()) return Refuse(Exit::CannotWrite, "the temporary folder has no room to check it");
   if (auto unpacked = UnpackBackup(backup, folder.path()); !unpacked) return RefuseOutput(unpacked);
   const auto [status, said] =
       RunDaemonProgram({"--check-config", "--config", folder.path() + "/config/" + kConfigName}, STDERR_FILENO);
@@ -115,7 +114,7 @@ Outcome Restore(Session& session, const BackupOptions& options) {
   }
   session.PrintText("restored " + std::to_string(backup->files.size()) + " files of " + backup->host + ", " +
                     backup->made);
-  for (const std::string& path : *kept) session.PrintText("  what was there is kept as " + path);
+  for (const std::string& path : *kept) session.PrintText("  the old file is kept as " + path);
   return Exit::Done;
 }
 
@@ -147,13 +146,13 @@ void AddBackupCommand(CLI::App& root, Run& run, const char* name, const char* ab
 
 void AddBackup(CLI::App& root, Run& run) {
   AddBackupCommand(root, run, "backup",
-                   "configuration, calibrations, presets and positions into one file, for this host or another",
+                   "save configuration, calibrations, presets and positions in one file, for this host or another",
                    MakeBackup);
 }
 
 void AddRestore(CLI::App& root, Run& run) {
   AddBackupCommand(root, run, "restore",
-                   "put a backup in place, all of it or nothing; lensd must not run, and what was there is kept",
+                   "restore a backup, completely or not at all; lensd must not run, and the old files are kept",
                    Restore);
 }
 

@@ -263,24 +263,25 @@ Outcome Backlash(Session& session, const BacklashText& text) {
 
 void AddCalibrate(CLI::App& root, Run& run) {
   auto text = std::make_shared<CalibrateText>();
-  auto* command = root.add_subcommand("calibrate", "measure or say what focus positions mean")->group(kOnline);
+  auto* command = root.add_subcommand("calibrate", "measure or enter which distance each focus position focuses at")
+                      ->group(kOnline);
   command->add_option("NAME", text->name, "lens");
   command
       ->add_option("--at", text->targets,
-                   "guided: a target at this distance or vergence, autofocus on it; four or more give an error by "
-                   "themselves")
+                   "guided: autofocus on a target at this distance or vergence; four or more also give the error")
       ->type_name("DEPTH");
   command->add_option("--repeat", text->repeat, "autofocus runs at each target")
       ->capture_default_str()
       ->check(CLI::Range(1, 20));
-  command->add_option("--point", text->points, "a position and its depth, as known: 1200=0.8m 0=inf 3000=ext:0.8mm")
+  command->add_option("--point", text->points, "a known position and its depth: 1200=0.8m 0=inf 3000=ext:0.8mm")
       ->type_name("STEPS=DEPTH");
   command->add_flag("--data-sheet", text->data_sheet,
-                    "the points are of a data sheet, such as the two stops: grade approximate; needs --error");
-  command->add_option("--error", text->error, "error of the curve in extension, such as 5um; else estimated")
+                    "the points come from a data sheet, such as the two ends of focus; their grade is approximate, and "
+                    "--error is needed");
+  command->add_option("--error", text->error, "error of the curve in extension, such as 5um; estimated when left out")
       ->type_name("LENGTH");
-  command->add_option("--from-file", text->file, "a whole calibration file")->type_name("FILE");
-  command->add_flag("--show", text->show, "the calibration in force, as a file");
+  command->add_option("--from-file", text->file, "use this calibration file")->type_name("FILE");
+  command->add_flag("--show", text->show, "print the calibration in use, as a file");
   command->add_flag("--remove", text->remove, "back to the nominal figures");
   AddPlotOptions(*command, text->plot, "the curve: extension or vergence over native positions");
   command->callback([&run, text] { run = [text](Session& session) { return Calibrate(session, *text); }; });
@@ -288,12 +289,13 @@ void AddCalibrate(CLI::App& root, Run& run) {
 
 void AddBacklash(CLI::App& root, Run& run) {
   auto text = std::make_shared<BacklashText>();
-  auto* command = root.add_subcommand("backlash", "measure the backlash of focus, or say what it is")->group(kOnline);
+  auto* command = root.add_subcommand("backlash", "measure the backlash of focus, or enter it")->group(kOnline);
   command->add_option("words", text->words, "[NAME] [AXIS]")->expected(0, 2)->type_name("");
-  command->add_option("--steps", text->steps, "it is this many native steps: nothing is measured")->type_name("N");
-  command->add_option("--pairs", text->pairs, "pairs of sweeps (default 5); more narrow the interval")
+  command->add_option("--steps", text->steps, "set the backlash to this many native steps, without measuring")
+      ->type_name("N");
+  command->add_option("--pairs", text->pairs, "pairs of sweeps (default 5); more pairs narrow the interval")
       ->check(CLI::Range(3, 100));
-  AddPlotOptions(*command, text->plot, "what a reversal loses, with its interval");
+  AddPlotOptions(*command, text->plot, "the steps that a reversal loses, with their interval");
   command->callback([&run, text] { run = [text](Session& session) { return Backlash(session, *text); }; });
 }
 

@@ -105,8 +105,8 @@ io::Chart BacklashChart(const Json& result) {
   chart.subtitle = low < high ? "between " + Short(low, 4) + " and " + Short(high, 4) + " (95 %), measured on " +
                                     NumberText(result, "frames", 6, " frames")
                               : "as stated, not measured";
-  chart.x = {.label = "where the motor was sent, native units from the turn of the way", .low = -1.05 * reach};
-  chart.y = {.label = "where the lens stands, native units"};
+  chart.x = {.label = "commanded position, native units from the turning point", .low = -1.05 * reach};
+  chart.y = {.label = "position of the lens, native units"};
   chart.legend = io::LegendPlace::Below;
   const double start = -reach, end = 0.0;
   if (low < high) {

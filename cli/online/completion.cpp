@@ -198,7 +198,8 @@ std::vector<std::string> Completions(const CLI::App& root, std::span<const std::
 
 void AddCompletion(CLI::App& root, Run& run) {
   auto shell = std::make_shared<std::string>();
-  auto* command = root.add_subcommand("completion", "what a shell needs to complete lensctl's words")->group(kPlumbing);
+  auto* command = root.add_subcommand("completion", "print the script that lets a shell complete lensctl's commands")
+                      ->group(kPlumbing);
   command->add_option("SHELL", *shell, "bash, zsh or fish")->required()->type_name("");
   command->callback([&run, shell] {
     run = [shell](Session& session) -> Outcome {

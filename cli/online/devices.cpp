@@ -125,12 +125,11 @@ Outcome Devices(Session& session, const std::string& file) {
 
 void AddDevices(CLI::App& root, Run& run) {
   auto* command =
-      root.add_subcommand("devices", "what is plugged in, which driver would take it, and its configuration");
+      root.add_subcommand("devices", "list what is plugged in, the driver that fits, and its configuration");
   command->group(kOnline);
   auto file = std::make_shared<std::string>();
   command
-      ->add_option("--write-config", *file,
-                   "writes a configuration with every lens found to this new file; - prints it")
+      ->add_option("--write-config", *file, "write a configuration with every lens found to this new file; - prints it")
       ->type_name("FILE");
   command->callback([&run, file] { run = [file](Session& session) { return Devices(session, *file); }; });
 }

@@ -65,7 +65,7 @@ bool CheckSocket(const std::string& path, Findings& findings) {
 std::optional<DaemonClient> CheckDaemon(Session& session, Findings& findings) {
   auto link = DaemonClient::Open(session);
   if (!link) {
-    findings.Problem("daemon", link.error().message, "systemctl restart lensd; journalctl -u lensd tells why it ended");
+    findings.Problem("daemon", link.error().message, "systemctl restart lensd; journalctl -u lensd shows why it ended");
     return std::nullopt;
   }
   auto info = link->Ask("org.varlink.service.GetInfo", Json::object());
@@ -135,7 +135,7 @@ std::vector<std::string> CheckDevices(DaemonClient& link, Findings& findings) {
   for (const Json& failed : (*reply)["failed"]) {
     findings.Warn("devices",
                   "driver " + failed.value("driver", "") + " could not search: " + failed.value("message", ""),
-                  "journalctl -u lensd may tell more");
+                  "journalctl -u lensd may show more");
   }
   std::size_t fine = 0;
   for (const Json& device : (*reply)["devices"]) {
@@ -198,11 +198,11 @@ bool CheckFiles(const Json& lens, Findings& findings) {
   };
   for (const Json& warning : list("warnings")) {
     findings.Warn("lens " + name, warning.get<std::string>(),
-                  "mend what it names, then: lensctl reload; or have lensd write it anew (lensctl home, calibrate)");
+                  "correct what it names, then: lensctl reload; or let lensd write it again (lensctl home, calibrate)");
   }
   for (const Json& file : list("unwritten")) {
     findings.Problem("lens " + name, "its " + TextOf(file, "file") + " cannot be written: " + TextOf(file, "reason"),
-                     "make room on that disk, or mend it; lensd goes on trying by itself");
+                     "make room on this disk, or repair it; lensd keeps trying by itself");
   }
   return list("warnings").empty() && list("unwritten").empty();
 }
@@ -223,7 +223,7 @@ void CheckLens(const Json& lens, Findings& findings) {
   if (!lens.value("connected", false)) {
     const bool says = lens.contains("error") && lens["error"].is_string();
     return findings.Problem(check, says ? lens["error"].get<std::string>() : "it does not answer",
-                            "plug it in and power it; lensd finds it by itself. `lensctl devices` tells what is there");
+                            "plug it in and power it; lensd finds it by itself. `lensctl devices` lists what is there");
   }
   const bool files_fine = CheckFiles(lens, findings);
   const bool parts_fine = CheckParts(lens, findings);
@@ -286,9 +286,9 @@ Outcome Doctor(Session& session, const std::string& file) {
 
 void AddDoctor(CLI::App& root, Run& run) {
   auto file = std::make_shared<std::string>(kConfiguration);
-  auto* command = root.add_subcommand("doctor", "looks for what keeps lenses from working, and says what to do");
+  auto* command = root.add_subcommand("doctor", "look for what keeps lenses from working, and say what to do");
   command->group(kOnline);
-  command->add_option("--config", *file, "the daemon's file, read where the daemon does not answer")
+  command->add_option("--config", *file, "the daemon's configuration, read if the daemon does not answer")
       ->type_name("FILE")
       ->capture_default_str();
   command->callback([&run, file] { run = [file](Session& session) { return Doctor(session, *file); }; });

@@ -60,7 +60,8 @@ void CheckNetwork(const fs::path& root, Findings& findings) {
   if (most > 0 && most < kReceiveBuffer) {
     findings.Warn("network",
                   "receive buffers are " + std::to_string(most) + " bytes at most: frames of GigE cameras get lost",
-                  "sudo sysctl -w net.core.rmem_max=33554432; the same line in /etc/sysctl.d/ keeps it");
+                  "sudo sysctl -w net.core.rmem_max=33554432; the line net.core.rmem_max=33554432 in /etc/sysctl.d/ "
+                  "makes it permanent");
   }
   for (const fs::path& card : EntriesOf(root / "sys/class/net")) {
     constexpr long kEthernet = 1;  // ARPHRD_ETHER
@@ -83,7 +84,7 @@ void CheckClock(const fs::path& root, Findings& findings) {
   const std::string source = LineOf(root / "sys/devices/system/clocksource/clocksource0/current_clocksource");
   if (source == "hpet" || source == "acpi_pm" || source == "jiffies" || source == "refined-jiffies") {
     findings.Warn("clock", "the kernel keeps its time by " + source + ", which is slow to read or coarse",
-                  "dmesg | grep -i tsc tells why it does not take the processor's own counter");
+                  "dmesg | grep -i tsc shows why it does not use the processor's own counter");
   } else if (!source.empty()) {
     findings.Ok("clock", "the kernel keeps its time by " + source);
   }
@@ -122,7 +123,7 @@ void CheckMachine(const std::set<std::string>& drivers, const std::vector<std::s
     if (!node.starts_with("/dev/")) continue;
     for (std::string& holder : HoldersOf(node, root)) {
       findings.Warn("devices", node + " is open in " + std::move(holder) + " too",
-                    "end that program: two of them spoil each other's answers");
+                    "end that program: two programs on one device disturb each other's answers");
     }
   }
 }

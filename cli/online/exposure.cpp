@@ -71,15 +71,16 @@ Outcome Exposure(Session& session, const ExposureOptions& options) {
 
 void AddExposure(CLI::App& root, Run& run) {
   auto options = std::make_shared<ExposureOptions>();
-  auto* command = root.add_subcommand("exposure", "how a lens' camera exposes, or set it: exposure cam 8ms --gain 6");
+  auto* command = root.add_subcommand(
+      "exposure", "show or set exposure time and gain of a lens' camera: exposure cam 8ms --gain 6");
   command->group(kOnline);
   command
-      ->add_option("words", options->words,
-                   "[NAME] [TIME]: exposure time with its unit, such as 8ms; without TIME and --gain it tells")
+      ->add_option(
+          "words", options->words,
+          "[NAME] [TIME]: exposure time with its unit, such as 8ms; without TIME and --gain the settings are shown")
       ->expected(0, 2)
       ->type_name("");
-  command->add_option("--gain", options->gain, "in what the camera counts it (dB for the simulated one)")
-      ->type_name("G");
+  command->add_option("--gain", options->gain, "gain in the camera's unit (dB for the simulated one)")->type_name("G");
   command->callback([&run, options] { run = [options](Session& session) { return Exposure(session, *options); }; });
 }
 

@@ -225,7 +225,7 @@ Outcome ForgetSamples(Session& session, const FocusAtOptions& options) {
 
 void AddFocusAt(CLI::App& root, Run& run) {
   auto* command =
-      root.add_subcommand("focus-at", "focus by the coordinates of a stage or turntable: learned from autofocus")
+      root.add_subcommand("focus-at", "focus by the coordinates of a stage or turntable, learned from autofocus")
           ->group(kOnline);
   command->require_subcommand(1)->fallthrough();
   auto options = std::make_shared<FocusAtOptions>();
@@ -237,13 +237,14 @@ void AddFocusAt(CLI::App& root, Run& run) {
         [&run, options, act] { run = [options, act](Session& session) { return act(session, *options); }; });
     return added;
   };
-  verb("go", "move focus to where the surface has it at a place", "[NAME] COORDINATE=VALUE...", GoToFocus);
-  auto* add = verb("add", "add a sample: what the newest autofocus found, at this place", "[NAME] COORDINATE=VALUE...",
-                   AddSample);
-  add->add_option("--position", options->position, "native position of focus there, instead of the newest autofocus")
+  verb("go", "move focus to the position of the learned surface at a place", "[NAME] COORDINATE=VALUE...", GoToFocus);
+  auto* add = verb("add", "add the result of the newest autofocus as a sample at this place",
+                   "[NAME] COORDINATE=VALUE...", AddSample);
+  add->add_option("--position", options->position,
+                  "native focus position at this place, instead of that of the newest autofocus")
       ->type_name("P");
-  add->add_option("--sigma", options->sigma, "standard deviation of that, in native units")->type_name("S");
-  verb("show", "the samples and the surface, or where focus lies at a place; moves nothing",
+  add->add_option("--sigma", options->sigma, "standard deviation of --position, in native units")->type_name("S");
+  verb("show", "show the samples and the surface, or the focus position at a place; moves nothing",
        "[NAME] [COORDINATE=VALUE...]", ShowFocusAt);
   auto* forget = verb("forget", "forget the surface, or one sample", "[NAME]", ForgetSamples);
   forget->add_option("--sample", options->sample, "number of the sample, from 1")->check(CLI::Range(1, 30));

@@ -117,37 +117,37 @@ Outcome FocusMap(Session& session, const FocusMapOptions& options) {
 
 void AddFocusMap(CLI::App& root, Run& run) {
   auto options = std::make_shared<FocusMapOptions>();
-  auto* command = root.add_subcommand(
-      "focus-map",
-      "find best focus all over the frame: tilt, curvature, and what to shim or turn; or refuse and go back");
+  auto* command = root.add_subcommand("focus-map",
+                                      "find the best focus all over the frame: tilt, curvature, and what to shim or "
+                                      "turn; if that fails, go back and say why");
   command->group(kOnline);
   command->add_option("NAME", options->name, "lens");
   command->add_option("--grid", options->grid, "columns and rows of regions, from 2x2 to 12x12; 5x4 when left out")
       ->type_name("CxR");
   command
       ->add_option("--range", options->range,
-                   "where to search: two places as `focus` takes them, such as 0.8m..2m, 0.5D..1.2D or @400..@900")
+                   "where to search: two targets of `focus`, such as 0.8m..2m, 0.5D..1.2D or @400..@900")
       ->type_name("A..B");
   command
       ->add_option("--deadline", options->deadline,
-                   "how long the search may take, such as 30s; as long as one of the whole range takes when left out")
+                   "how long the search may take, such as 30s; when left out, as long as a search of the whole range")
       ->type_name("TIME");
   command
       ->add_option("--mount", options->mount,
-                   "how far apart shims at the lens' mount stand: what they have to be is said for that")
+                   "distance between shims at the lens' mount, for which their thickness is computed")
       ->type_name("LENGTH");
   command
       ->add_option("--before", options->before,
-                   "an earlier map that --json printed: what has been done since shows what it does")
+                   "an earlier map that --json printed, to show the effect of an adjustment since then")
       ->type_name("FILE");
   command
-      ->add_option(
-          "--moved", options->moved,
-          "with --before: a spacer, a corrector or the back focus was changed by this: how much curvature that "
-          "takes away, and how far to go on")
+      ->add_option("--moved", options->moved,
+                   "with --before: a spacer, a corrector or the back focus was changed by this; the answer says how "
+                   "much curvature that removed, and how far to go on")
       ->type_name("LENGTH");
   command->add_flag("--turned", options->turned,
-                    "with --before: the target was turned half round in its own plane: which tilt is its own");
+                    "with --before: the target was turned by half a turn in its own plane, to separate its tilt from "
+                    "that of the lens");
   AddPlotOptions(*command, options->plot, "best focus of each region");
   command->callback([&run, options] { run = [options](Session& session) { return FocusMap(session, *options); }; });
 }

@@ -70,10 +70,10 @@ std::string ProbeText(const Json& probe) {
   if (probe["moveUm"].is_number()) {
     return text + "\n    to flatten the field: move it by another " +
            WithError(probe["moveUm"].get<double>(), probe["moveSigmaUm"].get<double>()) +
-           ", the same way where that is above 0";
+           ", in the direction of the change if positive";
   }
   if (std::abs(gain) >= kClearSigmas * sigma)
-    return text + "\n    nothing to do: what curvature is left is within its error";
+    return text + "\n    nothing to do: the remaining curvature is within its error";
   return text + "\n    no advice: that is within its error. Move it farther, or map with more texture";
 }
 
@@ -90,7 +90,7 @@ Json TurnedOf(const Json& before, const Json& map) {
 }
 
 std::string TurnedText(const Json& turned) {
-  std::string text = "  of these tilts, by turning the target half round:";
+  std::string text = "  separation of these tilts, by turning the target by half a turn:";
   for (const char* side : {"across", "down"}) {
     const Json& part = turned[side];
     const double sigma = part["sigmaUm"].get<double>();

@@ -108,7 +108,8 @@ std::string SurfaceText(const Json& map, std::optional<Metres> between_shims) {
   for (const Side& side : kSides) text += TiltText(map, side, between_shims);
   if (AnyTilt(surface)) {
     text +=
-        "\n  One flat target cannot tell which of them is turned: keep this map (--json), turn the target half round "
+        "\n  One flat target cannot show which of them is tilted: save this map (--json), turn the target by half a "
+        "turn "
         "in "
         "its own plane, and map again with --before FILE --turned";
   }
@@ -155,7 +156,7 @@ std::string RiseText(const Json& tilt) {
 }
 
 std::string CurvatureText(const Json& surface) {
-  if (!surface["curvatureUm"].is_number()) return "not known: too few regions tell";
+  if (!surface["curvatureUm"].is_number()) return "not known: too few regions";
   const double curvature = surface["curvatureUm"].get<double>(), sigma = surface["curvatureSigmaUm"].get<double>();
   const std::string error = " (+- " + Short(sigma, 2) + " um)";
   if (!Clear(curvature, sigma)) return "none beyond its error: " + Um(curvature) + error;
@@ -166,7 +167,8 @@ std::string CurvatureText(const Json& surface) {
 std::string FocusMapText(const Json& map, std::optional<Metres> between_shims) {
   std::string text = TextOf(map, "lens") + ": ";
   const bool mapped = map["mapped"].get<bool>();
-  text += mapped ? "stands where the frame as a whole is least out of focus" : "refused, and back where it was";
+  text +=
+      mapped ? "stands where the frame as a whole is least out of focus" : "refused, and the lens is back where it was";
   if (map["vergenceD"].is_number()) text += ", at " + DepthText({map["vergenceD"].get<double>()});
   text += ", position " + NumberText(map, "position", 8, ", ") + NumberText(map, "frames", 6, " frames, ") +
           NumberText(map, "moves", 6, " moves, ") + TimeText(map, "elapsedMs");

@@ -46,9 +46,8 @@ struct ShiftOptions {
 std::expected<Json, Failure> ParametersOf(const ShiftOptions& options) {
   Json parameters{{"lens", LensOf(options.name)}};
   if (options.conditions.f_number.empty() == options.conditions.filter.empty()) {
-    return std::unexpected(Failure(Exit::Usage,
-                                   "say exactly one of --f-number and --filter: what moves focus by itself "
-                                   "is measured by itself"));
+    return std::unexpected(
+        Failure(Exit::Usage, "give exactly one of --f-number and --filter: their shifts are measured separately"));
   }
   auto conditions = ConditionsOf(options.conditions);
   if (!conditions) return PassOn(conditions);
@@ -140,13 +139,15 @@ Outcome RemoveShift(Session& session, const ShiftPairOptions& options) {
 }  // namespace
 
 void AddConditionOptions(CLI::App& command, ConditionTexts& texts) {
-  command.add_option("--exposure", texts.exposure, "exposure time of the search alone, such as 5ms")->type_name("TIME");
-  command.add_option("--gain", texts.gain, "gain of the search alone, in what the camera counts it")->type_name("G");
+  command.add_option("--exposure", texts.exposure, "exposure time during the search only, such as 5ms")
+      ->type_name("TIME");
+  command.add_option("--gain", texts.gain, "gain during the search only, in the camera's unit")->type_name("G");
   command
-      .add_option("--f-number", texts.f_number,
-                  "f-number of the search alone, such as 2.8; what it gains in light --exposure takes off")
+      .add_option(
+          "--f-number", texts.f_number,
+          "f-number during the search only, such as 2.8; the exposure does not follow it, so give --exposure too")
       ->type_name("N");
-  command.add_option("--filter", texts.filter, "place of the filter wheel for the search alone")->type_name("K");
+  command.add_option("--filter", texts.filter, "filter wheel position during the search only")->type_name("K");
 }
 
 Result<Json> ConditionsOf(const ConditionTexts& texts) {
@@ -175,35 +176,35 @@ Result<Json> ConditionsOf(const ConditionTexts& texts) {
 }
 
 void AddFocusShift(CLI::App& root, Run& run) {
-  auto* command = root.add_subcommand("focus-shift",
-                                      "how focus moves with the f-number and the filter: measured, used by autofocus")
-                      ->group(kOnline);
+  auto* command =
+      root.add_subcommand("focus-shift", "measure how f-number and filter shift focus, for autofocus")->group(kOnline);
   command->require_subcommand(1)->fallthrough();
   auto options = std::make_shared<ShiftOptions>();
   auto* measure = command->add_subcommand(
-      "measure", "search under a condition and as the lens stands, in turn: what differs is the shift between them");
+      "measure", "search with and without a condition, in turn; the difference is the focus shift");
   measure->fallthrough();
   measure->add_option("NAME", options->name, "lens");
   AddConditionOptions(*measure, options->conditions);
   measure->add_option("--roi", options->region, "region as fractions of the frame, the camera's own when left out")
       ->type_name("X,Y,W,H");
-  measure->add_option("--pairs", options->pairs, "pairs of searches (default 5); more make it surer")
+  measure->add_option("--pairs", options->pairs, "pairs of searches (default 5); more pairs give a smaller error")
       ->check(CLI::Range(3, 20));
   measure->callback([&run, options] { run = [options](Session& session) { return MeasureShift(session, *options); }; });
 
   auto name = std::make_shared<std::string>();
-  auto* list = command->add_subcommand("list", "the shifts that were measured of a lens")->fallthrough();
+  auto* list = command->add_subcommand("list", "list the measured focus shifts of a lens")->fallthrough();
   list->add_option("NAME", *name, "lens");
   list->callback([&run, name] { run = [name](Session& session) { return ListShifts(session, *name); }; });
 
   auto pair = std::make_shared<ShiftPairOptions>();
-  auto* remove = command->add_subcommand("remove", "forget the shift between two of them, whichever way round");
+  auto* remove =
+      command->add_subcommand("remove", "forget the shift between two f-numbers or filters, in either direction");
   remove->fallthrough();
   remove->add_option("NAME", pair->name, "lens");
-  remove->add_option("--from", pair->from, "an f-number as f/2.8, or a place of the filter wheel")
+  remove->add_option("--from", pair->from, "an f-number as f/2.8, or a filter wheel position")
       ->required()
       ->type_name("WHICH");
-  remove->add_option("--to", pair->to, "the other one")->required()->type_name("WHICH");
+  remove->add_option("--to", pair->to, "the other f-number or filter wheel position")->required()->type_name("WHICH");
   remove->callback([&run, pair] { run = [pair](Session& session) { return RemoveShift(session, *pair); }; });
 }
 

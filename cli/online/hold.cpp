@@ -52,10 +52,11 @@ Outcome Hold(Session& session, const HoldOptions& options) {
 void AddHold(CLI::App& root, Run& run) {
   auto options = std::make_shared<HoldOptions>();
   auto* command = root.add_subcommand(
-      "hold", "keep lensd from correcting a lens while another program exposes; commands and stops go on");
+      "hold",
+      "keep lensd from correcting a lens while another program exposes; commands and stops are still carried out");
   command->group(kOnline);
   command->add_option("NAME", options->name, "lens");
-  command->add_option("--for", options->time, "how long, such as 30s; an hour at most, and until Control-C")
+  command->add_option("--for", options->time, "how long, such as 30s, an hour at most; Control-C ends it earlier")
       ->required()
       ->type_name("TIME");
   command->callback([&run, options] { run = [options](Session& session) { return Hold(session, *options); }; });

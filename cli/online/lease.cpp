@@ -62,17 +62,18 @@ Outcome Drop(Session& session, const std::string& name) {
 
 void AddLease(CLI::App& root, Run& run) {
   auto options = std::make_shared<TakeOptions>();
-  auto* command = root.add_subcommand("lease", "keep others from moving a lens; stopping it stays open to all");
+  auto* command = root.add_subcommand("lease", "keep others from moving a lens; everyone can still stop it");
   command->group(kOnline)->require_subcommand(1);
   auto* take = command->add_subcommand(
       "take",
-      "takes the lease, or renews the one whose key is in LENSD_LEASE, prints its key, and holds it until Control-C");
+      "take the lease, or renew the one whose key is in LENSD_LEASE, print its key, and hold it until Control-C");
   take->add_option("NAME", options->name, "lens");
-  take->add_option("--for", options->time, "do not wait: it ends after this time, such as 10min")->type_name("TIME");
-  take->add_flag("--take-over", options->take_over, "from its holder; for administrators");
-  take->add_flag("--stop", options->stop, "ends another client's autofocus that goes on, instead of being refused");
+  take->add_option("--for", options->time, "return at once; the lease ends after this time, such as 10min")
+      ->type_name("TIME");
+  take->add_flag("--take-over", options->take_over, "take the lease from its holder; for administrators");
+  take->add_flag("--stop", options->stop, "end a running autofocus of another client, instead of being refused");
   take->callback([&run, options] { run = [options](Session& session) { return Take(session, *options); }; });
-  auto* drop = command->add_subcommand("drop", "ends the lease whose key is in LENSD_LEASE");
+  auto* drop = command->add_subcommand("drop", "end the lease whose key is in LENSD_LEASE");
   drop->add_option("NAME", options->name, "lens");
   drop->callback([&run, options] { run = [options](Session& session) { return Drop(session, options->name); }; });
 }

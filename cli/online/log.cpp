@@ -39,12 +39,12 @@ Outcome Log(Session& session, const LogText& text) {
 
 void AddLog(CLI::App& root, Run& run) {
   auto text = std::make_shared<LogText>();
-  auto* command = root.add_subcommand("log", "what lensd has logged, of one lens or of all")->group(kOnline);
+  auto* command = root.add_subcommand("log", "show the log of lensd, about one lens or all")->group(kOnline);
   command->add_option("NAME", text->name, "lens; all of them when left out");
-  command->add_option("-n,--lines", text->lines, "the newest so many lines")
+  command->add_option("-n,--lines", text->lines, "number of lines, the newest ones")
       ->check(CLI::Range(0, 1000000))
       ->capture_default_str();
-  command->add_flag("-f,--follow", text->follow, "go on with new ones until Control-C");
+  command->add_flag("-f,--follow", text->follow, "show new lines until Control-C");
   command->callback([&run, text] { run = [text](Session& session) { return Log(session, *text); }; });
 }
 

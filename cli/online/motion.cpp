@@ -79,7 +79,7 @@ Outcome Focus(Session& session, const FocusText& text) {
     if (!target) return PassOn(target);
     return Move(session, given.lens, "focus", *std::move(target), {{"distanceFrom", "lens"}});
   }
-  if (!text.blur_limit.empty()) return Refuse(Exit::Usage, "--blur-limit is of the target hyperfocal alone");
+  if (!text.blur_limit.empty()) return Refuse(Exit::Usage, "--blur-limit belongs to the target hyperfocal only");
   auto target = ParseFocusTarget(given.value);
   if (!target && text.words.size() == 1 && IsLens(session, given.value)) {
     return Refuse(Exit::Usage, "'" + given.value +
@@ -120,7 +120,7 @@ Outcome Zoom(Session& session, const ZoomText& text) {
   }
   if (text.free && !text.tolerance.empty()) {
     return Refuse(Exit::Usage,
-                  "--tolerance is of a focus that follows, which --free leaves where it is: say one of them");
+                  "--tolerance is for a focus that follows, and with --free it does not follow: give only one of them");
   }
   Json extra{{"keepFocus", !text.free}};
   if (!text.tolerance.empty()) {
@@ -231,7 +231,7 @@ void AddFocus(CLI::App& root, Run& run) {
       ->type_name("");
   command
       ->add_option("--blur-limit", text->blur_limit,
-                   "of hyperfocal: blur that still counts as sharp, such as 2px or 8um; 1px when left out")
+                   "with hyperfocal: blur that still counts as sharp, such as 2px or 8um; 1px when left out")
       ->type_name("C");
   command->callback([&run, text] { run = [text](Session& session) { return Focus(session, *text); }; });
 }
@@ -247,7 +247,8 @@ void AddAperture(CLI::App& root, Run& run) {
       ->expected(1, 2)
       ->required()
       ->type_name("");
-  command->add_flag("--keep-brightness", options->keep_brightness, "the camera's exposure follows, as far as it can");
+  command->add_flag("--keep-brightness", options->keep_brightness,
+                    "change the camera's exposure so that the picture keeps its brightness, as far as possible");
   command->callback([&run, options] {
     run = [options](Session& session) { return Aperture(session, options->words, options->keep_brightness); };
   });
@@ -255,22 +256,24 @@ void AddAperture(CLI::App& root, Run& run) {
 
 void AddZoom(CLI::App& root, Run& run) {
   auto text = std::make_shared<ZoomText>();
-  auto* command = root.add_subcommand("zoom", "change the focal length; focus follows, so that what is sharp stays so");
+  auto* command =
+      root.add_subcommand("zoom", "change the focal length; focus follows, so that the plane in focus stays");
   command->group(kOnline);
   command
-      ->add_option("words", text->words,
-                   "[NAME] F: a focal length, such as 35mm; +N or -N steps or @N a position, focus stays then")
+      ->add_option(
+          "words", text->words,
+          "[NAME] F: a focal length, such as 35mm; with +N or -N steps or @N (a position) focus does not follow")
       ->expected(1, 2)
       ->required()
       ->type_name("");
-  command->add_flag("--free", text->free, "focus stays where it is");
-  command->add_option("--tolerance", text->tolerance, "how far focus may be off on the way, on the sensor side")
+  command->add_flag("--free", text->free, "focus does not follow");
+  command->add_option("--tolerance", text->tolerance, "how far focus may be off during the move, as extension")
       ->type_name("LENGTH");
   command->callback([&run, text] { run = [text](Session& session) { return Zoom(session, *text); }; });
 }
 
 void AddFilter(CLI::App& root, Run& run) {
-  AddWords(root, run, "filter", "turn the filter wheel", "[NAME] K: a place of the wheel", 1, Filter);
+  AddWords(root, run, "filter", "turn the filter wheel", "[NAME] K: a filter wheel position", 1, Filter);
 }
 
 void AddHome(CLI::App& root, Run& run) {
@@ -278,11 +281,10 @@ void AddHome(CLI::App& root, Run& run) {
 }
 
 void AddHere(CLI::App& root, Run& run) {
-  AddWords(
-      root, run, "here",
-      "say where an axis stands that counts its steps and has no reference, such as after a loss of power; nothing "
-      "moves",
-      "[NAME] [AXIS] @N: its native position (focus when no AXIS is named)", 1, Here, 3);
+  AddWords(root, run, "here",
+           "enter the position of an axis that counts its steps and has no reference, for example after a loss of "
+           "power; nothing moves",
+           "[NAME] [AXIS] @N: its native position (focus when no AXIS is named)", 1, Here, 3);
 }
 
 void AddStop(CLI::App& root, Run& run) {

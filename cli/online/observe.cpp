@@ -103,13 +103,12 @@ void AddStatus(CLI::App& root, Run& run) {
     bool watch = false;
   };
   auto options = std::make_shared<Options>();
-  auto* command = root.add_subcommand("status", "where a lens stands and what it does; all lenses without NAME");
+  auto* command = root.add_subcommand("status", "show where a lens stands and what it does; all lenses without NAME");
   command->group(kOnline);
   command->add_option("NAME", options->name, "lens");
-  command->add_flag(
-      "--watch", options->watch,
-      "until Control-C: one live screen on a terminal, with keys to step focus, stop and focus; elsewhere one "
-      "line at each change");
+  command->add_flag("--watch", options->watch,
+                    "until Control-C, show a live screen with keys for focus steps, autofocus and stop; if the output "
+                    "is no terminal, one line at each change");
   command->callback([&run, options] {
     run = [options](Session& session) { return Status(session, options->name, options->watch); };
   });
@@ -117,7 +116,7 @@ void AddStatus(CLI::App& root, Run& run) {
 
 void AddMetrics(CLI::App& root, Run& run) {
   auto name = std::make_shared<std::string>();
-  auto* command = root.add_subcommand("metrics", "what lenses have done and what went wrong since lensd began");
+  auto* command = root.add_subcommand("metrics", "count what lenses did and what went wrong since lensd started");
   command->group(kOnline);
   command->add_option("NAME", *name, "lens; all of them when left out");
   command->callback([&run, name] { run = [name](Session& session) { return Metrics(session, *name); }; });
@@ -125,11 +124,12 @@ void AddMetrics(CLI::App& root, Run& run) {
 
 void AddMonitor(CLI::App& root, Run& run) {
   auto name = std::make_shared<std::string>();
-  auto* command = root.add_subcommand(
-      "monitor",
-      "what happens, one line each, until Control-C: states, progress, finished moves, autofocus runs and backlash "
-      "measurements, faults, leases, changes of calibration and presets, lenses that come and go. States and progress "
-      "may be left out for newer ones. With --json one object a line, whose sequence and lasting count what happened");
+  auto* command =
+      root.add_subcommand("monitor",
+                          "print one line for each event until Control-C: states, progress, finished moves, autofocus "
+                          "runs and backlash measurements, faults, leases, changes of calibration and presets, lenses "
+                          "that come and go. States and progress are skipped if newer ones exist. With --json one "
+                          "object a line, with `sequence` and `lasting` as counters of the events");
   command->group(kOnline);
   command->add_option("NAME", *name, "lens; all of them when left out");
   command->callback([&run, name] { run = [name](Session& session) { return Monitor(session, *name); }; });

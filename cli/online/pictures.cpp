@@ -81,7 +81,7 @@ std::optional<Failure> WrongEnding(const SnapshotOptions& options) {
 std::optional<Failure> WrongStdout(const Session& session, const SnapshotOptions& options) {
   if (options.path != kStdout) return std::nullopt;
   if (session.json()) {
-    return Failure(Exit::Usage, "-o -: the picture takes stdout, so that --json has no place; name a file");
+    return Failure(Exit::Usage, "-o -: the picture goes to stdout, which --json needs too; name a file");
   }
   if (isatty(STDOUT_FILENO) != 0) {
     return Failure(Exit::Usage, "-o -: stdout is a terminal; send the picture on, as in | display, or name a file");
@@ -253,16 +253,15 @@ void AddSnapshot(CLI::App& root, Run& run) {
   command->add_option("NAME", options->name, "lens");
   command->add_option("-o", options->path, "where to save it; - is stdout")->required()->type_name("FILE");
   command
-      ->add_option(
-          "--encoding", options->encoding,
-          "png, jpeg (for eyes), raw (samples as they are), gray8 or rgb8 (a byte each); by FILE's ending when "
-          "left out: jpeg for .jpg and .jpeg, else png")
+      ->add_option("--encoding", options->encoding,
+                   "png, jpeg (for viewing), raw (unchanged samples), gray8 or rgb8 (a byte each); when left out, jpeg "
+                   "for .jpg and .jpeg, else png")
       ->check(CLI::IsMember({"png", "jpeg", "raw", "gray8", "rgb8"}));
   command->add_option("--region", options->region, "part of the frame, as fractions of it from the upper left corner")
       ->type_name("X,Y,W,H");
-  command->add_option("--scale-to", options->size, "make it smaller, to fit into this many pixels")->type_name("WxH");
+  command->add_option("--scale-to", options->size, "reduce the picture to fit into this many pixels")->type_name("WxH");
   command->add_flag("--in-motion", options->in_motion,
-                    "right away, though the lens may move; else once it has come to rest");
+                    "take the frame at once, even if the lens moves, instead of waiting until it rests");
   command->callback([&run, options] { run = [options](Session& session) { return Snapshot(session, *options); }; });
 }
 

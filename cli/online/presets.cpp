@@ -70,9 +70,9 @@ void ShowBroughtBack(Session& session, const Json& result, const std::string& wh
   for (const Json& move : result["moves"]) session.PrintText(MoveText(move));
   std::string line = result.value("lens", "") + ": " + what;
   if (result["vergenceBoundD"].is_number())
-    line += ", the same plane within " + NumberText(result, "vergenceBoundD", 2, " D");
+    line += ", plane in focus within " + NumberText(result, "vergenceBoundD", 2, " D");
   if (result["positionBound"].is_number())
-    line += ", the same place within " + NumberText(result, "positionBound", 3, " steps");
+    line += ", position within " + NumberText(result, "positionBound", 3, " steps");
   const std::string note = TextOf(result, "note");
   session.PrintText(line + (note.empty() ? "" : "; " + note));
 }
@@ -147,28 +147,28 @@ void AddVerb(CLI::App& preset, Run& run, const char* name, const char* about, Ac
 }  // namespace
 
 void AddPreset(CLI::App& root, Run& run) {
-  auto* preset = root.add_subcommand("preset", "save and recall what a lens does optically")->group(kOnline);
+  auto* preset = root.add_subcommand("preset", "save and recall the optical state of a lens")->group(kOnline);
   preset->require_subcommand(1)->fallthrough();
   AddVerb(*preset, run, "save", "save focus, iris, zoom and filter as they are, under a label", Save);
-  AddVerb(*preset, run, "recall", "bring them back: the same optical state, not the same step count", Recall);
+  AddVerb(*preset, run, "recall", "restore a saved optical state; the motor positions may differ", Recall);
   AddVerb(*preset, run, "remove", "forget a preset", Remove);
   struct Options {
     std::string name;
     bool csv = false;
   };
   auto options = std::make_shared<Options>();
-  auto* list = preset->add_subcommand("list", "the presets of a lens")->fallthrough();
+  auto* list = preset->add_subcommand("list", "list the presets of a lens")->fallthrough();
   list->add_option("NAME", options->name, "lens");
-  list->add_flag("--csv", options->csv, "as comma-separated values");
+  list->add_flag("--csv", options->csv, "print comma-separated values");
   list->callback(
       [&run, options] { run = [options](Session& session) { return List(session, options->name, options->csv); }; });
 }
 
 void AddUndo(CLI::App& root, Run& run) {
   auto name = std::make_shared<std::string>();
-  auto* command = root.add_subcommand(
-      "undo",
-      "back to the optical state before the last command that moved the lens, whoever gave it; once more: forth again");
+  auto* command = root.add_subcommand("undo",
+                                      "return to the optical state before the last command that moved the lens, by any "
+                                      "client; a second undo reverts the first");
   command->group(kOnline);
   command->add_option("NAME", *name, "lens");
   command->callback([&run, name] { run = [name](Session& session) { return Undo(session, *name); }; });

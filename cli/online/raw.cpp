@@ -67,14 +67,15 @@ void AddCall(CLI::App& root, Run& run) {
   auto options = std::make_shared<CallOptions>();
   auto* command = root.add_subcommand("call", "call any method and print its replies as JSON")->group(kPlumbing);
   command->add_option("METHOD", options->method, "interface.Method, or a method of io.lensd.Lens")->required();
-  command->add_option("JSON", options->parameters, "parameters, one object");
+  command->add_option("JSON", options->parameters, "the parameters, one JSON object");
   command->add_flag("--more", options->more, "ask for several replies");
   command->callback([&run, options] { run = [options](Session& session) { return Call(session, *options); }; });
 }
 
 void AddIntrospect(CLI::App& root, Run& run) {
   auto interface = std::make_shared<std::string>();
-  auto* command = root.add_subcommand("introspect", "what the daemon serves, as it defines it")->group(kPlumbing);
+  auto* command =
+      root.add_subcommand("introspect", "print the interface definition that the daemon serves")->group(kPlumbing);
   command->add_option("INTERFACE", *interface, "default io.lensd.Lens");
   command->callback(
       [&run, interface] { run = [interface](Session& session) { return Introspect(session, *interface); }; });

@@ -48,7 +48,7 @@ Outcome ShowRefocus(Session& session, const RefocusOptions& options) {
   }
   const std::string reason = TextOf(state, "reason");
   session.PrintText(TextOf(state, "lens") + ": " +
-                    (state.value("active", false) ? "focus is looked after" : "focus is not looked after") +
+                    (state.value("active", false) ? "lensd keeps the focus" : "lensd does not keep the focus") +
                     (reason.empty() ? "" : "; " + reason));
   if (state["last"].is_object()) session.PrintText(RefocusText(state["last"]));
   session.PrintText(DriftText(state));
@@ -66,15 +66,16 @@ Outcome ForgetResults(Session& session, const RefocusOptions& options) {
   if (!reply) return PassOn(reply);
   session.json() ? session.PrintJson({{"removed", true}})
                  : session.PrintText(options.result > 0 ? "forgot result " + std::to_string(options.result)
-                                                        : "forgot what was learned of focus and temperature");
+                                                        : "forgot the learned temperature results");
   return Exit::Done;
 }
 
 }  // namespace
 
 void AddRefocus(CLI::App& root, Run& run) {
-  auto* command = root.add_subcommand("refocus", "what keeps a lens in focus by itself, and what was learned for that")
-                      ->group(kOnline);
+  auto* command =
+      root.add_subcommand("refocus", "show how lensd keeps a lens in focus, and what it has learned for that")
+          ->group(kOnline);
   command->require_subcommand(1)->fallthrough();
   auto options = std::make_shared<RefocusOptions>();
   const auto verb = [&](const char* name, const char* about, Outcome (*act)(Session&, const RefocusOptions&)) {
@@ -84,9 +85,8 @@ void AddRefocus(CLI::App& root, Run& run) {
         [&run, options, act] { run = [options, act](Session& session) { return act(session, *options); }; });
     return added;
   };
-  verb("show", "whether focus is looked after, what was done last, and what was learned", ShowRefocus);
-  auto* forget =
-      verb("forget", "forget what was learned of focus and temperature, or one result of that", ForgetResults);
+  verb("show", "show whether lensd keeps the focus, what it did last, and what it has learned", ShowRefocus);
+  auto* forget = verb("forget", "forget what was learned of focus and temperature, or one result", ForgetResults);
   forget->add_option("--result", options->result, "number of the result, from 1")->check(CLI::Range(1, 200));
 }
 

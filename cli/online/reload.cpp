@@ -35,7 +35,7 @@ Outcome Reload(Session& session) {
 
 void AddReload(CLI::App& root, Run& run) {
   auto* command =
-      root.add_subcommand("reload", "the daemon reads its configuration again; lenses that stay the same go on");
+      root.add_subcommand("reload", "let the daemon read its configuration again; unchanged lenses keep running");
   command->group(kOnline);
   command->callback([&run] { run = Reload; });
 }

@@ -276,8 +276,8 @@ std::expected<void, Failure> SetUpBlur(DaemonClient& link, const std::string& le
   if (const auto& seen = found.slope.px_per_step; seen && found.blur_px_per_step > 0.0) {
     const double off = found.blur_px_per_step / seen->value;
     if (off < (1.0 - kOpticsApart) * seen->low / seen->value || off > (1.0 + kOpticsApart) * seen->high / seen->value) {
-      found.remarks.push_back("the optics configured are not those of this lens: by them a step would be " +
-                              Short(off, 3) + " times the blur that the pictures show");
+      found.remarks.push_back("the configured optics do not fit this lens: with them a step would be " + Short(off, 3) +
+                              " times the blur that the pictures show");
     }
   }
   auto status = StatusOf(link, lens);
@@ -312,7 +312,7 @@ std::expected<Json, Failure> Begin(Session& session, DaemonClient& link, const S
   const Json f_number = has_iris ? (*status)["fNumber"] : Json();
   if (auto homed = GoHome(session, link, lens, f_number); !homed) return PassOn(homed);
   if (has_iris && f_number.is_null()) {
-    found.remarks.emplace_back("where the iris stood was not known: it is where homing has put it");
+    found.remarks.emplace_back("the position of the iris was not known: it stays where homing left it");
   }
   return StatusOf(link, lens);
 }
@@ -361,17 +361,17 @@ void AddSetup(CLI::App& root, Run& run) {
   auto text = std::make_shared<SetupOptions>();
   auto* command = root.add_subcommand("setup",
                                       "measure an unknown lens by moving it: speed, latency, backlash, blur of a step, "
-                                      "direction, nominal curve; ends with 1 where focus or backlash was not found, a "
-                                      "move failed or the direction is reversed, else with 0")
+                                      "direction, nominal curve; exit status 1 if focus or backlash was not found, a "
+                                      "move failed or the direction is reversed, else 0")
                       ->group(kOnline);
   command->add_option("NAME", text->name, "lens");
-  command->add_option("--roi", text->region, "the part of the picture to focus on; the camera's own when left out")
+  command->add_option("--roi", text->region, "the region of the picture to focus on; the camera's own when left out")
       ->type_name("X,Y,W,H");
   command
       ->add_option("--at", text->at,
-                   "how far away that is, to 2 %: then the direction of focus is tried, and its curve told")
+                   "the distance of the subject, known to 2 %; gives the direction of focus and a nominal curve")
       ->type_name("DEPTH");
-  command->add_flag("--home", text->home, "search the references first, which may go to an end of the travel");
+  command->add_flag("--home", text->home, "search the references first, which may move to an end of the travel");
   command->callback([&run, text] { run = [text](Session& session) { return Setup(session, *text); }; });
 }
 

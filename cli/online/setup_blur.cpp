@@ -162,7 +162,7 @@ BlurSlope SlopeOf(const Blurs& seen, double focus) {
   }
   const double half = std::hypot(line->slope_half, kDiskError * line->slope);
   if (line->slope <= half) {
-    slope.why_not = "the blur does not grow with the way from focus";
+    slope.why_not = "the blur does not grow with the distance from focus";
     return slope;
   }
   slope.px_per_step = Measured{line->slope, line->slope - half, line->slope + half};
@@ -182,7 +182,7 @@ std::expected<BlurSlope, Failure> MeasureBlurSlope(DaemonClient& link, const std
     none.why_not = why;
     return none;
   };
-  if (!reach.Has(focus)) return because("focus is in the last tenth of the travel, where setup does not go");
+  if (!reach.Has(focus)) return because("focus is in the last tenth of the travel, which setup does not enter");
   Looker looker(link, lens, region.is_null() ? Json{{"x", 0.3}, {"y", 0.3}, {"w", 0.4}, {"h", 0.4}} : region);
   const auto first = looker.LookOften();
   if (!first) return PassOn(first);
@@ -199,8 +199,8 @@ std::expected<BlurSlope, Failure> MeasureBlurSlope(DaemonClient& link, const std
   if (auto back = looker.Go(focus); !back) return PassOn(back);
   if (*rough == 0.0)
     return because(
-        "no blur was seen on either step from focus: it takes more light, a wider opening, or more detail in the "
-        "picture");
+        "no blur was seen on either step from focus: more light, a wider opening or more detail in the picture is "
+        "needed");
   if (places.size() < 4) return because("too few steps make a blur that can be measured");
   return SlopeOf(*seen, focus);
 }

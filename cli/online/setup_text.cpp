@@ -28,16 +28,16 @@ std::string AxisText(const Json& axis) {
   text += "\n  speed      " +
           (axis["speed"].is_object()
                ? IntervalText(axis["speed"], 4, (unit + "/s").c_str())
-               : "not seen: its moves take as long whatever their length, or are over before it is reached");
+               : "not measured: the time of its moves does not depend on their length, or they end before full speed");
   text += "\n  each move  " + IntervalText(axis["overheadMs"], 3, " ms") + " beside its travel, of " +
           NumberText(axis, "moves", 3, " moves");
   if (axis.value("seenOnTheWay", false)) {
     text += "\n  latency    " + IntervalText(axis["latencyMs"], 3, " ms") + " until its position changes";
     text += "\n  at rest    " + IntervalText(axis["restMs"], 3, " ms") + " after its last position";
   } else {
-    text += "\n  its position is never seen on its way";
+    text += "\n  its position is never seen in motion";
     if (axis["feedback"] == "none" || axis["feedback"] == "echo") {
-      text += ": nothing is read back, so a move ends when its driver or settle_ms says so";
+      text += ": no position is read back, so the driver or settle_ms decides when a move ends";
     }
   }
   return text + "\n";
@@ -90,15 +90,16 @@ std::string DirectionText(const SetupFindings& found) {
            "configured); try another distance\n";
   }
   if (!found.seen) {
-    return std::string("direction: ") + (unknown ? "not known, so that no distance can be gone to; " : "not tried; ") +
+    return std::string("direction: ") +
+           (unknown ? "not known, so that no move to a distance is possible; " : "not tried; ") +
            "--at DISTANCE tries it on a subject in the picture whose distance is known\n";
   }
   if (found.direction == "right") return "direction: " + SeenText(*found.seen) + ", as expected\n";
   if (found.goes_by_seen) {
-    return "direction: " + SeenText(*found.seen) + "; lensd goes by it from now on, also when it is restarted\n";
+    return "direction: " + SeenText(*found.seen) + "; lensd uses it from now on, also after a restart\n";
   }
   if (focus != found.info["axes"].end() && TextOf(*focus, "directionFrom") == "calibration") {
-    return "direction: reversed: " + SeenText(*found.seen) + ", and the calibration says otherwise; measure it anew\n";
+    return "direction: reversed: " + SeenText(*found.seen) + ", but the calibration says otherwise; measure it again\n";
   }
   return "direction: reversed; in [lens.focus] say the other one of near-positive and near-negative\n";
 }

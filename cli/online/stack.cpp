@@ -54,7 +54,7 @@ std::expected<std::vector<std::string>, Failure> TakeShots(Session& session, Dae
     const auto frame = Shoot(session, link, lens, shot, path);
     if (!frame) {
       session.Remark(std::to_string(files.size()) + " of " + std::to_string(plan["shots"].size()) + " shots are in " +
-                     folder + (files.size() > 1 ? "; lensctl merge takes them as they are" : ""));
+                     folder + (files.size() > 1 ? "; lensctl merge can merge them" : ""));
       return PassOn(frame);
     }
     shot["frame"] = *frame;
@@ -117,7 +117,7 @@ void AddStack(CLI::App& root, Run& run) {
   command->group(kOnline);
   command->add_option("NAME", options->lens, "lens");
   command->add_option("-o", options->folder, "where to save the pictures")->required()->type_name("DIR");
-  command->add_option("--merge", options->merge.picture, "make one picture of them that is sharp all over")
+  command->add_option("--merge", options->merge.picture, "merge the pictures into one that is sharp everywhere")
       ->type_name("FILE");
   AddMergeOptions(*command, options->merge);
   AddPlanOptions(*command, options->text);

@@ -247,7 +247,7 @@ std::string MoveText(const Json& move) {
   }
   line += True(move, "verified") ? ", verified" : ", not verified";
   if (Has(move, "trackingBoundUm")) {
-    line += ", in focus all the way within " + NumberText(move, "trackingBoundUm", 3, " um");
+    line += ", in focus during the whole move within " + NumberText(move, "trackingBoundUm", 3, " um");
   }
   if (Has(move, "exposureMs")) line += ", exposure now " + NumberText(move, "exposureMs", 4, " ms");
   line += " after " + TimeText(move, "elapsedMs");
@@ -279,7 +279,7 @@ std::string ShiftSizeText(const Json& size) {
 static std::string LearnedSlopeText(const Json& result) {
   if (!Has(result, "slope") || !Has(result["slope"], "known")) return "";
   const Json& known = result["slope"]["known"];
-  std::string text = "\n  blur: " + NumberText(known, "factor", 3, " times what is told, as ") +
+  std::string text = "\n  blur: " + NumberText(known, "factor", 3, " times the configured one, as ") +
                      NumberText(known, "runs", 3, " runs have shown");
   if (True(result["slope"], "anotherLens")) {
     text += "; it is " + NumberText(result["slope"], "shown", 3, " times now: is it another lens?");
@@ -293,7 +293,7 @@ std::string AutofocusText(const Json& result) {
   if (TextOf(result, "cause") == "notRestored") {
     line += "NOT done" + focus;
   } else if (!True(result, "focused")) {
-    line += "refused, and back where it was" + focus;
+    line += "refused, and the lens is back where it was" + focus;
   } else {
     line += focus.empty() ? "focused" : focus.substr(2);  // ", focused at ..." says it already
   }

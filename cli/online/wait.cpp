@@ -90,7 +90,8 @@ Outcome Reset(Session& session, const std::vector<std::string>& words) {
 
 void AddWait(CLI::App& root, Run& run) {
   auto words = std::make_shared<std::vector<std::string>>();
-  auto* command = root.add_subcommand("wait", "until a lens is idle, connected or homed; without NAME all of them");
+  auto* command =
+      root.add_subcommand("wait", "wait until a lens is idle, connected or homed; without NAME until all are");
   command->group(kOnline);
   command
       ->add_option(
@@ -106,9 +107,10 @@ void AddWait(CLI::App& root, Run& run) {
 void AddReset(CLI::App& root, Run& run) {
   auto words = std::make_shared<std::vector<std::string>>();
   auto* command = root.add_subcommand(
-      "reset", "end a latched stop and clear faults whose cause is gone, then tell how the lens is; nothing moves");
+      "reset",
+      "end a latched stop and clear faults whose cause is gone, then show the state of the lens; nothing moves");
   command->group(kOnline);
-  command->add_option("words", *words, "[NAME] [AXIS]: one axis alone")->expected(0, 2)->type_name("");
+  command->add_option("words", *words, "[NAME] [AXIS]: clear one axis only")->expected(0, 2)->type_name("");
   command->callback([&run, words] { run = [words](Session& session) { return Reset(session, *words); }; });
 }
 

@@ -277,50 +277,52 @@ void AddPlanOptions(CLI::App& command, PlanText& text) {
         ->group("What must be sharp or blurred");
   };
   const char* const lens = "The lens";
-  add("--focal-length", text.focal_length, "F", "50mm; of a zoom 24mm..70mm, with --field")->group(lens);
+  add("--focal-length", text.focal_length, "F", "such as 50mm, or 24mm..70mm for a zoom with --field")->group(lens);
   add("--f-number", text.f_number, "N", "range 1.4..22, or the stops 1.4,2,2.8")->group(lens);
-  add("--aperture-diameter", text.aperture_diameter, "A", "the same as diameters, such as 3mm..20mm")->group(lens);
+  add("--aperture-diameter", text.aperture_diameter, "A", "diameters instead of f-numbers, such as 3mm..20mm")
+      ->group(lens);
   add("--extension", text.extension, "E", "sensor distance beyond the focal length, 0mm..8mm")->group(lens);
-  add("--sensor-distance", text.sensor_distance, "Z", "the same from the lens centre, 50mm..58mm")->group(lens);
+  add("--sensor-distance", text.sensor_distance, "Z", "sensor distance from the lens centre instead, 50mm..58mm")
+      ->group(lens);
   add("--pixel", text.pixel, "SIZE", "size of a pixel, for limits in px")->group(lens);
   add("--pupil-factor", text.pupil_factor, "P", "exit over entrance pupil diameter (default 1)")->group(lens);
-  add("--field", text.field, "W@D", "zoom: frame a field W wide at distance D")->group(lens);
+  add("--field", text.field, "W@D", "zoom: fill the frame with a field W wide at distance D")->group(lens);
   add("--sensor-width", text.sensor_width, "W", "zoom: width of the sensor")->group(lens);
   add_limits("--sharp", text.sharp, "[NAME=]WHERE[:LIMIT], blur at most LIMIT everywhere in WHERE; repeatable");
   add_limits("--blurred", text.blurred, "[NAME=]WHERE[:LIMIT][:behind|:front], blur at least LIMIT; repeatable");
   add("--depth-map", text.depth_map, "F.png", "depths in mm, 16-bit grey PNG, 0 where unknown")
       ->group("What must be sharp or blurred");
   add("--mask", text.mask, "F.png",
-      "classes of the depth map's pixels, 8-bit grey PNG, 0 ignored; without it all are @1")
+      "classes of the depth map's pixels, 8-bit grey PNG, 0 ignored; without a mask all pixels are @1")
       ->group("What must be sharp or blurred");
   const char* const wanted = "What is wanted";
   add("--focus", text.focus, "D", "keep the focal plane at this distance or vergence")->group(wanted);
   add("--objective", text.objective, "WHAT",
-      "light: smallest f-number (default); sharp: smallest blur against the limits; depth: with --focus and "
-      "--blur-limit, the greatest depth of field")
+      "light: smallest f-number (default); sharp: smallest blur relative to the limits; depth: greatest depth of "
+      "field, with --focus and --blur-limit")
       ->group(wanted);
   add("--blur-limit", text.blur_limit, "C", "blur that still counts as sharp, for --objective depth")->group(wanted);
   command.add_flag("--stack", text.stack, "the fewest shots that together keep every sharp limit")->group(wanted);
   AddPlotOptions(command, text.plot,
-                 "the settings that meet the limits, and blur against vergence; of a stack the depths of its shots",
+                 "the settings that meet the limits, and blur against vergence; for a stack the depths of its shots",
                  wanted);
   AddRaysOption(command, text.rays, wanted);
-  const char* const certain = "What must be counted with";
-  add("--sensor-tolerance", text.sensor_tolerance, "T", "the sensor stands within this of where it should, 2um")
+  const char* const certain = "Tolerances and diffraction";
+  add("--sensor-tolerance", text.sensor_tolerance, "T", "the sensor is within this of its position, 2um")
       ->group(certain);
   add("--f-number-tolerance", text.f_number_tolerance, "T", "the f-number is within this of its value, 2%")
       ->group(certain);
   add("--wavelength", text.wavelength, "L", "count diffraction at this wavelength, 550nm")->group(certain);
-  add("--diffraction", text.diffraction, "KIND", "its convention: airy (default) or mtf50")->group(certain);
+  add("--diffraction", text.diffraction, "KIND", "diffraction blur: airy (default) or mtf50")->group(certain);
   add("--model-tolerance", text.model_tolerance, "T",
-      "what the camera model may leave out (default: a tenth of the tightest limit, or a quarter pixel if larger)")
+      "largest error of the camera model (default: a tenth of the tightest limit, or a quarter pixel if larger)")
       ->group(certain);
   command.footer(
       "WHERE is NEAR..FAR, one distance or vergence, plane(U0,UX,UY) (vergence U0 + UX x + UY y in dioptres, x and y "
       "in\n"
       "[-1,1] across the frame) or @K (class K of the mask). LIMIT is a blur diameter on the sensor, 8um or 1.5px; "
       "1px\n"
-      "when left out. NAME says what answers shall call it.");
+      "when left out. NAME is the name of the limit in the answer.");
 }
 
 }  // namespace lensd::cli

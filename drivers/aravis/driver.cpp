@@ -50,7 +50,7 @@ Result<void> ExpectLens(ArvCamera* camera, const DriverConfig& config, const Len
 /// The pictures are of no use, and so are the features for nothing but them, where the camera has any.
 void LeavePicturesOut(ArvCamera* camera, const Error& why, Findings& findings) {
   findings.LeaveOut("camera", why);
-  const Error with_them{why.code, "it is for the pictures, which are left out"};
+  const Error with_them{why.code, "it describes the pictures, which are left out"};
   CallError exposure_error, gain_error;
   const bool exposure = arv_camera_is_exposure_time_available(camera, exposure_error.out()) != 0;
   const bool gain = arv_camera_is_gain_available(camera, gain_error.out()) != 0;

@@ -57,7 +57,7 @@ struct Cp2112::Status {
       case 4:
         return {Code::Protocol, "a write to the lens broke off"};
       default:
-        return {Code::Protocol, "the USB bridge tells of an unknown failure " + std::to_string(detail)};
+        return {Code::Protocol, "the USB bridge reports an unknown failure " + std::to_string(detail)};
     }
   }
 };

@@ -194,7 +194,7 @@ Result<void> LensConnectLens::FollowBusy(Track& track, bool late) {
   const bool just_begun = !std::exchange(track.seen_busy, true);
   if (!track.stopping) return {};
   if (just_begun) return WriteStop(track);  // it began only after it was told to stop
-  if (late) track.fault = "goes on although it was told to stop; see stop_value";
+  if (late) track.fault = "the motor continues after a stop command; see stop_value";
   return {};
 }
 
@@ -284,7 +284,7 @@ Result<std::uint16_t> LensConnectLens::ReadSettled(std::uint16_t where, std::uin
     if (!value || *value == before) return value;
     before = *value;
   }
-  return Fail(Code::Protocol, "the lens tells something else each time");
+  return Fail(Code::Protocol, "the lens gives a different answer each time");
 }
 
 LensState LensConnectLens::State(Instant sampled_at) const {

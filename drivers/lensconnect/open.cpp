@@ -20,7 +20,7 @@ Result<std::uint16_t> ReadTwice(Registers& registers, std::uint16_t where) {
     before = value;
   }
   if (!before) return before;
-  return Fail(Code::Protocol, "the lens tells something else each time");
+  return Fail(Code::Protocol, "the lens gives a different answer each time");
 }
 
 /// Reads a register into `into`; further calls do nothing once one has failed.

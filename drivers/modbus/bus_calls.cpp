@@ -65,7 +65,7 @@ Result<void> Bus::Stop(BusSlot& seat, const Interrupts& interrupts) {
   answers_.wait_until(lock, clock_.Now() + IoDeadline(), [&] { return answered() || interrupts.count != before; });
   seat.barrier.Check();
   if (answered()) return seat.stop_answer;
-  if (interrupts.count != before) return Fail(Code::Cancelled, "interrupted; the stop goes out all the same");
+  if (interrupts.count != before) return Fail(Code::Cancelled, "interrupted; the stop is sent nevertheless");
   return PassOn(NotInTime(seat, "stopped"));
 }
 

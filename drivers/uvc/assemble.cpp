@@ -32,7 +32,7 @@ namespace {
 /// The pictures are of no use, and so are the controls for nothing but them, where the camera lists any.
 void LeavePicturesOut(const Session& session, const Error& why, Findings& findings) {
   findings.LeaveOut("camera", why);
-  const Error with_them{why.code, "it is for the pictures, which are left out"};
+  const Error with_them{why.code, "it describes the pictures, which are left out"};
   const CameraTerminal& terminal = session.terminal;
   if (terminal.id != 0 && terminal.Has(kExposureAbsolute.bit)) findings.LeaveOut("exposure", with_them);
   if (UnitWithGain(session.function, terminal) != nullptr) findings.LeaveOut("gain", with_them);

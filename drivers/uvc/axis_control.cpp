@@ -40,7 +40,7 @@ Result<ControlRange> ReadRange(Controls& controls, ControlAddress at, const Unit
   }
   const auto& [info, minimum, maximum, resolution, current] = answers;
   if (!minimum || !maximum || !current) {
-    return Fail(Code::Unsupported, what + ": the camera lists the control but does not tell its range");
+    return Fail(Code::Unsupported, what + ": the camera lists the control but does not report its range");
   }
   if (info && (*info & 0x02) == 0) return Fail(Code::Unsupported, what + ": the control can be read and not set");
   ControlRange range;

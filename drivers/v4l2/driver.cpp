@@ -184,7 +184,7 @@ Result<void> LeavePicturesOut(const Node& node, const Error& why, drivers::Findi
     const auto control = FindPart(node, id);
     if (!control && drivers::ConcernsAll(control.error())) return PassOn(control);
     if (!control) findings.LeaveOut(part, control.error());
-    if (control && *control) findings.LeaveOut(part, {why.code, "it is for the pictures, which are left out"});
+    if (control && *control) findings.LeaveOut(part, {why.code, "it describes the pictures, which are left out"});
   }
   return {};
 }

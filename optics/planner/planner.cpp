@@ -135,11 +135,10 @@ Result<PlanAnswer> Plan(const PlanRequest& request) {
   PlanAnswer answer;
   if (outcome.scanned) {
     answer.note =
-        "limits this large next to diffraction leave a set that is not convex: it was searched by branch and bound "
-        "over "
-        "the f-number";
+        "with limits this large compared with diffraction the feasible set is not convex: it was searched by branch "
+        "and bound over the f-number";
     if (outcome.undecided) {
-      answer.note += ", which gave up undecided: change a limit a little";
+      answer.note += ", which ended undecided: change a limit slightly";
     }
   }
   if (!outcome.best) {

@@ -143,7 +143,7 @@ StackAnswer WhyNot(const Cover<double>& cover, const std::vector<Need<double>>& 
                   "the nearest depth asked for is nearer than what the nearest focus position keeps sharp");
   }
   return refuse(StackCause::Tolerance,
-                "what the motors and the calibration keep, and diffraction, leave nothing of the depth of focus");
+                "the errors of motors and calibration, and diffraction, leave nothing of the depth of focus");
 }
 
 }  // namespace

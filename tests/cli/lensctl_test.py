@@ -38,7 +38,7 @@ class Frame(Case):
     def test_errors_before_a_command_is_known_are_json_too(self):
         self.refused(64, "say m, mm, ft, in or D", "--units", "yd", "dof", *DOF)
         self.refused(64, "--model is empty", "blur", "--model", "", "--focal-length", "50mm", "--f-number", "2", "--focus", "1m", "--at", "2m")
-        self.refused(64, "--pixel is of the pictures of --frames-from", "autofocus", "a", "--pixel", "3um")
+        self.refused(64, "--pixel describes the pictures of --frames-from", "autofocus", "a", "--pixel", "3um")
         for signed in ("+2m", "+100mm"):
             self.refused(64, "a distance has no sign", "focus", "a", signed)
         self.refused(64, "a focal length has no sign", "zoom", "a", "+100mm")

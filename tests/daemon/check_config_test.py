@@ -37,7 +37,7 @@ WRONG = (
     (GOOD + "[lens.focus]\nbacklash = nan\n", [(7, "nan is no number that is used here")]),
     (GOOD + "[lens.focus]\nbacklash = \"many\"\n", [(7, '"auto" or a number')]),
     (GOOD + "[lens.focus]\nlimits = [200, 300]\npark = 100\n", [(8, "must be within limits")]),
-    (GOOD + "[lens.iris]\nshaper = \"zv\"\n", [(6, "where there is a shaper")]),
+    (GOOD + "[lens.iris]\nshaper = \"zv\"\n", [(6, "if there is a shaper")]),
     (GOOD + OPTICS.replace("[1.4, 16]", "[1.4]"), [(8, "f_number must be an array of 2 numbers")]),
     (GOOD + OPTICS + "calibration = 3\n", [(10, "calibration must be a string")]),
     (GOOD + "[lens.temperature]\ncompensate = 1\n", [(7, "must be true or false")]),
@@ -63,7 +63,7 @@ WRONG = (
     # A line that is no TOML is told, and nothing else of it; what stands below is read.
     (GOOD.replace('"sim"', "sim") + "[lens.focus]\nlimit = [1, 2]\n", [(4, ""), (7, 'did you mean "limits"?')]),
     (GOOD + 'name = "b"\n' + "[lens.focus]\nlimit = [1, 2]\n", [(6, "redefine"), (8, 'did you mean "limits"?')]),
-    (GOOD + "[lens.focus\nlimit = [1, 2]\n", [(6, "what comes after it was not looked at")]),
+    (GOOD + "[lens.focus\nlimit = [1, 2]\n", [(6, "the rest of the file was not checked")]),
     # A bus with a mistake is told where it stands, not again by each lens on it; a lens of which the driver is not known
     # has its own tables looked at, not the driver's keys.
     (DRIVES.replace("host", "hots"), [(2, "host"), (5, 'unknown key "hots"', 'did you mean "host"?')]),

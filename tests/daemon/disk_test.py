@@ -151,7 +151,7 @@ class DiskTest(unittest.TestCase):
             self.mend_disk()
             self.wait_status(watcher, lambda status: not status["unwritten"])
             self.assertEqual((self.remembered()["position"], self.remembered()["inMotion"]), (1400, False))
-            self.daemon.wait_log("a: its positions", "as they are again", times=1)
+            self.daemon.wait_log("a: its positions", "up to date again", times=1)
             moved = self.move(client, 1500)["parameters"]["move"]
             self.assertIs(moved["kept"], True)
             self.assertNotIn(WORDS[call], moved["reason"] or "")
@@ -199,7 +199,7 @@ class DiskTest(unittest.TestCase):
             self.mend_disk()
             self.wait_status(client, lambda status: not status["unwritten"])
             self.assertTrue(os.path.exists(path))
-            self.daemon.wait_log("a: its calibration", "as they are again", times=1)
+            self.daemon.wait_log("a: its calibration", "up to date again", times=1)
 
     def calibrated_while_the_disk_is_full(self, client):
         points = {"lens": "a", "points": [{"position": 0, "vergenceD": 0.0}, {"position": 4000, "extensionMm": 3.0}],

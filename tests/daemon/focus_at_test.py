@@ -208,10 +208,10 @@ class OverAStage(DaemonTest):
 
     def test_what_samples_cannot_tell_is_said(self):
         four = self.tell(*((f"x={x}mm y={y}mm", 1100 + 10 * x) for x in (-1, 1) for y in (-1, 1)))
-        self.assertIn("do not tell curvature", four["note"])
+        self.assertIn("too few places to show curvature", four["note"])
         self.assertEqual([value["value"] for value in four["next"]], [0, 0])
         shown = self.daemon.lensctl("focus-at", "show", "a", "x=0mm", "y=0mm")
-        self.assertIn("note: so few places", shown.stdout)
+        self.assertIn("note: too few places", shown.stdout)
         nine = self.tell(*((f"x={x}mm y={y}mm", 1100 + 10 * x) for x, y in ((0, 0), (0, 1), (1, 0), (0, -1), (-1, 0))))
         self.assertIsNone(nine["note"])
 

@@ -99,7 +99,7 @@ class FocusMap(DaemonTest):
         text = self.lensctl("tilted", "--grid", "3x3", "--mount", "40mm").stdout
         for words in ("9 of 9 regions", "best focus at the right edge", "best focus at the upper edge", "of the sensor about its vertical axis",
                       "sensor: move its left edge, seen from behind the camera", "or mount: a shim of", "or target: turn it by",
-                      "its right edge away from the camera", "turn the target half round", "curvature: none beyond its error"):
+                      "its right edge away from the camera", "turn the target by half a turn", "curvature: none beyond its error"):
             self.assertIn(words, text)
         text = self.lensctl("patchy").stdout
         for words in ("19 of 20 regions", "left out: column 2, row 2: nothing in the region changes with focus", "none beyond its error"):
@@ -142,7 +142,7 @@ class FocusMap(DaemonTest):
     def test_a_refusal_says_why_and_puts_the_lens_back(self):
         self.daemon.lensctl("focus", "blank", "@777")
         done = self.lensctl("blank", status=1)
-        self.assertIn("refused, and back where it was", done.stdout)
+        self.assertIn("refused, and the lens is back where it was", done.stdout)
         self.assertIn("0 of 20 regions", done.stdout)
         found = json.loads(self.lensctl("blank", "--json", status=1).stdout)
         self.assertEqual((found["mapped"], found["cause"], found["surface"], found["position"]), (False, "noTexture", None, 777))

@@ -134,7 +134,7 @@ class Hung(DaemonTest):
         before = daemon.status(client, "moves")["axes"]
         seen = len(events.told)
         daemon.fault("moves")
-        self.wait_for(lambda: daemon.lines("moves: a call that hung has come back"))
+        self.wait_for(lambda: daemon.lines("moves: a call that hung has returned"))
         self.assertEqual(daemon.status(client, "moves")["axes"], before)
         for lens in LENSES[1:]:
             daemon.fault(lens)

@@ -180,14 +180,14 @@ class Learned(DaemonTest):
         with self.daemon.client() as client:
             self.assertIn("learned", client.call(LENS + "List")["parameters"]["features"])
         self.assertEqual(self.learned(), {"lens": "a", "known": None, "runs": [],
-                                          "reason": "it takes 3 runs as the lens stands now, and there are 0"})
+                                          "reason": "it takes 3 runs in the present state of the lens, and there are 0"})
         self.teach(STARTS[:3])
         self.wait_for(lambda: os.path.exists(self.file))
         shown = self.daemon.lensctl("learned", "show", "a").stdout
-        for words in ("a: a step of focus makes", "times the blur that is told", "from 3 runs", "  3  ", "iris at 0"):
+        for words in ("a: a step of focus makes", "times the configured blur", "from 3 runs", "  3  ", "iris at 0"):
             self.assertIn(words, shown)
         found = self.daemon.lensctl("autofocus", "a").stdout
-        self.assertIn("times what is told, as 3 runs have shown", found)
+        self.assertIn("times the configured one, as 3 runs have shown", found)
         backup = self.daemon.lensctl("--json", "backup", "--config", self.daemon.config, "--state", self.state,
                                      os.path.join(self.folder.name, "b"))
         self.assertIn("a.slope.toml", json.loads(backup.stdout)["files"], backup.stderr)
@@ -196,9 +196,9 @@ class Learned(DaemonTest):
             with self.daemon.client() as other:
                 self.assertEqual(other.call(LENS + "ForgetLearned", {"lens": "a"})["error"], LENS + "Leased")
         forgotten = self.daemon.lensctl("learned", "forget", "a")
-        self.assertEqual((forgotten.returncode, forgotten.stdout), (0, "forgot what was learned of its blur\n"))
+        self.assertEqual((forgotten.returncode, forgotten.stdout), (0, "forgot its learned blur\n"))
         self.assertEqual((self.learned()["runs"], os.path.exists(self.file)), ([], False))
-        self.assertIn("blur is as told; it takes 3 runs", self.daemon.lensctl("learned", "show").stdout)
+        self.assertIn("the configured blur is used; it takes 3 runs", self.daemon.lensctl("learned", "show").stdout)
         self.assertIsNone(self.focus(900)["slope"]["known"])
 
     def test_a_file_that_cannot_be_read_is_kept(self):

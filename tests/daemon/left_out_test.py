@@ -106,7 +106,7 @@ class LeftOutTest(Played):
                 left_out = self.status(daemon)["leftOut"]
                 self.assertEqual([one["part"] for one in left_out], ["camera", *parts])
                 for one in left_out[1:]:
-                    self.assertEqual(one["reason"], "it is for the pictures, which are left out")
+                    self.assertEqual(one["reason"], "it describes the pictures, which are left out")
                     self.assertIn(f"without {one['part']}: {one['reason']}", daemon.lensctl("status").stdout)
                 self.assertEqual(self.info(daemon)["leftOut"], left_out)
                 self.assertEqual(daemon.lensctl("focus", "@100").returncode, 0)

@@ -106,7 +106,7 @@ class Recording(DaemonTest):
     def test_what_cannot_be_drawn_or_recorded_is_refused_before_anything_moves(self):
         for arguments, says in ((("--plot", "run.jpg"), "end in .svg or .png"), (("--plot", "run"), "end in .svg or .png"),
                                 (("--track", "--plot", "run.svg"), "--track"), (("--track", "--record", "run"), "--track"),
-                                (("--gamma", "2.2"), "--gamma is of the pictures of --frames-from")):
+                                (("--gamma", "2.2"), "--gamma describes the pictures of --frames-from")):
             ran = self.daemon.lensctl("autofocus", "a", *arguments)
             self.assertEqual(ran.returncode, 64, ran)
             self.assertIn(says, ran.stderr)

@@ -122,7 +122,7 @@ class Refocus(DaemonTest):
         self.assertLess(drift["lowUmPerC"], DRIFT_UM)
         self.assertGreater(drift["highUmPerC"], DRIFT_UM)
         shown = self.daemon.lensctl("refocus", "show").stdout
-        for words in ("a: focus is looked after", "refocus by temperature, moved by", "um a degree (", "subject "):
+        for words in ("a: lensd keeps the focus", "refocus by temperature, moved by", "um a degree (", "subject "):
             self.assertIn(words, shown)
         self.daemon.wait_log("a: refocus by temperature, moved")
         self.daemon.wait_log("a: refocus by temperature, searched")
@@ -247,7 +247,7 @@ class Refocus(DaemonTest):
                                  capture_output=True, text=True, timeout=20 * PATIENCE, check=False)
         self.assertEqual(checked.returncode, 78, checked.stderr)
         self.assertRegex(checked.stderr, r'c.toml:6: lens "a": \[lens.refocus\] temperature_c never starts anything')
-        self.assertIn("does not tell its temperature", str(self.ask("Status")["lenses"][0]["warnings"]))
+        self.assertIn("does not report its temperature", str(self.ask("Status")["lenses"][0]["warnings"]))
         self.focus()
         self.assertEqual(self.state_of()["results"], [])
 

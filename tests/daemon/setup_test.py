@@ -151,7 +151,7 @@ class Setup(unittest.TestCase):
             self.assertAlmostEqual(said["blurSlope"]["value"], self.slope_in_truth(lens, 1.2, 3.45, said["autofocus"]["position"]),
                                    delta=0.05 * said["blurSlope"]["value"])
             self.assertIsNone(said["nominalCurve"], "nobody said how far the subject is")
-            self.assertTrue(any("not those of this lens" in remark for remark in said["remarks"]), said["remarks"])
+            self.assertTrue(any("do not fit this lens" in remark for remark in said["remarks"]), said["remarks"])
 
     def test_no_end_of_the_travel_is_touched(self):
         with Lens() as lens:
@@ -187,7 +187,7 @@ class Setup(unittest.TestCase):
     def test_a_device_that_repeats_its_target_gives_no_speed(self):
         with Lens(feedback="none") as lens:
             told = lens.daemon.lensctl("setup", "cam").stdout
-            self.assertIn("nothing is read back", told)
+            self.assertIn("no position is read back", told)
             self.assertNotIn("latency", told)
 
     def test_its_lines_are_a_configuration(self):

@@ -101,7 +101,7 @@ class Undo(DaemonTest):
         self.move("b", position=350)
         told = self.daemon.lensctl("undo", "b")
         self.assertEqual((told.returncode, told.stderr), (0, ""))
-        self.assertRegex(told.stdout, r"b: focus at 250, .*\n(.*\n)*b: back where it was, the same plane within [\d.]+ D")
+        self.assertRegex(told.stdout, r"b: focus at 250, .*\n(.*\n)*b: back where it was, plane in focus within [\d.]+ D")
         with self.daemon.client() as holder:
             key = holder.call(LENS + "TakeLease", {"lens": "b"})["parameters"]["lease"]
             self.assertEqual(self.call("Undo", lens="b")["error"], LENS + "Leased")

@@ -272,7 +272,7 @@ TEST_F(RigAutofocusTest, AStallInTheMiddleIsARefusal) {
   RunUntil(answers);
   ASSERT_TRUE(answers.only());
   EXPECT_FALSE(answers.only()->focused);
-  EXPECT_NE(answers.only()->reason.find("could not be brought back"), std::string::npos) << answers.only()->reason;
+  EXPECT_NE(answers.only()->reason.find("could not be moved back"), std::string::npos) << answers.only()->reason;
 }
 
 TEST_F(RigAutofocusTest, StopMoveAndUnpluggingEndItOnce) {

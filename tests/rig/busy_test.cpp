@@ -167,7 +167,7 @@ TEST_F(BusyTest, AMotorWhoseMoveIsGivenUpIsToldToStopAsSoonAsAnybodyListens) {
     const std::string said = moved.all[0] ? moved.all[0]->reason : moved.all[0].error().message;
     EXPECT_FALSE(moved.all[0] && moved.all[0]->reached);
     if (clock_.Now() >= lens_->to) continue;
-    const bool says_stopped = said.find("the motor was told to stop") != std::string::npos;
+    const bool says_stopped = said.find("the motor was commanded to stop") != std::string::npos;
     EXPECT_EQ(says_stopped, !lens_->commands) << said;
     EXPECT_EQ(said.find("the motor is not stopped yet") != std::string::npos, lens_->commands) << said;
     (says_stopped ? stopped : not_yet) += 1;

@@ -216,7 +216,7 @@ TEST_F(UnseenWayTest, OneThatNeverArrivesIsGivenUpAtTheDeadlineWithItsPlaceUnkno
   const MoveOutcome moved = To(600);
   EXPECT_FALSE(moved.reached);
   EXPECT_EQ(moved.cause, MoveCause::Late) << moved.reason;
-  EXPECT_THAT(moved.reason, ::testing::HasSubstr("where it stands is not known"));
+  EXPECT_THAT(moved.reason, ::testing::HasSubstr("its position is not known"));
   EXPECT_NEAR(std::chrono::duration<double>(moved.elapsed).count(), 8.0, 0.1) << "twice 3 s and 2 s more";
   EXPECT_LE(moved.position.value - moved.bound.value, 0.0) << "it may still be where it was";
   EXPECT_GE(rig_->GetStatus().axes[Axis::Focus]->bound.value, 600.0);

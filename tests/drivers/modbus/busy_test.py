@@ -160,8 +160,8 @@ class BusyTest(unittest.TestCase):
         for client in clients:
             client.__exit__()
         texts = [answer["parameters"].get("message") or answer["parameters"]["move"]["reason"] for answer in answers]
-        self.assertIn("the motor was told to stop", texts[0])
-        self.assertIn("the motor is not stopped yet: it will be told to as soon as the lens answers", texts[1])
+        self.assertIn("the motor was commanded to stop", texts[0])
+        self.assertIn("the motor is not stopped yet: the stop will be sent as soon as the lens answers", texts[1])
         self.assertEqual(failing.where()["turns"], 0)
         self.assertLess(failing.where()["place"], 20000)
         self.assertEqual(mute.where()["stops"], 0)
