@@ -68,6 +68,18 @@ Result<void> RefuseNamed(const LensConfig& config, const Settings& settings, con
   return {};
 }
 
+/// A table of an axis that the lens does not have is a mistake, or of another lens.
+Result<void> RefuseMissing(const LensConfig& config, const drivers::Capabilities& can) {
+  for (const drivers::Axis axis : drivers::kAxes) {
+    const std::string name(drivers::AxisName(axis));
+    const auto table = config.table.AsTable()->find(name);
+    if (table == config.table.AsTable()->end() || can.axes[axis]) continue;
+    return Fail(Code::Unsupported, table->second.where().Text() + ": lens \"" + config.name + "\": [lens." + name +
+                                       "] is configured here, and this lens has no " + name + ": remove the table");
+  }
+  return {};
+}
+
 /// What was found of a device of which only the lens is used, or only the camera.
 drivers::Findings HalfOf(const drivers::Findings& findings, bool lens) {
   drivers::Findings half;
@@ -125,6 +137,7 @@ Result<drivers::Device> OpenDevice(const LensConfig& config, const Clock& clock,
   if (config.camera) device->findings = HalfOf(device->findings, true);
   if (auto unnamed = RefuseNamed(config, config.table, device->findings); !unnamed) return PassOn(unnamed);
   if (!device->lens) return PassOn(AtLens(config, {Code::Unsupported, "this device has no lens"}));
+  if (auto missing = RefuseMissing(config, device->lens->capabilities()); !missing) return PassOn(missing);
   if (!config.camera) return device;
   if (device->camera) {
     const std::string place = config.camera->settings.where().Text();

@@ -16,7 +16,8 @@ constexpr double kNoise = 0.5;  ///< degrees by which readings of one temperatur
 constexpr double kWhole = 1.0;  ///< and of a thermometer that reports whole degrees
 /// What a DS18B20 reports before its first measurement, and what many devices report whose sensor is gone.
 constexpr double kPowerOn = 85.0, kNoSensor = 0.0;
-/// Longer than such a sensor takes for a measurement (0.75 s): a number that is reported again after this was measured.
+/// Longer than such a sensor takes for a measurement (0.75 s): a number that is reported again after this was measured,
+/// if the sensor has ever measured anything.
 constexpr Duration kMeasures = std::chrono::seconds(2);
 /// A lens that reported its temperature, and reports none for so long, has a fault.
 constexpr Duration kSilent = std::chrono::seconds(30);
@@ -64,7 +65,7 @@ std::string Thermometer::WhyNot(Celsius reading, Instant at) {
   const bool near = believed_ && std::abs((reading - *believed_).value) <= noise;
   if (IsDoubtful(reading) && !near) {
     if (!doubt_ || doubt_->value != reading) doubt_ = Doubt{reading, at};
-    if (at - doubt_->since < kMeasures) {
+    if (!believed_ || at - doubt_->since < kMeasures) {
       return Said(reading) + (reading.value == kPowerOn ? "as a sensor does that has measured nothing yet"
                                                         : "as many devices do whose sensor is gone");
     }

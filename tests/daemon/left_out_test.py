@@ -169,6 +169,15 @@ class LeftOutTest(Played):
             daemon = self.play(FOCUS, pictures="320 240 H264 30", more="width = 320\nheight = 240\n")
             self.assertIn("picture format", self.status(daemon)["error"])
 
+    def test_an_axis_that_the_lens_does_not_have_is_an_error_with_its_line(self):
+        for axis, key in (("zoom", "limits = [1, 9]"), ("iris", "tolerance = 2"), ("filter", "settle_ms = 5")):
+            with self.subTest(axis):
+                status = self.status(self.play(FOCUS, more=f"[lens.{axis}]\n{key}\n"))
+                self.assertFalse(status["connected"])
+                self.assertIn("lensd.toml:7: ", status["error"])
+                self.assertIn(f"this lens has no {axis}", status["error"])
+                self.doCleanups()
+
     def test_check_config_says_it_and_is_content(self):
         path = os.path.join(self.folder.name, "lensd.toml")
         with open(path, "w", encoding="utf-8") as file:

@@ -220,10 +220,15 @@ TEST(Thermometers, NumbersOfSensorsThatMeasureNothingAreDoubtedAtFirst) {
   for (const double doubtful : {85.0, 0.0}) {
     for (const double every_s : {0.1, 0.5, 1.0, 30.0}) {
       Thermometer thermometer(config);
-      const double after = BelievedAfter(thermometer, doubtful, every_s, start);
+      // At the start for as long as nothing else comes, then for two seconds.
+      EXPECT_EQ(BelievedAfter(thermometer, doubtful, every_s, start), 1e9);
+      EXPECT_GT(thermometer.left_out(), 0u);
+      const Instant later = start + 24h;
+      thermometer.Note(Celsius{doubtful + 1.5}, later);
+      EXPECT_EQ(thermometer.believed(), Celsius{doubtful + 1.5});
+      const double after = BelievedAfter(thermometer, doubtful, every_s, later + 60s);
       EXPECT_GE(after, std::max(2.0, every_s) - 1e-6);
       EXPECT_LE(after, std::max(2.0 + every_s, every_s) + 1e-6);
-      EXPECT_GT(thermometer.left_out(), 0u);
       Thermometer other(config);
       other.Note(Celsius{doubtful}, start);
       EXPECT_FALSE(other.believed());
