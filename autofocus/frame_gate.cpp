@@ -5,7 +5,8 @@
 #include <cmath>
 #include <cstdint>
 #include <utility>
-#include <vector>
+
+#include "frame_difference.h"
 
 namespace lensd::autofocus {
 namespace {
@@ -18,10 +19,7 @@ constexpr double kNearlyFull = 0.95, kNotFull = 0.7;  ///< of full scale
 constexpr double kFarPx = 4.0;                        ///< of blur: a move of so much shows where there is texture
 constexpr double kFarShare = 1.0 / 64.0;              ///< of the range: the same where the optics are not known
 constexpr int kFewFrames = 3;                         ///< of a search: what looks alike so early is doubted
-constexpr std::size_t kEnoughPixels = 256, kManyPixels = 65536;
-constexpr double kWhite = 0.05;       ///< correlation of neighbours below which a difference is noise ...
-constexpr double kWhiteSigmas = 3.0;  ///< ... or within so many standard deviations of none
-constexpr double kTexture = 1.15;     ///< slopes hold so many times the energy that noise alone would give
+constexpr int kMostStale = 2;  ///< frames that do not change by a move, until a scene is believed that does not
 
 using Row = std::span<const std::uint16_t>;
 
@@ -43,12 +41,6 @@ std::optional<Window> WindowAbout(const drivers::Frame& frame, std::span<const d
     about->height = bottom - about->y;
   }
   return about;
-}
-
-Row RowOf(const drivers::Frame& frame, const Window& window, int y) {
-  const auto from = static_cast<std::size_t>(window.y + y) * static_cast<std::size_t>(frame.width) +
-                    static_cast<std::size_t>(window.x);
-  return Row(*frame.samples).subspan(from, static_cast<std::size_t>(window.width));
 }
 
 double FullScale(const drivers::Frame& frame) {
@@ -106,45 +98,6 @@ bool HasRowsAgain(const drivers::Frame& one, const drivers::Frame& other, const 
   return false;
 }
 
-/// How two frames differ. Neighbouring differences of noise have nothing to do with each other, nor with the picture:
-/// both frames are equally sharp, which tells noise from a change of contrast.
-struct Difference {
-  bool is_noise = false;       ///< or nothing
-  bool texture_shows = false;  ///< the slopes of the picture are steeper than such noise makes them
-};
-Difference DifferenceOf(const drivers::Frame& one, const drivers::Frame& other, const Window& window) {
-  const auto pixels = static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height);
-  const int every = static_cast<int>(std::max<std::size_t>(1, pixels / kManyPixels));
-  double sum = 0.0, square = 0.0, next = 0.0, after_next = 0.0, slopes = 0.0, sharper = 0.0;
-  std::size_t count = 0;
-  std::vector<double> difference(static_cast<std::size_t>(window.width));
-  for (int y = 0; y < window.height; y += every) {
-    const Row a = RowOf(one, window, y), b = RowOf(other, window, y);
-    for (std::size_t x = 0; x < a.size(); ++x) difference[x] = static_cast<double>(a[x]) - b[x];
-    for (std::size_t x = 0; x + 2 < a.size(); ++x) {
-      sum += difference[x];
-      square += difference[x] * difference[x];
-      next += difference[x] * difference[x + 1];
-      after_next += difference[x] * difference[x + 2];
-      const double slope = static_cast<double>(a[x + 2]) - a[x], other_slope = static_cast<double>(b[x + 2]) - b[x];
-      slopes += slope * slope;
-      sharper += slope * slope - other_slope * other_slope;
-      ++count;
-    }
-  }
-  if (count < kEnoughPixels) return {};
-  const auto n = static_cast<double>(count);
-  const double offset = sum / n * sum / n, variance = square / n - offset;  // of a difference: twice that of a frame
-  if (!(variance > 0.0)) return {.is_noise = true, .texture_shows = false};
-  const double white = std::max(kWhite, kWhiteSigmas / std::sqrt(n));
-  const bool is_noise =
-      std::abs(next / n - offset) < white * variance && std::abs(after_next / n - offset) < white * variance;
-  // Slopes two pixels apart share a pixel's noise with the next ones: half as much again as if they did not.
-  const double texture = std::max(slopes / n - variance, 0.0);
-  const double scatter = std::sqrt(1.5 * n * (8.0 * variance * texture + 4.0 * variance * variance));
-  return {is_noise && std::abs(sharper) < kWhiteSigmas * scatter, slopes / n > kTexture * variance};
-}
-
 }  // namespace
 
 FrameGate::Light FrameGate::LightOf(const drivers::Frame& frame, const Window& window) {
@@ -183,16 +136,29 @@ std::string FrameGate::ReasonOf(Doubt doubt) {
   return "it shows the picture of where the lens was before";
 }
 
+std::string FrameGate::WhyThrownAway() const {
+  const int late = lag_.known().value_or(0);
+  return "it was thrown away: the picture is " + std::to_string(late) + (late == 1 ? " frame late" : " frames late");
+}
+
 bool FrameGate::SettledFor(Doubt doubt) const {
   return doubt == Doubt::Torn || doubt == Doubt::Stale ? motion_settled_ : content_settled_;
 }
 
+bool FrameGate::Moved(double position) const {
+  return !used_ || std::abs(position - used_->position) > 0.5 * setup_.resolution;
+}
+
 /// Far enough from the frame before for texture to change.
+bool FrameGate::IsFar(const Seen& now) const {
+  const double far = setup_.blur_px ? kFarPx * *setup_.blur_px : kFarShare * (setup_.highest - setup_.lowest);
+  return used_ && std::abs(now.position - used_->position) >= std::max(far, setup_.resolution);
+}
+
 bool FrameGate::IsStale(const Seen& now) const {
   // A pass over many places looks alike just before and just behind the top, and is not led astray by one of them.
-  if (count_ > kFewFrames && !late_) return false;
-  const double far = setup_.blur_px ? kFarPx * *setup_.blur_px : kFarShare * (setup_.highest - setup_.lowest);
-  if (std::abs(now.position - used_->position) < std::max(far, setup_.resolution)) return false;
+  if (count_ > kFewFrames && lag_.known().value_or(0) == 0) return false;
+  if (!IsFar(now)) return false;
   const Difference difference = DifferenceOf(now.frame, used_->frame, now.window);
   return difference.is_noise && difference.texture_shows;
 }
@@ -223,56 +189,101 @@ std::optional<FrameGate::Doubt> FrameGate::DoubtOf(const Seen& now) const {
 /// The frame after a doubtful one, taken at the place of that one.
 Judgement FrameGate::Answer(const Seen& now) {
   const Doubt doubt = *std::exchange(doubt_, std::nullopt);
+  const bool stale = doubt == Doubt::Stale;
+  if (stale) ++stale_;
   if (DoubtOf(now) == doubt) {
-    (doubt == Doubt::Torn || doubt == Doubt::Stale ? motion_settled_ : content_settled_) = true;
+    if (stale && lag_.ToLearn() && stale_ < kMostStale) {
+      doubt_ = doubt;
+      return {.kind = Judgement::Kind::AskAgain, .before_is_bad = {}};
+    }
+    (doubt == Doubt::Torn || stale ? motion_settled_ : content_settled_) = true;
+    stale_ = 0;
     return {};
   }
-  Judgement judged{.before_is_bad = ReasonOf(doubt)};
-  if (doubt != Doubt::Stale) return judged;
-  if (std::exchange(late_, true)) {
-    judged.kind = Judgement::Kind::Late;
-  } else if (count_ > 1) {
-    judged.kind = Judgement::Kind::UseAnew;
+  if (!stale) return {.before_is_bad = ReasonOf(doubt)};
+  lag_.BeginAtRest(now.frame, std::exchange(stale_, 0));
+  return {.kind = Judgement::Kind::AskAgain, .before_is_bad = ReasonOf(doubt)};
+}
+
+/// One more frame where the lens stands, until two agree.
+Judgement FrameGate::NextAtRest(const Seen& now, bool after_a_move) {
+  using Kind = Judgement::Kind;
+  switch (lag_.Next(now.frame, now.window)) {
+    case PictureLag::AtRest::Changed:
+      return {Kind::AskAgain, ReasonOf(Doubt::Stale)};
+    case PictureLag::AtRest::TooLate:
+      return {Kind::Late, {}};
+    case PictureLag::AtRest::Late:
+      return Used(now, {Kind::UseAnew, {}});
+    case PictureLag::AtRest::OddOne:
+      return Used(now, {Kind::Use, "it shows something else than the frames before and after it"});
+    case PictureLag::AtRest::Agrees:
+      if (!after_a_move) return Used(now, {});
+      lag_.NotLate();
+      return Used(now, {Kind::Use, kTakenTwice});
+    case PictureLag::AtRest::Restless:
+      break;
   }
+  return Used(now, {});
+}
+
+bool FrameGate::ToLookAgain(const Verdict& verdict) {
+  constexpr int kMost = 2;
+  const bool changed = !verdict.focused && verdict.cause == Cause::SubjectMoved;
+  const bool pictures = used_ && used_->frame.samples;
+  if (!pictures || lag_.at_rest() || looked_again_ == kMost || (!changed && lag_.known())) return false;
+  ++looked_again_;
+  lag_.BeginAtRest(used_->frame, 0);
+  return true;
+}
+
+Judgement FrameGate::JudgeAtRest(const drivers::Frame& frame) {
+  if (!frame.samples || frame.samples->size() != used_->frame.samples->size()) return {};
+  return NextAtRest({frame, used_->window, used_->position, LightOf(frame, used_->window)}, false);
+}
+
+bool FrameGate::ThrowsAwayScore(const Place& place) {
+  if (!Moved(place.position) || !lag_.ThrowsAway({})) {
+    lag_.MeasureAnew(nullptr, {}, {});
+    used_ = Seen{{}, {}, place.position, {}};
+    return false;
+  }
+  return true;
+}
+
+Judgement FrameGate::Used(const Seen& now, Judgement judged) {
+  if (judged.kind == Judgement::Kind::UseAnew) count_ = 0;
+  used_ = now;
+  ++count_;
   return judged;
 }
 
-Judgement FrameGate::JudgeChanged(const drivers::Frame& frame) {
-  const auto same = [&](const drivers::Frame& other) {
-    return frame.samples && frame.samples->size() == other.samples->size() &&
-           DifferenceOf(frame, other, used_->window).is_noise;
-  };
-  if (!changed_) {
-    changed_ = frame;
-    return {.kind = same(used_->frame) ? Judgement::Kind::Use : Judgement::Kind::AskAgain, .before_is_bad = {}};
-  }
-  if (!same(*changed_)) return {};
-  late_ = true;
-  count_ = 1;
-  used_->frame = frame;
-  used_->light = LightOf(frame, used_->window);
-  return {Judgement::Kind::UseAnew, ReasonOf(Doubt::Stale)};
-}
-
 Judgement FrameGate::Judge(const Place& place, const drivers::Frame& frame, std::span<const drivers::Region> regions) {
+  using Kind = Judgement::Kind;
   const auto window = WindowAbout(frame, regions);
   if (!window || !frame.samples) return {};
   const Seen now{frame, *window, place.position, LightOf(frame, *window)};
   if (used_ && (used_->frame.width != frame.width || used_->frame.height != frame.height)) return {};
+  if (lag_.at_rest()) return NextAtRest(now, true);
   Judgement judged;
-  if (std::exchange(thrown_away_, false)) {
-    judged.before_is_bad = "it was thrown away: the picture is one move late";
-  } else if (late_ && used_ && std::abs(now.position - used_->position) > 0.5 * setup_.resolution) {
-    thrown_away_ = true;
-    return {.kind = Judgement::Kind::AskAgain, .before_is_bad = {}};
+  if (std::exchange(thrown_away_, false)) judged.before_is_bad = WhyThrownAway();
+  if (!doubt_ && lag_.known().value_or(0) > 0 && Moved(now.position)) {
+    if (place.on_the_way) return {Kind::Late, {}};
+    if (lag_.ThrowsAway(frame)) {
+      thrown_away_ = true;
+      judged.kind = Kind::AskAgain;
+      return judged;
+    }
+    lag_.MeasureAnew(IsFar(now) ? &used_->frame : nullptr, frame, *window);
   }
   if (doubt_ && !place.on_the_way) {
     judged = Answer(now);
+    if (judged.kind == Kind::AskAgain) return judged;
   } else if (const auto doubt = DoubtOf(now); doubt && !SettledFor(*doubt)) {
     // On its way the lens does not stay for another frame.
     if (doubt_ && place.on_the_way) judged.before_is_bad = ReasonOf(*doubt_);
     doubt_ = doubt;
-    judged.kind = Judgement::Kind::AskAgain;
+    judged.kind = Kind::AskAgain;
     return judged;
   } else if (doubt_) {
     judged.before_is_bad = ReasonOf(*std::exchange(doubt_, std::nullopt));
@@ -280,13 +291,15 @@ Judgement FrameGate::Judge(const Place& place, const drivers::Frame& frame, std:
     // The only frame before is the odd one of the two.
     const bool dark = IsMuchDarker(used_->light, now.light, FullScale(frame));
     if (dark || HasRowsMissing(used_->frame, frame, *window)) {
-      judged = {Judgement::Kind::UseAnew, ReasonOf(dark ? Doubt::Dark : Doubt::Missing)};
+      judged = {Kind::UseAnew, ReasonOf(dark ? Doubt::Dark : Doubt::Missing)};
     }
   }
-  if (judged.kind == Judgement::Kind::UseAnew) count_ = 0;
-  used_ = now;
-  ++count_;
-  return judged;
+  const bool learns = judged.kind == Kind::Use && lag_.ToLearn() && !place.on_the_way && IsFar(now);
+  if (learns && ChangeBetween(frame, used_->frame, *window).shows) {
+    lag_.BeginAtRest(frame, 0);
+    return {Kind::AskAgain, judged.before_is_bad};
+  }
+  return Used(now, judged);
 }
 
 }  // namespace lensd::autofocus

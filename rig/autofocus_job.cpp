@@ -247,6 +247,7 @@ void AutofocusJob::Cancel(const Error& why) {
 void AutofocusJob::End(Result<AutofocusOutcome> outcome) {
   ended_ = true;
   if (outcome && !HeldThroughout(*outcome)) outcome->slope.reset();
+  if (outcome) NoteLag(*outcome);
   // A liquid lens is searched in its own units, and still focuses somewhere that is known.
   if (const auto* optics = means_.optics.focus_table(); outcome && !outcome->vergence && optics != nullptr) {
     const auto at = [&](Native position) {
@@ -279,6 +280,7 @@ void AutofocusJob::Report(const AutofocusProgress& progress, std::move_only_func
 }
 
 void AutofocusJob::Tell(const AutofocusOutcome& answer) {
+  NoteLag(answer);
   means_.replies.Add([tell = tell_, answer = answer, held = HeldThroughout(answer)]() mutable {
     if (!held) answer.slope.reset();
     tell(answer);

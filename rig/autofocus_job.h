@@ -10,6 +10,7 @@
 #include "external_camera.h"
 #include "focus_actuator.h"
 #include "frame_requests.h"
+#include "learned_lag.h"
 #include "lens_reader.h"
 #include "optical_state.h"
 #include "replies.h"
@@ -61,6 +62,7 @@ class AutofocusJob final : private FocusActuator {
   void SweepTo(Native target, double part_of_speed, MoveCallback done) override;
   void RequestFrame(LensMotion lens, ObservationCallback done) override;
   Instant Now() const override { return means_.clock.Now(); }
+  std::optional<int> lag_frames() const override;
   bool Held() const override { return Now() < means_.held_until; }
   int motions() const override { return focus().commands(); }
   void Report(const AutofocusProgress& progress, std::move_only_function<void()> then) override;
@@ -71,6 +73,8 @@ class AutofocusJob final : private FocusActuator {
   AutofocusRun::Scale Scale() const;
   autofocus::Setup SetupFor(const AutofocusRequest& request) const;
   SlopeConditions Under(const std::optional<OutsideCamera>& outside) const;
+  LearnedLag::Camera LagCamera() const;
+  void NoteLag(const AutofocusOutcome& outcome);
   bool HeldThroughout(const AutofocusOutcome& outcome) const;
   Result<double> StepFor(const SearchStep& step, const autofocus::Setup& setup) const;
   Result<std::vector<drivers::Region>> RegionsFor(const AutofocusRequest& request) const;
@@ -92,6 +96,7 @@ class AutofocusJob final : private FocusActuator {
   std::optional<autofocus::Setup> timed_;   ///< of the run, where its time follows the frames from outside
   AutofocusCallback done_;
   std::shared_ptr<ProgressCallback> progress_;
+  LearnedLag lags_;
   std::function<void(const AutofocusOutcome&)> tell_;
   std::uint64_t number_ = 0;  ///< of the run: answers of an earlier one never reach a later one
 };

@@ -47,7 +47,7 @@ AutofocusRun::AutofocusRun(Plan plan, FocusActuator& lens, Scale scale, std::fun
 
 AutofocusRun::Search AutofocusRun::SearchFor(Plan plan) const {
   const Instant deadline = lens_.Now() + plan.limit;
-  autofocus::FrameGate gate(plan.setup);
+  autofocus::FrameGate gate(plan.setup, lens_.lag_frames());
   return {.plan = std::move(plan),
           .gate = std::move(gate),
           .began_at = lens_.Now(),
@@ -120,8 +120,8 @@ void AutofocusRun::OnFrame(Result<Observation> seen) {
   ++search_.taken;
   auto admitted = Admit(*seen, place);
   if (!admitted) return GoBack(PassOn(admitted));
-  if (going_back_with_) return;
-  if (!*admitted) {
+  if (*admitted == Admission::Ended) return;
+  if (*admitted == Admission::Again) {
     search_.cpu += ThreadCpu() - before;
     return RequestFrame(sweep_ != Sweep::None ? LensMotion::Any : LensMotion::Standing);
   }
@@ -179,17 +179,18 @@ std::vector<AutofocusSample> AutofocusRun::Samples() const {
 
 void AutofocusRun::Follow(const autofocus::Advice& advice) {
   if (const auto* verdict = std::get_if<autofocus::Verdict>(&advice)) {
-    if (!verdict->focused && verdict->cause == autofocus::Cause::SubjectMoved && search_.gate.ToLookAgain()) {
-      search_.refusal = *verdict;
-      return RequestFrame();
-    }
-    if (!verdict->focused) return GoBack(Outcome(*verdict));
-    return End(Outcome(*verdict));
+    if (!search_.gate.ToLookAgain(*verdict)) return EndWith(*verdict);
+    search_.ends_with = *verdict;
+    return RequestFrame();
   }
   const auto& go = std::get<autofocus::GoAndLook>(advice);
   if (go.stride > 0) return GoOn(go);
   sweep_ = Sweep::None;
   GoTo(go);
+}
+
+void AutofocusRun::EndWith(const autofocus::Verdict& verdict) {
+  verdict.focused ? End(Outcome(verdict)) : GoBack(Outcome(verdict));
 }
 
 void AutofocusRun::GoTo(const autofocus::GoAndLook& advice) {

@@ -66,6 +66,8 @@ class AutofocusRun {
   void Allow(Duration limit);
   Duration elapsed() const { return lens_.Now() - search_.began_at; }
   Activity activity() const;
+  /// Of the newest search: as later ones are to take it; nothing: not known.
+  std::optional<int> lag_frames() const { return search_.gate.lag(); }
   /// It tracks, and waits for the scene to change.
   bool holding() const { return tracking_ && tracking_->holding; }
   const std::vector<drivers::Region>& regions() const { return search_.plan.regions->regions(); }
@@ -82,9 +84,9 @@ class AutofocusRun {
     autofocus::FrameGate gate;
     std::vector<AutofocusSample> frames{};  ///< those that the regions were shown, in order, without their scores
     std::vector<LeftOutFrame> left_out{};
-    std::optional<autofocus::Verdict> refusal{};  ///< that more frames at its place are to confirm
-    int taken = 0;                                ///< frames
-    Native before{};                              ///< where the lens stood during the newest of them
+    std::optional<autofocus::Verdict> ends_with{};  ///< once more frames at its place have confirmed it
+    int taken = 0;                                  ///< frames
+    Native before{};                                ///< where the lens stood during the newest of them
     Instant began_at;
     Instant deadline;
     int motions_before = 0;
@@ -92,19 +94,22 @@ class AutofocusRun {
   };
   enum class Sweep { None, UnderWay, Arrived };  ///< with frames taken on the way
 
+  enum class Admission { Used, Again, Ended };  ///< of a frame: to the search; one more is to be taken; neither
+
   Search SearchFor(Plan plan) const;
   bool EntersRange();
   AutofocusSample SampleOf(const Observation& seen) const;
   void RequestFrame(LensMotion lens = LensMotion::Standing);
   autofocus::Place PlaceOf(const LensedFrame::AxisDuring& focus) const;
   void OnFrame(Result<Observation> seen);
-  Result<bool> Admit(const Observation& seen, const autofocus::Place& place);
+  Result<Admission> Admit(const Observation& seen, const autofocus::Place& place);
   Result<void> BeginAnew();
   std::string WithLeftOut(std::string reason) const;
   void OnMoved(Result<MoveOutcome> moved);
   void AllowForLag(Duration move);
   void OnSwept(Result<MoveOutcome> moved);
   void Follow(const autofocus::Advice& advice);
+  void EndWith(const autofocus::Verdict& verdict);
   void GoTo(const autofocus::GoAndLook& advice);
   void GoOn(const autofocus::GoAndLook& advice);
   Native WithSlack(Native reading) const { return reading + Native{backlash_open_ ? scale_.slack : 0.0}; }

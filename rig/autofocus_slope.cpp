@@ -1,4 +1,5 @@
-// What an autofocus run says of the slope of blur: what it saw, under what, and whether that held until its end.
+// What an autofocus run says of the slope of blur: what it saw, under what, and whether that held until its end; and by
+// how many frames pictures are late: what a run goes by, and what it leaves for later ones.
 #include "autofocus_job.h"
 
 namespace lensd::rig {
@@ -41,6 +42,27 @@ bool AutofocusJob::HeldThroughout(const AutofocusOutcome& outcome) const {
   if (!outcome.slope || means_.optics.focus_table() == nullptr) return false;
   const SlopeConditions now = Under(external_ ? std::optional(external_->camera()) : std::nullopt);
   return SlopeHoldsUnder(outcome.slope->under, now, *means_.optics.table());
+}
+
+LearnedLag::Camera AutofocusJob::LagCamera() const {
+  if (external_) return {.outside = true, .pixel_um = external_->camera().pixel_um};
+  return {.outside = false, .pixel_um = means_.camera->capabilities().pixel_um};
+}
+
+/// The lens' own camera, whose driver says when a frame was exposed, is in time until a search finds it late.
+std::optional<int> AutofocusJob::lag_frames() const {
+  const auto learned = lags_.Of(LagCamera());
+  return learned || external_ ? learned : 0;
+}
+
+/// A search that could not make sense of its frames leaves the lag in doubt, and so does a refused one with frames from
+/// outside that were taken to be in time.
+void AutofocusJob::NoteLag(const AutofocusOutcome& outcome) {
+  using autofocus::Cause;
+  auto lag = run_->lag_frames();
+  const bool senseless = outcome.cause == Cause::SubjectMoved || outcome.cause == Cause::LateFrames;
+  if (!outcome.focused && (senseless || (external_ && lag == 0))) lag.reset();
+  lags_.Put(LagCamera(), lag);
 }
 
 }  // namespace lensd::rig

@@ -35,6 +35,8 @@ class FocusActuator {
   virtual Instant Now() const = 0;
   /// Nothing may be begun that no command asked for just now.
   virtual bool Held() const = 0;
+  /// By so many frames the camera's picture is late, as earlier runs have shown; nothing: not known.
+  virtual std::optional<int> lag_frames() const = 0;
   /// Device motions of the focus axis so far.
   virtual int motions() const = 0;
   /// Tells the caller how far it has come, and goes on with `then`.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <deque>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -89,7 +90,8 @@ struct Search {
   std::string method;
   int start = 0;
   Kind kind = Kind::Healthy;
-  int bad = 0;  ///< number of the frame, from 1
+  int bad = 0;          ///< number of the frame, from 1
+  std::size_t lag = 1;  ///< frames, of a late camera
   unsigned seed = 0;
 };
 
@@ -143,12 +145,18 @@ class BadCamera {
 
  private:
   int ShownPlace(int place) {
-    if (search_.kind == Kind::LateFromBefore && number_ == 1) {
-      return static_cast<int>(random_() % search_.stack->frames.size());
+    const bool from_before = search_.kind == Kind::LateFromBefore;
+    if (search_.kind == Kind::Late || from_before) {
+      while (number_ == 1 && waiting_.size() < search_.lag) {
+        waiting_.push_back(from_before ? static_cast<int>(random_() % search_.stack->frames.size()) : place);
+      }
+      waiting_.push_back(place);
+      const int shown = waiting_.front();
+      waiting_.pop_front();
+      return shown;
     }
-    const bool late = search_.kind == Kind::Late || search_.kind == Kind::LateFromBefore;
     const bool stale = search_.kind == Kind::StaleWithNoise && number_ == search_.bad;
-    return (late || stale) && number_ > 1 ? place_before_ : place;
+    return stale && number_ > 1 ? place_before_ : place;
   }
   Samples Seen(int place) {
     Samples seen = *search_.stack->frames[static_cast<std::size_t>(place)].samples;
@@ -199,48 +207,71 @@ class BadCamera {
   std::mt19937 random_;
   int number_ = 0;
   int place_before_ = 0;
+  std::deque<int> waiting_;  ///< places that later frames will show
   std::shared_ptr<const Samples> before_;
 };
 
-Ended GoThrough(const Search& search, const StackLens& lens) {
-  SteppedClock clock;
-  auto world = lens.Open(clock, search.start);
-  auto rig = *rig::Rig::Create({}, std::move(world.device), clock);
-  std::optional<rig::FrameWanted> wanted;
-  std::optional<Result<rig::AutofocusOutcome>> answer;
-  rig::AutofocusRequest request;
-  request.method = search.method;
-  request.regions = {search.region->region};
-  request.outside = rig::OutsideCamera{
-      .pixel_um = kPixelUm, .scores_only = false, .wanted = [&](const rig::FrameWanted& now) { wanted = now; }};
-  rig->Autofocus(std::move(request), nullptr, [&](Result<rig::AutofocusOutcome> end) { answer = std::move(end); });
-  BadCamera camera(search);
-  while (!answer && clock.Now() < Instant{1000s}) {
-    const Instant next = rig->Step(clock.Now());
-    if (wanted) {
-      drivers::Frame frame = camera.Take(static_cast<int>(std::lround(wanted->position.value)));
-      frame.exposure_start = std::max(clock.Now(), wanted->since);
-      frame.exposure_end = frame.exposure_start + 1ms;
-      clock.AdvanceTo(frame.exposure_end);
-      wanted.reset();
-      rig->GiveFrame(std::move(frame), [](const Result<void>& taken) { EXPECT_TRUE(taken) << taken.error().message; });
-    } else {
-      clock.AdvanceTo(std::max(next, clock.Now() + 100us));
-    }
+/// A lens and its camera, for as many searches as one likes.
+class Setting {
+ public:
+  Setting(const Search& first, const StackLens& lens) : camera_(first) {
+    auto world = lens.Open(clock_, first.start);
+    rig_ = *rig::Rig::Create({}, std::move(world.device), clock_);
   }
-  Ended ended;
-  EXPECT_TRUE(answer && *answer) << (answer ? (*answer).error().message : "did not end");
-  if (!answer || !*answer) return ended;
-  ended.asked = camera.number();
-  ended.outcome = **answer;
-  if (!ended.outcome.focused) return ended;
-  const double px = search.stack->blur_px_per_frame;
-  const double off = std::abs(ended.outcome.position.value - search.region->best);
-  ended.how = off <= std::max(1.0, 2.0 / px)  ? SearchEnd::Within
-              : off > std::max(2.0, 4.0 / px) ? SearchEnd::False
-                                              : SearchEnd::Off;
-  return ended;
-}
+  void MoveTo(int place) {
+    std::optional<Result<rig::MoveOutcome>> moved;
+    rig_->Move(drivers::Axis::Focus,
+               {.kind = rig::Target::Kind::Native, .value = static_cast<double>(place), .from = {}, .take_up = {}},
+               [&](Result<rig::MoveOutcome> end) { moved = std::move(end); });
+    while (!moved && clock_.Now() < Instant{1000s}) clock_.AdvanceTo(std::max(rig_->Step(clock_.Now()), Soon()));
+    EXPECT_TRUE(moved && *moved && (*moved)->reached);
+  }
+  Ended Go(const Search& search) {
+    std::optional<rig::FrameWanted> wanted;
+    std::optional<Result<rig::AutofocusOutcome>> answer;
+    rig::AutofocusRequest request;
+    request.method = search.method;
+    request.regions = {search.region->region};
+    request.outside = rig::OutsideCamera{
+        .pixel_um = kPixelUm, .scores_only = false, .wanted = [&](const rig::FrameWanted& now) { wanted = now; }};
+    rig_->Autofocus(std::move(request), nullptr, [&](Result<rig::AutofocusOutcome> end) { answer = std::move(end); });
+    const int before = camera_.number();
+    const Instant latest = clock_.Now() + 1000s;
+    while (!answer && clock_.Now() < latest) {
+      const Instant next = rig_->Step(clock_.Now());
+      if (wanted) {
+        drivers::Frame frame = camera_.Take(static_cast<int>(std::lround(wanted->position.value)));
+        frame.exposure_start = std::max(clock_.Now(), wanted->since);
+        frame.exposure_end = frame.exposure_start + 1ms;
+        clock_.AdvanceTo(frame.exposure_end);
+        wanted.reset();
+        rig_->GiveFrame(std::move(frame),
+                        [](const Result<void>& taken) { EXPECT_TRUE(taken) << taken.error().message; });
+      } else {
+        clock_.AdvanceTo(std::max(next, Soon()));
+      }
+    }
+    Ended ended;
+    EXPECT_TRUE(answer && *answer) << (answer ? (*answer).error().message : "did not end");
+    if (!answer || !*answer) return ended;
+    ended.asked = camera_.number() - before;
+    ended.outcome = **answer;
+    if (!ended.outcome.focused) return ended;
+    const double px = search.stack->blur_px_per_frame;
+    const double off = std::abs(ended.outcome.position.value - search.region->best);
+    ended.how = off <= std::max(1.0, 2.0 / px)  ? SearchEnd::Within
+                : off > std::max(2.0, 4.0 / px) ? SearchEnd::False
+                                                : SearchEnd::Off;
+    return ended;
+  }
+
+ private:
+  Instant Soon() const { return clock_.Now() + 100us; }
+
+  SteppedClock clock_;
+  std::unique_ptr<rig::Rig> rig_;
+  BadCamera camera_;
+};
 
 std::string Told(const Search& search, const Ended& ended) {
   return search.stack->name + " best " + std::to_string(search.region->best) + " start " +
@@ -276,8 +307,9 @@ class BadFrames : public ::testing::Test {
     search.seed = random();
     return search;
   }
-  static Ended Go(const Search& search) {
-    return GoThrough(search, lenses_[static_cast<std::size_t>(search.stack - stacks_.data())]);
+  static Ended Go(const Search& search) { return Setting(search, LensOf(search)).Go(search); }
+  static const StackLens& LensOf(const Search& search) {
+    return lenses_[static_cast<std::size_t>(search.stack - stacks_.data())];
   }
 
   static std::vector<Stack> stacks_;
@@ -296,8 +328,8 @@ TEST_F(BadFrames, OneIsTakenAgainAndTheAnswerStands) {
   for (int i = 0; i < runs; ++i) {
     Search search = Draw(random);
     const Ended healthy = Go(search);
-    EXPECT_TRUE(healthy.outcome.left_out.empty())
-        << "a healthy camera is asked for no frame more: " << Told(search, healthy);
+    EXPECT_LE(healthy.outcome.left_out.size(), 1)
+        << "but for one to learn the lag by, a healthy camera is asked for no frame more: " << Told(search, healthy);
     EXPECT_EQ(healthy.asked, healthy.outcome.frames);
     if (healthy.how != SearchEnd::Within) continue;
     search.kind = kSingle[random() % std::size(kSingle)];
@@ -352,9 +384,49 @@ TEST_F(BadFrames, ALateCameraIsNotBelieved) {
                 late.runs, late.within, late.off, late.refused, late.wrong);
   }
   EXPECT_EQ(ends[Kind::Late].wrong, 0);
-  // Where the first frame, too, is of a place that nobody knows, nothing in three frames need contradict another place:
-  // a known shortfall (docs/autofocus.md).
-  EXPECT_LE(ends[Kind::LateFromBefore].wrong, ends[Kind::LateFromBefore].runs / 20);
+  EXPECT_LE(ends[Kind::LateFromBefore].wrong, ends[Kind::LateFromBefore].runs / 500);
+  EXPECT_GE(ends[Kind::LateFromBefore].within, 0.8 * ends[Kind::LateFromBefore].runs);
+}
+
+/// Three searches in a row with one camera, which is 0, 1 or 2 frames late from a place before the first one on.
+TEST_F(BadFrames, TheFirstSearchLearnsByHowManyFramesThePictureIsLate) {
+  constexpr int kSearches = 3, kLags = 3;
+  std::mt19937 random(40);
+  Late ends[kLags][kSearches];
+  int left_out[kSearches] = {};
+  for (long i = 0; i < testing::ByLevel(9, 30, 1500); ++i) {
+    Search search = Draw(random);
+    const long lag = i % kLags;
+    search.lag = static_cast<std::size_t>(lag);
+    search.kind = Kind::LateFromBefore;
+    Setting setting(search, LensOf(search));
+    for (int nth = 0; nth < kSearches; ++nth) {
+      const Ended ended = setting.Go(search);
+      Late& late = ends[lag][nth];
+      ++late.runs;
+      late.within += ended.how == SearchEnd::Within;
+      late.off += ended.how == SearchEnd::Off;
+      late.refused += ended.how == SearchEnd::Refused;
+      late.wrong += ended.how == SearchEnd::False;
+      if (ended.how == SearchEnd::False) std::printf("lag %ld, %s\n", lag, Told(search, ended).c_str());
+      if (lag == 0) left_out[nth] += ended.outcome.left_out.size() > (nth == 0 ? 1 : 0) ? 1 : 0;
+      search.start = static_cast<int>(random() % search.stack->frames.size());
+      setting.MoveTo(search.start);
+    }
+  }
+  for (int lag = 0; lag < kLags; ++lag) {
+    for (const Late& late : ends[lag]) {
+      std::printf("%d late: %d runs: %d within, %d off, %d refused, %d false\n", lag, late.runs, late.within, late.off,
+                  late.refused, late.wrong);
+    }
+  }
+  std::printf("not late: %d first searches with two frames more, %d and %d later ones with one\n", left_out[0],
+              left_out[1], left_out[2]);
+  for (const auto& of_lag : ends) {
+    EXPECT_LE(of_lag[0].wrong, of_lag[0].runs / 500);
+    EXPECT_LE(of_lag[1].wrong + of_lag[2].wrong, of_lag[1].runs / 500);
+  }
+  for (const int count : left_out) EXPECT_LE(count, ends[0][0].runs / 50 + 1);
 }
 
 }  // namespace

@@ -36,6 +36,7 @@ struct Step {
 };
 struct Story {
   std::vector<Step> steps;
+  int twice = 0;  ///< frames that were asked for once more where the lens stood, of a camera whose lag is not known
   Result<AutofocusOutcome> end = Fail(Code::Internal, "did not end");
 };
 
@@ -91,10 +92,15 @@ class SameAsBuiltIn : public ::testing::TestWithParam<const char*> {
     Answers<AutofocusOutcome> answers;
     rig->Autofocus(std::move(request), nullptr, answers.Take());
     RunToEnd(*rig, clock, answers, [&] {
-      if (!wanted || story.steps.size() >= before.steps.size()) return;
-      drivers::Frame frame = before.steps[story.steps.size()].frame;
-      story.steps.push_back({wanted->position.value, frame});
-      EXPECT_EQ(wanted->number, static_cast<int>(story.steps.size()));
+      if (!wanted) return;
+      const std::size_t count = story.steps.size();
+      const bool here = count > 0 && story.steps.back().position == wanted->position.value;
+      const bool again =
+          here && (count == before.steps.size() || before.steps[count].position != wanted->position.value);
+      if (!again && count == before.steps.size()) return;
+      drivers::Frame frame = before.steps[again ? count - 1 : count].frame;
+      again ? void(++story.twice) : story.steps.push_back({wanted->position.value, frame});
+      EXPECT_EQ(wanted->number, static_cast<int>(story.steps.size()) + story.twice);
       const Duration exposure = frame.exposure_end - frame.exposure_start;
       frame.exposure_start = std::max(clock.Now(), wanted->since);
       frame.exposure_end = frame.exposure_start + exposure;
@@ -122,7 +128,8 @@ TEST_P(SameAsBuiltIn, FrameForFrame) {
     for (std::size_t i = 0; i < one.steps.size(); ++i) EXPECT_EQ(one.steps[i].position, other.steps[i].position) << i;
     EXPECT_EQ(one.end->focused, other.end->focused);
     EXPECT_EQ(one.end->method, other.end->method);
-    EXPECT_EQ(one.end->frames, other.end->frames);
+    EXPECT_EQ(one.end->frames + other.twice, other.end->frames);
+    EXPECT_LE(other.twice, 1);
     EXPECT_EQ(one.end->moves, other.end->moves);
     EXPECT_EQ(one.end->position, other.end->position);
     EXPECT_EQ(one.end->confidence, other.end->confidence);

@@ -16,8 +16,10 @@
 //   stale     all of it equals the frame before, or differs from it by noise alone, though the lens has moved by pixels
 //   of
 //             blur and texture shows; by noise alone only in the first four frames, since a pass looks alike on both
-//             sides of its top. From then on a frame is thrown away after each move.
-// The first frame has none before it: it is left out where the second one shows that it was dark or had rows missing.
+//             sides of its top.
+// A stale frame, a picture that changes while the lens stands, and a camera of which nothing is known lead to the lag
+// of its picture (PictureLag): from then on frames are thrown away after each move. The first frame has none before it:
+// it is left out where the second one shows that it was dark or had rows missing.
 #pragma once
 
 #include <cstdint>
@@ -26,9 +28,13 @@
 #include <string>
 #include <utility>
 
+#include "autofocus/picture_lag.h"
 #include "autofocus/session.h"
 
 namespace lensd::autofocus {
+
+/// Why a frame of which nothing is wrong is not used: Judgement::before_is_bad.
+inline constexpr const char* kTakenTwice = "it was taken twice, to learn by how many frames the picture is late";
 
 /// What is to become of a frame.
 struct Judgement {
@@ -36,7 +42,7 @@ struct Judgement {
     Use,       ///< it goes to the search
     AskAgain,  ///< another one is to be taken where the lens is; the search does not get this one
     UseAnew,   ///< it is the first of a new search: what the search has seen so far is not to be relied on
-    Late       ///< frames are of where the lens was before even when one is thrown away after each move
+    Late       ///< by more frames than can be thrown away, or where the lens cannot wait for them
   };
   Kind kind = Kind::Use;
   /// Why the frame before this one was kept out of the search, or is to be taken out of it; empty: it was not.
@@ -46,13 +52,18 @@ struct Judgement {
 /// Of one search. Looks at the rectangle about all regions.
 class FrameGate {
  public:
-  explicit FrameGate(const Setup& setup) : setup_(setup) {}
+  /// `lag`: by how many frames the camera's picture is late; nothing: not known.
+  FrameGate(const Setup& setup, std::optional<int> lag) : setup_(setup), lag_(lag) {}
   Judgement Judge(const Place& place, const drivers::Frame& frame, std::span<const drivers::Region> regions);
-  /// The search refuses because the picture changed while the lens stood. True: up to two more frames are to be taken
-  /// there and given to JudgeChanged(), since a picture that is one move late changes once and then no more.
-  bool ToLookAgain() { return !late_ && used_ && !std::exchange(looked_again_, true); }
-  /// UseAnew: the picture was late. Use: the refusal stands, and the frame is of no more use.
-  Judgement JudgeChanged(const drivers::Frame& frame);
+  /// Of a score without its picture: whether another one is to be taken at its place.
+  bool ThrowsAwayScore(const Place& place);
+  /// The search ends with this verdict. True: before it counts, more frames are to be taken where the lens stands, and
+  /// given to JudgeAtRest(): the picture changed there, or nothing is known of its lag, so that they show it.
+  bool ToLookAgain(const Verdict& verdict);
+  /// UseAnew: the picture was late. Use: the verdict stands, and the frame is of no more use.
+  Judgement JudgeAtRest(const drivers::Frame& frame);
+  /// As later searches are to take it; nothing: not known.
+  std::optional<int> lag() const { return lag_.Learned(); }
 
  private:
   enum class Doubt { Flat, Dark, Bright, Missing, Torn, Stale };
@@ -69,8 +80,13 @@ class FrameGate {
 
   std::optional<Doubt> DoubtOf(const Seen& now) const;
   bool SettledFor(Doubt doubt) const;
+  bool IsFar(const Seen& now) const;
   bool IsStale(const Seen& now) const;
+  bool Moved(double position) const;
   Judgement Answer(const Seen& now);
+  Judgement NextAtRest(const Seen& now, bool after_a_move);
+  Judgement Used(const Seen& now, Judgement judged);
+  std::string WhyThrownAway() const;
   static std::string ReasonOf(Doubt doubt);
   static Light LightOf(const drivers::Frame& frame, const Window& window);
   static bool IsMuchDarker(const Light& dark, const Light& light, double full);
@@ -80,11 +96,11 @@ class FrameGate {
   int count_ = 0;               ///< of those
   std::optional<Doubt> doubt_;  ///< in the frame before
   bool thrown_away_ = false;    ///< the frame before was
-  bool late_ = false;
-  bool content_settled_ = false;           ///< a scene that is flat, dark or bright by itself was seen
-  bool motion_settled_ = false;            ///< one that looks alike in two places was seen
-  bool looked_again_ = false;              ///< after a refusal
-  std::optional<drivers::Frame> changed_;  ///< the first of the frames for JudgeChanged()
+  int stale_ = 0;               ///< frames that were doubted so, one after the other
+  PictureLag lag_;
+  bool content_settled_ = false;  ///< a scene that is flat, dark or bright by itself was seen
+  bool motion_settled_ = false;   ///< one that looks alike in two places was seen
+  int looked_again_ = 0;          ///< after verdicts
 };
 
 }  // namespace lensd::autofocus
