@@ -12,9 +12,9 @@
 #include <string>
 #include <utility>
 
-#include "convex_hull.h"
-#include "coordinate_guesses.h"
-#include "inverse.h"
+#include "autofocus/convex_hull.h"
+#include "autofocus/coordinate_guesses.h"
+#include "autofocus/inverse.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -1,5 +1,5 @@
 // By pixel, over the frames. Nothing here is asked for before a search has found no top.
-#include "fixed_pattern.h"
+#include "autofocus/fixed_pattern.h"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 #include <span>
 
 #include "autofocus/sharpness.h"
-#include "tile_scores.h"
+#include "autofocus/tile_scores.h"
 
 namespace lensd::autofocus {
 namespace {

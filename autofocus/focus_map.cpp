@@ -8,8 +8,8 @@
 #include <deque>
 #include <utility>
 
-#include "sharpness_curve.h"
-#include "sweep.h"
+#include "autofocus/sharpness_curve.h"
+#include "autofocus/sweep.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include "autofocus/focus_map.h"
-#include "inverse.h"
+#include "autofocus/inverse.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "frame_difference.h"
+#include "autofocus/frame_difference.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "matrix3.h"
+#include "autofocus/matrix3.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -10,7 +10,7 @@
 #include <limits>
 #include <vector>
 
-#include "matrix3.h"
+#include "autofocus/matrix3.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "frame_difference.h"
+#include "autofocus/frame_difference.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -7,13 +7,13 @@
 #include <sstream>
 #include <utility>
 
-#include "defocus/defocus.h"
-#include "fixed_pattern.h"
-#include "moving.h"
-#include "searches.h"
-#include "sharpness_curve.h"
-#include "star_focus.h"
-#include "sweep.h"
+#include "autofocus/defocus/defocus.h"
+#include "autofocus/fixed_pattern.h"
+#include "autofocus/moving.h"
+#include "autofocus/searches.h"
+#include "autofocus/sharpness_curve.h"
+#include "autofocus/star_focus.h"
+#include "autofocus/sweep.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "autofocus/fixed_pattern.h"
+#include "autofocus/searches.h"
 #include "autofocus/session.h"
-#include "fixed_pattern.h"
-#include "searches.h"
-#include "sharpness_curve.h"
-#include "side_lobe.h"
+#include "autofocus/sharpness_curve.h"
+#include "autofocus/side_lobe.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "autofocus/method.h"
 #include "autofocus/peak_fit.h"
-#include "tile_scores.h"
+#include "autofocus/tile_scores.h"
 
 namespace lensd::autofocus {
 

@@ -1,14 +1,14 @@
 // A curve that rises again is no proof: two depths in a region do that too. Few frequencies are none either: a grating
 // in focus has no others. Both together leave open which top is the focus.
-#include "side_lobe.h"
+#include "autofocus/side_lobe.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
-#include "defocus/repeats.h"
-#include "defocus/spectrum.h"
+#include "autofocus/defocus/repeats.h"
+#include "autofocus/defocus/spectrum.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -1,11 +1,11 @@
 // Tracks, hyperbolas and what they agree on. Nothing here asks for frames.
-#include "star_curve.h"
+#include "autofocus/star_curve.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "matrix3.h"
-#include "star_patch.h"
+#include "autofocus/matrix3.h"
+#include "autofocus/star_patch.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -4,8 +4,8 @@
 set(LENSD_ONE_PROCESSOR 5)
 
 # lensd_room(NAME SOURCES ... [ROOMS ...] [LIBRARIES ...] [PRIVATE_LIBRARIES ...] [COMPUTES | WAITS])
-# One static library a room, with its own include path NAME/include. ROOMS are the rooms its headers use. COMPUTES: pixels and
-# limits by the thousand, and hardly parses. WAITS: for devices, more than it computes.
+# One static library a room, with its own include path NAME/include; private headers are included by their path from the root.
+# ROOMS are the rooms its headers use. COMPUTES: pixels and limits by the thousand, and hardly parses. WAITS: for devices, more than it computes.
 function(lensd_room name)
   cmake_parse_arguments(ROOM "COMPUTES;WAITS" "" "SOURCES;ROOMS;LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
   set(target room_${name})
@@ -13,7 +13,7 @@ function(lensd_room name)
     add_library(${target} STATIC ${ROOM_SOURCES})
     set(visibility PUBLIC)
     lensd_join(${target})
-    target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+    target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
     target_link_libraries(${target} PRIVATE ${ROOM_PRIVATE_LIBRARIES})
     if(ROOM_COMPUTES)
       lensd_untraced(${target})
@@ -64,7 +64,7 @@ function(lensd_test_program name)
   cmake_parse_arguments(TEST "COMPUTES" "" "SOURCES;ROOMS;LIBRARIES" ${ARGN})
   list(TRANSFORM TEST_ROOMS PREPEND room_)
   add_executable(test_${name} ${TEST_SOURCES})
-  target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
+  target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/tests/support)
   target_compile_definitions(test_${name} PRIVATE LENSD_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
                                                   LENSD_BINARY_DIR="${PROJECT_BINARY_DIR}")
   target_link_libraries(test_${name} PRIVATE ${TEST_ROOMS} ${TEST_LIBRARIES} GTest::gtest GTest::gmock GTest::gtest_main)

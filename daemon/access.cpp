@@ -1,5 +1,5 @@
 // Roles by the groups that a client belonged to when it connected, as the kernel tells them.
-#include "access.h"
+#include "daemon/access.h"
 
 #include <grp.h>
 #include <sys/socket.h>

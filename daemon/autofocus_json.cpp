@@ -2,10 +2,10 @@
 #include <array>
 #include <vector>
 
-#include "json_values.h"
-#include "lens_json.h"
-#include "lens_slope.h"
-#include "search_conditions_json.h"
+#include "daemon/json_values.h"
+#include "daemon/lens_json.h"
+#include "daemon/lens_slope.h"
+#include "daemon/search_conditions_json.h"
 
 namespace lensd::daemon {
 

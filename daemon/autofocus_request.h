@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "exchange.h"
+#include "daemon/exchange.h"
 #include "rig/rig.h"
 #include "varlink/json.h"
 

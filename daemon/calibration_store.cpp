@@ -1,5 +1,5 @@
 // Calibration files of the state folder, found by lens, read at opening and written whole.
-#include "calibration_store.h"
+#include "daemon/calibration_store.h"
 
 #include <algorithm>
 #include <cctype>

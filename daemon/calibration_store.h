@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "config.h"
+#include "daemon/config.h"
 #include "rig/calibration.h"
 #include "rig/direction.h"
 #include "rig/focus_drift.h"

@@ -1,5 +1,5 @@
 // Reads and checks lensd.toml and its drop-ins; every mistake is told with file and line.
-#include "config.h"
+#include "daemon/config.h"
 
 #include <algorithm>
 #include <array>
@@ -10,10 +10,10 @@
 #include <variant>
 
 #include "base/settings_problems.h"
-#include "config_faults.h"
-#include "drivers_table.h"
+#include "daemon/config_faults.h"
+#include "daemon/drivers_table.h"
+#include "daemon/references.h"
 #include "io/lenient_toml.h"
-#include "references.h"
 
 namespace lensd::daemon {
 namespace {

@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "access.h"
 #include "base/result.h"
 #include "base/settings.h"
+#include "daemon/access.h"
+#include "daemon/file_mark.h"
+#include "daemon/references.h"
 #include "drivers/api/device.h"
-#include "file_mark.h"
-#include "references.h"
 #include "rig/config.h"
 
 namespace lensd::daemon {

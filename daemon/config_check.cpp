@@ -1,6 +1,6 @@
 // Everything is read past its mistakes (config.h), the drivers look at their settings, and only then is told what was
 // found: where a line is no TOML at all, what else is said of it follows from that, and is left out.
-#include "config_check.h"
+#include "daemon/config_check.h"
 
 #include <sysexits.h>
 
@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "base/settings_problems.h"
-#include "calibration_store.h"
-#include "config_faults.h"
-#include "lenses.h"
+#include "daemon/calibration_store.h"
+#include "daemon/config_faults.h"
+#include "daemon/lenses.h"
 #include "rig/refocus.h"
 
 namespace lensd::daemon {

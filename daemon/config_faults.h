@@ -8,7 +8,7 @@
 
 #include "base/result.h"
 #include "base/settings.h"
-#include "config.h"
+#include "daemon/config.h"
 
 namespace lensd::daemon {
 

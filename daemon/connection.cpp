@@ -1,6 +1,6 @@
 // One client's socket: bytes in, messages to the router, replies out in order. What a client may make the daemon hold
 // is bounded here.
-#include "connection.h"
+#include "daemon/connection.h"
 
 #include <linux/sockios.h>
 #include <sys/epoll.h>

@@ -1,12 +1,12 @@
 // Asks every driver what is plugged in, and writes it as the interface's Devices reply. The daemon does so when it is
 // asked to; lensd --devices does it alone.
-#include "device_search.h"
+#include "daemon/device_search.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "drivers_table.h"
-#include "lens_json.h"
+#include "daemon/drivers_table.h"
+#include "daemon/lens_json.h"
 
 namespace lensd::daemon {
 

@@ -1,5 +1,5 @@
 // Every driver there is, by name. A new one is one row.
-#include "drivers_table.h"
+#include "daemon/drivers_table.h"
 
 #include <algorithm>
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/clock.h"
-#include "exchange.h"
+#include "daemon/exchange.h"
 
 namespace lensd::daemon {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "random_name.h"
+#include "daemon/random_name.h"
 
 namespace lensd::daemon {
 

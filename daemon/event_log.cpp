@@ -1,10 +1,10 @@
 // Moves that missed, searches that were refused, faults that came and went: one line each, with the lens and the axis
 // as fields to filter by.
-#include "event_log.h"
+#include "daemon/event_log.h"
 
 #include <string>
 
-#include "log.h"
+#include "daemon/log.h"
 
 namespace lensd::daemon {
 namespace {

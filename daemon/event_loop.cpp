@@ -1,6 +1,6 @@
 // sd-event behind callbacks: descriptors, timers, signals, and tasks posted from other threads. Everything runs on the
 // loop's thread but Post().
-#include "event_loop.h"
+#include "daemon/event_loop.h"
 
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
@@ -11,7 +11,7 @@
 #include <cstring>
 #include <utility>
 
-#include "barrier.h"
+#include "daemon/barrier.h"
 
 namespace lensd::daemon {
 namespace {

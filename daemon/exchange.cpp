@@ -1,7 +1,7 @@
 // One call and its answers. It outlives the connection, so a handler may finish it whenever the answer is there.
-#include "exchange.h"
+#include "daemon/exchange.h"
 
-#include "connection.h"
+#include "daemon/connection.h"
 
 namespace lensd::daemon {
 

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <utility>
 
-#include "access.h"
-#include "descriptor.h"
+#include "daemon/access.h"
+#include "daemon/descriptor.h"
 #include "varlink/message.h"
 
 namespace lensd::daemon {

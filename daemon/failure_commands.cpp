@@ -1,5 +1,5 @@
 // A command gets its event from a file in memory: nothing here ever waits for it to read.
-#include "failure_commands.h"
+#include "daemon/failure_commands.h"
 
 #include <fcntl.h>
 #include <signal.h>
@@ -18,7 +18,7 @@
 #include <string_view>
 #include <utility>
 
-#include "descriptor.h"
+#include "daemon/descriptor.h"
 #include "varlink/json.h"
 
 namespace lensd::daemon {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/clock.h"
-#include "log.h"
+#include "daemon/log.h"
 
 namespace lensd::daemon {
 

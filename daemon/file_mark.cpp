@@ -1,5 +1,5 @@
 // Any text in a configuration that is the path of a file counts as naming it: drivers know their own keys alone.
-#include "file_mark.h"
+#include "daemon/file_mark.h"
 
 #include <sys/stat.h>
 

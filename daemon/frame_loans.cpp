@@ -1,5 +1,5 @@
 // Sealed memory for one frame each; given back is what a write lease can be had of.
-#include "frame_loans.h"
+#include "daemon/frame_loans.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>

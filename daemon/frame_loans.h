@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "descriptor.h"
+#include "daemon/descriptor.h"
 
 namespace lensd::daemon {
 

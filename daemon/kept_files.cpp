@@ -1,12 +1,12 @@
 // One task a file at a time: what is asked for meanwhile waits here, where the newest takes the place of the others.
-#include "kept_files.h"
+#include "daemon/kept_files.h"
 
 #include <chrono>
 #include <utility>
 
-#include "barrier.h"
-#include "calibration_store.h"
-#include "log.h"
+#include "daemon/barrier.h"
+#include "daemon/calibration_store.h"
+#include "daemon/log.h"
 
 namespace lensd::daemon {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "base/clock.h"
 #include "base/result.h"
-#include "event_loop.h"
-#include "file_mark.h"
-#include "task_thread.h"
+#include "daemon/event_loop.h"
+#include "daemon/file_mark.h"
+#include "daemon/task_thread.h"
 
 namespace lensd::daemon {
 

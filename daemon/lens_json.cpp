@@ -1,12 +1,12 @@
 // Lenses as the interface tells them: what List and Status say, from what drivers and rigs know.
-#include "lens_json.h"
+#include "daemon/lens_json.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
-#include "json_values.h"
+#include "daemon/json_values.h"
 
 namespace lensd::daemon {
 namespace {

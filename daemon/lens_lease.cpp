@@ -1,5 +1,5 @@
 // A lease from its taking to its end, which is told when it comes and not when a client asks.
-#include "lens_lease.h"
+#include "daemon/lens_lease.h"
 
 #include <array>
 #include <utility>

@@ -1,13 +1,13 @@
 // Holds the lenses, the table of methods that serve them, and the rule how a call names its lens.
-#include "lens_service.h"
+#include "daemon/lens_service.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "failure_commands.h"
-#include "lens_json.h"
+#include "daemon/failure_commands.h"
+#include "daemon/lens_json.h"
+#include "daemon/serve.h"
 #include "proto/interfaces.h"
-#include "serve.h"
 
 namespace lensd::daemon {
 

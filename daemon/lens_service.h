@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "base/clock.h"
-#include "config.h"
-#include "event_loop.h"
-#include "plug_signal.h"
-#include "router.h"
-#include "served_lens.h"
-#include "watchers.h"
+#include "daemon/config.h"
+#include "daemon/event_loop.h"
+#include "daemon/plug_signal.h"
+#include "daemon/router.h"
+#include "daemon/served_lens.h"
+#include "daemon/watchers.h"
 
 namespace lensd::daemon {
 

@@ -1,15 +1,15 @@
 // Searches look at what was learned from their worker's thread, so that it is replaced whole. Its file is written after
 // each run that taught something; one that cannot be read is kept, and written no more.
-#include "lens_slope.h"
+#include "daemon/lens_slope.h"
 
 #include <cmath>
 #include <utility>
 
-#include "json_values.h"
-#include "lens_json.h"
-#include "log.h"
-#include "served_lens.h"
-#include "state_file.h"
+#include "daemon/json_values.h"
+#include "daemon/lens_json.h"
+#include "daemon/log.h"
+#include "daemon/served_lens.h"
+#include "daemon/state_file.h"
 
 namespace lensd::daemon {
 namespace {

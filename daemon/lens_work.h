@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "histogram.h"
+#include "daemon/histogram.h"
 
 namespace lensd::daemon {
 

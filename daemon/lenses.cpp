@@ -1,5 +1,5 @@
 // Opens what the configuration names: lens, camera, calibration and kept positions of one lens.
-#include "lenses.h"
+#include "daemon/lenses.h"
 
 #include <algorithm>
 #include <optional>
@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "base/settings_problems.h"
-#include "config_faults.h"
-#include "replug.h"
+#include "daemon/config_faults.h"
+#include "daemon/replug.h"
 
 namespace lensd::daemon {
 namespace {

@@ -3,9 +3,9 @@
 
 #include "base/clock.h"
 #include "base/result.h"
-#include "config.h"
-#include "lens_service.h"
-#include "plug_signal.h"
+#include "daemon/config.h"
+#include "daemon/lens_service.h"
+#include "daemon/plug_signal.h"
 
 namespace lensd::daemon {
 

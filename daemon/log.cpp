@@ -1,6 +1,6 @@
 // Lines go to a thread of their own, because their reader may be slow or gone: no thread that logs ever waits. Each
 // kind of line has a rate; what is left out is counted and told of.
-#include "log.h"
+#include "daemon/log.h"
 
 #include <sys/stat.h>
 #include <unistd.h>

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "access.h"
-#include "exchange.h"
+#include "daemon/access.h"
+#include "daemon/exchange.h"
 #include "proto/rows.h"
 
 namespace lensd::daemon {

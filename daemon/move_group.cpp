@@ -1,9 +1,9 @@
 // Answers for several motions at once, such as homing a lens or applying a plan.
-#include "move_group.h"
+#include "daemon/move_group.h"
 
 #include <utility>
 
-#include "lens_json.h"
+#include "daemon/lens_json.h"
 
 namespace lensd::daemon {
 

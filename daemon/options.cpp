@@ -1,5 +1,5 @@
 // lensd's command line.
-#include "options.h"
+#include "daemon/options.h"
 
 #include <sysexits.h>
 

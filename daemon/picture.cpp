@@ -1,6 +1,6 @@
 // From a frame to what is sent of it: cut out, averaged down, and only then brought to the bits of its encoding, so
 // that a smaller picture is no darker and no coarser than the large one.
-#include "picture.h"
+#include "daemon/picture.h"
 
 #include <algorithm>
 #include <array>
@@ -11,10 +11,10 @@
 
 #include "autofocus/measures.h"
 #include "autofocus/sharpness.h"
+#include "daemon/lens_json.h"
+#include "daemon/refusal.h"
 #include "drivers/pixels/jpeg.h"
 #include "io/png.h"
-#include "lens_json.h"
-#include "refusal.h"
 
 namespace lensd::daemon {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
-#include "exchange.h"
-#include "picture.h"
+#include "daemon/exchange.h"
+#include "daemon/picture.h"
 #include "varlink/base64.h"
 #include "varlink/json.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "motor_positions.h"
+#include "daemon/motor_positions.h"
 #include "optics/lens_positions.h"
 #include "proto/plan_json.h"
 #include "rig/rig.h"

@@ -1,6 +1,6 @@
 // Remembered positions, one small file a lens, written whole at every rest. A file that does not parse, or whose
 // checksum does not fit, counts as no memory.
-#include "position_store.h"
+#include "daemon/position_store.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <map>
 #include <utility>
 
-#include "barrier.h"
+#include "daemon/barrier.h"
 #include "io/atomic_file.h"
 #include "io/checked_file.h"
 #include "varlink/json.h"

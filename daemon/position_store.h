@@ -9,8 +9,8 @@
 #include <string>
 #include <thread>
 
+#include "daemon/stop_signal.h"
 #include "rig/position_memory.h"
-#include "stop_signal.h"
 
 namespace lensd::daemon {
 

@@ -1,5 +1,5 @@
 // What a device's settings refer to by name (profiles, buses) put in its place before a driver sees them.
-#include "references.h"
+#include "daemon/references.h"
 
 #include <array>
 #include <filesystem>
@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/nearest_word.h"
-#include "config_faults.h"
-#include "drivers_table.h"
+#include "daemon/config_faults.h"
+#include "daemon/drivers_table.h"
 #include "io/toml.h"
 
 namespace lensd::daemon {

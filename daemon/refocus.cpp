@@ -1,17 +1,17 @@
 // The worker may be busy with a caller's command when something is due: what is asked of it looks again there. The file
 // of what was learned is written whole after each result; one that cannot be read is kept, and written no more.
-#include "refocus.h"
+#include "daemon/refocus.h"
 
 #include <array>
 #include <memory>
 #include <utility>
 
-#include "calibration_store.h"
-#include "json_values.h"
-#include "lens_json.h"
-#include "refusal.h"
-#include "served_lens.h"
-#include "state_file.h"
+#include "daemon/calibration_store.h"
+#include "daemon/json_values.h"
+#include "daemon/lens_json.h"
+#include "daemon/refusal.h"
+#include "daemon/served_lens.h"
+#include "daemon/state_file.h"
 
 namespace lensd::daemon {
 namespace {

@@ -1,14 +1,14 @@
 // What an error of the rig, the planner or a handler becomes on the wire. Which fields an error has is the interface
 // file's to say.
-#include "refusal.h"
+#include "daemon/refusal.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "event_log.h"
-#include "lens_json.h"
+#include "daemon/event_log.h"
+#include "daemon/lens_json.h"
+#include "daemon/served_lens.h"
 #include "proto/tables.h"
-#include "served_lens.h"
 
 namespace lensd::daemon {
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "base/result.h"
-#include "exchange.h"
+#include "daemon/exchange.h"
 
 namespace lensd::daemon {
 

@@ -1,5 +1,5 @@
 // A lens and camera that survive their device: Disconnected while it is gone, opened again by a thread of its own.
-#include "replug.h"
+#include "daemon/replug.h"
 
 #include <memory>
 #include <mutex>
@@ -8,8 +8,8 @@
 #include <string_view>
 #include <utility>
 
-#include "barrier.h"
-#include "retry.h"
+#include "daemon/barrier.h"
+#include "daemon/retry.h"
 
 namespace lensd::daemon {
 namespace {

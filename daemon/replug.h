@@ -4,8 +4,8 @@
 #include <functional>
 
 #include "base/result.h"
+#include "daemon/plug_signal.h"
 #include "drivers/api/device.h"
-#include "plug_signal.h"
 
 namespace lensd::daemon {
 

@@ -9,8 +9,8 @@
 #include <thread>
 #include <utility>
 
-#include "barrier.h"
-#include "plug_signal.h"
+#include "daemon/barrier.h"
+#include "daemon/plug_signal.h"
 
 namespace lensd::daemon {
 

@@ -1,6 +1,6 @@
 // From a method's name to its handler, after the checks that every call must pass. Handlers may rely on the kinds of
 // their parameters.
-#include "router.h"
+#include "daemon/router.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -8,7 +8,7 @@
 #include <iterator>
 #include <utility>
 
-#include "barrier.h"
+#include "daemon/barrier.h"
 #include "proto/interfaces.h"
 #include "proto/tables.h"
 

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "access.h"
 #include "base/result.h"
-#include "exchange.h"
-#include "method_table.h"
+#include "daemon/access.h"
+#include "daemon/exchange.h"
+#include "daemon/method_table.h"
 #include "varlink/interface_definition.h"
 
 namespace lensd::daemon {

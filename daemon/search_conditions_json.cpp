@@ -1,12 +1,12 @@
 // Exposure, gain, f-number and filter of a search as the interface writes them, and what became of them.
-#include "search_conditions_json.h"
+#include "daemon/search_conditions_json.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "json_values.h"
-#include "lens_json.h"
-#include "refusal.h"
+#include "daemon/json_values.h"
+#include "daemon/lens_json.h"
+#include "daemon/refusal.h"
 
 namespace lensd::daemon {
 

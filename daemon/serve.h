@@ -1,8 +1,8 @@
 // The methods of io.lensd.Lens, each file's rows of the one table.
 #pragma once
 
-#include "method_table.h"
-#include "refusal.h"
+#include "daemon/method_table.h"
+#include "daemon/refusal.h"
 
 namespace lensd::daemon {
 

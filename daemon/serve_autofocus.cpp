@@ -1,14 +1,14 @@
 // Autofocus with the lens' own camera.
 #include <utility>
 
-#include "autofocus_request.h"
-#include "lens_json.h"
-#include "lens_service.h"
-#include "picture.h"
+#include "daemon/autofocus_request.h"
+#include "daemon/lens_json.h"
+#include "daemon/lens_service.h"
+#include "daemon/picture.h"
+#include "daemon/search_conditions_json.h"
+#include "daemon/serve.h"
+#include "daemon/target_json.h"
 #include "proto/interfaces.h"
-#include "search_conditions_json.h"
-#include "serve.h"
-#include "target_json.h"
 
 namespace lensd::daemon {
 

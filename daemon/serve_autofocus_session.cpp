@@ -7,11 +7,11 @@
 #include <tuple>
 #include <utility>
 
-#include "autofocus_request.h"
+#include "daemon/autofocus_request.h"
+#include "daemon/lens_json.h"
+#include "daemon/lens_service.h"
+#include "daemon/serve.h"
 #include "drivers/pixels/sizes.h"
-#include "lens_json.h"
-#include "lens_service.h"
-#include "serve.h"
 #include "varlink/base64.h"
 
 namespace lensd::daemon {

@@ -2,15 +2,15 @@
 #include <ctime>
 #include <utility>
 
-#include "autofocus_request.h"
-#include "barrier.h"
+#include "daemon/autofocus_request.h"
+#include "daemon/barrier.h"
+#include "daemon/lens_json.h"
+#include "daemon/lens_service.h"
+#include "daemon/picture.h"
+#include "daemon/serve.h"
 #include "io/toml.h"
-#include "lens_json.h"
-#include "lens_service.h"
 #include "optics/focus_scale.h"
-#include "picture.h"
 #include "rig/backlash.h"
-#include "serve.h"
 
 namespace lensd::daemon {
 namespace {

@@ -1,10 +1,10 @@
 // Devices: every driver's search, on a thread of its own because some ask the network.
 #include <utility>
 
-#include "device_search.h"
-#include "lens_service.h"
-#include "serve.h"
-#include "task_thread.h"
+#include "daemon/device_search.h"
+#include "daemon/lens_service.h"
+#include "daemon/serve.h"
+#include "daemon/task_thread.h"
 
 namespace lensd::daemon {
 

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <utility>
 
-#include "lens_json.h"
-#include "lens_service.h"
-#include "serve.h"
+#include "daemon/lens_json.h"
+#include "daemon/lens_service.h"
+#include "daemon/serve.h"
 
 namespace lensd::daemon {
 namespace {

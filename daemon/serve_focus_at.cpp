@@ -6,12 +6,12 @@
 #include <memory>
 #include <utility>
 
-#include "autofocus_request.h"
-#include "json_values.h"
-#include "lens_json.h"
-#include "lens_service.h"
+#include "daemon/autofocus_request.h"
+#include "daemon/json_values.h"
+#include "daemon/lens_json.h"
+#include "daemon/lens_service.h"
+#include "daemon/serve.h"
 #include "rig/focus_at.h"
-#include "serve.h"
 
 namespace lensd::daemon {
 namespace {

@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <numbers>
 
-#include "autofocus_request.h"
-#include "json_values.h"
-#include "lens_json.h"
-#include "lens_service.h"
-#include "serve.h"
-#include "target_json.h"
+#include "daemon/autofocus_request.h"
+#include "daemon/json_values.h"
+#include "daemon/lens_json.h"
+#include "daemon/lens_service.h"
+#include "daemon/serve.h"
+#include "daemon/target_json.h"
 
 namespace lensd::daemon {
 namespace {

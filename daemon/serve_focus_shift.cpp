@@ -3,13 +3,13 @@
 #include <ctime>
 #include <utility>
 
-#include "autofocus_request.h"
-#include "lens_json.h"
-#include "lens_service.h"
-#include "picture.h"
+#include "daemon/autofocus_request.h"
+#include "daemon/lens_json.h"
+#include "daemon/lens_service.h"
+#include "daemon/picture.h"
+#include "daemon/search_conditions_json.h"
+#include "daemon/serve.h"
 #include "rig/focus_shift_run.h"
-#include "search_conditions_json.h"
-#include "serve.h"
 
 namespace lensd::daemon {
 namespace {

@@ -4,12 +4,12 @@
 #include <string>
 #include <utility>
 
-#include "calibration_store.h"
-#include "lens_json.h"
-#include "lens_service.h"
-#include "lens_slope.h"
-#include "serve.h"
-#include "state_file.h"
+#include "daemon/calibration_store.h"
+#include "daemon/lens_json.h"
+#include "daemon/lens_service.h"
+#include "daemon/lens_slope.h"
+#include "daemon/serve.h"
+#include "daemon/state_file.h"
 
 namespace lensd::daemon {
 namespace {

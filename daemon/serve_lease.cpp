@@ -4,11 +4,11 @@
 #include <functional>
 #include <string>
 
-#include "lens_json.h"
-#include "lens_service.h"
+#include "daemon/lens_json.h"
+#include "daemon/lens_service.h"
+#include "daemon/random_name.h"
+#include "daemon/serve.h"
 #include "proto/tables.h"
-#include "random_name.h"
-#include "serve.h"
 
 namespace lensd::daemon {
 namespace {

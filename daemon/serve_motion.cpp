@@ -3,13 +3,13 @@
 #include <array>
 #include <utility>
 
-#include "lens_json.h"
-#include "lens_service.h"
-#include "move_group.h"
+#include "daemon/lens_json.h"
+#include "daemon/lens_service.h"
+#include "daemon/move_group.h"
+#include "daemon/serve.h"
+#include "daemon/target_json.h"
 #include "rig/exposure.h"
 #include "rig/zoom.h"
-#include "serve.h"
-#include "target_json.h"
 
 namespace lensd::daemon {
 namespace {

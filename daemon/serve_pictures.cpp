@@ -8,13 +8,13 @@
 #include <utility>
 #include <vector>
 
-#include "lens_json.h"
-#include "lens_service.h"
-#include "picture_transfer.h"
+#include "daemon/lens_json.h"
+#include "daemon/lens_service.h"
+#include "daemon/picture_transfer.h"
+#include "daemon/serve.h"
+#include "daemon/task_thread.h"
+#include "daemon/view.h"
 #include "proto/interfaces.h"
-#include "serve.h"
-#include "task_thread.h"
-#include "view.h"
 
 namespace lensd::daemon {
 namespace {

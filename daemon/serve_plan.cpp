@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <utility>
 
-#include "barrier.h"
-#include "lens_json.h"
-#include "lens_service.h"
-#include "move_group.h"
-#include "plan_fault.h"
+#include "daemon/barrier.h"
+#include "daemon/lens_json.h"
+#include "daemon/lens_service.h"
+#include "daemon/move_group.h"
+#include "daemon/plan_fault.h"
+#include "daemon/serve.h"
+#include "daemon/zoom_choice.h"
 #include "proto/plan_json.h"
-#include "serve.h"
-#include "zoom_choice.h"
 
 namespace lensd::daemon {
 namespace {

@@ -3,11 +3,11 @@
 #include <ctime>
 #include <utility>
 
-#include "lens_json.h"
-#include "lens_service.h"
-#include "move_group.h"
+#include "daemon/lens_json.h"
+#include "daemon/lens_service.h"
+#include "daemon/move_group.h"
+#include "daemon/serve.h"
 #include "rig/presets.h"
-#include "serve.h"
 
 namespace lensd::daemon {
 namespace {

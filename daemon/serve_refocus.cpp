@@ -1,10 +1,10 @@
 // GetRefocus and ForgetDrift: what lensd does by itself to keep a lens in focus, and what it has learned for that.
 #include <utility>
 
-#include "lens_json.h"
-#include "lens_service.h"
-#include "refocus.h"
-#include "serve.h"
+#include "daemon/lens_json.h"
+#include "daemon/lens_service.h"
+#include "daemon/refocus.h"
+#include "daemon/serve.h"
 
 namespace lensd::daemon {
 namespace {

@@ -1,6 +1,6 @@
 // Reload: reads the configuration again and tells what became of the lenses.
-#include "lens_service.h"
-#include "serve.h"
+#include "daemon/lens_service.h"
+#include "daemon/serve.h"
 
 namespace lensd::daemon {
 namespace {

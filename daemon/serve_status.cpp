@@ -1,8 +1,8 @@
 // List, Status, Monitor: everything answered from what the workers have published.
-#include "lens_json.h"
-#include "lens_service.h"
+#include "daemon/lens_json.h"
+#include "daemon/lens_service.h"
+#include "daemon/serve.h"
 #include "proto/interfaces.h"
-#include "serve.h"
 
 namespace lensd::daemon {
 namespace {

@@ -1,16 +1,16 @@
 // A lens from its configuration to its worker: waiting for the device, starting the rig, and passing on what the rig
 // tells to clients that ask or watch.
-#include "served_lens.h"
+#include "daemon/served_lens.h"
 
 #include <algorithm>
 
-#include "barrier.h"
-#include "calibration_store.h"
+#include "daemon/barrier.h"
+#include "daemon/calibration_store.h"
+#include "daemon/lens_json.h"
+#include "daemon/log.h"
+#include "daemon/move_group.h"
+#include "daemon/position_store.h"
 #include "io/checked_file.h"
-#include "lens_json.h"
-#include "log.h"
-#include "move_group.h"
-#include "position_store.h"
 
 namespace lensd::daemon {
 

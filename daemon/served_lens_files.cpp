@@ -5,12 +5,12 @@
 #include <deque>
 #include <utility>
 
-#include "calibration_store.h"
+#include "daemon/calibration_store.h"
+#include "daemon/log.h"
+#include "daemon/position_store.h"
+#include "daemon/served_lens.h"
+#include "daemon/tenure.h"
 #include "io/checked_file.h"
-#include "log.h"
-#include "position_store.h"
-#include "served_lens.h"
-#include "tenure.h"
 
 namespace lensd::daemon {
 

@@ -1,8 +1,8 @@
 // Calls to a device that do not come back: their threads are let go, and the device is opened anew beside them.
 #include <chrono>
 
-#include "log.h"
-#include "served_lens.h"
+#include "daemon/log.h"
+#include "daemon/served_lens.h"
 
 namespace lensd::daemon {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
-#include "log.h"
-#include "served_lens.h"
+#include "daemon/log.h"
+#include "daemon/served_lens.h"
 
 namespace lensd::daemon {
 namespace {

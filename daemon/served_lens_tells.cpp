@@ -1,9 +1,9 @@
 // What a lens tells of itself: its state, and what changed of it that is not the rig's to tell.
 #include <utility>
 
-#include "lens_json.h"
-#include "log.h"
-#include "served_lens.h"
+#include "daemon/lens_json.h"
+#include "daemon/log.h"
+#include "daemon/served_lens.h"
 
 namespace lensd::daemon {
 

@@ -1,5 +1,5 @@
 // Accepts clients up to a limit for all and for each user, and forgets them when they close.
-#include "server.h"
+#include "daemon/server.h"
 
 #include <sys/epoll.h>
 #include <sys/socket.h>

@@ -10,9 +10,9 @@
 #include <string_view>
 #include <vector>
 
-#include "connection.h"
-#include "event_loop.h"
-#include "router.h"
+#include "daemon/connection.h"
+#include "daemon/event_loop.h"
+#include "daemon/router.h"
 
 namespace lensd::daemon {
 

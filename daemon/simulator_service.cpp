@@ -1,5 +1,5 @@
 // Truth, Inject, Render: from a call to the simulated world behind a lens, past its rig and worker.
-#include "simulator_service.h"
+#include "daemon/simulator_service.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,10 +7,10 @@
 #include <string>
 #include <utility>
 
-#include "lens_json.h"
-#include "picture_transfer.h"
+#include "daemon/lens_json.h"
+#include "daemon/picture_transfer.h"
+#include "daemon/refusal.h"
 #include "proto/interfaces.h"
-#include "refusal.h"
 
 namespace lensd::daemon {
 namespace {

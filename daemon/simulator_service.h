@@ -3,9 +3,9 @@
 
 #include <stop_token>
 
-#include "lens_service.h"
-#include "router.h"
-#include "task_thread.h"
+#include "daemon/lens_service.h"
+#include "daemon/router.h"
+#include "daemon/task_thread.h"
 
 namespace lensd::daemon {
 

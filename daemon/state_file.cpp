@@ -1,12 +1,12 @@
 // What is learned of a lens is in force at once, whatever its disk does.
-#include "state_file.h"
+#include "daemon/state_file.h"
 
 #include <ctime>
 #include <utility>
 
-#include "kept_files.h"
-#include "log.h"
-#include "served_lens.h"
+#include "daemon/kept_files.h"
+#include "daemon/log.h"
+#include "daemon/served_lens.h"
 
 namespace lensd::daemon {
 

@@ -1,6 +1,6 @@
 // A place is told from another by where the axes were sent. Readings alone would not do: an encoder's last digit may
 // change by itself, while a step that was asked for is meant, however small it is.
-#include "state_history.h"
+#include "daemon/state_history.h"
 
 #include <cmath>
 #include <utility>

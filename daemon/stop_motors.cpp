@@ -1,5 +1,5 @@
 // One thread a lens, since a device that hangs must not keep the others' motors running.
-#include "stop_motors.h"
+#include "daemon/stop_motors.h"
 
 #include <chrono>
 #include <condition_variable>
@@ -10,9 +10,9 @@
 #include <thread>
 #include <utility>
 
-#include "barrier.h"
-#include "lenses.h"
-#include "log.h"
+#include "daemon/barrier.h"
+#include "daemon/lenses.h"
+#include "daemon/log.h"
 
 namespace lensd::daemon {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/clock.h"
-#include "config.h"
+#include "daemon/config.h"
 
 namespace lensd::daemon {
 

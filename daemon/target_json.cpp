@@ -1,11 +1,11 @@
 // Each field of a Target is a kind of the rig's.
-#include "target_json.h"
+#include "daemon/target_json.h"
 
 #include <algorithm>
 #include <array>
 
-#include "lens_json.h"
-#include "refusal.h"
+#include "daemon/lens_json.h"
+#include "daemon/refusal.h"
 
 namespace lensd::daemon {
 namespace {

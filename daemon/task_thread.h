@@ -8,7 +8,7 @@
 #include <stop_token>
 #include <thread>
 
-#include "barrier.h"
+#include "daemon/barrier.h"
 
 namespace lensd::daemon {
 

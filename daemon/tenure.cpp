@@ -1,6 +1,6 @@
 // A thread that comes back from a call it was given up for goes on with the next one: that must not reach the device,
 // which another thread uses by then.
-#include "tenure.h"
+#include "daemon/tenure.h"
 
 #include <utility>
 

@@ -1,5 +1,5 @@
 // What each driver opens, as systemd names classes of devices.
-#include "unit_drop_in.h"
+#include "daemon/unit_drop_in.h"
 
 #include <algorithm>
 #include <set>

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "config.h"
+#include "daemon/config.h"
 
 namespace lensd::daemon {
 

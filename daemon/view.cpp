@@ -1,13 +1,13 @@
 // A frame's way to one viewer, and where it may be dropped: each place holds a bounded number.
-#include "view.h"
+#include "daemon/view.h"
 
 #include <utility>
 
-#include "barrier.h"
-#include "lens_json.h"
-#include "picture_transfer.h"
-#include "refusal.h"
-#include "served_lens.h"
+#include "daemon/barrier.h"
+#include "daemon/lens_json.h"
+#include "daemon/picture_transfer.h"
+#include "daemon/refusal.h"
+#include "daemon/served_lens.h"
 
 namespace lensd::daemon {
 namespace {

@@ -8,13 +8,13 @@
 #include <optional>
 #include <string>
 
-#include "event_loop.h"
-#include "exchange.h"
-#include "frame_loans.h"
-#include "picture.h"
+#include "daemon/event_loop.h"
+#include "daemon/exchange.h"
+#include "daemon/frame_loans.h"
+#include "daemon/picture.h"
+#include "daemon/task_thread.h"
+#include "daemon/waiter.h"
 #include "rig/rig.h"
-#include "task_thread.h"
-#include "waiter.h"
 
 namespace lensd::daemon {
 

@@ -1,14 +1,14 @@
 // Passes on what the lenses tell of themselves to the calls that wait for it, no faster than they read.
-#include "watchers.h"
+#include "daemon/watchers.h"
 
 #include <algorithm>
 #include <tuple>
 #include <utility>
 #include <vector>
 
-#include "event_log.h"
-#include "lens_json.h"
-#include "served_lens.h"
+#include "daemon/event_log.h"
+#include "daemon/lens_json.h"
+#include "daemon/served_lens.h"
 
 namespace lensd::daemon {
 namespace {

@@ -10,10 +10,10 @@
 #include <utility>
 
 #include "base/clock.h"
+#include "daemon/event_counts.h"
+#include "daemon/event_loop.h"
+#include "daemon/exchange.h"
 #include "drivers/api/lens.h"
-#include "event_counts.h"
-#include "event_loop.h"
-#include "exchange.h"
 #include "varlink/json.h"
 
 namespace lensd::daemon {

@@ -1,11 +1,11 @@
 // The thread of one rig: commands in, steps, what happened out; and an end in order, whatever the rig throws.
-#include "worker.h"
+#include "daemon/worker.h"
 
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
 
-#include "barrier.h"
+#include "daemon/barrier.h"
 #include "drivers/api/thread_barrier.h"
 
 namespace lensd::daemon {

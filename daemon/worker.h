@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "base/clock.h"
+#include "daemon/stop_signal.h"
 #include "rig/rig.h"
-#include "stop_signal.h"
 
 namespace lensd::daemon {
 

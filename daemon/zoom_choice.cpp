@@ -1,7 +1,7 @@
 // How well a focal length serves a request is a continuous problem for the lens as it is there: breathing, a moving
 // centre and distances from elsewhere are counted at the extension the answer has, found in a few rounds. The places of
 // the zoom are tried coarsely, then ever more finely around the best of those; positions of the motors come last.
-#include "zoom_choice.h"
+#include "daemon/zoom_choice.h"
 
 #include <algorithm>
 #include <cmath>

@@ -12,10 +12,10 @@
 #include <numbers>
 
 #include "optics/conjugates.h"
-#include "planner/request_check.h"
-#include "stack_cover.h"
-#include "stack_exact.h"
-#include "stack_reach.h"
+#include "optics/planner/request_check.h"
+#include "optics/stack_cover.h"
+#include "optics/stack_exact.h"
+#include "optics/stack_reach.h"
 
 namespace lensd::optics {
 namespace {

@@ -1,9 +1,9 @@
 // The greedy cover of stack_cover.h on rational numbers, at one f-number and without diffraction.
-#include "stack_exact.h"
+#include "optics/stack_exact.h"
 
 #include <cmath>
 
-#include "planner/exact_number.h"
+#include "optics/planner/exact_number.h"
 
 namespace lensd::optics {
 namespace {

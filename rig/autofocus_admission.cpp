@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "autofocus_run.h"
+#include "rig/autofocus_run.h"
 
 namespace lensd::rig {
 

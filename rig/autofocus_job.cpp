@@ -1,7 +1,7 @@
 // What an autofocus session is told about the lens, and what it may do with it. The run's own frames come from the
 // lens' camera or are submitted from outside; either way it sees them with the lens state in force during their
 // exposure.
-#include "autofocus_job.h"
+#include "rig/autofocus_job.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,15 +5,15 @@
 #include <optional>
 #include <string>
 
-#include "autofocus_run.h"
-#include "axis_controller.h"
-#include "external_camera.h"
-#include "focus_actuator.h"
-#include "frame_requests.h"
-#include "learned_lag.h"
-#include "lens_reader.h"
-#include "optical_state.h"
-#include "replies.h"
+#include "rig/autofocus_run.h"
+#include "rig/axis_controller.h"
+#include "rig/external_camera.h"
+#include "rig/focus_actuator.h"
+#include "rig/frame_requests.h"
+#include "rig/learned_lag.h"
+#include "rig/lens_reader.h"
+#include "rig/optical_state.h"
+#include "rig/replies.h"
 
 namespace lensd::rig {
 

@@ -1,7 +1,7 @@
 // Each frame is shown to the session, whose advice becomes a move, a sweep or the end; the next frame is asked for when
 // the lens stands, or on the sweep. However it ends, the callback comes once, after the lens has been brought back if
 // need be.
-#include "autofocus_run.h"
+#include "rig/autofocus_run.h"
 
 #include <algorithm>
 #include <cmath>

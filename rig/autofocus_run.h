@@ -12,7 +12,7 @@
 #include "autofocus/frame_gate.h"
 #include "autofocus/region_search.h"
 #include "autofocus/tracker.h"
-#include "focus_actuator.h"
+#include "rig/focus_actuator.h"
 #include "rig/rig.h"
 
 namespace lensd::rig {

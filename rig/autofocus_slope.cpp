@@ -1,6 +1,6 @@
 // What an autofocus run says of the slope of blur: what it saw, under what, and whether that held until its end; and by
 // how many frames pictures are late: what a run goes by, and what it leaves for later ones.
-#include "autofocus_job.h"
+#include "rig/autofocus_job.h"
 
 namespace lensd::rig {
 namespace {

@@ -1,7 +1,7 @@
 // One axis of a lens. What its motor is told goes to disk first, so that a crash in mid-move is known as one; what its
 // readings say is kept until the next one, in the rig's own count, which a remembered position may set off from the
 // device's.
-#include "axis_controller.h"
+#include "rig/axis_controller.h"
 
 #include <algorithm>
 #include <cmath>

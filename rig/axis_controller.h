@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "axis_motion.h"
-#include "axis_setup.h"
-#include "axis_track.h"
 #include "base/clock.h"
-#include "remembered_positions.h"
+#include "rig/axis_motion.h"
+#include "rig/axis_setup.h"
+#include "rig/axis_track.h"
+#include "rig/remembered_positions.h"
 #include "rig/rig.h"
 
 namespace lensd::rig {

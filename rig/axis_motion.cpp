@@ -1,12 +1,12 @@
 // A motion is a search of the reference where one is due, then a leg that takes up backlash where one is due, then a
 // leg to the target, and settling. Each begins from what the readings say of the one before.
-#include "axis_motion.h"
+#include "rig/axis_motion.h"
 
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
-#include "transient.h"
+#include "rig/transient.h"
 
 namespace lensd::rig {
 namespace {

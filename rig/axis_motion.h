@@ -13,12 +13,12 @@
 #include <utility>
 #include <vector>
 
-#include "axis_setup.h"
-#include "axis_track.h"
 #include "base/clock.h"
 #include "base/result.h"
 #include "drivers/api/lens.h"
-#include "leg.h"
+#include "rig/axis_setup.h"
+#include "rig/axis_track.h"
+#include "rig/leg.h"
 #include "rig/motion.h"
 
 namespace lensd::rig {

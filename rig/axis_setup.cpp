@@ -1,5 +1,5 @@
 // What the configuration leaves open is taken from the driver; what neither says is assumed, on the safe side.
-#include "axis_setup.h"
+#include "rig/axis_setup.h"
 
 #include <algorithm>
 #include <utility>

@@ -8,7 +8,7 @@
 #include "drivers/api/lens.h"
 #include "rig/config.h"
 #include "rig/direction.h"
-#include "shaping.h"
+#include "rig/shaping.h"
 
 namespace lensd::rig {
 

@@ -1,11 +1,11 @@
 // Judges only by readings and by what was commanded. Backlash counts as taken up only as far as readings show the axis
 // went its way.
-#include "axis_track.h"
+#include "rig/axis_track.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "leg.h"
+#include "rig/leg.h"
 
 namespace lensd::rig {
 

@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "axis_setup.h"
+#include "rig/axis_setup.h"
 #include "rig/motion.h"
 #include "rig/position_memory.h"
 

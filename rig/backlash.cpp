@@ -15,7 +15,7 @@
 #include "autofocus/peak_fit.h"
 #include "autofocus/session.h"
 #include "autofocus/sharpness.h"
-#include "command_guard.h"
+#include "rig/command_guard.h"
 
 namespace lensd::rig {
 namespace {

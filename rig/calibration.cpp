@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "toml_number.h"
+#include "rig/toml_number.h"
 
 namespace lensd::rig {
 namespace {

@@ -4,9 +4,9 @@
 #include <sstream>
 #include <utility>
 
-#include "curve.h"
 #include "optics/conjugates.h"
 #include "rig/calibration.h"
+#include "rig/curve.h"
 
 namespace lensd::rig {
 namespace {

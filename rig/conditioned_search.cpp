@@ -1,7 +1,7 @@
 // What is set is noted beside what it was, and brought back in the reverse order; the exposure first, because nothing
 // moves for it. A step that fails ends the way there and begins the way back, so that there is one way out of every
 // end: answer, refusal, stop, a newer command, a lens that is gone.
-#include "conditioned_search.h"
+#include "rig/conditioned_search.h"
 
 #include <cmath>
 #include <utility>

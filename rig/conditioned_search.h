@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "impl.h"
+#include "rig/impl.h"
 
 namespace lensd::rig {
 

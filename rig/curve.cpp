@@ -1,6 +1,6 @@
 // Boost's monotone cubic (PCHIP) between the points, straight lines beyond them. The inverse is found by bracketing,
 // for which the curve has to rise or fall throughout.
-#include "curve.h"
+#include "rig/curve.h"
 
 #include <math.h>  // pchip.hpp of Boost 1.74 calls isnan() unqualified
 

@@ -7,8 +7,8 @@
 #include <sstream>
 #include <utility>
 
-#include "command_guard.h"
 #include "optics/light.h"
+#include "rig/command_guard.h"
 
 namespace lensd::rig {
 namespace {

@@ -1,6 +1,6 @@
 // One run's dealings with a camera that a client drives. A frame counts if its exposure began after the lens had
 // come to stand where it was wanted, and a later reading still finds it standing.
-#include "external_camera.h"
+#include "rig/external_camera.h"
 
 #include <algorithm>
 #include <string>

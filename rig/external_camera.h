@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "focus_actuator.h"
+#include "rig/focus_actuator.h"
 #include "rig/rig.h"
 
 namespace lensd::rig {

@@ -4,7 +4,7 @@
 #include <cctype>
 
 #include "rig/focus_at.h"
-#include "toml_number.h"
+#include "rig/toml_number.h"
 
 namespace lensd::rig {
 namespace {

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "base/quantity_text.h"
-#include "toml_number.h"
+#include "rig/toml_number.h"
 
 namespace lensd::rig {
 namespace {

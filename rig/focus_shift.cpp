@@ -7,7 +7,7 @@
 #include <string>
 
 #include "base/quantity_text.h"
-#include "toml_number.h"
+#include "rig/toml_number.h"
 
 namespace lensd::rig {
 namespace {

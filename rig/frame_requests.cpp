@@ -1,12 +1,12 @@
 // A request waits here until the lens stands (or may move), the camera has a frame exposed after that, and a reading of
 // the lens from after the exposure tells where it was meanwhile.
-#include "frame_requests.h"
+#include "rig/frame_requests.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "transient.h"
+#include "rig/transient.h"
 
 namespace lensd::rig {
 namespace {

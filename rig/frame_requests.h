@@ -7,9 +7,9 @@
 
 #include "base/clock.h"
 #include "drivers/api/camera.h"
-#include "lens_reader.h"
-#include "optical_state.h"
-#include "replies.h"
+#include "rig/lens_reader.h"
+#include "rig/optical_state.h"
+#include "rig/replies.h"
 #include "rig/rig.h"
 
 namespace lensd::rig {

@@ -1,5 +1,5 @@
 // Recent readings by axis, so that a frame can be told where the lens was while it was exposed and how surely.
-#include "history.h"
+#include "rig/history.h"
 
 #include <algorithm>
 

@@ -1,14 +1,14 @@
 // How the parts of a rig work together. A command acts on an axis at once: it displaces the motion before, and begins
 // its own. Step() then does the rest: the lens is read, each motion judges the reading and commands the motor, frames
 // are fetched and handed out with the readings around them, and last of all those who wait are answered.
-#include "impl.h"
+#include "rig/impl.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "base/quantity_text.h"
-#include "conditioned_search.h"
+#include "rig/conditioned_search.h"
 
 namespace lensd::rig {
 namespace {

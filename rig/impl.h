@@ -5,13 +5,13 @@
 #include <optional>
 #include <vector>
 
-#include "autofocus_job.h"
-#include "axis_controller.h"
-#include "frame_requests.h"
-#include "lens_reader.h"
-#include "optical_state.h"
-#include "remembered_positions.h"
-#include "replies.h"
+#include "rig/autofocus_job.h"
+#include "rig/axis_controller.h"
+#include "rig/frame_requests.h"
+#include "rig/lens_reader.h"
+#include "rig/optical_state.h"
+#include "rig/remembered_positions.h"
+#include "rig/replies.h"
 #include "rig/rig.h"
 
 namespace lensd::rig {

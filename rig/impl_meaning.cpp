@@ -2,7 +2,7 @@
 // cannot be done without it.
 #include <utility>
 
-#include "impl.h"
+#include "rig/impl.h"
 
 namespace lensd::rig {
 

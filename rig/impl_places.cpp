@@ -3,7 +3,7 @@
 #include <string>
 #include <utility>
 
-#include "impl.h"
+#include "rig/impl.h"
 
 namespace lensd::rig {
 

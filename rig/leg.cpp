@@ -1,6 +1,6 @@
 // A leg is one command, or the parts of a shaped step; it is judged by readings from after its first command only.
 // Where the speed of an axis is not known, its range is taken to need a minute.
-#include "leg.h"
+#include "rig/leg.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "axis_setup.h"
 #include "base/clock.h"
 #include "drivers/api/arrival_watch.h"
 #include "drivers/api/lens.h"
+#include "rig/axis_setup.h"
 #include "rig/motion.h"
 
 namespace lensd::rig {

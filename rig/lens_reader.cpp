@@ -1,11 +1,11 @@
 // Readings, tried again where that may help. What happened while the lens did not answer is not known: then the history
 // is of no use any more, and every axis has to be seen standing anew.
-#include "lens_reader.h"
+#include "rig/lens_reader.h"
 
 #include <algorithm>
 
 #include "rig/rig.h"
-#include "transient.h"
+#include "rig/transient.h"
 
 namespace lensd::rig {
 namespace {

@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <optional>
 
-#include "axis_controller.h"
 #include "base/clock.h"
-#include "history.h"
-#include "thermometer.h"
+#include "rig/axis_controller.h"
+#include "rig/history.h"
+#include "rig/thermometer.h"
 
 namespace lensd::rig {
 

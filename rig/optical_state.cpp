@@ -1,7 +1,7 @@
 // What positions mean, and with which bound: the calibration in force, and the table it makes under the temperature,
 // the zoom and the filter of the moment. A bound is what the function does to the ends of the position's own bound, and
 // the table's own error besides.
-#include "optical_state.h"
+#include "rig/optical_state.h"
 
 #include <algorithm>
 #include <cmath>

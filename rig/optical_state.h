@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "axis_controller.h"
+#include "rig/axis_controller.h"
 #include "rig/rig.h"
 
 namespace lensd::rig {

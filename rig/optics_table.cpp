@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "optics_table_lens.h"
+#include "rig/optics_table_lens.h"
 
 namespace lensd::rig {
 

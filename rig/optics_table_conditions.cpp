@@ -2,7 +2,7 @@
 #include <functional>
 #include <utility>
 
-#include "optics_table_lens.h"
+#include "rig/optics_table_lens.h"
 
 namespace lensd::rig {
 

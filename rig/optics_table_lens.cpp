@@ -1,9 +1,9 @@
 // Making an optics table from what is stated of a lens and what was measured of it.
-#include "optics_table_lens.h"
+#include "rig/optics_table_lens.h"
 
 #include <utility>
 
-#include "axis_setup.h"
+#include "rig/axis_setup.h"
 
 namespace lensd::rig {
 namespace {

@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "curve.h"
 #include "optics/conjugates.h"
+#include "rig/curve.h"
 #include "rig/direction.h"
 #include "rig/optics_table.h"
 

@@ -8,8 +8,8 @@
 #include <memory>
 #include <utility>
 
-#include "command_guard.h"
-#include "toml_number.h"
+#include "rig/command_guard.h"
+#include "rig/toml_number.h"
 
 namespace lensd::rig {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "impl.h"
+#include "rig/impl.h"
 
 namespace lensd::rig {
 namespace {

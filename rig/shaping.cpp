@@ -1,5 +1,5 @@
 // The published amplitudes and times. Parts add up to 1, the first at time 0.
-#include "shaping.h"
+#include "rig/shaping.h"
 
 #include <cmath>
 #include <numbers>

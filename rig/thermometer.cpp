@@ -1,6 +1,6 @@
 // What a temperature can be by now follows from every reading that was believed: so far from it, and as much farther as
 // time has passed. A change that is real, however fast it was, is therefore believed after a while.
-#include "thermometer.h"
+#include "rig/thermometer.h"
 
 #include <algorithm>
 #include <chrono>

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "command_guard.h"
+#include "rig/command_guard.h"
 
 namespace lensd::rig {
 namespace {

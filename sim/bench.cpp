@@ -1,5 +1,5 @@
 // The truth of a world, its faults and its pictures for programs under test: from the world's own state alone.
-#include "bench.h"
+#include "sim/bench.h"
 
 #include <algorithm>
 #include <array>

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "drivers/api/thread_barrier.h"
-#include "frame_maker.h"
+#include "sim/frame_maker.h"
 
 namespace lensd::sim {
 

@@ -1,13 +1,13 @@
 // Motors, scripted faults and the optics that follow from where the mechanism truly stands. Counts and truth are kept
 // apart throughout.
-#include "mechanics.h"
+#include "sim/mechanics.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "colour_focus.h"
-#include "render/pupil.h"
+#include "sim/colour_focus.h"
+#include "sim/render/pupil.h"
 
 namespace lensd::sim {
 namespace {

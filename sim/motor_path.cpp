@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "motor.h"
+#include "sim/motor.h"
 
 namespace lensd::sim {
 namespace {

@@ -11,8 +11,8 @@
 #include <variant>
 #include <vector>
 
-#include "lens_grid.h"
-#include "picture_memory.h"
+#include "sim/lens_grid.h"
+#include "sim/picture_memory.h"
 
 namespace lensd::sim {
 namespace {

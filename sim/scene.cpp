@@ -9,8 +9,8 @@
 #include <variant>
 
 #include "io/toml.h"
-#include "lens_grid.h"
-#include "scene_parts.h"
+#include "sim/lens_grid.h"
+#include "sim/scene_parts.h"
 
 namespace lensd::sim {
 namespace {

@@ -1,12 +1,12 @@
 // The scene's PNG files as linear light and as depth in metres.
-#include "scene_images.h"
+#include "sim/scene_images.h"
 
 #include <algorithm>
 #include <array>
 #include <utility>
 
 #include "io/png.h"
-#include "sensor.h"
+#include "sim/sensor.h"
 
 namespace lensd::sim {
 

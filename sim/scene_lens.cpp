@@ -4,7 +4,7 @@
 #include <tuple>
 #include <utility>
 
-#include "scene_parts.h"
+#include "sim/scene_parts.h"
 
 namespace lensd::sim {
 namespace {

@@ -1,11 +1,11 @@
 // Light to samples: photon and read noise from one draw a sample, full well, black level, gamma, bits.
-#include "sensor.h"
+#include "sim/sensor.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "noise.h"
+#include "sim/noise.h"
 
 namespace lensd::sim {
 namespace {

@@ -6,11 +6,11 @@
 #include <optional>
 #include <vector>
 
-#include "darkroom.h"
 #include "drivers/api/camera.h"
-#include "frame_grid.h"
-#include "frame_maker.h"
-#include "mechanics.h"
+#include "sim/darkroom.h"
+#include "sim/frame_grid.h"
+#include "sim/frame_maker.h"
+#include "sim/mechanics.h"
 #include "sim/pictures.h"
 
 namespace lensd::sim {

@@ -1,6 +1,6 @@
 // The simulated lens as drivers/api sees it: what the controller knows of the mechanics, and what the link does to its
 // answers.
-#include "sim_lens.h"
+#include "sim/sim_lens.h"
 
 #include <string>
 #include <utility>

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <optional>
 
+#include "sim/subjects.h"
 #include "sim/world.h"
-#include "subjects.h"
 
 namespace lensd::sim {
 namespace {

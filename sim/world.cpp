@@ -5,11 +5,11 @@
 #include <string>
 #include <utility>
 
-#include "bench.h"
-#include "mechanics.h"
-#include "sim_camera.h"
-#include "sim_lens.h"
-#include "subjects.h"
+#include "sim/bench.h"
+#include "sim/mechanics.h"
+#include "sim/sim_camera.h"
+#include "sim/sim_lens.h"
+#include "sim/subjects.h"
 
 namespace lensd::sim {
 namespace {

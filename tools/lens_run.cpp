@@ -12,8 +12,8 @@
 #include <thread>
 #include <utility>
 
+#include "daemon/drivers_table.h"
 #include "drivers/api/device.h"
-#include "drivers_table.h"
 #include "io/png.h"
 #include "lens_run_words.h"
 #include "proto/tables.h"

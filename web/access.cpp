@@ -1,6 +1,6 @@
 // The attacker that counts is a page of elsewhere in the browser of a user who may move lenses. It cannot forge Host,
 // Origin and Sec-Fetch-Site, nor send a JSON body without asking first.
-#include "access.h"
+#include "web/access.h"
 
 #include <sys/stat.h>
 

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "base/result.h"
-#include "exchange.h"
-#include "http_server.h"
 #include "varlink/json.h"
+#include "web/exchange.h"
+#include "web/http_server.h"
 
 namespace lensd::web {
 

@@ -9,10 +9,10 @@
 #include <string>
 #include <string_view>
 
-#include "alpaca_move.h"
-#include "exchange.h"
-#include "lensd_link.h"
 #include "varlink/json.h"
+#include "web/alpaca_move.h"
+#include "web/exchange.h"
+#include "web/lensd_link.h"
 
 namespace lensd::web {
 

@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "alpaca.h"
+#include "web/alpaca.h"
 
 namespace lensd::web {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "lensd_link.h"
+#include "web/lensd_link.h"
 
 namespace lensd::web {
 

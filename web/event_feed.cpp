@@ -1,6 +1,6 @@
 // One ring of recent events serves every page. A page that reads slowly, or comes back late, finds its place
 // overwritten and is told so: there is never a queue.
-#include "event_feed.h"
+#include "web/event_feed.h"
 
 #include <algorithm>
 #include <array>

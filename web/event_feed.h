@@ -10,9 +10,9 @@
 #include <set>
 #include <string>
 
-#include "exchange.h"
-#include "lensd_link.h"
 #include "varlink/json.h"
+#include "web/exchange.h"
+#include "web/lensd_link.h"
 
 namespace lensd::web {
 

@@ -1,6 +1,6 @@
 // While an exchange waits libmicrohttpd is told to forget its connection, and the event loop watches for the client's
 // end: a viewer that has gone is noticed at once, not at the next picture.
-#include "exchange.h"
+#include "web/exchange.h"
 
 #include <microhttpd.h>
 #include <sys/epoll.h>

@@ -1,6 +1,6 @@
 // libmicrohttpd has an epoll of its own, which becomes readable when it has something to do; then it takes one turn.
 // Its own timeout forgives a client that sends a byte now and then, so the time for a whole request is kept here.
-#include "http_server.h"
+#include "web/http_server.h"
 
 #include <microhttpd.h>
 #include <sys/epoll.h>

@@ -8,8 +8,8 @@
 
 #include "base/clock.h"
 #include "base/result.h"
-#include "event_loop.h"
-#include "exchange.h"
+#include "web/event_loop.h"
+#include "web/exchange.h"
 
 struct MHD_Daemon;
 

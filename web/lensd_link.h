@@ -6,9 +6,9 @@
 #include <string_view>
 
 #include "base/clock.h"
-#include "event_loop.h"
-#include "exchange.h"
-#include "upstream.h"
+#include "web/event_loop.h"
+#include "web/exchange.h"
+#include "web/upstream.h"
 
 namespace lensd::web {
 

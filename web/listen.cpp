@@ -10,7 +10,7 @@
 #include <charconv>
 #include <cstring>
 
-#include "http_server.h"
+#include "web/http_server.h"
 
 namespace lensd::web {
 namespace {

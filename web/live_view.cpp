@@ -1,6 +1,6 @@
 // One picture is held, the newest. A viewer that has sent its last one takes it, and a slow one misses those between:
 // there is never a queue. Pictures come as files beside the replies, without base64, and are read once for all viewers.
-#include "live_view.h"
+#include "web/live_view.h"
 
 #include <unistd.h>
 

@@ -14,13 +14,13 @@
 #include <variant>
 #include <vector>
 
-#include "access.h"
-#include "alpaca.h"
-#include "event_loop.h"
-#include "http_server.h"
-#include "lensd_link.h"
 #include "proto/interfaces.h"
-#include "service.h"
+#include "web/access.h"
+#include "web/alpaca.h"
+#include "web/event_loop.h"
+#include "web/http_server.h"
+#include "web/lensd_link.h"
+#include "web/service.h"
 
 namespace lensd::web {
 namespace {

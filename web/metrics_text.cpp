@@ -1,5 +1,5 @@
 // Prometheus' text format 0.0.4: tables say which field of lensd's Metrics becomes which metric, with HELP and TYPE.
-#include "metrics_text.h"
+#include "web/metrics_text.h"
 
 #include <array>
 #include <cstdint>

@@ -1,5 +1,5 @@
 // Every call goes to lensd on a connection of its own and is answered when lensd answers; nothing here waits.
-#include "service.h"
+#include "web/service.h"
 
 #include <algorithm>
 #include <array>
@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "metrics_text.h"
-#include "page_files.h"
 #include "proto/interfaces.h"
 #include "varlink/base64.h"
 #include "varlink/json.h"
+#include "web/metrics_text.h"
+#include "web/page_files.h"
 
 namespace lensd::web {
 namespace {

@@ -5,12 +5,12 @@
 #include <optional>
 #include <string>
 
-#include "access.h"
-#include "event_feed.h"
-#include "exchange.h"
-#include "lensd_link.h"
-#include "live_view.h"
-#include "seats.h"
+#include "web/access.h"
+#include "web/event_feed.h"
+#include "web/exchange.h"
+#include "web/lensd_link.h"
+#include "web/live_view.h"
+#include "web/seats.h"
 
 namespace lensd::web {
 

@@ -1,6 +1,6 @@
 // Which place the method asks for next, and when it believes an answer: first from blur alone, then, where blur has no
 // say, from the sharpest frames seen.
-#include "defocus/defocus.h"
+#include "autofocus/defocus/defocus.h"
 
 #include <algorithm>
 #include <cmath>

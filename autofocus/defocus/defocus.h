@@ -12,10 +12,10 @@
 #include <optional>
 #include <vector>
 
+#include "autofocus/defocus/posterior.h"
+#include "autofocus/defocus/shift.h"
 #include "autofocus/method.h"
-#include "defocus/posterior.h"
-#include "defocus/shift.h"
-#include "sharpness_curve.h"
+#include "autofocus/sharpness_curve.h"
 
 namespace lensd::autofocus {
 

@@ -1,5 +1,5 @@
 // The response is tabulated once, on first use, and interpolated; any thread may ask.
-#include "defocus/disk_response.h"
+#include "autofocus/defocus/disk_response.h"
 
 #include <cmath>
 #include <numbers>

@@ -5,9 +5,9 @@
 #include <span>
 #include <utility>
 
-#include "defocus/defocus.h"
-#include "defocus/disk_response.h"
-#include "defocus/repeats.h"
+#include "autofocus/defocus/defocus.h"
+#include "autofocus/defocus/disk_response.h"
+#include "autofocus/defocus/repeats.h"
 
 namespace lensd::autofocus {
 

@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "autofocus/defocus/defocus.h"
 #include "autofocus/slope_learner.h"
-#include "defocus/defocus.h"
 
 namespace lensd::autofocus {
 namespace {

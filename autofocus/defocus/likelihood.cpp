@@ -1,5 +1,5 @@
 // From a focus and a slope to the blur of each frame, which the rings are judged by.
-#include "defocus/likelihood.h"
+#include "autofocus/defocus/likelihood.h"
 
 #include <algorithm>
 #include <cmath>

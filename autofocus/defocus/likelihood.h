@@ -11,7 +11,7 @@
 #include <array>
 #include <span>
 
-#include "defocus/ring_fit.h"
+#include "autofocus/defocus/ring_fit.h"
 
 namespace lensd::autofocus::defocus {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "autofocus/defocus/defocus.h"
 #include "autofocus/peak_fit.h"
-#include "defocus/defocus.h"
 
 namespace lensd::autofocus {
 

@@ -1,6 +1,6 @@
 // The grid, its weights and the peak on it. Steps grow away from the frames, so each place counts by the width it
 // stands for.
-#include "defocus/posterior.h"
+#include "autofocus/defocus/posterior.h"
 
 #include <algorithm>
 #include <cmath>

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "defocus/likelihood.h"
+#include "autofocus/defocus/likelihood.h"
 
 namespace lensd::autofocus::defocus {
 

@@ -1,12 +1,12 @@
 // The power of a picture over frequency, taken as that of a sharp one, tells its sharpness under any blur: a few
 // frequencies leave the side lobes of the disk's response to be seen, many level them out.
-#include "defocus/repeats.h"
+#include "autofocus/defocus/repeats.h"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "defocus/disk_response.h"
+#include "autofocus/defocus/disk_response.h"
 
 namespace lensd::autofocus::defocus {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "defocus/rings.h"
+#include "autofocus/defocus/rings.h"
 
 namespace lensd::autofocus::defocus {
 

@@ -1,17 +1,17 @@
 // An estimate tries some thousand places and slopes, and each takes these sums over forty rings: they are most of what
 // autofocus computes. So they run over as many rings at once as a vector holds, compiled for each number of frames and
 // once for each instruction set. Matrices are as small as the number of frames, and unrolled.
-#include "defocus/ring_fit.h"
+#include "autofocus/defocus/ring_fit.h"
 
 #include <cmath>
 #include <cstddef>
 #include <numbers>
 
-#include "defocus/disk_response.h"
-#include "defocus/texture_prior.h"
+#include "autofocus/defocus/disk_response.h"
+#include "autofocus/defocus/texture_prior.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "defocus/ring_fit.cpp"
+#define HWY_TARGET_INCLUDE "autofocus/defocus/ring_fit.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "defocus/rings.h"
+#include "autofocus/defocus/rings.h"
 
 namespace lensd::autofocus::defocus {
 

@@ -1,6 +1,6 @@
 // Modes are gathered into rings, and rings in which no frame shows more than noise are dropped. All frames have the
 // same tiles.
-#include "defocus/rings.h"
+#include "autofocus/defocus/rings.h"
 
 #include <algorithm>
 #include <cmath>

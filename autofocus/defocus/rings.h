@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "defocus/spectrum.h"
+#include "autofocus/defocus/spectrum.h"
 
 namespace lensd::autofocus::defocus {
 

@@ -1,5 +1,5 @@
 // The correlation at whole pixels, as a sum over the low frequencies that blur spares; then a parabola through its top.
-#include "defocus/shift.h"
+#include "autofocus/defocus/shift.h"
 
 #include <algorithm>
 #include <cmath>

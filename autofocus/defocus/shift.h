@@ -1,7 +1,7 @@
 // How far the picture moved sideways between two frames.
 #pragma once
 
-#include "defocus/rings.h"
+#include "autofocus/defocus/rings.h"
 
 namespace lensd::autofocus::defocus {
 

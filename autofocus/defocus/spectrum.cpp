@@ -1,6 +1,6 @@
 // From a window's samples to its spectrum: gamma undone, clipped samples filled in, Hann window, transform. Its noise
 // is read off the highest frequencies, where a lens leaves least.
-#include "defocus/spectrum.h"
+#include "autofocus/defocus/spectrum.h"
 
 #include <kissfft/kiss_fft.h>
 #include <kissfft/kiss_fftr.h>

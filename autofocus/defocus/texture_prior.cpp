@@ -1,6 +1,6 @@
 // Weighted least squares in closed form: the constructor solves three equations, once for every place an estimate
 // tries. The slope and bend expected, and how sure of them it is, are the constants at the top.
-#include "defocus/texture_prior.h"
+#include "autofocus/defocus/texture_prior.h"
 
 #include <cmath>
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "autofocus/defocus/defocus.h"
 #include "autofocus/peak_fit.h"
-#include "defocus/defocus.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -7,13 +7,13 @@
 #include <cstdio>
 #include <cstring>
 
+#include "autofocus/measure_scalar.h"
 #include "autofocus/measures.h"
 #include "bench/command.h"
 #include "bench/cpu_time.h"
 #include "bench/measure/peers.h"
 #include "bench/outputs.h"
 #include "io/svg.h"
-#include "measure_scalar.h"
 
 namespace lensd::bench {
 namespace {

@@ -6,9 +6,9 @@
 #include "bench/cpu_time.h"
 #include "bench/render/cases.h"
 #include "bench/render/peers.h"
-#include "render/disk_filter.h"
-#include "render/disk_fourier.h"
-#include "render/varying_blur.h"
+#include "sim/render/disk_filter.h"
+#include "sim/render/disk_fourier.h"
+#include "sim/render/varying_blur.h"
 
 namespace lensd::bench {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "render/disk_kernel.h"
-#include "render/raster.h"
+#include "sim/render/disk_kernel.h"
+#include "sim/render/raster.h"
 
 namespace lensd::bench {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "planner/position_blur.h"
+#include "optics/planner/position_blur.h"
 
 namespace lensd::optics {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "planner/diffraction_curves.h"
+#include "optics/planner/diffraction_curves.h"
 
 namespace lensd::optics {
 

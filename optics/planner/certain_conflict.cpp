@@ -1,6 +1,6 @@
 // A set of names that turns out to be feasible lacks what its own plan breaks. Adding that ends after a few rounds,
 // since each adds what no round before had.
-#include "planner/certain_conflict.h"
+#include "optics/planner/certain_conflict.h"
 
 #include <algorithm>
 

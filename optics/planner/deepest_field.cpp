@@ -2,12 +2,12 @@
 // geometric reach, largest at N = c/(√2 k L) with L = f + e/p. The near end is ruled by e - δ and the far end by e + δ,
 // so the best N lies between their two, found there by the sign of the derivative. Under a tolerance ε of the f-number
 // the smaller of g(N (1 - ε)) and g(N (1 + ε)) counts, largest where they are equal.
-#include "planner/deepest_field.h"
+#include "optics/planner/deepest_field.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "planner/diffraction_curves.h"
+#include "optics/planner/diffraction_curves.h"
 
 namespace lensd::optics {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "optics/plan_request.h"
-#include "planner/limit_lines.h"
+#include "optics/planner/limit_lines.h"
 
 namespace lensd::optics {
 

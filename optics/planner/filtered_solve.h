@@ -9,8 +9,8 @@
 #include <optional>
 #include <vector>
 
-#include "planner/rounding_filter.h"
-#include "planner/solution.h"
+#include "optics/planner/rounding_filter.h"
+#include "optics/planner/solution.h"
 
 namespace lensd::optics {
 

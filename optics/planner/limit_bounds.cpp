@@ -7,7 +7,7 @@
 
 #include "optics/blur.h"
 #include "optics/light.h"
-#include "planner/diffraction_curves.h"
+#include "optics/planner/diffraction_curves.h"
 
 namespace lensd::optics {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "optics/plan_request.h"
-#include "planner/linear_program.h"
+#include "optics/planner/linear_program.h"
 
 namespace lensd::optics {
 

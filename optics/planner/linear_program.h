@@ -17,7 +17,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "planner/row_scan.h"
+#include "optics/planner/row_scan.h"
 
 namespace lensd::optics {
 

@@ -2,7 +2,7 @@
 // thousand times, and of many rows few matter: some are solved, then every row is tried on that solution in double
 // precision. Those it may break, or holds so narrowly that rounding could tell either way, join the others; when there
 // are none left the solution is that of all rows.
-#include "planner/many_limits.h"
+#include "optics/planner/many_limits.h"
 
 #include <algorithm>
 #include <array>
@@ -12,8 +12,8 @@
 #include <string>
 #include <tuple>
 
-#include "planner/filtered_solve.h"
-#include "planner/solve_exact.h"
+#include "optics/planner/filtered_solve.h"
+#include "optics/planner/solve_exact.h"
 
 namespace lensd::optics {
 

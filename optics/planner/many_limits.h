@@ -1,7 +1,7 @@
 // Answers that doubles are too short for, over few rows or many.
 #pragma once
 
-#include "planner/solution.h"
+#include "optics/planner/solution.h"
 
 namespace lensd::optics {
 

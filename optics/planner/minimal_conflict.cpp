@@ -1,10 +1,10 @@
 // Minimal conflicts by QuickXplain (Junker 2004): of the suspects, keep a half fixed and find what the other half must
 // add; a set of s names out of m takes about 2 s log2(m/s) verdicts. Every verdict is certain, so the set is minimal.
-#include "planner/minimal_conflict.h"
+#include "optics/planner/minimal_conflict.h"
 
 #include <algorithm>
 
-#include "planner/solve.h"
+#include "optics/planner/solve.h"
 
 namespace lensd::optics {
 

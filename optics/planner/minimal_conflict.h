@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "planner/side_assignments.h"
+#include "optics/planner/side_assignments.h"
 
 namespace lensd::optics {
 

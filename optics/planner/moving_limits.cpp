@@ -2,16 +2,16 @@
 // the sensor less f and the gap, it is e + f - f (f + L)/(L - e): concave, so that over a stretch of extensions its
 // least is at an end and its greatest at an end or where (L - e)^2 = f (f + L). Stretches that leave the f-number no
 // room are left out, the others halved, until the middle of one holds or none is left.
-#include "planner/moving_limits.h"
+#include "optics/planner/moving_limits.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "planner/certain_conflict.h"
-#include "planner/limit_lines.h"
-#include "planner/minimal_conflict.h"
+#include "optics/planner/certain_conflict.h"
+#include "optics/planner/limit_lines.h"
+#include "optics/planner/minimal_conflict.h"
 
 namespace lensd::optics {
 

@@ -1,12 +1,12 @@
 // One pass over the limits checks them and writes their lines; a second one, the report's, is all that follows. Limits
 // of all kinds come in any order, which no processor guesses: so every limit writes the lines of both kinds, and keeps
 // its own. Whatever is not plain is left to the way that takes everything, side_assignments.h.
-#include "planner/plain_limits.h"
+#include "optics/planner/plain_limits.h"
 
 #include <algorithm>
 #include <limits>
 
-#include "planner/limit_names.h"
+#include "optics/planner/limit_names.h"
 
 namespace lensd::optics {
 

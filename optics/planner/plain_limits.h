@@ -1,7 +1,7 @@
 // The requests that most plans are: every limit at one interval of depths on a given side, in plain numbers.
 #pragma once
 
-#include "planner/filtered_solve.h"
+#include "optics/planner/filtered_solve.h"
 
 namespace lensd::optics {
 

@@ -7,15 +7,15 @@
 #include <set>
 
 #include "optics/model_ladder.h"
-#include "planner/deepest_field.h"
-#include "planner/minimal_conflict.h"
-#include "planner/plain_limits.h"
-#include "planner/report.h"
-#include "planner/request_check.h"
-#include "planner/side_assignments.h"
-#include "planner/solve.h"
-#include "planner/solve_diffracted.h"
-#include "planner/solve_linear.h"
+#include "optics/planner/deepest_field.h"
+#include "optics/planner/minimal_conflict.h"
+#include "optics/planner/plain_limits.h"
+#include "optics/planner/report.h"
+#include "optics/planner/request_check.h"
+#include "optics/planner/side_assignments.h"
+#include "optics/planner/solve.h"
+#include "optics/planner/solve_diffracted.h"
+#include "optics/planner/solve_linear.h"
 
 namespace lensd::optics {
 

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "planner/focus_queue.h"
-#include "planner/position_blur.h"
+#include "optics/planner/focus_queue.h"
+#include "optics/planner/position_blur.h"
 
 namespace lensd::optics {
 

@@ -1,13 +1,13 @@
 // A conflict is put to the positions of the lens: all of them, where it does not name what kept some out. Where a pair
 // of them meets it, it lacks what that pair breaks.
-#include "planner/position_conflict.h"
+#include "optics/planner/position_conflict.h"
 
 #include <algorithm>
 #include <optional>
 
-#include "planner/certain_conflict.h"
-#include "planner/limit_lines.h"
-#include "planner/minimal_conflict.h"
+#include "optics/planner/certain_conflict.h"
+#include "optics/planner/limit_lines.h"
+#include "optics/planner/minimal_conflict.h"
 
 namespace lensd::optics {
 

@@ -9,10 +9,10 @@
 #include "optics/lens_positions.h"
 #include "optics/light.h"
 #include "optics/model_ladder.h"
-#include "planner/deepest_field.h"
-#include "planner/position_conflict.h"
-#include "planner/position_search.h"
-#include "planner/request_check.h"
+#include "optics/planner/deepest_field.h"
+#include "optics/planner/position_conflict.h"
+#include "optics/planner/position_search.h"
+#include "optics/planner/request_check.h"
 
 namespace lensd::optics {
 

@@ -1,5 +1,5 @@
 // The figures come from the answer's own N and e, with the bounds of limit_bounds.h; nothing is taken from the solver.
-#include "planner/report.h"
+#include "optics/planner/report.h"
 
 #include <algorithm>
 #include <array>

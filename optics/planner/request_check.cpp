@@ -1,6 +1,6 @@
 // Everything a request may get wrong, in the order a user would notice it; what passes here the solvers take for
 // granted. Whether a depth lies inside the focal length is decided exactly where doubles cannot.
-#include "planner/request_check.h"
+#include "optics/planner/request_check.h"
 
 #include <algorithm>
 #include <array>
@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "planner/limit_names.h"
-#include "planner/solve_exact.h"
+#include "optics/planner/limit_names.h"
+#include "optics/planner/solve_exact.h"
 
 namespace lensd::optics {
 

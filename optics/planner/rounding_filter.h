@@ -12,7 +12,7 @@
 #include <limits>
 #include <span>
 
-#include "planner/limit_lines.h"
+#include "optics/planner/limit_lines.h"
 
 namespace lensd::optics {
 

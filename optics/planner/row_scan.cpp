@@ -1,12 +1,12 @@
 // One pass finds the extreme value, a second one the first line that has it. Lines are added and multiplied exactly as
 // one by one, so that the verdict and the answer do not hang on the processor.
-#include "planner/row_scan.h"
+#include "optics/planner/row_scan.h"
 
 #include <algorithm>
 #include <limits>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "planner/row_scan.cpp"
+#define HWY_TARGET_INCLUDE "optics/planner/row_scan.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

@@ -1,6 +1,6 @@
 // A sharp limit becomes lines for its nearest and farthest depth; an open side may lie before or behind the focal
 // plane, and each way to divide such limits is a case of its own. Gaps that no focal plane fits are left out early.
-#include "planner/side_assignments.h"
+#include "optics/planner/side_assignments.h"
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "planner/limit_lines.h"
+#include "optics/planner/limit_lines.h"
 
 namespace lensd::optics {
 

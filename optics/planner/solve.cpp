@@ -1,8 +1,8 @@
 // The one place where it is decided which solver a programme needs.
-#include "planner/solve.h"
+#include "optics/planner/solve.h"
 
-#include "planner/solve_diffracted.h"
-#include "planner/solve_linear.h"
+#include "optics/planner/solve_diffracted.h"
+#include "optics/planner/solve_linear.h"
 
 namespace lensd::optics {
 

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "planner/solution.h"
+#include "optics/planner/solution.h"
 
 namespace lensd::optics {
 

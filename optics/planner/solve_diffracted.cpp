@@ -1,15 +1,15 @@
 // Programmes with diffraction in double precision, with the exact solver behind them; outside the convex range by
 // branch and bound over N.
-#include "planner/solve_diffracted.h"
+#include "optics/planner/solve_diffracted.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "planner/branch_and_bound.h"
-#include "planner/rounding_filter.h"
-#include "planner/solve_exact.h"
-#include "planner/solve_linear.h"
+#include "optics/planner/branch_and_bound.h"
+#include "optics/planner/rounding_filter.h"
+#include "optics/planner/solve_exact.h"
+#include "optics/planner/solve_linear.h"
 
 namespace lensd::optics {
 

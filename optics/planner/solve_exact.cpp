@@ -1,13 +1,13 @@
 // The planner's programmes in exact arithmetic: what double precision cannot decide. Decimals become rationals, the
 // verdict and N stay rational; ratios hold square roots and are worked out to 100 digits.
-#include "planner/solve_exact.h"
+#include "optics/planner/solve_exact.h"
 
 #include <algorithm>
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <cmath>
 
-#include "planner/branch_and_bound.h"
-#include "planner/exact_number.h"
+#include "optics/planner/branch_and_bound.h"
+#include "optics/planner/exact_number.h"
 
 namespace lensd::optics {
 

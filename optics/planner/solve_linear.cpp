@@ -1,12 +1,12 @@
 // Programmes without diffraction: in double precision where the filter vouches for it, else with a longer mantissa,
 // else exactly. Each is at least ten times slower than the one before, and hardly ever needed.
-#include "planner/solve_linear.h"
+#include "optics/planner/solve_linear.h"
 
 #include <cmath>
 
-#include "planner/filtered_solve.h"
-#include "planner/many_limits.h"
-#include "planner/solve_exact.h"
+#include "optics/planner/filtered_solve.h"
+#include "optics/planner/many_limits.h"
+#include "optics/planner/solve_exact.h"
 
 namespace lensd::optics {
 

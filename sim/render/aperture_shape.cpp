@@ -1,12 +1,12 @@
 // Areas and moments of a circle or a regular polygon, by the geometry of its sides; disk diameters may be negative,
 // which mirrors the shape.
-#include "render/aperture_shape.h"
+#include "sim/render/aperture_shape.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "render/disk_kernel.h"
+#include "sim/render/disk_kernel.h"
 
 namespace lensd::sim {
 namespace {

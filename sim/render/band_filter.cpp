@@ -1,12 +1,12 @@
 // Weights by least squares over the band; the closest parabola from the wave's first three Legendre coefficients, which
 // are spherical Bessel functions.
-#include "render/band_filter.h"
+#include "sim/render/band_filter.h"
 
 #include <cmath>
 #include <numbers>
 
-#include "render/disk_kernel.h"
-#include "render/least_squares.h"
+#include "sim/render/disk_kernel.h"
+#include "sim/render/least_squares.h"
 
 namespace lensd::sim {
 

@@ -1,5 +1,5 @@
 // The two numbers of the line, from the lens' state; a pinhole blurs nothing.
-#include "render/blur_line.h"
+#include "sim/render/blur_line.h"
 
 namespace lensd::sim {
 

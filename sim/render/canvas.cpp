@@ -1,6 +1,6 @@
 // A texture is brought to the grid along rows, then along columns; the frame and a margin are kept, what lies beyond is
 // computed when asked for. Cells beyond the texture show its mirror image.
-#include "render/canvas.h"
+#include "sim/render/canvas.h"
 
 #include <algorithm>
 #include <array>

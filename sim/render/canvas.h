@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "render/raster.h"
+#include "sim/render/raster.h"
 #include "sim/scene.h"
 
 namespace lensd::sim {

@@ -1,9 +1,9 @@
 // Slopes and bends along x and y by filters over the samples, one after the other for what changes along both.
-#include "render/cell_light.h"
+#include "sim/render/cell_light.h"
 
 #include <vector>
 
-#include "render/band_filter.h"
+#include "sim/render/band_filter.h"
 
 namespace lensd::sim {
 namespace {

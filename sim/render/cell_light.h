@@ -7,8 +7,8 @@
 
 #include <array>
 
-#include "render/canvas.h"
-#include "render/raster.h"
+#include "sim/render/canvas.h"
+#include "sim/render/raster.h"
 
 namespace lensd::sim {
 

@@ -1,9 +1,9 @@
 // Sums over the disk's rows or a Fourier transform. Which is quicker was measured on frames of 192x128 to 1280x1024;
 // both agree to rounding.
-#include "render/disk_blur.h"
+#include "sim/render/disk_blur.h"
 
-#include "render/disk_filter.h"
-#include "render/disk_fourier.h"
+#include "sim/render/disk_filter.h"
+#include "sim/render/disk_fourier.h"
 
 namespace lensd::sim {
 

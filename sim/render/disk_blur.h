@@ -1,8 +1,8 @@
 // Blur by one disk in the way that is quickest.
 #pragma once
 
-#include "render/disk_kernel.h"
-#include "render/raster.h"
+#include "sim/render/disk_kernel.h"
+#include "sim/render/raster.h"
 
 namespace lensd::sim {
 

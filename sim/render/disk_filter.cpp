@@ -1,6 +1,6 @@
 // Two ways to form the sums: tap by tap for small disks, and by running sums along rows for large ones. Compiled once
 // for every instruction set.
-#include "render/disk_filter.h"
+#include "sim/render/disk_filter.h"
 
 #include <algorithm>
 #include <array>
@@ -15,7 +15,7 @@ inline constexpr int kPart = 512;  // px of a row at a time, whose sums stay in 
 #endif
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "render/disk_filter.cpp"
+#define HWY_TARGET_INCLUDE "sim/render/disk_filter.cpp"
 #include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "render/disk_kernel.h"
-#include "render/raster.h"
+#include "sim/render/disk_kernel.h"
+#include "sim/render/raster.h"
 
 namespace lensd::sim {
 

@@ -1,11 +1,11 @@
 // The transform itself, a vector of columns at a time, and its memory. Compiled once for every instruction set; the
 // picture is padded with zeros, so nothing wraps round as long as the disk fits the padding.
-#include "render/disk_fourier.h"
+#include "sim/render/disk_fourier.h"
 
 #include <algorithm>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "render/disk_fourier.cpp"
+#define HWY_TARGET_INCLUDE "sim/render/disk_fourier.cpp"
 #include <hwy/aligned_allocator.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>

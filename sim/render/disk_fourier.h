@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "render/disk_kernel.h"
-#include "render/fourier_plan.h"
-#include "render/raster.h"
+#include "sim/render/disk_kernel.h"
+#include "sim/render/fourier_plan.h"
+#include "sim/render/raster.h"
 
 namespace lensd::sim {
 

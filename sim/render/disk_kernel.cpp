@@ -1,7 +1,7 @@
 // Four kinds of weights: shares of area, from a closed form; for large disks areas of half pixels, brought to whole
 // ones by a filter that is fitted to the band; for small disks weights fitted to the disk's transform, in a table that
 // is made once a shape and interpolated in; and areas averaged over a pixel.
-#include "render/disk_kernel.h"
+#include "sim/render/disk_kernel.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include <mutex>
 #include <numbers>
 
-#include "render/least_squares.h"
+#include "sim/render/least_squares.h"
 
 namespace lensd::sim {
 namespace {

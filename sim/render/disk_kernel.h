@@ -11,7 +11,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "render/aperture_shape.h"
+#include "sim/render/aperture_shape.h"
 
 namespace lensd::sim {
 

@@ -1,6 +1,6 @@
 // A length is split by its factors: 5 and 3 first, then 4 and 2. The roots of unity are worked out one by one, each to
 // rounding.
-#include "render/fourier_plan.h"
+#include "sim/render/fourier_plan.h"
 
 #include <cmath>
 #include <numbers>

@@ -1,5 +1,5 @@
 // Builds the programmes, sorted by vergence, and runs them. Compiled once for every instruction set.
-#include "render/march.h"
+#include "sim/render/march.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,11 +9,11 @@
 #include <tuple>
 #include <utility>
 
-#include "render/cell_walk.h"
-#include "render/ray_tracer.h"
+#include "sim/render/cell_walk.h"
+#include "sim/render/ray_tracer.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "render/march.cpp"
+#define HWY_TARGET_INCLUDE "sim/render/march.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

@@ -9,10 +9,10 @@
 #include <map>
 #include <vector>
 
-#include "render/blur_line.h"
-#include "render/canvas.h"
-#include "render/raster.h"
-#include "render/ray_tracer.h"
+#include "sim/render/blur_line.h"
+#include "sim/render/canvas.h"
+#include "sim/render/raster.h"
+#include "sim/render/ray_tracer.h"
 
 namespace lensd::sim {
 

@@ -1,5 +1,5 @@
 // The slopes of the wave aberration, and what cuts the pupil.
-#include "render/pupil.h"
+#include "sim/render/pupil.h"
 
 #include <algorithm>
 #include <cmath>

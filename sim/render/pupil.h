@@ -14,9 +14,9 @@
 // set the place of best focus off by curvature |f|^2 + tilt . f.
 #pragma once
 
-#include "render/aperture_shape.h"
-#include "render/blur_line.h"
 #include "sim/render.h"
+#include "sim/render/aperture_shape.h"
+#include "sim/render/blur_line.h"
 
 namespace lensd::sim {
 

@@ -1,5 +1,5 @@
 // One ray after the other, in double precision: what the fast renderers are measured against.
-#include "render/ray_tracer.h"
+#include "sim/render/ray_tracer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <numeric>
 #include <optional>
 
-#include "render/cell_walk.h"
+#include "sim/render/cell_walk.h"
 
 namespace lensd::sim {
 namespace {

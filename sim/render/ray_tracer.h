@@ -4,11 +4,11 @@
 #include <optional>
 #include <vector>
 
-#include "render/aperture_shape.h"
-#include "render/blur_line.h"
-#include "render/canvas.h"
-#include "render/cell_light.h"
-#include "render/pupil.h"
+#include "sim/render/aperture_shape.h"
+#include "sim/render/blur_line.h"
+#include "sim/render/canvas.h"
+#include "sim/render/cell_light.h"
+#include "sim/render/pupil.h"
 
 namespace lensd::sim {
 

@@ -8,12 +8,12 @@
 #include <string>
 #include <utility>
 
-#include "render/blur_line.h"
-#include "render/canvas.h"
-#include "render/disk_kernel.h"
-#include "render/ray_tracer.h"
-#include "render/short_periods.h"
-#include "render/view.h"
+#include "sim/render/blur_line.h"
+#include "sim/render/canvas.h"
+#include "sim/render/disk_kernel.h"
+#include "sim/render/ray_tracer.h"
+#include "sim/render/short_periods.h"
+#include "sim/render/view.h"
 
 namespace lensd::sim {
 

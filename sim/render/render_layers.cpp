@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/disk_blur.h"
-#include "render/march.h"
-#include "render/ray_tracer.h"
-#include "render/view.h"
+#include "sim/render/disk_blur.h"
+#include "sim/render/march.h"
+#include "sim/render/ray_tracer.h"
+#include "sim/render/view.h"
 
 namespace lensd::sim {
 namespace {

@@ -13,8 +13,8 @@
 #include <complex>
 #include <numbers>
 
-#include "render/band_filter.h"
-#include "render/view.h"
+#include "sim/render/band_filter.h"
+#include "sim/render/view.h"
 
 namespace lensd::sim {
 namespace {

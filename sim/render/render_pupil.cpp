@@ -6,9 +6,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "render/band_filter.h"
-#include "render/ray_tracer.h"
-#include "render/view.h"
+#include "sim/render/band_filter.h"
+#include "sim/render/ray_tracer.h"
+#include "sim/render/view.h"
 
 namespace lensd::sim {
 namespace {

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <optional>
 
-#include "render/disk_blur.h"
-#include "render/disk_kernel.h"
-#include "render/varying_blur.h"
-#include "render/view.h"
+#include "sim/render/disk_blur.h"
+#include "sim/render/disk_kernel.h"
+#include "sim/render/varying_blur.h"
+#include "sim/render/view.h"
 
 namespace lensd::sim {
 namespace {

@@ -1,12 +1,12 @@
 // Kernels keep to the disk's transform over the band and less in its corners; shares of area, where blur varies, lose
 // to the pixel's own transform and to what lies beyond the band. Both are stated as a root mean square over all
 // frequencies, which light with a flat spectrum, the hardest there is, is off by.
-#include "render/short_periods.h"
+#include "sim/render/short_periods.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "render/disk_kernel.h"
+#include "sim/render/disk_kernel.h"
 
 namespace lensd::sim {
 namespace {

@@ -1,7 +1,7 @@
 // What the kernels of disks get wrong in light that is as fine as the pixels.
 #pragma once
 
-#include "render/view.h"
+#include "sim/render/view.h"
 
 namespace lensd::sim {
 

@@ -1,6 +1,6 @@
 // The picture is blurred by each rung of a ladder of diameters where a pixel needs it, and pixels between two rungs mix
 // both. Works tile by tile, so that few rungs are alive at a time.
-#include "render/varying_blur.h"
+#include "sim/render/varying_blur.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "render/disk_blur.h"
+#include "sim/render/disk_blur.h"
 
 namespace lensd::sim {
 namespace {

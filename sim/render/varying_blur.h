@@ -1,7 +1,7 @@
 // Blur whose diameter changes from pixel to pixel.
 #pragma once
 
-#include "render/disk_filter.h"
+#include "sim/render/disk_filter.h"
 
 namespace lensd::sim {
 

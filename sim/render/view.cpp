@@ -1,6 +1,6 @@
 // What the scene shows from the lens centre, how lively that is, and how many rays a part of it needs; the factors were
 // measured and are held by tests/sim.
-#include "render/view.h"
+#include "sim/render/view.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "autofocus/defocus/defocus.h"
+#include "autofocus/defocus/posterior.h"
 #include "autofocus/session.h"
-#include "defocus/defocus.h"
-#include "defocus/posterior.h"
 #include "defocus_scene.h"
 #include "test_level.h"
 #include "whole_search.h"

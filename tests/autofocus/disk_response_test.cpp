@@ -1,5 +1,5 @@
 // The blur disk's response against the sum over its chords.
-#include "defocus/disk_response.h"
+#include "autofocus/defocus/disk_response.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "defocus/repeats.h"
+#include "autofocus/defocus/repeats.h"
 #include "defocus_scene.h"
 #include "test_level.h"
 #include "whole_search.h"

@@ -1,6 +1,6 @@
 // The sums over rings, taken several at a time: the same on every instruction set this machine has, whatever fills the
 // last vector, and as a textbook's formula has them where nothing is blurred.
-#include "defocus/ring_fit.h"
+#include "autofocus/defocus/ring_fit.h"
 
 #include <gtest/gtest.h>
 #include <hwy/highway.h>

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "certification_interface.h"
-#include "event_loop.h"
-#include "listener.h"
+#include "daemon/event_loop.h"
+#include "daemon/listener.h"
+#include "daemon/router.h"
+#include "daemon/server.h"
 #include "proto/interfaces.h"
-#include "router.h"
-#include "server.h"
 
 namespace lensd::daemon {
 namespace {

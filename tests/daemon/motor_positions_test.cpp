@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "planning.h"
+#include "daemon/planning.h"
 #include "sim/world.h"
 
 namespace lensd::daemon {

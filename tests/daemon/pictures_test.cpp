@@ -5,8 +5,8 @@
 
 #include <numeric>
 
-#include "frame_loans.h"
-#include "picture.h"
+#include "daemon/frame_loans.h"
+#include "daemon/picture.h"
 
 namespace lensd::daemon {
 namespace {

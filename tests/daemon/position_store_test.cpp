@@ -1,5 +1,5 @@
 // A disk that hangs while positions are written and comes back when another store writes them: the newest stay.
-#include "position_store.h"
+#include "daemon/position_store.h"
 
 #include <gtest/gtest.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 // Devices that are unplugged and come back.
-#include "replug.h"
+#include "daemon/replug.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 #include <thread>
 
-#include "retry.h"
+#include "daemon/retry.h"
 
 namespace lensd::daemon {
 namespace {

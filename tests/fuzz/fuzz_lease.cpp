@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "event_loop.h"
-#include "lens_lease.h"
+#include "daemon/event_loop.h"
+#include "daemon/lens_lease.h"
 
 namespace {
 

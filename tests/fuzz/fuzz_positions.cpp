@@ -10,8 +10,8 @@
 #include <memory>
 #include <string>
 
+#include "daemon/position_store.h"
 #include "io/checked_file.h"
-#include "position_store.h"
 
 namespace {
 

@@ -17,13 +17,13 @@
 #include <thread>
 
 #include "base/clock.h"
-#include "config.h"
-#include "event_loop.h"
-#include "lens_service.h"
-#include "lenses.h"
-#include "router.h"
-#include "server.h"
-#include "simulator_service.h"
+#include "daemon/config.h"
+#include "daemon/event_loop.h"
+#include "daemon/lens_service.h"
+#include "daemon/lenses.h"
+#include "daemon/router.h"
+#include "daemon/server.h"
+#include "daemon/simulator_service.h"
 
 namespace lensd::fuzz {
 

@@ -12,9 +12,9 @@
 #include <numbers>
 
 #include "calibration_samples.h"
-#include "curve.h"
 #include "io/toml.h"
 #include "optics/conjugates.h"
+#include "rig/curve.h"
 #include "rig/optics_table.h"
 
 namespace lensd::rig {

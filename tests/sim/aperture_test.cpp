@@ -6,9 +6,9 @@
 #include <numbers>
 #include <tuple>
 
-#include "render/aperture_shape.h"
-#include "render/ray_tracer.h"
 #include "render_scenes.h"
+#include "sim/render/aperture_shape.h"
+#include "sim/render/ray_tracer.h"
 
 namespace lensd::sim {
 namespace {

@@ -9,10 +9,10 @@
 #include <hwy/highway.h>
 #include <algorithm>
 
-#include "render/disk_filter.h"
-#include "render/disk_fourier.h"
-#include "render/varying_blur.h"
 #include "render_scenes.h"
+#include "sim/render/disk_filter.h"
+#include "sim/render/disk_fourier.h"
+#include "sim/render/varying_blur.h"
 
 namespace lensd::sim {
 namespace {

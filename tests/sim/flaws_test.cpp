@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "finish.h"
-#include "sensor_map.h"
+#include "sim/finish.h"
+#include "sim/sensor_map.h"
 #include "stage.h"
 
 namespace lensd::sim {

@@ -1,5 +1,5 @@
 // Lenses that are not perfect: rays against closed forms of geometry, and fast renderers against rays.
-#include "render/pupil.h"
+#include "sim/render/pupil.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The sensor's noise has the moments and probabilities that physics asks for, and the same bits in every build.
-#include "sensor.h"
+#include "sim/sensor.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "noise.h"
+#include "sim/noise.h"
 
 namespace lensd::sim {
 namespace {

@@ -4,14 +4,14 @@
 
 #include <utility>
 
-#include "config.h"
-#include "event_loop.h"
+#include "daemon/config.h"
+#include "daemon/event_loop.h"
+#include "daemon/lens_service.h"
+#include "daemon/log.h"
+#include "daemon/router.h"
+#include "daemon/server.h"
 #include "io/checked_file.h"
-#include "lens_service.h"
-#include "log.h"
 #include "machine.h"
-#include "router.h"
-#include "server.h"
 
 namespace lensd::year {
 namespace {

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "motor.h"
 #include "sim/devices/modbus_drive.h"
+#include "sim/motor.h"
 
 namespace lensd::sim {
 namespace {
