@@ -11,7 +11,7 @@
 #include <cstring>
 #include <utility>
 
-#include "daemon/barrier.h"
+#include "base/guarded.h"
 
 namespace lensd::daemon {
 namespace {

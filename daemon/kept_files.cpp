@@ -4,7 +4,7 @@
 #include <chrono>
 #include <utility>
 
-#include "daemon/barrier.h"
+#include "base/guarded.h"
 #include "daemon/calibration_store.h"
 #include "daemon/log.h"
 

@@ -8,7 +8,7 @@
 #include <map>
 #include <utility>
 
-#include "daemon/barrier.h"
+#include "base/guarded.h"
 #include "io/atomic_file.h"
 #include "io/checked_file.h"
 #include "varlink/json.h"

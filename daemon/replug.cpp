@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-#include "daemon/barrier.h"
+#include "base/guarded.h"
 #include "daemon/retry.h"
 
 namespace lensd::daemon {

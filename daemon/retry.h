@@ -9,7 +9,7 @@
 #include <thread>
 #include <utility>
 
-#include "daemon/barrier.h"
+#include "base/guarded.h"
 #include "daemon/plug_signal.h"
 
 namespace lensd::daemon {

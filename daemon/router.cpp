@@ -8,7 +8,7 @@
 #include <iterator>
 #include <utility>
 
-#include "daemon/barrier.h"
+#include "base/guarded.h"
 #include "proto/interfaces.h"
 #include "proto/tables.h"
 

@@ -2,8 +2,8 @@
 #include <ctime>
 #include <utility>
 
+#include "base/guarded.h"
 #include "daemon/autofocus_request.h"
-#include "daemon/barrier.h"
 #include "daemon/lens_json.h"
 #include "daemon/lens_service.h"
 #include "daemon/picture.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "daemon/barrier.h"
+#include "base/guarded.h"
 #include "daemon/lens_json.h"
 #include "daemon/lens_service.h"
 #include "daemon/move_group.h"

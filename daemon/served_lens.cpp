@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "daemon/barrier.h"
+#include "base/guarded.h"
 #include "daemon/calibration_store.h"
 #include "daemon/lens_json.h"
 #include "daemon/log.h"

@@ -10,7 +10,7 @@
 #include <thread>
 #include <utility>
 
-#include "daemon/barrier.h"
+#include "base/guarded.h"
 #include "daemon/lenses.h"
 #include "daemon/log.h"
 

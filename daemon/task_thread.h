@@ -8,7 +8,7 @@
 #include <stop_token>
 #include <thread>
 
-#include "daemon/barrier.h"
+#include "base/guarded.h"
 
 namespace lensd::daemon {
 

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "daemon/barrier.h"
+#include "base/guarded.h"
 #include "daemon/lens_json.h"
 #include "daemon/picture_transfer.h"
 #include "daemon/refusal.h"

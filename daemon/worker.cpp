@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "daemon/barrier.h"
+#include "base/guarded.h"
 #include "drivers/api/thread_barrier.h"
 
 namespace lensd::daemon {

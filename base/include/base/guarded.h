@@ -7,7 +7,7 @@
 
 #include "base/result.h"
 
-namespace lensd::daemon {
+namespace lensd {
 
 /// Runs `work`; what it threw, as an error that says who was at it.
 template <class Work>
@@ -22,4 +22,4 @@ std::optional<Error> Guarded(const std::string& who, Work&& work) {
   }
 }
 
-}  // namespace lensd::daemon
+}  // namespace lensd
