@@ -12,8 +12,8 @@
 #include <string_view>
 
 #include "base/clock.h"
-#include "daemon/event_loop.h"
 #include "daemon/exchange.h"
+#include "loop/event_loop.h"
 #include "varlink/frame.h"
 
 namespace lensd::daemon {

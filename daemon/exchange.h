@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "daemon/access.h"
-#include "daemon/descriptor.h"
+#include "loop/descriptor.h"
 #include "varlink/message.h"
 
 namespace lensd::daemon {

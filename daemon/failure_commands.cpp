@@ -18,7 +18,7 @@
 #include <string_view>
 #include <utility>
 
-#include "daemon/descriptor.h"
+#include "loop/descriptor.h"
 #include "varlink/json.h"
 
 namespace lensd::daemon {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "daemon/descriptor.h"
+#include "loop/descriptor.h"
 
 namespace lensd::daemon {
 

@@ -8,9 +8,9 @@
 
 #include "base/clock.h"
 #include "base/result.h"
-#include "daemon/event_loop.h"
 #include "daemon/file_mark.h"
 #include "daemon/task_thread.h"
+#include "loop/event_loop.h"
 
 namespace lensd::daemon {
 

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "base/clock.h"
-#include "daemon/event_loop.h"
+#include "loop/event_loop.h"
 #include "varlink/json.h"
 
 namespace lensd::daemon {

@@ -9,11 +9,11 @@
 
 #include "base/clock.h"
 #include "daemon/config.h"
-#include "daemon/event_loop.h"
 #include "daemon/plug_signal.h"
 #include "daemon/router.h"
 #include "daemon/served_lens.h"
 #include "daemon/watchers.h"
+#include "loop/event_loop.h"
 
 namespace lensd::daemon {
 

@@ -21,11 +21,9 @@
 #include "daemon/config_check.h"
 #include "daemon/device_search.h"
 #include "daemon/drivers_table.h"
-#include "daemon/event_loop.h"
 #include "daemon/failure_commands.h"
 #include "daemon/lens_service.h"
 #include "daemon/lenses.h"
-#include "daemon/listener.h"
 #include "daemon/log.h"
 #include "daemon/options.h"
 #include "daemon/router.h"
@@ -35,6 +33,8 @@
 #include "daemon/unit_drop_in.h"
 #include "drivers/hotplug/monitor.h"
 #include "io/checked_file.h"
+#include "loop/event_loop.h"
+#include "loop/listener.h"
 
 namespace lensd::daemon {
 namespace {

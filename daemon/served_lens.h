@@ -13,7 +13,6 @@
 
 #include "daemon/config.h"
 #include "daemon/driving_calls.h"
-#include "daemon/event_loop.h"
 #include "daemon/kept_files.h"
 #include "daemon/lens_holds.h"
 #include "daemon/lens_lease.h"
@@ -33,6 +32,7 @@
 #include "daemon/waiter.h"
 #include "daemon/watchers.h"
 #include "daemon/worker.h"
+#include "loop/event_loop.h"
 #include "rig/calibration.h"
 #include "rig/presets.h"
 #include "rig/rig.h"

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "daemon/connection.h"
-#include "daemon/event_loop.h"
 #include "daemon/router.h"
+#include "loop/event_loop.h"
 
 namespace lensd::daemon {
 

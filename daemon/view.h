@@ -8,12 +8,12 @@
 #include <optional>
 #include <string>
 
-#include "daemon/event_loop.h"
 #include "daemon/exchange.h"
 #include "daemon/frame_loans.h"
 #include "daemon/picture.h"
 #include "daemon/task_thread.h"
 #include "daemon/waiter.h"
+#include "loop/event_loop.h"
 #include "rig/rig.h"
 
 namespace lensd::daemon {

@@ -11,9 +11,9 @@
 
 #include "base/clock.h"
 #include "daemon/event_counts.h"
-#include "daemon/event_loop.h"
 #include "daemon/exchange.h"
 #include "drivers/api/lens.h"
+#include "loop/event_loop.h"
 #include "varlink/json.h"
 
 namespace lensd::daemon {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "web/event_loop.h"
+#include "loop/web_event_loop.h"
 
 struct MHD_Connection;
 struct MHD_Response;

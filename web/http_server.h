@@ -8,7 +8,7 @@
 
 #include "base/clock.h"
 #include "base/result.h"
-#include "web/event_loop.h"
+#include "loop/web_event_loop.h"
 #include "web/exchange.h"
 
 struct MHD_Daemon;

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "base/clock.h"
-#include "web/event_loop.h"
+#include "loop/web_event_loop.h"
 #include "web/exchange.h"
 #include "web/upstream.h"
 

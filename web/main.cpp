@@ -14,10 +14,10 @@
 #include <variant>
 #include <vector>
 
+#include "loop/web_event_loop.h"
 #include "proto/interfaces.h"
 #include "web/access.h"
 #include "web/alpaca.h"
-#include "web/event_loop.h"
 #include "web/http_server.h"
 #include "web/lensd_link.h"
 #include "web/service.h"

@@ -12,9 +12,9 @@
 
 #include "base/clock.h"
 #include "base/result.h"
+#include "loop/web_event_loop.h"
 #include "varlink/frame.h"
 #include "varlink/message.h"
-#include "web/event_loop.h"
 
 namespace lensd::web {
 

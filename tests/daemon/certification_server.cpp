@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "certification_interface.h"
-#include "daemon/event_loop.h"
-#include "daemon/listener.h"
 #include "daemon/router.h"
 #include "daemon/server.h"
+#include "loop/event_loop.h"
+#include "loop/listener.h"
 #include "proto/interfaces.h"
 
 namespace lensd::daemon {

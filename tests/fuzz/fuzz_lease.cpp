@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/event_loop.h"
 #include "daemon/lens_lease.h"
+#include "loop/event_loop.h"
 
 namespace {
 

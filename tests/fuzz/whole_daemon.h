@@ -18,12 +18,12 @@
 
 #include "base/clock.h"
 #include "daemon/config.h"
-#include "daemon/event_loop.h"
 #include "daemon/lens_service.h"
 #include "daemon/lenses.h"
 #include "daemon/router.h"
 #include "daemon/server.h"
 #include "daemon/simulator_service.h"
+#include "loop/event_loop.h"
 
 namespace lensd::fuzz {
 

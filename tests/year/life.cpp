@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "daemon/config.h"
-#include "daemon/event_loop.h"
 #include "daemon/lens_service.h"
 #include "daemon/log.h"
 #include "daemon/router.h"
 #include "daemon/server.h"
 #include "io/checked_file.h"
+#include "loop/event_loop.h"
 #include "machine.h"
 
 namespace lensd::year {

@@ -1,6 +1,6 @@
 // sd-event behind callbacks: descriptors, timers, signals, and tasks posted from other threads. Everything runs on the
 // loop's thread but Post().
-#include "daemon/event_loop.h"
+#include "loop/event_loop.h"
 
 #include <sys/epoll.h>
 #include <sys/eventfd.h>

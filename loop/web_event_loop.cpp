@@ -1,5 +1,5 @@
 // Callbacks live as long as their source: sd-event frees a source after its dispatch, so one may end itself.
-#include "web/event_loop.h"
+#include "loop/web_event_loop.h"
 
 #include <signal.h>
 #include <sys/epoll.h>

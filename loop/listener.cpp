@@ -1,5 +1,5 @@
 // The socket, handed over by systemd or made at --socket, and removed only by who made it.
-#include "daemon/listener.h"
+#include "loop/listener.h"
 
 #include <fcntl.h>
 #include <sys/socket.h>
