@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/planning.h"
+#include "planning/planning.h"
 #include "rig/backlash.h"
 #include "rig/presets.h"
 #include "rig/rig.h"

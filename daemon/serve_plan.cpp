@@ -7,9 +7,9 @@
 #include "daemon/lens_json.h"
 #include "daemon/lens_service.h"
 #include "daemon/move_group.h"
-#include "daemon/plan_fault.h"
 #include "daemon/serve.h"
-#include "daemon/zoom_choice.h"
+#include "planning/plan_fault.h"
+#include "planning/zoom_choice.h"
 #include "proto/plan_json.h"
 
 namespace lensd::daemon {

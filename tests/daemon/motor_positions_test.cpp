@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/planning.h"
+#include "planning/planning.h"
 #include "sim/world.h"
 
 namespace lensd::daemon {

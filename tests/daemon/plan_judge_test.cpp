@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "daemon/planning.h"
+#include "planning/planning.h"
 #include "sim/world.h"
 #include "test_level.h"
 

@@ -1,5 +1,5 @@
 // Wishes of a plan against what the lens has.
-#include "daemon/plan_reach.h"
+#include "planning/plan_reach.h"
 
 #include <algorithm>
 #include <iomanip>

@@ -1,15 +1,15 @@
 // From what is known of a lens to positions a planner can choose from. Each stands for the plane it truly focuses on
 // and for how far that may be off: the motor's own bound, the calibration's, the temperature's and the focal length's.
-#include "daemon/planning.h"
+#include "planning/planning.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <utility>
 
-#include "daemon/plan_reach.h"
-#include "daemon/zoom_choice.h"
 #include "optics/framing.h"
+#include "planning/plan_reach.h"
+#include "planning/zoom_choice.h"
 
 namespace lensd::daemon {
 namespace {

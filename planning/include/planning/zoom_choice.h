@@ -4,7 +4,7 @@
 #include <stop_token>
 
 #include "base/result.h"
-#include "daemon/planning.h"
+#include "planning/planning.h"
 #include "proto/plan_json.h"
 #include "rig/rig.h"
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/result.h"
-#include "daemon/motor_positions.h"
 #include "optics/lens_positions.h"
+#include "planning/motor_positions.h"
 #include "proto/plan_json.h"
 #include "rig/rig.h"
 

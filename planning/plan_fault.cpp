@@ -1,6 +1,6 @@
 // The planner names fields as the interface does, but knows only what became of the request: which of two fields said a
 // depth or a blur, and which ends were left to the lens, is read from the call.
-#include "daemon/plan_fault.h"
+#include "planning/plan_fault.h"
 
 #include <charconv>
 #include <sstream>
@@ -9,8 +9,8 @@
 #include <tuple>
 #include <utility>
 
-#include "daemon/zoom_choice.h"
 #include "optics/decimal.h"
+#include "planning/zoom_choice.h"
 
 namespace lensd::daemon {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "base/result.h"
-#include "daemon/planning.h"
+#include "planning/planning.h"
 #include "proto/plan_json.h"
 #include "varlink/json_view.h"
 

@@ -1,7 +1,7 @@
 // How well a focal length serves a request is a continuous problem for the lens as it is there: breathing, a moving
 // centre and distances from elsewhere are counted at the extension the answer has, found in a few rounds. The places of
 // the zoom are tried coarsely, then ever more finely around the best of those; positions of the motors come last.
-#include "daemon/zoom_choice.h"
+#include "planning/zoom_choice.h"
 
 #include <algorithm>
 #include <cmath>
@@ -234,7 +234,7 @@ Result<Native> Framing(const ZoomAxis& zoom, const rig::RigConfig& config, const
   return place;
 }
 
-ZoomedPlanning Zoomed(PlannedLens lens, const rig::RigConfig& config, const proto::LensRequest& asked) {
+ZoomedPlanning ZoomedTo(PlannedLens lens, const rig::RigConfig& config, const proto::LensRequest& asked) {
   ZoomedPlanning zoomed{PlanningUnder(std::move(lens), config), asked.plan};
   zoomed.planning.zoom = zoomed.planning.lens.optics->conditions().zoom;
   const optics::PlanRequest& own = zoomed.planning.defaults;
@@ -320,7 +320,7 @@ class PositionSearch {
   }
   void Look(const std::pair<Merit, Native>& place) {
     if (stop_.stop_requested() || !Promises(place.first) || !looked_at_.insert(place.second).second) return;
-    ZoomedPlanning there = Zoomed(zoom_.At(place.second), config_, asked_);
+    ZoomedPlanning there = ZoomedTo(zoom_.At(place.second), config_, asked_);
     Merit merit = MeritOnPositions(there, asked_, now_);
     merit.travel = place.first.travel;
     if (!best_ || merit < best_->first) best_.emplace(merit, std::move(there));
@@ -380,10 +380,10 @@ Result<ZoomedPlanning> PlanningForZoom(const PlannedLens& lens, const rig::RigCo
                   {.parameter = "sensorWidthMm"});
     const auto place = Framing(zoom, config, asked, *width, within);
     if (!place) return PassOn(place);
-    return Zoomed(zoom.At(*place), config, asked);
+    return ZoomedTo(zoom.At(*place), config, asked);
   }
   const auto [first, last] = std::minmax({zoom.Nearest(within.first), zoom.Nearest(within.second)});
-  if (first == last) return Zoomed(zoom.At(first), config, asked);
+  if (first == last) return ZoomedTo(zoom.At(first), config, asked);
   return BestZoom(zoom, config, asked, now, {first, last}, stop);
 }
 

@@ -1,13 +1,13 @@
 // A motion ends within a bound of its target that depends on where it starts from and on what the mechanism may have
 // lost. It widens each position by what lies between it and the places around it.
-#include "daemon/motor_positions.h"
+#include "planning/motor_positions.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "daemon/planning.h"
 #include "optics/conjugates.h"
+#include "planning/planning.h"
 
 namespace lensd::daemon {
 namespace {
