@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "optics/planner/position_search.h"
+#include "optics/positions/position_search.h"
 
 namespace lensd::optics {
 

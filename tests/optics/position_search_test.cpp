@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "optics/conjugates.h"
-#include "optics/planner/focus_queue.h"
+#include "optics/positions/focus_queue.h"
 #include "position_scan.h"
 #include "test_level.h"
 

@@ -1,5 +1,5 @@
 // The greedy cover of stack_cover.h on rational numbers, at one f-number and without diffraction.
-#include "optics/stack_exact.h"
+#include "optics/stack/stack_exact.h"
 
 #include <cmath>
 

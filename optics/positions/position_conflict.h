@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "optics/planner/position_search.h"
+#include "optics/positions/position_search.h"
 
 namespace lensd::optics {
 

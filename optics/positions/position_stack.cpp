@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "optics/lens_positions.h"
-#include "optics/planner/position_blur.h"
 #include "optics/planner/request_check.h"
-#include "optics/stack_cover.h"
+#include "optics/positions/position_blur.h"
+#include "optics/stack/stack_cover.h"
 
 namespace lensd::optics {
 

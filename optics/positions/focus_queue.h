@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "optics/focus_blocks.h"
-#include "optics/planner/index_stretches.h"
+#include "optics/positions/index_stretches.h"
 
 namespace lensd::optics {
 

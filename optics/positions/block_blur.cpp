@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "optics/planner/position_blur.h"
+#include "optics/positions/position_blur.h"
 
 namespace lensd::optics {
 

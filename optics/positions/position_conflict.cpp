@@ -1,6 +1,6 @@
 // A conflict is put to the positions of the lens: all of them, where it does not name what kept some out. Where a pair
 // of them meets it, it lacks what that pair breaks.
-#include "optics/planner/position_conflict.h"
+#include "optics/positions/position_conflict.h"
 
 #include <algorithm>
 #include <optional>

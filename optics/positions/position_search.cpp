@@ -3,7 +3,7 @@
 // less than block_blur.cpp says, so that only those that may hold the best are looked into; the answer is that of
 // trying every position. Of very many limits those that decide are found by solving for a few and adding what the
 // answer breaks.
-#include "optics/planner/position_search.h"
+#include "optics/positions/position_search.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "optics/planner/deepest_field.h"
-#include "optics/planner/focus_queue.h"
+#include "optics/positions/focus_queue.h"
 
 namespace lensd::optics {
 

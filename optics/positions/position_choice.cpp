@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "optics/planner/focus_queue.h"
-#include "optics/planner/position_blur.h"
+#include "optics/positions/focus_queue.h"
+#include "optics/positions/position_blur.h"
 
 namespace lensd::optics {
 

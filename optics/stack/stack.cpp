@@ -13,9 +13,9 @@
 
 #include "optics/conjugates.h"
 #include "optics/planner/request_check.h"
-#include "optics/stack_cover.h"
-#include "optics/stack_exact.h"
-#include "optics/stack_reach.h"
+#include "optics/stack/stack_cover.h"
+#include "optics/stack/stack_exact.h"
+#include "optics/stack/stack_reach.h"
 
 namespace lensd::optics {
 namespace {

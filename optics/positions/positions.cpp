@@ -10,9 +10,9 @@
 #include "optics/light.h"
 #include "optics/model_ladder.h"
 #include "optics/planner/deepest_field.h"
-#include "optics/planner/position_conflict.h"
-#include "optics/planner/position_search.h"
 #include "optics/planner/request_check.h"
+#include "optics/positions/position_conflict.h"
+#include "optics/positions/position_search.h"
 
 namespace lensd::optics {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "optics/plan_request.h"
-#include "optics/stack_cover.h"
+#include "optics/stack/stack_cover.h"
 
 namespace lensd::optics {
 

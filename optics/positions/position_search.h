@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "optics/focus_blocks.h"
-#include "optics/planner/position_blur.h"
+#include "optics/positions/position_blur.h"
 
 namespace lensd::optics {
 

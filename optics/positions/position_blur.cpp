@@ -1,7 +1,7 @@
 // The blur of a thin lens with its focal plane at vergence U_s is s = A Z_s (U_s - U): that holds for every lens here,
 // liquid ones included, and its two factors are what a position states. The opening is A = f(0)/N. Uncertainty of the
 // focal plane widens the difference, that of the focal length scales it.
-#include "optics/planner/position_blur.h"
+#include "optics/positions/position_blur.h"
 
 #include <algorithm>
 #include <cmath>

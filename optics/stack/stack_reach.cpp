@@ -1,6 +1,6 @@
 // A shot at e has a diffraction disk k λ N (1 + e/(f p)). With t = (e - a)/(f p + a), so that geometric blur is f p
 // t/N, a limit c reads (G² + H²) t² + 2 H² t + H² - c² <= 0, where G = f p/N and H = k λ N (1 + a/(f p)).
-#include "optics/stack_reach.h"
+#include "optics/stack/stack_reach.h"
 
 #include <algorithm>
 #include <cmath>

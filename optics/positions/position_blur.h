@@ -8,7 +8,7 @@
 
 #include "optics/focus_blocks.h"
 #include "optics/lens_positions.h"
-#include "optics/planner/index_stretches.h"
+#include "optics/positions/index_stretches.h"
 
 namespace lensd::optics {
 
