@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "drivers/api/simulation.h"
-#include "sim/frame_maker.h"
-#include "sim/mechanics.h"
+#include "sim/camera/frame_maker.h"
+#include "sim/mechanics/mechanics.h"
 #include "sim/pictures.h"
 
 namespace lensd::sim {

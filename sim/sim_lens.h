@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "drivers/api/lens.h"
-#include "sim/mechanics.h"
+#include "sim/mechanics/mechanics.h"
 
 namespace lensd::sim {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <optional>
 
-#include "sim/subjects.h"
+#include "sim/scene/subjects.h"
 #include "sim/world.h"
 
 namespace lensd::sim {

@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "sim/bench.h"
-#include "sim/mechanics.h"
-#include "sim/sim_camera.h"
+#include "sim/camera/sim_camera.h"
+#include "sim/mechanics/mechanics.h"
+#include "sim/scene/subjects.h"
 #include "sim/sim_lens.h"
-#include "sim/subjects.h"
 
 namespace lensd::sim {
 namespace {

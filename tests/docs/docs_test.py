@@ -176,7 +176,7 @@ REFERENCES = {
     "docs/calibration.md": ["rig/calibration.cpp", "rig/focus_shift.cpp", "rig/focus_at_file.cpp"],
     "docs/refocus.md": ["rig/focus_drift.cpp"],
     "docs/autofocus.md": ["rig/learned_slope.cpp"],
-    "scenes/README.md": ["sim/scene.cpp", "sim/scene_lens.cpp", "sim/scene_surfaces.cpp", "sim/scene_parts.h"],
+    "scenes/README.md": ["sim/scene/scene.cpp", "sim/scene/scene_lens.cpp", "sim/scene/scene_surfaces.cpp", "sim/scene/scene_parts.h"],
 }
 # Read from files that lensd alone writes, or between rooms of lensd.
 NOT_FOR_PEOPLE = {"profiles"}

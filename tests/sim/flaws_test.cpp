@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "sim/finish.h"
-#include "sim/sensor_map.h"
+#include "sim/camera/finish.h"
+#include "sim/camera/sensor_map.h"
 #include "stage.h"
 
 namespace lensd::sim {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/motor.h"
+#include "sim/mechanics/motor.h"
 #include "sim/pictures.h"
 #include "stage.h"
 #include "test_level.h"

@@ -1,5 +1,5 @@
 // The simulated motor against the textbook's motions and against models stepped tick by tick, through random commands.
-#include "sim/motor.h"
+#include "sim/mechanics/motor.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "sim/lens_grid.h"
+#include "sim/camera/lens_grid.h"
 #include "stage.h"
 
 namespace lensd::sim {

@@ -1,5 +1,5 @@
 // The sensor's noise has the moments and probabilities that physics asks for, and the same bits in every build.
-#include "sim/sensor.h"
+#include "sim/camera/sensor.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "sim/noise.h"
+#include "sim/camera/noise.h"
 
 namespace lensd::sim {
 namespace {

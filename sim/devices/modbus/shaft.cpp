@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "sim/devices/modbus_drive.h"
-#include "sim/motor.h"
+#include "sim/mechanics/motor.h"
 
 namespace lensd::sim {
 namespace {

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "drivers/api/camera.h"
-#include "sim/darkroom.h"
-#include "sim/frame_grid.h"
-#include "sim/frame_maker.h"
-#include "sim/mechanics.h"
+#include "sim/camera/darkroom.h"
+#include "sim/camera/frame_grid.h"
+#include "sim/camera/frame_maker.h"
+#include "sim/mechanics/mechanics.h"
 #include "sim/pictures.h"
 
 namespace lensd::sim {

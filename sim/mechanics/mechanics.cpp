@@ -1,12 +1,12 @@
 // Motors, scripted faults and the optics that follow from where the mechanism truly stands. Counts and truth are kept
 // apart throughout.
-#include "sim/mechanics.h"
+#include "sim/mechanics/mechanics.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "sim/colour_focus.h"
+#include "sim/camera/colour_focus.h"
 #include "sim/render/pupil.h"
 
 namespace lensd::sim {

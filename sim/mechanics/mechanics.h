@@ -7,8 +7,8 @@
 
 #include "base/clock.h"
 #include "drivers/api/lens.h"
-#include "sim/fault_line.h"
-#include "sim/motor.h"
+#include "sim/mechanics/fault_line.h"
+#include "sim/mechanics/motor.h"
 #include "sim/scene.h"
 #include "sim/world.h"
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/motor.h"
+#include "sim/mechanics/motor.h"
 
 namespace lensd::sim {
 namespace {

@@ -1,11 +1,11 @@
 // Light to samples: photon and read noise from one draw a sample, full well, black level, gamma, bits.
-#include "sim/sensor.h"
+#include "sim/camera/sensor.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "sim/noise.h"
+#include "sim/camera/noise.h"
 
 namespace lensd::sim {
 namespace {

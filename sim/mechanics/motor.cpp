@@ -1,6 +1,6 @@
 // One motor between the controller's count and the mechanism: lost steps, stops, backlash and ringing, each in closed
 // form, so that any instant can be asked for.
-#include "sim/motor.h"
+#include "sim/mechanics/motor.h"
 
 #include <algorithm>
 #include <cmath>

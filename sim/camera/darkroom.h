@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "drivers/api/thread_barrier.h"
-#include "sim/frame_maker.h"
+#include "sim/camera/frame_maker.h"
 
 namespace lensd::sim {
 

@@ -1,5 +1,5 @@
 // Exposure times on a grid: the same frame number is always exposed at the same time, whichever rig asks and when.
-#include "sim/frame_grid.h"
+#include "sim/camera/frame_grid.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // Noise from counters: a sample's draw depends on seed, frame and place alone. Only additions and multiplications, so
 // every build gives the same bits.
-#include "sim/noise.h"
+#include "sim/camera/noise.h"
 
 #include <array>
 #include <cmath>

@@ -1,12 +1,12 @@
 // The scene's PNG files as linear light and as depth in metres.
-#include "sim/scene_images.h"
+#include "sim/scene/scene_images.h"
 
 #include <algorithm>
 #include <array>
 #include <utility>
 
 #include "io/png.h"
-#include "sim/sensor.h"
+#include "sim/camera/sensor.h"
 
 namespace lensd::sim {
 

@@ -1,5 +1,5 @@
 // Pages of the kernel, and blocks of one size in them.
-#include "sim/picture_memory.h"
+#include "sim/camera/picture_memory.h"
 
 #include <sys/mman.h>
 #include <unistd.h>

@@ -9,8 +9,8 @@
 #include <variant>
 
 #include "io/toml.h"
-#include "sim/lens_grid.h"
-#include "sim/scene_parts.h"
+#include "sim/camera/lens_grid.h"
+#include "sim/scene/scene_parts.h"
 
 namespace lensd::sim {
 namespace {

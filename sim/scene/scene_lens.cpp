@@ -4,7 +4,7 @@
 #include <tuple>
 #include <utility>
 
-#include "sim/scene_parts.h"
+#include "sim/scene/scene_parts.h"
 
 namespace lensd::sim {
 namespace {

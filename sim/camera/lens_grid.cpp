@@ -1,6 +1,6 @@
 // Lens states rounded so finely that no pixel changes visibly, so that runs through the same places share rendered
 // pictures.
-#include "sim/lens_grid.h"
+#include "sim/camera/lens_grid.h"
 
 #include <algorithm>
 #include <cmath>

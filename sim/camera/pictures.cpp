@@ -11,8 +11,8 @@
 #include <variant>
 #include <vector>
 
-#include "sim/lens_grid.h"
-#include "sim/picture_memory.h"
+#include "sim/camera/lens_grid.h"
+#include "sim/camera/picture_memory.h"
 
 namespace lensd::sim {
 namespace {

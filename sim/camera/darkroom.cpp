@@ -1,6 +1,6 @@
 // One thread that renders frames, so that a poll never waits for a renderer. At most one frame is under way; a newer
 // one replaces it.
-#include "sim/darkroom.h"
+#include "sim/camera/darkroom.h"
 
 #include <utility>
 

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/scene_images.h"
-#include "sim/scene_parts.h"
+#include "sim/scene/scene_images.h"
+#include "sim/scene/scene_parts.h"
 
 namespace lensd::sim {
 namespace {

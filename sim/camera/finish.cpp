@@ -1,6 +1,6 @@
 // Tone and sharpening on floats; JPEG as the loss that its quantisation is, without the entropy coding that loses
 // nothing.
-#include "sim/finish.h"
+#include "sim/camera/finish.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // One exposure from lens state to samples: which pictures are gathered, how bright, how they sway, then the sensor.
-#include "sim/frame_maker.h"
+#include "sim/camera/frame_maker.h"
 
 #include <algorithm>
 #include <array>
@@ -9,10 +9,10 @@
 #include <utility>
 #include <variant>
 
-#include "sim/colour_focus.h"
-#include "sim/finish.h"
-#include "sim/noise.h"
-#include "sim/sensor.h"
+#include "sim/camera/colour_focus.h"
+#include "sim/camera/finish.h"
+#include "sim/camera/noise.h"
+#include "sim/camera/sensor.h"
 
 namespace lensd::sim {
 namespace {

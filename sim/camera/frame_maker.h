@@ -7,10 +7,10 @@
 #include <stop_token>
 #include <vector>
 
-#include "sim/frame_grid.h"
-#include "sim/mechanics.h"
+#include "sim/camera/frame_grid.h"
+#include "sim/camera/sensor_map.h"
+#include "sim/mechanics/mechanics.h"
 #include "sim/pictures.h"
-#include "sim/sensor_map.h"
 
 namespace lensd::sim {
 

@@ -1,6 +1,6 @@
 // The simulated camera as drivers/api sees it: frames by the grid, made at once on a stepped clock and by the darkroom
 // on the machine's.
-#include "sim/sim_camera.h"
+#include "sim/camera/sim_camera.h"
 
 #include <cmath>
 #include <string>

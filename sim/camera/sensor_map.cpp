@@ -1,10 +1,10 @@
 // One factor a pixel, worked out once; every draw depends on the scene's flaw_seed alone.
-#include "sim/sensor_map.h"
+#include "sim/camera/sensor_map.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "sim/noise.h"
+#include "sim/camera/noise.h"
 
 namespace lensd::sim {
 namespace {

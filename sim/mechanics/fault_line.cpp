@@ -1,5 +1,5 @@
 // The scene's faults in order of time, and which of them are in force at an instant.
-#include "sim/fault_line.h"
+#include "sim/mechanics/fault_line.h"
 
 #include <algorithm>
 #include <cmath>
