@@ -15,7 +15,7 @@
 #include "autofocus/defocus/posterior.h"
 #include "autofocus/defocus/shift.h"
 #include "autofocus/method.h"
-#include "autofocus/sharpness_curve.h"
+#include "autofocus/search/sharpness_curve.h"
 
 namespace lensd::autofocus {
 

@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <cstring>
 
-#include "autofocus/measure_scalar.h"
 #include "autofocus/measures.h"
+#include "autofocus/measures/measure_scalar.h"
 #include "bench/command.h"
 #include "bench/cpu_time.h"
 #include "bench/measure/peers.h"

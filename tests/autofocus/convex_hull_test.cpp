@@ -1,5 +1,5 @@
 // The nearest point between others, held against mixtures that are drawn and against what makes a point the nearest.
-#include "autofocus/convex_hull.h"
+#include "autofocus/algebra/convex_hull.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "autofocus/measure_scalar.h"
+#include "autofocus/measures/measure_scalar.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "autofocus/session.h"
-#include "autofocus/star_curve.h"
 #include "autofocus/stars.h"
+#include "autofocus/stars/star_curve.h"
 
 namespace lensd::autofocus {
 namespace {

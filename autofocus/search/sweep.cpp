@@ -1,6 +1,6 @@
 // The places of a pass and what follows from it. Frames come in the order they were asked for, after the first one,
 // which is of where the lens happened to stand and no point of the curve.
-#include "autofocus/sweep.h"
+#include "autofocus/search/sweep.h"
 
 #include <algorithm>
 #include <cmath>

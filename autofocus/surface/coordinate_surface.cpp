@@ -12,9 +12,9 @@
 #include <string>
 #include <utility>
 
-#include "autofocus/convex_hull.h"
-#include "autofocus/coordinate_guesses.h"
-#include "autofocus/inverse.h"
+#include "autofocus/algebra/convex_hull.h"
+#include "autofocus/algebra/inverse.h"
+#include "autofocus/surface/coordinate_guesses.h"
 
 namespace lensd::autofocus {
 namespace {

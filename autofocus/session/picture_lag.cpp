@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "autofocus/frame_difference.h"
+#include "autofocus/session/frame_difference.h"
 
 namespace lensd::autofocus {
 namespace {

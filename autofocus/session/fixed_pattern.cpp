@@ -1,5 +1,5 @@
 // By pixel, over the frames. Nothing here is asked for before a search has found no top.
-#include "autofocus/fixed_pattern.h"
+#include "autofocus/session/fixed_pattern.h"
 
 #include <algorithm>
 #include <array>
@@ -8,8 +8,8 @@
 #include <numeric>
 #include <span>
 
+#include "autofocus/measures/tile_scores.h"
 #include "autofocus/sharpness.h"
-#include "autofocus/tile_scores.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "autofocus/method.h"
-#include "autofocus/sharpness_curve.h"
-#include "autofocus/star_curve.h"
+#include "autofocus/search/sharpness_curve.h"
+#include "autofocus/stars/star_curve.h"
 
 namespace lensd::autofocus {
 

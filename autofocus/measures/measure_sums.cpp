@@ -10,14 +10,14 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "autofocus/measure_scalar.h"
+#include "autofocus/measures/measure_scalar.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "autofocus/measure_sums.cpp"
+#define HWY_TARGET_INCLUDE "autofocus/measures/measure_sums.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "autofocus/measure_lanes-inl.h"
+#include "autofocus/measures/measure_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lensd::autofocus::HWY_NAMESPACE {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "autofocus/fixed_pattern.h"
-#include "autofocus/searches.h"
+#include "autofocus/search/searches.h"
+#include "autofocus/search/sharpness_curve.h"
 #include "autofocus/session.h"
-#include "autofocus/sharpness_curve.h"
-#include "autofocus/side_lobe.h"
+#include "autofocus/session/fixed_pattern.h"
+#include "autofocus/session/side_lobe.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -2,7 +2,7 @@
 // of the samples' scatter, is not known. So all sizes on a grid are asked, each counts as far as the samples are likely
 // by it, and an answer is as sure as all of them together: where the samples do not tell curvature, that is not very
 // sure.
-#include "autofocus/coordinate_guesses.h"
+#include "autofocus/surface/coordinate_guesses.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include <numeric>
 #include <utility>
 
-#include "autofocus/inverse.h"
+#include "autofocus/algebra/inverse.h"
 
 namespace lensd::autofocus {
 namespace {

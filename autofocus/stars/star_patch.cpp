@@ -1,10 +1,10 @@
 // A plane through most of the pixels is the background; what lies below it tells the noise, as stars lie above.
-#include "autofocus/star_patch.h"
+#include "autofocus/stars/star_patch.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "autofocus/matrix3.h"
+#include "autofocus/algebra/matrix3.h"
 
 namespace lensd::autofocus {
 namespace {

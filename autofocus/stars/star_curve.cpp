@@ -1,11 +1,11 @@
 // Tracks, hyperbolas and what they agree on. Nothing here asks for frames.
-#include "autofocus/star_curve.h"
+#include "autofocus/stars/star_curve.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "autofocus/matrix3.h"
-#include "autofocus/star_patch.h"
+#include "autofocus/algebra/matrix3.h"
+#include "autofocus/stars/star_patch.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "autofocus/frame_difference.h"
+#include "autofocus/session/frame_difference.h"
 
 namespace lensd::autofocus {
 namespace {

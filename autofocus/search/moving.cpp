@@ -1,5 +1,5 @@
 // Two states, on the way to the start of a pass and on the pass; what the pass saw is then judged as any other curve.
-#include "autofocus/moving.h"
+#include "autofocus/search/moving.h"
 
 #include <algorithm>
 #include <cmath>

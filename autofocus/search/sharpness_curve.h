@@ -8,9 +8,9 @@
 #include <string_view>
 #include <vector>
 
+#include "autofocus/measures/tile_scores.h"
 #include "autofocus/method.h"
 #include "autofocus/peak_fit.h"
-#include "autofocus/tile_scores.h"
 
 namespace lensd::autofocus {
 

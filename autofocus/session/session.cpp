@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "autofocus/defocus/defocus.h"
-#include "autofocus/fixed_pattern.h"
-#include "autofocus/moving.h"
-#include "autofocus/searches.h"
-#include "autofocus/sharpness_curve.h"
-#include "autofocus/star_focus.h"
-#include "autofocus/sweep.h"
+#include "autofocus/search/moving.h"
+#include "autofocus/search/searches.h"
+#include "autofocus/search/sharpness_curve.h"
+#include "autofocus/search/sweep.h"
+#include "autofocus/session/fixed_pattern.h"
+#include "autofocus/stars/star_focus.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -10,7 +10,7 @@
 #pragma once
 
 #include "autofocus/method.h"
-#include "autofocus/sharpness_curve.h"
+#include "autofocus/search/sharpness_curve.h"
 
 namespace lensd::autofocus {
 

@@ -1,6 +1,6 @@
 // The curve's points, less the tiles too bright in any frame, and the judgement on its top. Nothing here asks for
 // frames.
-#include "autofocus/sharpness_curve.h"
+#include "autofocus/search/sharpness_curve.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // The point is a mixture of a few of the cloud's. Those are gathered one by one, the one that lies farthest along the
 // way to go first, and let go of where the mixture that comes nearest would take less than nothing of them (Wolfe,
 // "Finding the nearest point in a polytope", 1976). That ends after finitely many steps, however thin the cloud is.
-#include "autofocus/convex_hull.h"
+#include "autofocus/algebra/convex_hull.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // The rules are those of the header; none needs the level of the noise.
-#include "autofocus/frame_difference.h"
+#include "autofocus/session/frame_difference.h"
 
 #include <algorithm>
 #include <array>

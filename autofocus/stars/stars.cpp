@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "autofocus/star_patch.h"
+#include "autofocus/stars/star_patch.h"
 
 namespace lensd::autofocus {
 namespace {

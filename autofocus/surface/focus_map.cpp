@@ -8,8 +8,8 @@
 #include <deque>
 #include <utility>
 
-#include "autofocus/sharpness_curve.h"
-#include "autofocus/sweep.h"
+#include "autofocus/search/sharpness_curve.h"
+#include "autofocus/search/sweep.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "autofocus/algebra/inverse.h"
 #include "autofocus/focus_map.h"
-#include "autofocus/inverse.h"
 
 namespace lensd::autofocus {
 namespace {

@@ -1,6 +1,6 @@
 // Each search works its whole way through from the frames so far every time it is asked, which is what makes it a pure
 // function. They see sharpness only, and no noise.
-#include "autofocus/searches.h"
+#include "autofocus/search/searches.h"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "autofocus/peak_fit.h"
-#include "autofocus/sharpness_curve.h"
+#include "autofocus/search/sharpness_curve.h"
 
 namespace lensd::autofocus {
 namespace {

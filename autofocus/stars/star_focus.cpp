@@ -1,5 +1,5 @@
 // The stages of a run: approach, or a pass over the whole range, the curve, and the check at its lowest place.
-#include "autofocus/star_focus.h"
+#include "autofocus/stars/star_focus.h"
 
 #include <algorithm>
 #include <cmath>

@@ -10,7 +10,7 @@
 #include <limits>
 #include <vector>
 
-#include "autofocus/matrix3.h"
+#include "autofocus/algebra/matrix3.h"
 
 namespace lensd::autofocus {
 namespace {

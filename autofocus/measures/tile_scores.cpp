@@ -1,5 +1,5 @@
 // Each tile's sums are taken over the tile and one pixel around it, so that the tiles' inner pixels cover the window.
-#include "autofocus/tile_scores.h"
+#include "autofocus/measures/tile_scores.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "autofocus/matrix3.h"
+#include "autofocus/algebra/matrix3.h"
 
 namespace lensd::autofocus {
 namespace {

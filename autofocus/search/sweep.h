@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "autofocus/method.h"
-#include "autofocus/sharpness_curve.h"
+#include "autofocus/search/sharpness_curve.h"
 
 namespace lensd::autofocus {
 

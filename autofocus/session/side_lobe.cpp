@@ -1,6 +1,6 @@
 // A curve that rises again is no proof: two depths in a region do that too. Few frequencies are none either: a grating
 // in focus has no others. Both together leave open which top is the focus.
-#include "autofocus/side_lobe.h"
+#include "autofocus/session/side_lobe.h"
 
 #include <algorithm>
 #include <cmath>
