@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/quantity_text.h"
-#include "rig/conditioned_search.h"
+#include "rig/autofocus/conditioned_search.h"
 
 namespace lensd::rig {
 namespace {

@@ -5,13 +5,13 @@
 #include <optional>
 #include <vector>
 
-#include "rig/autofocus_job.h"
-#include "rig/axis_controller.h"
-#include "rig/frame_requests.h"
-#include "rig/lens_reader.h"
-#include "rig/optical_state.h"
-#include "rig/remembered_positions.h"
-#include "rig/replies.h"
+#include "rig/autofocus/autofocus_job.h"
+#include "rig/calibration/optical_state.h"
+#include "rig/common/replies.h"
+#include "rig/frames/frame_requests.h"
+#include "rig/frames/lens_reader.h"
+#include "rig/motion/axis_controller.h"
+#include "rig/motion/remembered_positions.h"
 #include "rig/rig.h"
 
 namespace lensd::rig {

@@ -166,16 +166,16 @@ class Manuals(unittest.TestCase):
 
 # Which page has the keys that a source reads.
 REFERENCES = {
-    "docs/configuration.md": ["daemon/config.cpp", "rig/config.cpp", "sim/driver.cpp"],
+    "docs/configuration.md": ["daemon/config.cpp", "rig/common/config.cpp", "sim/driver.cpp"],
     "docs/drivers/aravis.md": ["drivers/aravis/config.cpp"],
     "docs/drivers/uvc.md": ["drivers/uvc/config.cpp"],
     "docs/drivers/v4l2.md": ["drivers/v4l2/config.cpp"],
     "docs/drivers/lensconnect.md": ["drivers/lensconnect/driver.cpp"],
     "docs/drivers/modbus.md": ["daemon/references.cpp", "drivers/modbus/driver.cpp", "drivers/modbus/link.cpp"],
     "drivers/modbus/profiles/generic.toml": ["drivers/modbus/profile.cpp"],
-    "docs/calibration.md": ["rig/calibration.cpp", "rig/focus_shift.cpp", "rig/focus_at_file.cpp"],
-    "docs/refocus.md": ["rig/focus_drift.cpp"],
-    "docs/autofocus.md": ["rig/learned_slope.cpp"],
+    "docs/calibration.md": ["rig/calibration/calibration.cpp", "rig/calibration/focus_shift.cpp", "rig/calibration/focus_at_file.cpp"],
+    "docs/refocus.md": ["rig/procedures/focus_drift.cpp"],
+    "docs/autofocus.md": ["rig/autofocus/learned_slope.cpp"],
     "scenes/README.md": ["sim/scene/scene.cpp", "sim/scene/scene_lens.cpp", "sim/scene/scene_surfaces.cpp", "sim/scene/scene_parts.h"],
 }
 # Read from files that lensd alone writes, or between rooms of lensd.
@@ -212,7 +212,7 @@ class Keys(unittest.TestCase):
         for room in ("daemon", "rig", "sim", "drivers"):
             for path in glob.glob(os.path.join(ROOT, room, "**", "*"), recursive=True):
                 if re.search(r"\.(cpp|h)$", path) and re.search(READS, text := read(path)) and "SettingsReader" in text:
-                    self.assertIn(os.path.relpath(path, ROOT), known | {"rig/presets.cpp", "rig/direction.cpp"})
+                    self.assertIn(os.path.relpath(path, ROOT), known | {"rig/procedures/presets.cpp", "rig/calibration/direction.cpp"})
 
     def test_the_reference_has_no_key_that_is_not_read(self):
         known = {key for source in REFERENCES["docs/configuration.md"] for key, *_ in reads(source)}

@@ -14,7 +14,7 @@
 #include "calibration_samples.h"
 #include "io/toml.h"
 #include "optics/conjugates.h"
-#include "rig/curve.h"
+#include "rig/calibration/curve.h"
 #include "rig/optics_table.h"
 
 namespace lensd::rig {

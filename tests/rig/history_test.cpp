@@ -1,5 +1,5 @@
 // What the history says of an exposure, against all readings kept and looked through one by one; and what it takes.
-#include "rig/history.h"
+#include "rig/frames/history.h"
 
 #include <gtest/gtest.h>
 #include <malloc.h>

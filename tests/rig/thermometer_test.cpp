@@ -1,6 +1,6 @@
 // Readings of a thermometer that goes wrong in every way: how far the lens moves for them is judged by where it stood
 // alone, and what is believed by the readings that were given. None of that is computed as the rig does.
-#include "rig/thermometer.h"
+#include "rig/calibration/thermometer.h"
 
 #include <gtest/gtest.h>
 

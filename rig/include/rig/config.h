@@ -15,7 +15,7 @@
 
 namespace lensd::rig {
 
-/// How a step is divided so that an actuator that rings arrives at rest; see rig/shaping.h.
+/// How a step is divided so that an actuator that rings arrives at rest; see rig/motion/shaping.h.
 enum class Shaper { None, Split, Zv, Zvd, Ramp };
 
 /// What a remembered position is worth when lensd starts again; see rig/position_memory.h.
