@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "base/settings_problems.h"
-#include "daemon/calibration_store.h"
-#include "daemon/config_faults.h"
-#include "daemon/lenses.h"
+#include "daemon/config/config_faults.h"
+#include "daemon/methods/lenses.h"
+#include "daemon/state/calibration_store.h"
 #include "rig/refocus.h"
 
 namespace lensd::daemon {

@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "base/guarded.h"
-#include "daemon/lenses.h"
-#include "daemon/log.h"
+#include "daemon/events/log.h"
+#include "daemon/methods/lenses.h"
 
 namespace lensd::daemon {
 namespace {

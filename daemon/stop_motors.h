@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/clock.h"
-#include "daemon/config.h"
+#include "daemon/config/config.h"
 
 namespace lensd::daemon {
 

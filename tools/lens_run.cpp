@@ -12,7 +12,7 @@
 #include <thread>
 #include <utility>
 
-#include "daemon/drivers_table.h"
+#include "daemon/config/drivers_table.h"
 #include "drivers/api/device.h"
 #include "io/png.h"
 #include "lens_run_words.h"

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "certification_interface.h"
-#include "daemon/router.h"
-#include "daemon/server.h"
+#include "daemon/server/router.h"
+#include "daemon/server/server.h"
 #include "loop/event_loop.h"
 #include "loop/listener.h"
 #include "proto/interfaces.h"

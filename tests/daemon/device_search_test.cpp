@@ -1,5 +1,5 @@
 // What the search and those who have a device open say together.
-#include "daemon/device_search.h"
+#include "daemon/methods/device_search.h"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 
 #include <numeric>
 
-#include "daemon/frame_loans.h"
-#include "daemon/picture.h"
+#include "daemon/pictures/frame_loans.h"
+#include "daemon/pictures/picture.h"
 
 namespace lensd::daemon {
 namespace {

@@ -1,5 +1,5 @@
 // A disk that hangs while positions are written and comes back when another store writes them: the newest stay.
-#include "daemon/position_store.h"
+#include "daemon/state/position_store.h"
 
 #include <gtest/gtest.h>
 #include <stdlib.h>

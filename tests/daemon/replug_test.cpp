@@ -1,5 +1,5 @@
 // Devices that are unplugged and come back.
-#include "daemon/replug.h"
+#include "daemon/lens/replug.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 #include <thread>
 
-#include "daemon/retry.h"
+#include "daemon/threads/retry.h"
 
 namespace lensd::daemon {
 namespace {

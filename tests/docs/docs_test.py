@@ -166,12 +166,12 @@ class Manuals(unittest.TestCase):
 
 # Which page has the keys that a source reads.
 REFERENCES = {
-    "docs/configuration.md": ["daemon/config.cpp", "rig/common/config.cpp", "sim/driver.cpp"],
+    "docs/configuration.md": ["daemon/config/config.cpp", "rig/common/config.cpp", "sim/driver.cpp"],
     "docs/drivers/aravis.md": ["drivers/aravis/config.cpp"],
     "docs/drivers/uvc.md": ["drivers/uvc/config.cpp"],
     "docs/drivers/v4l2.md": ["drivers/v4l2/config.cpp"],
     "docs/drivers/lensconnect.md": ["drivers/lensconnect/driver.cpp"],
-    "docs/drivers/modbus.md": ["daemon/references.cpp", "drivers/modbus/driver.cpp", "drivers/modbus/link.cpp"],
+    "docs/drivers/modbus.md": ["daemon/config/references.cpp", "drivers/modbus/driver.cpp", "drivers/modbus/link.cpp"],
     "drivers/modbus/profiles/generic.toml": ["drivers/modbus/profile.cpp"],
     "docs/calibration.md": ["rig/calibration/calibration.cpp", "rig/calibration/focus_shift.cpp", "rig/calibration/focus_at_file.cpp"],
     "docs/refocus.md": ["rig/procedures/focus_drift.cpp"],

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <string>
 
-#include "daemon/config.h"
-#include "daemon/lenses.h"
+#include "daemon/config/config.h"
+#include "daemon/methods/lenses.h"
 #include "memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

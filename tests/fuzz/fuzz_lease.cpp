@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/lens_lease.h"
+#include "daemon/lens/lens_lease.h"
 #include "loop/event_loop.h"
 
 namespace {

@@ -10,7 +10,7 @@
 #include <memory>
 #include <string>
 
-#include "daemon/position_store.h"
+#include "daemon/state/position_store.h"
 #include "io/checked_file.h"
 
 namespace {

@@ -17,12 +17,12 @@
 #include <thread>
 
 #include "base/clock.h"
-#include "daemon/config.h"
-#include "daemon/lens_service.h"
-#include "daemon/lenses.h"
-#include "daemon/router.h"
-#include "daemon/server.h"
-#include "daemon/simulator_service.h"
+#include "daemon/config/config.h"
+#include "daemon/methods/lens_service.h"
+#include "daemon/methods/lenses.h"
+#include "daemon/methods/simulator_service.h"
+#include "daemon/server/router.h"
+#include "daemon/server/server.h"
 #include "loop/event_loop.h"
 
 namespace lensd::fuzz {

@@ -346,7 +346,7 @@ void Judge::Axis(const std::string& lens, const Json& axis, std::int64_t read_at
 }
 
 void Judge::Metrics(const Json& parameters) {
-  // docs: daemon/worker.h and daemon/task_thread.h
+  // docs: daemon/lens/worker.h and daemon/threads/task_thread.h
   constexpr int kMostCommands = 128, kMostTasks = 64;
   const Json& own = parameters["daemon"];
   if (own["filesWaiting"] > kMostTasks || own["plansWaiting"] > kMostTasks) Found("a queue has no end: " + own.dump());

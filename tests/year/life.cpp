@@ -4,11 +4,11 @@
 
 #include <utility>
 
-#include "daemon/config.h"
-#include "daemon/lens_service.h"
-#include "daemon/log.h"
-#include "daemon/router.h"
-#include "daemon/server.h"
+#include "daemon/config/config.h"
+#include "daemon/events/log.h"
+#include "daemon/methods/lens_service.h"
+#include "daemon/server/router.h"
+#include "daemon/server/server.h"
 #include "io/checked_file.h"
 #include "loop/event_loop.h"
 #include "machine.h"

@@ -1,6 +1,6 @@
 // The table of drivers of lensd_faulty: the simulated lens, whose driver throws and hangs where a file beside its scene
 // says so: SCENE.faults, with lines like "move throw" and "read hang".
-#include "daemon/drivers_table.h"
+#include "daemon/config/drivers_table.h"
 
 #include <algorithm>
 #include <atomic>

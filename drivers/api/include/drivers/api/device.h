@@ -107,7 +107,7 @@ struct Profiles {
   std::string_view (*names)();                      ///< "this, that": for messages
 };
 
-/// One row of the table of drivers (daemon/drivers_table.cpp).
+/// One row of the table of drivers (daemon/config/drivers_table.cpp).
 struct Driver {
   std::string_view name;
   OpenFunction open;

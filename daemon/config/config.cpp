@@ -1,0 +1,314 @@
+// Reads and checks lensd.toml and its drop-ins; every mistake is told with file and line.
+#include "daemon/config/config.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <system_error>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include "base/settings_problems.h"
+#include "daemon/config/config_faults.h"
+#include "daemon/config/drivers_table.h"
+#include "daemon/config/references.h"
+#include "io/lenient_toml.h"
+
+namespace lensd::daemon {
+namespace {
+
+/// Keys of [[lens]] that are not the driver's.
+constexpr std::array<std::string_view, 14> kOwnKeys = {"name",  "driver",      "start",      "distance_from", "optics",
+                                                       "focus", "iris",        "zoom",       "filter",        "camera",
+                                                       "bus",   "temperature", "on_failure", "refocus"};
+/// Of these keys none is needed to open a lens.
+constexpr std::array<std::string_view, 1> kBesideTheLens = {"on_failure"};
+
+bool IsLensName(std::string_view name) {
+  const auto letter = [](char c) { return c >= 'a' && c <= 'z'; };
+  const auto rest = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '-'; };
+  return !name.empty() && letter(name[0]) && std::ranges::all_of(name, rest);
+}
+
+/// Names stand where commands also take an axis or a quantity.
+std::string WhyNotAName(std::string_view name) {
+  if (!IsLensName(name)) return "a name has small letters, digits and -, and begins with a letter";
+  if (drivers::AxisFromName(name)) return "a lens cannot be named like an axis";
+  if (name == "inf") return "a lens cannot be named like a quantity";
+  return "";
+}
+
+/// Whether two say the same, wherever they were written.
+bool SameValues(const Settings& one, const Settings& other) {
+  if (const auto* table = one.AsTable()) {
+    return other.AsTable() != nullptr && std::ranges::equal(*table, *other.AsTable(), [](const auto& a, const auto& b) {
+             return a.first == b.first && SameValues(a.second, b.second);
+           });
+  }
+  if (const auto* array = one.AsArray()) {
+    return other.AsArray() != nullptr && std::ranges::equal(*array, *other.AsArray(), SameValues);
+  }
+  return std::visit(
+      [&](const auto& value) {
+        using Scalar = std::decay_t<decltype(value)>;
+        if constexpr (std::is_same_v<Scalar, Settings::Table> || std::is_same_v<Scalar, Settings::Array>)
+          return false;
+        else {
+          const auto* theirs = std::get_if<Scalar>(&other.value());
+          return theirs != nullptr && *theirs == value;
+        }
+      },
+      one.value());
+}
+
+/// The table without the keys in `taken`.
+Settings Without(const Settings& table, std::span<const std::string_view> taken) {
+  Settings::Table rest;
+  for (const auto& [key, value] : *table.AsTable()) {
+    if (std::ranges::find(taken, key) == taken.end()) rest.emplace(key, value);
+  }
+  Settings::Value value(std::in_place_type<Settings::Table>, std::move(rest));
+  return Settings(std::move(value), table.where());
+}
+
+DeviceConfig ReadDevice(SettingsReader& read, const Settings& table, std::span<const std::string_view> own_keys) {
+  const std::string name = read.RequiredText("driver");
+  DeviceConfig device{FindDriver(name), Without(table, own_keys)};
+  if (device.driver == nullptr) {
+    if (!name.empty()) read.Reject("driver", WhyNoDriver(name));
+    LeaveDriversKeys(read, device.settings, own_keys);
+    return device;
+  }
+  // The driver knows its own keys and refuses the others when it opens the device.
+  for (const auto& [key, unused] : *device.settings.AsTable()) read.Any(key);
+  return device;
+}
+
+Result<DeviceConfig> ReadCamera(const Settings& table) {
+  SettingsReader read(table, "[lens.camera]");
+  constexpr std::array<std::string_view, 1> kCameraKeys = {"driver"};
+  DeviceConfig camera = ReadDevice(read, table, kCameraKeys);
+  if (auto done = read.Finish(); !done) return PassOn(done);
+  return camera;
+}
+
+/// Puts what the settings refer to in place of its names.
+Result<void> Resolve(DeviceConfig& device, const Settings* bus, const Buses& buses) {
+  auto settings = WithProfiles(device.settings, *device.driver);
+  if (settings && bus != nullptr) settings = WithBus(*settings, *bus, *device.driver, buses);
+  if (!settings) return PassOn(settings);
+  device.settings = *std::move(settings);
+  return {};
+}
+
+/// A program, or a program and its arguments. Its path is relative to the file it is written in.
+std::vector<std::string> ReadCommand(SettingsReader& read, std::string_view key) {
+  const Settings* given = read.Any(key);
+  if (given == nullptr) return {};
+  std::vector<std::string> words;
+  const auto add = [&](const Settings& word) {
+    const auto* text = std::get_if<std::string>(&word.value());
+    if (text != nullptr) words.push_back(*text);
+    return text != nullptr;
+  };
+  const Settings::Array* array = given->AsArray();
+  const bool texts = array == nullptr ? add(*given) : std::ranges::all_of(*array, add);
+  if (!texts || words.empty() || words.front().empty()) {
+    read.Reject(key, "must be the path of a program, or an array of this path and its arguments; no shell is used");
+    return {};
+  }
+  words.front() = (std::filesystem::path(given->where().file).parent_path() / words.front()).string();
+  return words;
+}
+
+/// Whether it hangs on a bus whose own mistakes are told where it is written.
+bool OnFaultyBus(const Settings* bus, const ConfigFaults& faults) {
+  const auto* name = bus == nullptr ? nullptr : std::get_if<std::string>(&bus->value());
+  return name != nullptr && std::ranges::find(faults.buses, *name) != faults.buses.end();
+}
+
+/// What is wrong is kept, and the lens read on.
+class LensReading {
+ public:
+  LensReading(const Settings& table, const Buses& buses, ConfigFaults& faults)
+      : table_(table), buses_(buses), faults_(faults), read_(table, "[[lens]]") {}
+
+  LensConfig Read() {
+    LensConfig lens;
+    lens.where = table_.where();
+    lens.table = table_;
+    lens.name = read_.RequiredText("name");
+    if (const std::string why = WhyNotAName(lens.name); !why.empty()) read_.Reject("name", why);
+    lens.device = ReadDevice(read_, table_, kOwnKeys);
+    const std::size_t start = read_.Choice("start", {"keep", "home", "on-demand"}, 0);
+    lens.home_at_start = start == 1;
+    const Settings* bus = read_.Any("bus");
+    const bool simulated = lens.device.driver != nullptr && lens.device.driver->simulated;
+    const auto nominal = simulated ? rig::NominalFrom::Driver : rig::NominalFrom::Configuration;
+    if (auto rig = rig::ReadRigConfig(read_, nominal); Good(rig)) lens.rig = *std::move(rig);
+    for (const drivers::Axis axis : drivers::kAxes) lens.rig.axes[axis].home_on_demand = start == 2;
+    const Settings* camera = read_.Table("camera");
+    lens.on_failure = ReadCommand(read_, "on_failure");
+    Good(read_.Finish());
+    PutReferences(lens.device, bus);
+    if (camera != nullptr) AddCamera(*camera, lens);
+    lens.files = MarksOfFilesIn(Without(table_, kBesideTheLens));
+    std::erase_if(lens.files, [&](const FileMark& mark) { return mark.path == lens.rig.calibration_path; });
+    if (!sound_) faults_.lenses.push_back(lens.where);
+    return lens;
+  }
+
+ private:
+  template <class T>
+  bool Good(const Result<T>& read) {
+    if (!read) faults_.Keep(read.error(), table_.where());
+    sound_ = sound_ && read.has_value();
+    return read.has_value();
+  }
+
+  void PutReferences(DeviceConfig& device, const Settings* bus) {
+    if (device.driver == nullptr) return;
+    if (OnFaultyBus(bus, faults_) || !Good(Resolve(device, bus, buses_))) device.driver = nullptr;
+  }
+
+  void AddCamera(const Settings& table, LensConfig& lens) {
+    auto camera = ReadCamera(table);
+    if (Good(camera)) lens.camera = *std::move(camera);
+  }
+
+  const Settings& table_;
+  const Buses& buses_;
+  ConfigFaults& faults_;
+  SettingsReader read_;
+  bool sound_ = true;
+};
+
+std::vector<std::string> ReadGroups(SettingsReader& read, std::string_view key, std::vector<std::string> fallback) {
+  const Settings* given = read.Any(key);
+  if (given == nullptr) return fallback;
+  const Settings::Array* array = given->AsArray();
+  std::vector<std::string> names;
+  for (const Settings& name : array == nullptr ? Settings::Array{} : *array) {
+    if (const auto* text = std::get_if<std::string>(&name.value()); text != nullptr && !text->empty()) {
+      names.push_back(*text);
+    }
+  }
+  if (array == nullptr || names.size() != array->size()) {
+    read.Reject(key, "must be an array of names of groups, as [\"lens\"]; [] gives the role to no group");
+  }
+  return names;
+}
+
+Result<AccessConfig> ReadAccess(const Settings& table) {
+  SettingsReader read(table, "[access]");
+  AccessConfig access;
+  access.move = ReadGroups(read, "move", access.move);
+  access.administer = ReadGroups(read, "administer", access.administer);
+  if (auto done = read.Finish(); !done) return PassOn(done);
+  return access;
+}
+
+void AddLens(const Settings& table, Config& config, ConfigFaults& faults) {
+  LensConfig lens = LensReading(table, config.buses, faults).Read();
+  const bool twice = !lens.name.empty() && std::ranges::count(config.lenses, lens.name, &LensConfig::name) > 0;
+  if (twice) faults.Keep({Code::BadData, lens.where.Text() + ": there is another lens \"" + lens.name + "\""});
+  config.lenses.push_back(std::move(lens));
+}
+
+void AddTables(const Settings& file, Config& config, ConfigFaults& faults) {
+  SettingsReader read(file, "the configuration");
+  if (!read.Has("version")) read.Reject("version", "the file must say version = 1");
+  if (read.Integer("version", 1) != 1) read.Reject("version", "must be 1: this lensd reads version 1 alone");
+  const std::vector<const Settings*> buses = read.Tables("bus");
+  const std::vector<const Settings*> lenses = read.Tables("lens");
+  const Settings* access = read.Table("access");
+  if (auto done = read.Finish(); !done) faults.Keep(done.error());
+  if (access != nullptr) {
+    auto read_access = ReadAccess(*access);
+    if (!read_access) faults.Keep(read_access.error());
+    if (read_access) config.access = *std::move(read_access);
+  }
+  for (const Settings* table : buses) {
+    const auto added = AddBus(*table, config.buses);
+    if (added) continue;
+    faults.Keep(added.error(), table->where());
+    const auto name = table->AsTable()->find("name");
+    const auto* text = name == table->AsTable()->end() ? nullptr : std::get_if<std::string>(&name->second.value());
+    if (text != nullptr) faults.buses.push_back(*text);
+  }
+  for (const Settings* table : lenses) AddLens(*table, config, faults);
+}
+
+void AddFile(const std::string& path, Config& config, ConfigFaults& faults) {
+  faults.files.push_back(path);
+  io::LenientToml file = io::ReadTomlLeniently(path);
+  for (const Error& fault : file.faults) {
+    const bool last = &fault == &file.faults.back();
+    faults.Keep({fault.code, fault.message + (last && !file.whole && fault.code == Code::BadData
+                                                  ? "; the rest of the file was not checked"
+                                                  : "")},
+                {path, 0});
+    if (auto* problems = SettingsProblems::Current()) faults.no_toml.push_back(problems->all().back().where);
+  }
+  if (file.whole) AddTables(file.settings, config, faults);
+}
+
+Result<std::vector<std::string>> DropIns(const std::string& path) {
+  std::vector<std::string> found;
+  std::error_code error;
+  const std::filesystem::path folder = path + ".d";
+  if (!std::filesystem::is_directory(folder, error)) return found;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (entry.path().extension() == ".toml") found.push_back(entry.path().string());
+  }
+  if (error) return Fail(Code::Io, folder.string() + ": " + error.message());
+  std::ranges::sort(found);
+  return found;
+}
+
+}  // namespace
+
+bool SameLens(const LensConfig& one, const LensConfig& other) {
+  // The table names a bus and profiles; the device's settings say what stands there.
+  return one.where.file == other.where.file &&
+         SameValues(Without(one.table, kBesideTheLens), Without(other.table, kBesideTheLens)) &&
+         SameValues(one.device.settings, other.device.settings) && one.files == other.files;
+}
+
+std::string ChangedFile(const LensConfig& one, const LensConfig& other) {
+  for (const FileMark& mark : one.files) {
+    const auto now = std::ranges::find(other.files, mark.path, &FileMark::path);
+    if (now != other.files.end() && *now != mark) return mark.path;
+  }
+  return "";
+}
+
+void ConfigFaults::Keep(const Error& error, const Location& otherwise) {
+  if (first) first = PassOn(error);
+  if (auto* problems = SettingsProblems::Current()) problems->Add(error.message, otherwise);
+}
+
+std::span<const std::string_view> OwnLensKeys() {
+  return kOwnKeys;
+}
+
+Config ReadPastFaults(const std::string& path, ConfigFaults& faults) {
+  Config config;
+  AddFile(path, config, faults);
+  const auto drop_ins = DropIns(path);
+  if (!drop_ins) faults.Keep(drop_ins.error(), {path, 0});
+  for (const std::string& drop_in : drop_ins ? *drop_ins : std::vector<std::string>()) {
+    AddFile(drop_in, config, faults);
+  }
+  return config;
+}
+
+Result<Config> ReadConfig(const std::string& path) {
+  ConfigFaults faults;
+  Config config = ReadPastFaults(path, faults);
+  if (!faults.first) return PassOn(faults.first);
+  return config;
+}
+
+}  // namespace lensd::daemon

@@ -1,0 +1,51 @@
+// Which calls drive a lens just now, for those who are refused because of them.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/clock.h"
+#include "daemon/server/exchange.h"
+
+namespace lensd::daemon {
+
+/// A call that drives a lens.
+struct DrivingCall {
+  std::weak_ptr<const Exchange> call;  ///< gone once it is answered and, of a session, once that has ended
+  std::string caller;                  ///< for people
+  Instant since;
+};
+
+/// Event loop thread only.
+class DrivingCalls {
+ public:
+  /// A call may drive the lens from now on, until its keeper lets go of it.
+  void Note(const ExchangePointer& call, Instant now) {
+    std::erase_if(calls_, [](const DrivingCall& each) { return each.call.expired(); });
+    calls_.push_back({call, call->caller(), now});
+  }
+  /// Of the calls that drive the lens, but for this one, the one that has done so for longest.
+  std::optional<DrivingCall> But(const Exchange& call) const {
+    const auto found = std::ranges::find_if(calls_, [&](const DrivingCall& each) {
+      const auto kept = each.call.lock();
+      return kept && kept.get() != &call;
+    });
+    return found == calls_.end() ? std::nullopt : std::optional(*found);
+  }
+  /// The same but for the calls of one connection.
+  std::optional<DrivingCall> ButOf(const void* client) const {
+    const auto found = std::ranges::find_if(calls_, [&](const DrivingCall& each) {
+      const auto kept = each.call.lock();
+      return kept && kept->client() != client;
+    });
+    return found == calls_.end() ? std::nullopt : std::optional(*found);
+  }
+
+ private:
+  std::vector<DrivingCall> calls_;  // oldest first
+};
+
+}  // namespace lensd::daemon
