@@ -4,9 +4,9 @@
 
 #include <initializer_list>
 
-#include "cli/help.h"
+#include "cli/help/help.h"
 #include "cli/online/commands.h"
-#include "cli/session.h"
+#include "cli/terminal/session.h"
 
 namespace lensd::cli {
 

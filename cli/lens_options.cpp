@@ -1,7 +1,7 @@
 // Exact numbers of the command line, and distances from where they were measured.
 #include "cli/lens_options.h"
 
-#include "cli/text.h"
+#include "cli/text/text.h"
 #include "optics/conjugates.h"
 
 namespace lensd::cli {

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "cli/quantity.h"
-#include "cli/session.h"
+#include "cli/terminal/session.h"
+#include "cli/text/quantity.h"
 #include "optics/decimal.h"
 #include "optics/focus_scale.h"
 #include "optics/thin_lens.h"

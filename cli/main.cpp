@@ -13,11 +13,11 @@
 #include <vector>
 
 #include "cli/commands.h"
-#include "cli/help.h"
-#include "cli/online/completion.h"
-#include "cli/quantity.h"
-#include "cli/session.h"
-#include "cli/text.h"
+#include "cli/help/completion.h"
+#include "cli/help/help.h"
+#include "cli/terminal/session.h"
+#include "cli/text/quantity.h"
+#include "cli/text/text.h"
 #include "proto/interfaces.h"
 
 namespace lensd::cli {

@@ -7,7 +7,7 @@
 #include "base/quantity_text.h"
 #include "bench/gallery/curves.h"
 #include "bench/gallery/lessons.h"
-#include "cli/ray_diagram.h"
+#include "cli/charts/ray_diagram.h"
 #include "optics/blur.h"
 #include "optics/conjugates.h"
 #include "optics/diffraction.h"

@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "cli/merge/shots.h"
-#include "cli/text.h"
+#include "cli/text/text.h"
 #include "io/picture_notes.h"
 #include "io/png.h"
 #include "merge/compose.h"

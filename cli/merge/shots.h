@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/session.h"
+#include "cli/terminal/session.h"
 
 namespace lensd::cli {
 

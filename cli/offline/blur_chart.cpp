@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "base/quantity_text.h"
-#include "cli/vergence_axis.h"
+#include "cli/text/vergence_axis.h"
 
 namespace lensd::cli {
 namespace {

@@ -4,12 +4,12 @@
 #include <array>
 #include <memory>
 
-#include "cli/chart_file.h"
+#include "cli/charts/chart_file.h"
+#include "cli/charts/ray_diagram.h"
 #include "cli/commands.h"
 #include "cli/lens_options.h"
 #include "cli/offline/point.h"
-#include "cli/ray_diagram.h"
-#include "cli/text.h"
+#include "cli/text/text.h"
 #include "varlink/json.h"
 
 namespace lensd::cli {

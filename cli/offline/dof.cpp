@@ -5,11 +5,11 @@
 #include <cmath>
 #include <memory>
 
-#include "cli/chart_file.h"
+#include "cli/charts/chart_file.h"
 #include "cli/commands.h"
 #include "cli/offline/blur_chart.h"
 #include "cli/offline/camera_system.h"
-#include "cli/text.h"
+#include "cli/text/text.h"
 #include "varlink/json.h"
 
 namespace lensd::cli {

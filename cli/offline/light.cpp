@@ -6,7 +6,7 @@
 
 #include "cli/commands.h"
 #include "cli/offline/camera_system.h"
-#include "cli/text.h"
+#include "cli/text/text.h"
 #include "optics/light.h"
 #include "varlink/json.h"
 

@@ -5,14 +5,14 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "cli/online/plan.h"
+#include "cli/online/plan/plan.h"
 #include "cli/plan/answer_text.h"
 #include "cli/plan/options.h"
 #include "cli/plan/plot.h"
 #include "cli/plan/rays.h"
 #include "cli/plan/stack_answer.h"
 #include "cli/plan/stack_plot.h"
-#include "cli/text.h"
+#include "cli/text/text.h"
 #include "io/svg.h"
 #include "optics/framing.h"
 #include "optics/stack.h"

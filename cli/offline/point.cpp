@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "cli/quantity.h"
+#include "cli/text/quantity.h"
 
 namespace lensd::cli {
 namespace {

@@ -7,7 +7,7 @@
 #include "cli/commands.h"
 #include "cli/offline/camera_system.h"
 #include "cli/offline/point.h"
-#include "cli/text.h"
+#include "cli/text/text.h"
 #include "varlink/json.h"
 
 namespace lensd::cli {

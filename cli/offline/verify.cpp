@@ -7,13 +7,13 @@
 #include <memory>
 #include <set>
 
-#include "cli/chart_file.h"
+#include "cli/charts/chart_file.h"
 #include "cli/commands.h"
 #include "cli/offline/verify_chart.h"
 #include "cli/offline/verify_frames.h"
 #include "cli/plan/where.h"
-#include "cli/quantity.h"
-#include "cli/text.h"
+#include "cli/text/quantity.h"
+#include "cli/text/text.h"
 #include "io/atomic_file.h"
 #include "varlink/json.h"
 #include "verify/limit_verdict.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/session.h"
+#include "cli/terminal/session.h"
 #include "verify/relative_blur.h"
 
 namespace lensd::cli {

@@ -1,7 +1,7 @@
 // lensctl's commands that talk to the daemon, one function each for the table in cli/commands.h.
 #pragma once
 
-#include "cli/session.h"
+#include "cli/terminal/session.h"
 
 namespace lensd::cli {
 

@@ -5,7 +5,7 @@
 #include <tuple>
 #include <utility>
 
-#include "cli/text.h"
+#include "cli/text/text.h"
 
 namespace lensd::cli {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "cli/chart_file.h"
-#include "cli/quantity.h"
-#include "cli/session.h"
+#include "cli/charts/chart_file.h"
+#include "cli/terminal/session.h"
+#include "cli/text/quantity.h"
 #include "optics/moving_limits.h"
 #include "optics/planner.h"
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <optional>
 
-#include "cli/text.h"
-#include "cli/vergence_axis.h"
+#include "cli/text/text.h"
+#include "cli/text/vergence_axis.h"
 #include "io/svg.h"
 #include "optics/conjugates.h"
 #include "optics/limit_bounds.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "cli/chart_file.h"
+#include "cli/charts/chart_file.h"
 #include "io/svg.h"
 
 namespace lensd::cli {

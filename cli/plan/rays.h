@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
+#include "cli/charts/ray_diagram.h"
 #include "cli/plan/options.h"
-#include "cli/ray_diagram.h"
 #include "optics/planner.h"
 
 namespace lensd::cli {

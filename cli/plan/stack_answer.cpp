@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "cli/text.h"
+#include "cli/text/text.h"
 
 namespace lensd::cli {
 

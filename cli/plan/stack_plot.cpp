@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "cli/text.h"
-#include "cli/vergence_axis.h"
+#include "cli/text/text.h"
+#include "cli/text/vergence_axis.h"
 
 namespace lensd::cli {
 

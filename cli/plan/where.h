@@ -7,7 +7,7 @@
 #include <variant>
 
 #include "base/result.h"
-#include "cli/quantity.h"
+#include "cli/text/quantity.h"
 #include "optics/planner.h"
 
 namespace lensd::cli {

@@ -1,5 +1,5 @@
 // What doctor says of a machine, held against folders that look like /sys and /proc.
-#include "cli/online/doctor_machine.h"
+#include "cli/online/setup/doctor_machine.h"
 
 #include <gtest/gtest.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 // What people write must become the double nearest to the exact decimal value: checked against rational arithmetic.
-#include "cli/quantity.h"
+#include "cli/text/quantity.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

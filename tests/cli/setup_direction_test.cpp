@@ -1,5 +1,6 @@
-// Which way a focus turns, told of lenses drawn at random that autofocus has placed as well as it says: hardly ever falsely.
-#include "cli/online/setup_direction.h"
+// Which way a focus turns, told of lenses drawn at random that autofocus has placed as well as it says: hardly ever
+// falsely.
+#include "cli/online/setup/setup_direction.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The speed that setup tells, of motors drawn at random whose arrival is seen at readings only, some of them late: how
 // often it lies in the interval told.
-#include "cli/online/setup_motion.h"
+#include "cli/online/setup/setup_motion.h"
 
 #include <gtest/gtest.h>
 

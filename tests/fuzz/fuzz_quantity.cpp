@@ -1,5 +1,5 @@
 // Everything that reads a quantity: accepted numbers are finite, and ranges are in order.
-#include "cli/quantity.h"
+#include "cli/text/quantity.h"
 
 #include <cmath>
 
