@@ -12,7 +12,7 @@
 
 #include "varlink/json.h"
 #include "web/exchange.h"
-#include "web/lensd_link.h"
+#include "web/link/lensd_link.h"
 
 namespace lensd::web {
 

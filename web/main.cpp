@@ -17,9 +17,9 @@
 #include "loop/web_event_loop.h"
 #include "proto/interfaces.h"
 #include "web/access.h"
-#include "web/alpaca.h"
+#include "web/alpaca/alpaca.h"
 #include "web/http_server.h"
-#include "web/lensd_link.h"
+#include "web/link/lensd_link.h"
 #include "web/service.h"
 
 namespace lensd::web {

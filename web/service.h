@@ -8,7 +8,7 @@
 #include "web/access.h"
 #include "web/event_feed.h"
 #include "web/exchange.h"
-#include "web/lensd_link.h"
+#include "web/link/lensd_link.h"
 #include "web/live_view.h"
 #include "web/seats.h"
 

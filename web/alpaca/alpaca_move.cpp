@@ -1,7 +1,7 @@
 // The standard wants Move() to return at once and yet to raise what keeps it from beginning; what ends it later is
 // raised by IsMoving. So a request waits for the first word of lensd, which comes within milliseconds, and the end is
 // remembered.
-#include "web/alpaca_move.h"
+#include "web/alpaca/alpaca_move.h"
 
 #include <utility>
 

@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "web/alpaca.h"
+#include "web/alpaca/alpaca.h"
 
 namespace lensd::web {
 namespace {

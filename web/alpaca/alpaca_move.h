@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "web/lensd_link.h"
+#include "web/link/lensd_link.h"
 
 namespace lensd::web {
 

@@ -10,9 +10,9 @@
 #include <string_view>
 
 #include "varlink/json.h"
-#include "web/alpaca_move.h"
+#include "web/alpaca/alpaca_move.h"
 #include "web/exchange.h"
-#include "web/lensd_link.h"
+#include "web/link/lensd_link.h"
 
 namespace lensd::web {
 

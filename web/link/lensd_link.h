@@ -8,7 +8,7 @@
 #include "base/clock.h"
 #include "loop/web_event_loop.h"
 #include "web/exchange.h"
-#include "web/upstream.h"
+#include "web/link/upstream.h"
 
 namespace lensd::web {
 

@@ -1,5 +1,5 @@
 // A non-blocking Varlink client in the event loop. Errors are always told from the loop, never from the constructor.
-#include "web/upstream.h"
+#include "web/link/upstream.h"
 
 #include <sys/epoll.h>
 #include <sys/socket.h>

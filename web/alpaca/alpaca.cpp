@@ -1,6 +1,6 @@
 // Each request asks lensd anew for its list and its states: clients poll a few times a second, and nothing here can be
 // out of date. Names of parameters count as written in PUT, and in any case in GET, as the standard has it.
-#include "web/alpaca.h"
+#include "web/alpaca/alpaca.h"
 
 #include <systemd/sd-id128.h>
 

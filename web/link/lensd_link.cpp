@@ -1,6 +1,6 @@
 // One connection a call, so that a call that hangs holds up no other. proto/tables.md has the HTTP status of each
 // error.
-#include "web/lensd_link.h"
+#include "web/link/lensd_link.h"
 
 #include <algorithm>
 #include <iterator>
