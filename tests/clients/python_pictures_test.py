@@ -13,6 +13,7 @@ from situations import PACKAGE, PATIENCE, ROOT, SCENE, Daemon
 
 sys.path.insert(0, PACKAGE)
 sys.path.insert(0, os.path.join(ROOT, "tests", "daemon"))
+sys.path.insert(0, os.path.join(ROOT, "tests", "daemon", "pictures"))
 import lensd  # noqa: E402
 import view_test  # noqa: E402
 from viewer import COLOUR_SCENE, scene_daemon  # noqa: E402

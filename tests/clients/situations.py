@@ -10,6 +10,7 @@ import time
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 sys.path.insert(0, os.path.join(HERE, "..", "daemon"))
+sys.path.insert(0, os.path.join(HERE, "..", "daemon", "commands"))
 from exit_status_test import Drive, FalseDaemon  # noqa: E402
 from harness import BIN  # noqa: E402
 from harness import HERE as DAEMON_TESTS  # noqa: E402

@@ -1,10 +1,13 @@
 """A monitor for tests, which holds every event against the interface and against its own numbers."""
 import json
+import os
 import socket
+import sys
 import time
 
-from harness import LENS, PATIENCE, Client
-from interface_test import Definition
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "interface"))
+from harness import LENS, PATIENCE, Client  # noqa: E402
+from interface_test import Definition  # noqa: E402
 
 PASSING = {"status", "progress"}
 FRAME = {"instance", "lens", "sequence", "lasting"}
