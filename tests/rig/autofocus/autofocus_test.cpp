@@ -3,7 +3,7 @@
 #include <chrono>
 
 #include "autofocus/session.h"
-#include "rig_fixture.h"
+#include "tests/rig/rig_fixture.h"
 
 namespace lensd::rig {
 namespace {

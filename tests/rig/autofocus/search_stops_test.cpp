@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "search_conditions_bench.h"
+#include "tests/rig/search_conditions_bench.h"
 
 namespace lensd::rig {
 namespace {

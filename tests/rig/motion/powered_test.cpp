@@ -8,8 +8,8 @@
 #include <random>
 #include <string>
 
-#include "counting_bench.h"
 #include "test_level.h"
+#include "tests/rig/counting_bench.h"
 
 namespace lensd::rig {
 namespace {

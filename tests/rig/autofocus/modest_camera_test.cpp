@@ -1,12 +1,12 @@
-// Autofocus with small frames and with slow cameras, by default settings: the answer may be a refusal, for there is little
-// to see, but never because of the size of the default region or because frames come slowly.
+// Autofocus with small frames and with slow cameras, by default settings: the answer may be a refusal, for there is
+// little to see, but never because of the size of the default region or because frames come slowly.
 #include <chrono>
 #include <random>
 #include <sstream>
 
-#include "rig_fixture.h"
 #include "rig_on_sim.h"
 #include "test_level.h"
+#include "tests/rig/rig_fixture.h"
 
 namespace lensd::rig {
 namespace {

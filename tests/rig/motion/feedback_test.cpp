@@ -4,7 +4,7 @@
 
 #include <gmock/gmock.h>
 
-#include "motion_fixture.h"
+#include "tests/rig/motion_fixture.h"
 
 namespace lensd::rig {
 namespace {

@@ -4,9 +4,9 @@
 #include <random>
 #include <sstream>
 
-#include "rig_fixture.h"
 #include "rig_on_sim.h"
 #include "test_level.h"
+#include "tests/rig/rig_fixture.h"
 
 namespace lensd::rig {
 namespace {

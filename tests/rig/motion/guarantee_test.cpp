@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "rig_fixture.h"
 #include "sim/world.h"
 #include "test_level.h"
-#include "worn_lens.h"
+#include "tests/rig/rig_fixture.h"
+#include "tests/rig/worn_lens.h"
 
 namespace lensd::rig {
 namespace {

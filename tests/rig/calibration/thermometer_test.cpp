@@ -9,9 +9,9 @@
 #include <random>
 #include <vector>
 
-#include "calibration_samples.h"
-#include "rig_fixture.h"
 #include "test_level.h"
+#include "tests/rig/calibration_samples.h"
+#include "tests/rig/rig_fixture.h"
 
 namespace lensd::rig {
 namespace {

@@ -1,7 +1,7 @@
 // Those who look on: they see every frame with the lens as it was, and are nobody's burden.
 #include <gtest/gtest.h>
 
-#include "rig_fixture.h"
+#include "tests/rig/rig_fixture.h"
 
 namespace lensd::rig {
 namespace {

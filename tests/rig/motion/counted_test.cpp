@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "counting_bench.h"
 #include "test_level.h"
+#include "tests/rig/counting_bench.h"
 
 namespace lensd::rig {
 namespace {

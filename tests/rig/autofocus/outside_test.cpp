@@ -3,9 +3,9 @@
 #include <chrono>
 
 #include "autofocus/session.h"
-#include "rig_fixture.h"
 #include "sim/scene.h"
 #include "sim/world.h"
+#include "tests/rig/rig_fixture.h"
 
 namespace lensd::rig {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "io/toml.h"
 #include "rig/focus_shift_run.h"
-#include "search_conditions_bench.h"
+#include "tests/rig/search_conditions_bench.h"
 
 namespace lensd::rig {
 namespace {

@@ -6,8 +6,8 @@
 #include <random>
 #include <string>
 
-#include "policy_fixture.h"
 #include "test_level.h"
+#include "tests/rig/policy_fixture.h"
 
 namespace lensd::rig {
 namespace {

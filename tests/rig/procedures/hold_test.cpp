@@ -1,9 +1,9 @@
 // Hold: what the rig does by itself waits, what it is told to do does not.
 #include <chrono>
 
-#include "rig_fixture.h"
 #include "sim/scene.h"
 #include "sim/world.h"
+#include "tests/rig/rig_fixture.h"
 
 namespace lensd::rig {
 namespace {

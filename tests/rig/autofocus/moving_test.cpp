@@ -3,9 +3,9 @@
 #include <cmath>
 #include <deque>
 
-#include "rig_fixture.h"
 #include "rig_on_sim.h"
 #include "test_level.h"
+#include "tests/rig/rig_fixture.h"
 
 namespace lensd::rig {
 namespace {

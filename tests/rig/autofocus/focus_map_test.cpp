@@ -5,8 +5,8 @@
 #include <sstream>
 
 #include "rig/rig.h"
-#include "rig_fixture.h"
 #include "rig_on_sim.h"
+#include "tests/rig/rig_fixture.h"
 
 namespace lensd::rig {
 namespace {

@@ -5,7 +5,7 @@
 #include <random>
 #include <string>
 
-#include "policy_fixture.h"
+#include "tests/rig/policy_fixture.h"
 
 namespace lensd::rig {
 namespace {

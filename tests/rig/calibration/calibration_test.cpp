@@ -11,11 +11,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "calibration_samples.h"
 #include "io/toml.h"
 #include "optics/conjugates.h"
 #include "rig/calibration/curve.h"
 #include "rig/optics_table.h"
+#include "tests/rig/calibration_samples.h"
 
 namespace lensd::rig {
 namespace {

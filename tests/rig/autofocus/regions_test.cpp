@@ -2,9 +2,9 @@
 // right.
 #include <chrono>
 
-#include "rig_fixture.h"
 #include "sim/scene.h"
 #include "sim/world.h"
+#include "tests/rig/rig_fixture.h"
 
 namespace lensd::rig {
 namespace {

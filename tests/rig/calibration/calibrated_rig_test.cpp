@@ -5,8 +5,8 @@
 #include <cmath>
 #include <random>
 
-#include "calibration_samples.h"
-#include "rig_fixture.h"
+#include "tests/rig/calibration_samples.h"
+#include "tests/rig/rig_fixture.h"
 
 namespace lensd::rig {
 namespace {

@@ -5,10 +5,10 @@
 #include <numbers>
 
 #include "autofocus/tracker.h"
-#include "rig_fixture.h"
 #include "sim/scene.h"
 #include "sim/world.h"
 #include "test_level.h"
+#include "tests/rig/rig_fixture.h"
 
 namespace lensd::rig {
 namespace {

@@ -5,8 +5,8 @@
 #include <random>
 #include <string>
 
-#include "rig_fixture.h"
 #include "test_level.h"
+#include "tests/rig/rig_fixture.h"
 
 namespace lensd::rig {
 namespace {
