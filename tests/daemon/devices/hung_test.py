@@ -92,7 +92,7 @@ class Hung(DaemonTest):
             stopped = other.call(LENS + "Stop", {"lens": "moves"})
             self.assertLess(time.monotonic() - began, 5 + PATIENCE)
             self.assertEqual(stopped["error"], LENS + "Timeout")
-            self.assertIn("may go on", stopped["parameters"]["message"])
+            self.assertIn("may continue", stopped["parameters"]["message"])
             self.live(client, 1)
             # -- it is known
             answer = mover.receive()
@@ -115,7 +115,7 @@ class Hung(DaemonTest):
             began = time.monotonic()
             stopped = client.call(LENS + "Stop", {"lens": "lost"})
             self.assertEqual(stopped["error"], LENS + "Disconnected")
-            self.assertIn("may go on", stopped["parameters"]["message"])
+            self.assertIn("may continue", stopped["parameters"]["message"])
             stopped = client.call(LENS + "Stop")  # of all: the others are, and one that hangs is named
             self.assertEqual(stopped["error"], LENS + "Disconnected")
             self.assertIn(stopped["parameters"]["lens"], LENSES[1:])
