@@ -290,7 +290,7 @@ bool AxisTrack::FellToZero(Native device, Instant sampled_at, const std::optiona
   if (here < std::min(from, target) - room || here > std::max(from, target) + room) return true;
   if (AtZero(from - zero)) return false;
   // A motion to another place may pass there, and does not stay.
-  if (!AtZero(target - zero)) return true;
+  if (!AtZero(target - zero) && !Near(here, target)) return true;
   // How fast a motor without a configured speed may get there is not known: one that was seen to crawl may just have
   // begun to turn.
   if (!ours->live || !setup_.speed) return false;

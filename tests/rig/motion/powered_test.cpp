@@ -8,6 +8,7 @@
 #include <random>
 #include <string>
 
+#include "rig/motion/axis_track.h"
 #include "test_level.h"
 #include "tests/rig/counting_bench.h"
 
@@ -82,6 +83,28 @@ TEST(Powered, AMotorWithPowerKeepsItsPlace) {
     PoweredMotor motor(i);
     SCOPED_TRACE(::testing::Message() << "motor " << i << ": " << motor.Text());
     motor.Move(4);
+  }
+}
+
+/// A search sends an axis between two of its positions, be they a thousand or three; it stands at one of them then.
+TEST(Powered, WhoStandsWhereItWasSentHasNotLostItsPlace) {
+  std::mt19937_64 random(12);
+  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  for (long i = 0; i < testing::ByLevel(2000, 20000, 1000000) && !::testing::Test::HasFailure(); ++i) {
+    const double range = std::round(std::exp(uniform(std::log(2.0), std::log(3000.0))));
+    const drivers::AxisCapabilities can{
+        .maximum = Native{range}, .feedback = Feedback::Counts, .can_home = i % 2 == 0, .backlash = 0.0};
+    const AxisSetup setup = MakeSetup(Axis::Focus, can, {});
+    AxisTrack track(setup);
+    const Instant start = Instant{} + 1h;
+    const double from = std::round(uniform(0.0, range)), target = uniform(0.0, std::min(range, 40.0));
+    drivers::AxisState state;
+    state.position = Native{from};
+    track.Note(state, start, true);
+    track.Commanded(AxisTrack::Way::Onward, start);
+    const AxisTrack::Heading ours{.target = Native{target}, .live = uniform(0.0, 1.0) < 0.5};
+    EXPECT_FALSE(track.FellToZero(Native{std::round(target)}, start + 10ms, ours))
+        << "from " << from << " to " << target << " of " << range;
   }
 }
 
