@@ -91,7 +91,7 @@ TEST(FocusDrift, TooLittleIsSaid) {
   std::mt19937_64 random(3);
   auto few = Draw(random, {.subjects = 2, .each = 2}, 1.0);
   ASSERT_FALSE(FitFocusDrift(few));
-  EXPECT_THAT(FitFocusDrift(few).error().message, ::testing::HasSubstr("it takes 2 more autofocus results"));
+  EXPECT_THAT(FitFocusDrift(few).error().message, ::testing::HasSubstr("needs 2 more autofocus results"));
   auto once_each = Draw(random, {.subjects = 30, .each = 1}, 1.0);
   EXPECT_EQ(FitFocusDrift(once_each).error().code, Code::OutOfRange);
   auto even = Draw(random, {.each = 10}, 1.0);
