@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 #include <span>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -74,8 +75,10 @@ Result<void> RefuseMissing(const LensConfig& config, const drivers::Capabilities
     const std::string name(drivers::AxisName(axis));
     const auto table = config.table.AsTable()->find(name);
     if (table == config.table.AsTable()->end() || can.axes[axis]) continue;
-    return Fail(Code::Unsupported, table->second.where().Text() + ": lens \"" + config.name + "\": [lens." + name +
-                                       "] is configured here, and this lens has no " + name + ": remove the table");
+    std::ostringstream text;
+    text << table->second.where().Text() << ": lens \"" << config.name << "\": [lens." << name
+         << "] is configured here, and this lens has no " << name << ": remove the table";
+    return Fail(Code::Unsupported, text.str());
   }
   return {};
 }

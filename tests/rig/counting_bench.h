@@ -90,7 +90,8 @@ class CountingLens final : public drivers::Lens {
     return can;
   }
   Result<void> Answer() const {
-    const bool fails = bench_->unanswered > 0 && bench_->unanswered-- > 0;
+    const bool fails = bench_->unanswered > 0;
+    if (fails) --bench_->unanswered;
     if (!bench_->answers || fails) return Fail(bench_->says, "no power, or no cable");
     return {};
   }
