@@ -8,10 +8,10 @@ namespace lensd::rig {
 
 class LearnedLag {
  public:
-  /// Cameras are told apart by this alone.
+  /// Two cameras that agree in both are taken for one.
   struct Camera {
     bool outside = false;   ///< its frames come from a client
-    double pixel_um = 0.0;  ///< pitch, as told; 0: not known
+    double pixel_um = 0.0;  ///< configured pixel pitch; 0: not known
     bool operator==(const Camera&) const = default;
   };
 

@@ -55,7 +55,7 @@ class PictureLag {
 
   std::optional<int> known_;
   bool given_up_ = false;
-  std::vector<drivers::Frame> thrown_;  ///< since the last move
+  std::vector<drivers::Frame> thrown_;  ///< frames thrown away since the lens moved last
   int tells_ = 0;                       ///< moves that showed the lag anew ...
   int most_ = 0;                        ///< ... and the greatest of them
   std::vector<drivers::Frame> rest_;    ///< of one place
