@@ -94,7 +94,7 @@ class Session {
   }
 
   Result<drivers::Lens*> TheLens() const {
-    if (!device_.lens) return Fail(Code::Unsupported, "this device has no lens");
+    if (!device_.lens) return Fail(Code::Unsupported, "there is no lens to move: the device has none, or parts = \"camera\" left it out");
     return device_.lens.get();
   }
   Result<drivers::Camera*> TheCamera() const {
