@@ -198,7 +198,7 @@ Judgement FrameGate::Answer(const Seen& now) {
     }
     (doubt == Doubt::Torn || stale ? motion_settled_ : content_settled_) = true;
     stale_ = 0;
-    return {};
+    return {.before_is_bad = kDoubtedInVain};
   }
   if (!stale) return {.before_is_bad = ReasonOf(doubt)};
   lag_.BeginAtRest(now.frame, std::exchange(stale_, 0));

@@ -83,10 +83,10 @@ class AutofocusRun {
     Plan plan;
     autofocus::FrameGate gate;
     std::vector<AutofocusSample> frames{};  ///< those that the regions were shown, in order, without their scores
-    std::vector<LeftOutFrame> left_out{};
+    std::vector<LeftOutFrame> left_out{};   ///< all others that were taken, in order
+    std::string newest_is_bad{};            ///< why the newest of `frames` may be; empty: it is not
     std::optional<autofocus::Verdict> ends_with{};  ///< once more frames at its place have confirmed it
     int taken = 0;                                  ///< frames
-    Native before{};                                ///< where the lens stood during the newest of them
     Instant began_at;
     Instant deadline;
     int motions_before = 0;
@@ -104,6 +104,7 @@ class AutofocusRun {
   void OnFrame(Result<Observation> seen);
   Result<Admission> Admit(const Observation& seen, const autofocus::Place& place);
   Result<void> BeginAnew();
+  void LeaveOut(int frame, Native position, const std::string& reason);
   std::string WithLeftOut(std::string reason) const;
   void OnMoved(Result<MoveOutcome> moved);
   void AllowForLag(Duration move);

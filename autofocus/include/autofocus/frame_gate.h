@@ -35,6 +35,7 @@ namespace lensd::autofocus {
 
 /// Why a frame of which nothing is wrong is not used: Judgement::before_is_bad.
 inline constexpr const char* kTakenTwice = "it was taken twice, to learn by how many frames the picture is late";
+inline constexpr const char* kDoubtedInVain = "it was taken twice, since it was in doubt: both frames look the same";
 
 /// What is to become of a frame.
 struct Judgement {
@@ -57,6 +58,8 @@ class FrameGate {
   Judgement Judge(const Place& place, const drivers::Frame& frame, std::span<const drivers::Region> regions);
   /// Of a score without its picture: whether another one is to be taken at its place.
   bool ThrowsAwayScore(const Place& place);
+  /// The reason, for the picture or score that was.
+  std::string WhyThrownAway() const;
   /// The search ends with this verdict. True: before it counts, more frames are to be taken where the lens stands, and
   /// given to JudgeAtRest(): the picture changed there, or nothing is known of its lag, so that they show it.
   bool ToLookAgain(const Verdict& verdict);
@@ -86,7 +89,6 @@ class FrameGate {
   Judgement Answer(const Seen& now);
   Judgement NextAtRest(const Seen& now, bool after_a_move);
   Judgement Used(const Seen& now, Judgement judged);
-  std::string WhyThrownAway() const;
   static std::string ReasonOf(Doubt doubt);
   static Light LightOf(const drivers::Frame& frame, const Window& window);
   static bool IsMuchDarker(const Light& dark, const Light& light, double full);

@@ -50,6 +50,14 @@ def grey_of_png(png):
     return width, height, b"".join(rows)
 
 
+def used_frames(result):
+    """Numbers of the frames that the search used. All others are in `framesLeftOut`, each once; samples are the newest 1000."""
+    used = sorted({sample["frame"] for sample in result["samples"]})
+    left_out = [frame["frame"] for frame in result.get("framesLeftOut", ())]
+    assert sorted(used + left_out) == list(range(1, result["frames"] + 1)), result
+    return used
+
+
 class Session(DaemonTest):
 
     @classmethod
@@ -111,10 +119,32 @@ class Session(DaemonTest):
             result = reply["autofocus"]
             self.assertTrue(result["focused"], result)
             self.assertEqual(result["frames"], len(positions))
+            used_frames(result)
             self.assertAlmostEqual(result["vergenceD"], 1 / 0.9, delta=0.04)
             print(f"session: {positions}: {result['reason']}")
             # The end was told: the session is over.
             self.assertEqual(client.call(LENS + "AutofocusEnd", {"session": session})["error"], LENS + "InvalidRequest")
+
+    def test_a_frame_that_is_doubted_for_nothing_is_listed_too(self):
+        self.move(500)
+        with self.daemon.client(60 * PATIENCE) as client:
+            session, step = self.begin(client, pixelUm=3.45)
+            reply = {"next": step}
+            while "next" in reply:
+                width, height, pixels, info = self.snapshot()
+                if reply["next"]["frame"] in (2, 3):  # from here on the scene is black for a while
+                    pixels = bytes(len(pixels))
+                answer = client.call(LENS + "AutofocusFrame", {
+                    "session": session, "widthPx": width, "heightPx": height // 4, "format": "mono8",
+                    "exposureStartNs": info["exposureStartNs"], "exposureEndNs": info["exposureEndNs"],
+                    "data": base64.b64encode(pixels[:width * (height // 4)]).decode()})
+                self.assertNotIn("error", answer)
+                reply = answer["parameters"]
+        result = reply["autofocus"]
+        self.assertNotIn(2, used_frames(result))
+        self.assertEqual([frame["reason"] for frame in result["framesLeftOut"] if frame["frame"] == 2],
+                         ["it was taken twice, since it was in doubt: both frames look the same"])
+        self.assertNotIn("both frames look the same", result["reason"])
 
     def test_the_example_of_the_manual_works(self):
         with open(os.path.join(HERE, "..", "..", "docs", "autofocus.md"), encoding="utf-8") as file:
@@ -162,17 +192,18 @@ class Session(DaemonTest):
         self.move(500)
         with self.daemon.client(60 * PATIENCE) as client:
             client.send(LENS + "Autofocus", {"lens": "a", "method": "sweep", "step": {"relative": 200}}, more=True)
-            counts, reply = [], {"continues": True}
+            curves, reply = [], {"continues": True}
             while reply.get("continues"):
                 reply = client.receive()
-                if reply["parameters"].get("progress"):
-                    samples = reply["parameters"]["progress"]["samples"]
-                    counts.append(len(samples))
-                    self.assertEqual([sample["frame"] for sample in samples], list(range(1, len(samples) + 1)))
+                if progress := reply["parameters"].get("progress"):
+                    curves.append([sample["frame"] for sample in progress["samples"]])
+                    self.assertEqual(curves[-1][-1], progress["frames"])
         result = reply["parameters"]["autofocus"]
         self.assertTrue(result["focused"], result)
-        self.assertEqual(counts, list(range(1, result["frames"] + 1)))
-        self.assertEqual(len(result["samples"]), result["frames"])
+        # A frame in doubt, as any may be, is taken again: it is not part of the curve. A search that begins anew has a new one.
+        self.assertEqual(curves[-1], used_frames(result))
+        for before, after in zip(curves, curves[1:]):
+            self.assertIn(after[:-1], (before, []))
         top = max(result["samples"], key=lambda sample: sample["score"])
         self.assertAlmostEqual(top["position"], result["position"], delta=60)
         self.assertEqual({sample["state"] for sample in result["samples"]}, {"standing"})

@@ -170,7 +170,9 @@ class FocusMap(DaemonTest):
                     break
                 steps.append(reply["parameters"]["progress"])
             found = reply["parameters"]["map"]
-            self.assertEqual(len(steps), found["frames"])
+            numbers = [step["frames"] for step in steps]
+            self.assertEqual(numbers, sorted(set(numbers)))
+            self.assertLessEqual(numbers[-1], found["frames"])  # a frame that is taken again has no step of its own
             self.assertTrue(all(step["samples"] == [] for step in steps))
             self.assertGreaterEqual(steps[-1]["framesExpected"], found["frames"])
             self.assertIsNone(found["surface"]["curvatureUm"])  # four regions

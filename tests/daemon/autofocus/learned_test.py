@@ -8,6 +8,7 @@ import tempfile
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from autofocus_test import used_frames  # noqa: E402
 from harness import BIN, HERE, LENS, Daemon, DaemonTest  # noqa: E402
 
 SIMULATOR = "io.lensd.Simulator."
@@ -106,13 +107,13 @@ class Learned(DaemonTest):
                 known = self.learned()["known"]
                 self.assertAlmostEqual(known["factor"], told, delta=0.1 * told)
                 self.assertEqual((known["runs"], self.learned()["reason"]), (len(STARTS), None))
-                fresh = [run["frames"] for run in before[:3]]
+                fresh = [len(used_frames(run)) for run in before[:3]]
                 after = [self.focus(start, RIGHT) for start in STARTS]
                 for run in after:
                     self.assertFalse(run["slope"]["anotherLens"], run)
                     self.assertAlmostEqual(run["slope"]["known"]["factor"], told, delta=0.1 * told)
                     self.assertAlmostEqual(run["slope"]["shown"], told, delta=0.2 * told)
-                frames = [run["frames"] for run in after]
+                frames = [len(used_frames(run)) for run in after]
                 print(f"told {told}: {fresh} frames before, {frames} after")
                 self.assertLessEqual(statistics.median(frames), statistics.median(fresh))
                 self.wait_kept(2 * len(STARTS))

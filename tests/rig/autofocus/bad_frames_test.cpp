@@ -211,6 +211,16 @@ class BadCamera {
   std::shared_ptr<const Samples> before_;
 };
 
+/// Every frame of a search was used or left out, and none of them both.
+void ExpectEachFrameOnce(const rig::AutofocusOutcome& outcome) {
+  std::vector<int> numbers, all;
+  for (const AutofocusSample& used : outcome.samples) numbers.push_back(used.frame);
+  for (const LeftOutFrame& left_out : outcome.left_out) numbers.push_back(left_out.frame);
+  std::ranges::sort(numbers);
+  for (int number = 0; number < outcome.frames; ++number) all.push_back(number);
+  EXPECT_EQ(numbers, all) << outcome.reason;
+}
+
 /// A lens and its camera, for as many searches as one likes.
 class Setting {
  public:
@@ -257,6 +267,7 @@ class Setting {
     if (!answer || !*answer) return ended;
     ended.asked = camera_.number() - before;
     ended.outcome = **answer;
+    ExpectEachFrameOnce(ended.outcome);
     if (!ended.outcome.focused) return ended;
     const double px = search.stack->blur_px_per_frame;
     const double off = std::abs(ended.outcome.position.value - search.region->best);
