@@ -12,7 +12,7 @@
 #include "base/settings_problems.h"
 #include "daemon/config/config_faults.h"
 #include "daemon/methods/lenses.h"
-#include "daemon/state/calibration_store.h"
+#include "daemon/state/lens_state_files.h"
 #include "rig/refocus.h"
 
 namespace lensd::daemon {

@@ -16,7 +16,7 @@
 #include "drivers/api/device.h"
 #include "io/png.h"
 #include "lens_run_words.h"
-#include "proto/tables.h"
+#include "proto/errors_and_methods.h"
 
 namespace lensd::tools {
 namespace {
@@ -94,7 +94,9 @@ class Session {
   }
 
   Result<drivers::Lens*> TheLens() const {
-    if (!device_.lens) return Fail(Code::Unsupported, "there is no lens to move: the device has none, or parts = \"camera\" left it out");
+    if (!device_.lens)
+      return Fail(Code::Unsupported,
+                  "there is no lens to move: the device has none, or parts = \"camera\" left it out");
     return device_.lens.get();
   }
   Result<drivers::Camera*> TheCamera() const {

@@ -13,8 +13,8 @@
 #include <sstream>
 #include <utility>
 
+#include "proto/errors_and_methods.h"
 #include "proto/interfaces.h"
-#include "proto/tables.h"
 
 namespace lensd::web {
 namespace {

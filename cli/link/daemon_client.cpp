@@ -11,8 +11,8 @@
 #include <iterator>
 #include <utility>
 
+#include "proto/errors_and_methods.h"
 #include "proto/interfaces.h"
-#include "proto/tables.h"
 
 namespace lensd::cli {
 namespace {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "proto/tables.h"
+#include "proto/errors_and_methods.h"
 #include "varlink/json.h"
 
 namespace lensd::cli {

@@ -117,7 +117,7 @@ def tables(known):
     rows = "".join(f'    {{"{row.name}", "{row.short}", "{row.word}", {row.exit_status}}},\n' for row in known.errors)
     driving = ", ".join(f'"{row.name}"' for row in known.methods if row.takes_lease)
     return (head_of("Every error that lensd answers with (its name on the wire, its name here, what lensctl ends with), and the methods "
-                    "that drive a lens.", "proto/tables.md and the interface files")
+                    "that drive a lens.", "proto/errors_and_methods.md and the interface files")
             + '#pragma once\n\n#include <string_view>\n\n#include "error_row.h"\n\nnamespace lensd {\ninline namespace v1 {\n\n'
             + f"inline constexpr ErrorRow kErrorsOfLensd[] = {{\n{rows}}};\n\n"
             + textwrap.fill(f"inline constexpr std::string_view kDrivingMethods[] = {{{driving}}};", WIDTH, subsequent_indent="    ")

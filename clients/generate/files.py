@@ -8,7 +8,7 @@ import python
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, os.path.join(ROOT, "proto"))
-from tables import Tables  # noqa: E402, pylint: disable=wrong-import-position
+from errors_and_methods import Tables  # noqa: E402, pylint: disable=wrong-import-position
 PACKAGE = os.path.join("clients", "python", "lensd")  # the part of the package that is written by hand
 
 

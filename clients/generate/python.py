@@ -94,7 +94,7 @@ class Writer:
             named.append(name)
         used = sorted({word for word in ("Activity", "Role", "EventMark") if re.search(rf"\b{word}\b(?=\]|$)", text, re.M)})
         return (head_of("One exception class for every error of io.lensd.Lens, with the exit status that lensctl ends with.",
-                               "proto/io.lensd.Lens.varlink and proto/tables.md")
+                               "proto/io.lensd.Lens.varlink and proto/errors_and_methods.md")
                 + "from typing import Optional\n\nfrom .errors import LensdError\nfrom .types import "
                 + ", ".join(used) + "\n" + text + "\n\nBY_NAME: dict[str, type[LensdError]] = {each.error_name: each for each in (\n"
                 + textwrap.fill(", ".join(named), WIDTH, initial_indent="    ", subsequent_indent="    ") + ")}\n__all__ = [\n"

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "daemon/lens/served_lens.h"
-#include "daemon/state/calibration_store.h"
+#include "daemon/state/lens_state_files.h"
 #include "daemon/state/state_file.h"
 #include "daemon/wire/json_values.h"
 #include "daemon/wire/lens_json.h"

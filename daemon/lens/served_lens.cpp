@@ -7,7 +7,7 @@
 #include "base/guarded.h"
 #include "daemon/events/log.h"
 #include "daemon/lens/move_group.h"
-#include "daemon/state/calibration_store.h"
+#include "daemon/state/lens_state_files.h"
 #include "daemon/state/position_store.h"
 #include "daemon/wire/lens_json.h"
 #include "io/checked_file.h"

@@ -8,7 +8,7 @@
 #include "daemon/events/log.h"
 #include "daemon/lens/served_lens.h"
 #include "daemon/lens/tenure.h"
-#include "daemon/state/calibration_store.h"
+#include "daemon/state/lens_state_files.h"
 #include "daemon/state/position_store.h"
 #include "io/checked_file.h"
 

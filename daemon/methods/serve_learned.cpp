@@ -7,7 +7,7 @@
 #include "daemon/lens/lens_slope.h"
 #include "daemon/methods/lens_service.h"
 #include "daemon/methods/serve.h"
-#include "daemon/state/calibration_store.h"
+#include "daemon/state/lens_state_files.h"
 #include "daemon/state/state_file.h"
 #include "daemon/wire/lens_json.h"
 

@@ -8,7 +8,7 @@
 #include "daemon/methods/serve.h"
 #include "daemon/server/random_name.h"
 #include "daemon/wire/lens_json.h"
-#include "proto/tables.h"
+#include "proto/errors_and_methods.h"
 
 namespace lensd::daemon {
 namespace {

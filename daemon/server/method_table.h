@@ -18,7 +18,7 @@ using proto::Streams;
 /// Whether a call waits for those of its connection before it, or acts as soon as it is read (its reply waits anyway).
 enum class Acts { InTurn, WhenRead };
 
-/// One method. What proto/tables.md says of it is filled in by Described().
+/// One method. What proto/errors_and_methods.md says of it is filled in by Described().
 struct Method {
   std::string_view name;
   /// Serves one call now or later; the parameters match the definition.
@@ -34,8 +34,8 @@ struct Method {
 };
 using MethodTable = std::vector<Method>;
 
-/// These methods of an interface with what proto/tables.md says of each. A method without a row there is our own bug
-/// and ends the program.
+/// These methods of an interface with what proto/errors_and_methods.md says of each. A method without a row there is
+/// our own bug and ends the program.
 MethodTable Described(std::string_view interface, MethodTable methods);
 
 }  // namespace lensd::daemon

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "base/guarded.h"
+#include "proto/errors_and_methods.h"
 #include "proto/interfaces.h"
-#include "proto/tables.h"
 
 namespace lensd::daemon {
 
@@ -31,7 +31,7 @@ MethodTable Described(std::string_view interface, MethodTable methods) {
       return known.interface == interface && known.name == method.name;
     });
     if (row == std::end(proto::kMethods)) {
-      std::fprintf(stderr, "proto/tables.md: no row for %s\n", std::string(method.name).c_str());
+      std::fprintf(stderr, "proto/errors_and_methods.md: no row for %s\n", std::string(method.name).c_str());
       std::abort();
     }
     method.needs_lease = row->needs_lease;

@@ -6,7 +6,7 @@
 
 #include "base/guarded.h"
 #include "daemon/events/log.h"
-#include "daemon/state/calibration_store.h"
+#include "daemon/state/lens_state_files.h"
 
 namespace lensd::daemon {
 namespace {

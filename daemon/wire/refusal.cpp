@@ -8,7 +8,7 @@
 #include "daemon/events/event_log.h"
 #include "daemon/lens/served_lens.h"
 #include "daemon/wire/lens_json.h"
-#include "proto/tables.h"
+#include "proto/errors_and_methods.h"
 
 namespace lensd::daemon {
 

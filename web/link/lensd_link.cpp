@@ -1,13 +1,13 @@
-// One connection a call, so that a call that hangs holds up no other. proto/tables.md has the HTTP status of each
-// error.
+// One connection a call, so that a call that hangs holds up no other. proto/errors_and_methods.md has the HTTP status
+// of each error.
 #include "web/link/lensd_link.h"
 
 #include <algorithm>
 #include <iterator>
 #include <utility>
 
+#include "proto/errors_and_methods.h"
 #include "proto/interfaces.h"
-#include "proto/tables.h"
 
 namespace lensd::web {
 namespace {

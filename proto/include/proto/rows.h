@@ -1,5 +1,5 @@
-// What a row of proto/tables.md is in C++; the rows themselves are in proto/tables.h, which is generated while
-// building.
+// What a row of proto/errors_and_methods.md is in C++; the rows themselves are in proto/errors_and_methods.h, which is
+// generated while building.
 #pragma once
 
 #include <string_view>

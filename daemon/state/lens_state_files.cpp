@@ -1,5 +1,5 @@
 // Calibration files of the state folder, found by lens, read at opening and written whole.
-#include "daemon/state/calibration_store.h"
+#include "daemon/state/lens_state_files.h"
 
 #include <algorithm>
 #include <cctype>

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Reads proto/tables.md: one row for every error, exit status and method. As a program it writes them as a C++ header:
-    proto/tables.py HEADER"""
+"""Reads proto/errors_and_methods.md: one row for every error, exit status and method. As a program it writes them as a C++ header:
+    proto/errors_and_methods.py HEADER"""
 import dataclasses
 import os
 import re
 import sys
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-SOURCE = os.path.join(HERE, "tables.md")
+SOURCE = os.path.join(HERE, "errors_and_methods.md")
 LENS, SIMULATOR = "io.lensd.Lens", "io.lensd.Simulator"
 ROLES = {"observe": "Observe", "move": "Move", "administer": "Administer"}
 LEASES = {"no": "No", "yes": "Yes", "to apply": "ToApply", "to change": "ToChange"}
@@ -64,7 +64,7 @@ class Tables:
     """Fails where the tables and the interface files do not have the same errors and methods."""
 
     def __init__(self):
-        page = text_of("tables.md")
+        page = text_of("errors_and_methods.md")
         self.exits = {int(status): word for status, word in rows_of(page, "Exit statuses of lensctl")}
         self.errors = [self._error(*cells) for cells in rows_of(page, "Errors")]
         lens, simulator = f"{LENS}.varlink", f"{SIMULATOR}.varlink"
@@ -77,7 +77,7 @@ class Tables:
 
     def _error(self, name, codes, lensctl, http, lens_run, about):
         if int(lensctl) not in self.exits:
-            sys.exit(f"proto/tables.md: {name} has exit status {lensctl}, which has no word")
+            sys.exit(f"proto/errors_and_methods.md: {name} has exit status {lensctl}, which has no word")
         return ErrorRow(name if "." in name else f"{LENS}.{name}", codes.split(", ") if codes else [], int(lensctl),
                         self.exits[int(lensctl)], int(http), int(lens_run or NOTHING), about)
 
@@ -85,17 +85,17 @@ class Tables:
     def _method(interface, given, name, role, lease, changes, replies, by):
         for words, word in ((ROLES, role), (LEASES, lease), (CHANGES, changes), (REPLIES, replies), (("lens", "lensd"), by)):
             if word not in words:
-                sys.exit(f"proto/tables.md: {name} has \"{word}\", which is none of: {', '.join(words)}")
+                sys.exit(f"proto/errors_and_methods.md: {name} has \"{word}\", which is none of: {', '.join(words)}")
         takes_lease = re.search(r"\blease: \?string\b", given.split("->")[0]) is not None
         if lease != "no" and not takes_lease:
-            sys.exit(f"proto/tables.md: {name} needs the lens, but has no parameter for the key of a lease")
+            sys.exit(f"proto/errors_and_methods.md: {name} needs the lens, but has no parameter for the key of a lease")
         return MethodRow(interface, name, ROLES[role], LEASES[lease], CHANGES[changes], REPLIES[replies], by == "lens", takes_lease)
 
     @staticmethod
     def _same(kind, defined, written):
         for wrong, what in ((set(defined) - set(written), "has no row"), (set(written) - set(defined), "is not in the interface file")):
             if wrong:
-                sys.exit(f"proto/tables.md: the {kind} {', '.join(sorted(wrong))} {what}")
+                sys.exit(f"proto/errors_and_methods.md: the {kind} {', '.join(sorted(wrong))} {what}")
 
 
 def header(tables):
@@ -107,7 +107,7 @@ def header(tables):
     methods = "".join(f'    {{"{row.interface}", "{row.name}", Role::{row.role}, NeedsLease::{row.lease}, MayChangeState::{row.changes}, '
                       f'Streams::{row.replies}, {str(row.takes_lease).lower()}}},\n' for row in tables.methods)
     return f"""// Every error, exit status and method.
-// Written by proto/tables.py from proto/tables.md and the interface files: change those, not this.
+// Written by proto/errors_and_methods.py from proto/errors_and_methods.md and the interface files: change those, not this.
 #pragma once
 
 #include "proto/rows.h"
