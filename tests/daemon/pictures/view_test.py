@@ -4,6 +4,7 @@ import fcntl
 import mmap
 import os
 import random
+import select
 import signal
 import struct
 import sys
@@ -65,15 +66,23 @@ class ViewTest(DaemonTest):
                 next_picture(one)
             seen = min(move(mover, 2000 + 300 * (i % 2)) for i in range(4))
             self.assertLess(seen, alone * 1.1 + 0.05 * PATIENCE)
-            places = set()
-            moving = 0
+            # The lens goes to and fro until five places of it have been seen, however slowly pictures come.
+            places, moves = set(), 0
+            answered = True
             deadline = time.monotonic() + 20 * PATIENCE
-            while moving < 5 and time.monotonic() < deadline:
+            while len(places) < 5:
+                self.assertLess(time.monotonic(), deadline, f"places seen in {moves} moves: {sorted(places)}")
+                if answered:
+                    mover.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 2000 + 300 * (moves % 2)}})
+                    moves += 1
                 frame = next_picture(client)[0]["frame"]
-                moving += frame["moving"]
-                places.add(frame["axes"][0]["position"])
-            self.assertGreaterEqual(moving, 5)
-            self.assertGreater(len(places), 4)
+                if frame["moving"]:
+                    places.add(frame["axes"][0]["position"])
+                answered = bool(select.select([mover.socket], [], [], 0)[0])
+                if answered:
+                    self.assertTrue(mover.receive()["parameters"]["move"]["reached"])
+            if not answered:
+                mover.receive()
 
     def test_without_in_motion_only_pictures_of_a_lens_at_rest_come(self):
         with self.daemon.client() as mover, self.client() as client:
@@ -201,16 +210,26 @@ class ViewTest(DaemonTest):
             for client in clients:
                 client.__exit__()
 
+
+class AutofocusTest(DaemonTest):
+    quick = True
+
     def test_autofocus_with_a_viewer_finds_the_same_and_is_seen(self):
-        with self.daemon.client() as focuser, self.client() as client:
+        with self.daemon.client() as focuser, FileClient(self.daemon.socket) as client:
             alone = focuser.call(LENS + "Autofocus", {"lens": "a"})["parameters"]["autofocus"]
+            self.assertTrue(alone["focused"], alone)
             view(client, lens="a", encoding="jpeg")
             next_picture(client)
-            seen = focuser.call(LENS + "Autofocus", {"lens": "a"})["parameters"]["autofocus"]
-            self.assertEqual((alone["focused"], seen["focused"]), (True, True))
-            frames, frames_alone = (len({sample["frame"] for sample in run["samples"]}) for run in (seen, alone))
-            self.assertLessEqual(frames, frames_alone + 3)
-            self.assertLess(seen["elapsedMs"], alone["elapsedMs"] * 1.5 + 200 * PATIENCE)
+            # A viewer that slowed searches down would slow each of them; a busy machine slows some.
+            longest = alone["elapsedMs"] * 1.5 + 200 * PATIENCE
+            for _ in range(8):
+                seen = focuser.call(LENS + "Autofocus", {"lens": "a"})["parameters"]["autofocus"]
+                self.assertTrue(seen["focused"], seen)
+                frames, frames_alone = (len({sample["frame"] for sample in run["samples"]}) for run in (seen, alone))
+                self.assertLessEqual(frames, frames_alone + 3)
+                if seen["elapsedMs"] < longest:
+                    break
+            self.assertLess(seen["elapsedMs"], longest)
 
 
 class GoneTest(unittest.TestCase):
