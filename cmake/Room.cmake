@@ -78,12 +78,12 @@ function(lensd_test_program name)
   endif()
 endfunction()
 
-# lensd_test(NAME SOURCES ... ROOMS ... [LIBRARIES ...] [LABELS ...] [TIMEOUT seconds] [WAITS] [COMPUTES] [LOCK name])
+# lensd_test(NAME SOURCES ... ROOMS ... [LIBRARIES ...] [LABELS ...] [TIMEOUT seconds] [WAITS] [COMPUTES] [LOCK name] [RUN_BY ...])
 # The same; every test in it becomes a ctest. Label `slow` keeps it out of script/test --fast. A test counts as one
 # that fills a processor unless it WAITS for devices. Slow ones begin first. Tests of one LOCK run one after the other, while ctest
-# runs others.
+# runs others. RUN_BY: a program and its arguments that run the test, whose command follows them.
 function(lensd_test name)
-  cmake_parse_arguments(TEST "WAITS;COMPUTES" "TIMEOUT;LOCK" "SOURCES;ROOMS;LIBRARIES;LABELS" ${ARGN})
+  cmake_parse_arguments(TEST "WAITS;COMPUTES" "TIMEOUT;LOCK" "SOURCES;ROOMS;LIBRARIES;LABELS;RUN_BY" ${ARGN})
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 120)
   endif()
@@ -96,6 +96,9 @@ function(lensd_test name)
     set(computes COMPUTES)
   endif()
   lensd_test_program(${name} SOURCES ${TEST_SOURCES} ROOMS ${TEST_ROOMS} LIBRARIES ${TEST_LIBRARIES} ${computes})
+  if(TEST_RUN_BY)  # gtest_discover_tests() puts this before each test, whatever the machine
+    set_property(TARGET test_${name} PROPERTY CROSSCOMPILING_EMULATOR ${TEST_RUN_BY})
+  endif()
   gtest_discover_tests(test_${name} DISCOVERY_MODE PRE_TEST TEST_PREFIX ${name}. TEST_LIST test_${name}_names)
   # gtest_discover_tests() loses all but the first of several labels, and whatever follows them.
   string(JOIN ";" labels ${name} ${TEST_LABELS})

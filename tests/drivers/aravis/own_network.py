@@ -1,7 +1,9 @@
 """A network of its own for a test that plays GigE cameras. GigE Vision has one port an address, so two tests that play a camera at
 127.0.0.1 disturb each other; a network namespace has its own loopback.
 
-usage: own_network.py   ends with 0 where this machine lets a process have a network of its own"""
+usage: own_network.py               ends with 0 where this machine lets a process have a network of its own
+       own_network.py COMMAND ...   becomes the command in such a network, and says so in LENSD_OWN_NETWORK; where the kernel gives
+                                    none, the command runs in the machine's network, and takes its turn"""
 import ctypes
 import fcntl
 import os
@@ -49,4 +51,9 @@ class Turn:
 
 
 if __name__ == "__main__":
-    sys.exit(0 if take_own_network() else 1)
+    own = take_own_network()
+    if len(sys.argv) == 1:
+        sys.exit(0 if own else 1)
+    if own:
+        os.environ["LENSD_OWN_NETWORK"] = "1"
+    os.execv(sys.argv[1], sys.argv[1:])
