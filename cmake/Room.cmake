@@ -2,6 +2,9 @@
 # fills a processor, or judges time, takes this many (PROCESSORS); one with devices that must answer within milliseconds takes 3, any
 # other 1. So two that compute run at a time, with up to four that wait beside them.
 set(LENSD_ONE_PROCESSOR 5)
+# A first run, as CI's is, knows no test's time: ctest then begins those of the greatest COST. It is 100 a place, because what waits fits
+# into the places that what computes leaves, and not the other way round, and the seconds of a test that takes more than twenty.
+set(LENSD_COST_OF_A_PLACE 100)
 
 # lensd_room(NAME SOURCES ... [ROOMS ...] [LIBRARIES ...] [PRIVATE_LIBRARIES ...] [COMPUTES | WAITS])
 # One static library a room, with its own include path NAME/include; private headers are included by their path from the root.
@@ -80,8 +83,9 @@ endfunction()
 
 # lensd_test(NAME SOURCES ... ROOMS ... [LIBRARIES ...] [LABELS ...] [TIMEOUT seconds] [WAITS] [COMPUTES] [LOCK name] [RUN_BY ...])
 # The same; every test in it becomes a ctest. Label `slow` keeps it out of script/test --fast. A test counts as one
-# that fills a processor unless it WAITS for devices. Slow ones begin first. Tests of one LOCK run one after the other, while ctest
-# runs others. RUN_BY: a program and its arguments that run the test, whose command follows them.
+# that fills a processor unless it WAITS for devices; if it is slow too, it has a lower priority than what must answer in time. Tests of
+# one LOCK run one after the other, while ctest runs others. RUN_BY: a program and its arguments that run the test, whose command
+# follows them.
 function(lensd_test name)
   cmake_parse_arguments(TEST "WAITS;COMPUTES" "TIMEOUT;LOCK" "SOURCES;ROOMS;LIBRARIES;LABELS;RUN_BY" ${ARGN})
   if(NOT TEST_TIMEOUT)
@@ -96,16 +100,21 @@ function(lensd_test name)
     set(computes COMPUTES)
   endif()
   lensd_test_program(${name} SOURCES ${TEST_SOURCES} ROOMS ${TEST_ROOMS} LIBRARIES ${TEST_LIBRARIES} ${computes})
+  if("slow" IN_LIST TEST_LABELS AND NOT TEST_WAITS)
+    find_program(LENSD_NICE nice REQUIRED)
+    set(TEST_RUN_BY ${LENSD_NICE} -n 5)
+  endif()
   if(TEST_RUN_BY)  # gtest_discover_tests() puts this before each test, whatever the machine
     set_property(TARGET test_${name} PROPERTY CROSSCOMPILING_EMULATOR ${TEST_RUN_BY})
   endif()
   gtest_discover_tests(test_${name} DISCOVERY_MODE PRE_TEST TEST_PREFIX ${name}. TEST_LIST test_${name}_names)
   # gtest_discover_tests() loses all but the first of several labels, and whatever follows them.
   string(JOIN ";" labels ${name} ${TEST_LABELS})
-  set(properties "TIMEOUT ${TEST_TIMEOUT} PROCESSORS ${processors} LABELS \"${labels}\"")
+  math(EXPR cost "${LENSD_COST_OF_A_PLACE} * ${processors}")
   if("slow" IN_LIST TEST_LABELS)
-    string(APPEND properties " COST 10")  # what a first run cannot know
+    math(EXPR cost "${cost} + 10")
   endif()
+  set(properties "TIMEOUT ${TEST_TIMEOUT} PROCESSORS ${processors} COST ${cost} LABELS \"${labels}\"")
   if(TEST_LOCK)
     string(APPEND properties " RESOURCE_LOCK ${TEST_LOCK}")
   endif()
