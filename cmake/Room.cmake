@@ -54,6 +54,13 @@ function(lensd_untraced target)
   endif()
 endfunction()
 
+# lensd_unguided(TARGET): what no fuzzer runs, as tests, needs none of the counters by which fuzzers find their way.
+function(lensd_unguided target)
+  if(LENSD_FUZZ)
+    target_compile_options(${target} PRIVATE -fno-sanitize-coverage=trace-cmp,inline-8bit-counters,indirect-calls,pc-table,stack-depth)
+  endif()
+endfunction()
+
 # lensd_waits(TARGET): what waits more than it computes is not optimised where AddressSanitizer and the fuzzers' calls double it: that
 # is half of the time to compile it.
 function(lensd_waits target)
@@ -72,7 +79,7 @@ function(lensd_test_program name)
                                                   LENSD_BINARY_DIR="${PROJECT_BINARY_DIR}")
   target_link_libraries(test_${name} PRIVATE ${TEST_ROOMS} ${TEST_LIBRARIES} GTest::gtest GTest::gmock GTest::gtest_main)
   lensd_join(test_${name})
-  lensd_untraced(test_${name})
+  lensd_unguided(test_${name})
   # What a test calls is optimised as what ships; the test itself need not be, unless it COMPUTES for seconds, and is half of what a
   # release build compiles.
   if(NOT TEST_COMPUTES)
