@@ -39,7 +39,7 @@ function(lensd_precompile_headers)
       <fstream> <functional> <iostream> <limits> <map> <memory> <mutex> <numeric> <optional> <random> <set> <span> <sstream>
       <string> <string_view> <thread> <tuple> <unordered_map> <utility> <variant> <vector>)
   lensd_compiled(${PROJECT_SOURCE_DIR} targets)
-  file(WRITE ${PROJECT_BINARY_DIR}/headers.cpp "")
+  file(CONFIGURE OUTPUT headers.cpp CONTENT "")  # left as it is when configured again
   foreach(target IN LISTS targets)
     get_target_property(language ${target} CXX_STANDARD)
     get_target_property(independent ${target} POSITION_INDEPENDENT_CODE)
