@@ -118,7 +118,7 @@ TEST(TexturesThatRepeat, NoneOfManyIsAnsweredFalsely) {
 // The side lobes of what lies beyond the end of the travel have tops as well: a third of these were answers. Where the
 // next lobes are lost in noise, little tells them from a focus: 6 % are left.
 TEST(TexturesThatRepeat, BeyondTheTravelThereIsHardlyEverAnAnswer) {
-  const long draws = lensd::testing::ByLevel(25, 75, 1000);
+  const long draws = lensd::testing::ByLevel(15, 75, 1000);
   for (const char* method : {"auto", "sweep"}) {
     long answered = 0;
     for (long i = 0; i < draws; ++i) {

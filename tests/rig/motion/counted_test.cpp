@@ -221,7 +221,7 @@ void Tell(const Story& story, Teller& draw, Tally& tally) {
 }
 
 TEST(Counted, NothingIsReachedElsewhereAndNothingRefusedThatStandsWhereItStood) {
-  const long stories = testing::ByLevel(200, 600, 100000);
+  const long stories = testing::ByLevel(80, 600, 100000);
   Tally tally;
   for (long i = 0; i < stories && !::testing::Test::HasFailure(); ++i) {
     Teller draw(static_cast<unsigned>(i + 1));

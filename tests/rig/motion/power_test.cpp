@@ -137,7 +137,7 @@ void Play(const Cut& cut, CutTeller& draw, CutTally& tally) {
 }
 
 TEST(Power, AMomentWithoutItIsNeitherAMoveNorAnotherProgram) {
-  const long cuts = testing::ByLevel(100, 400, 40000);
+  const long cuts = testing::ByLevel(40, 400, 40000);
   CutTally tally;
   for (long i = 0; i < cuts && !::testing::Test::HasFailure(); ++i) {
     CutTeller draw(static_cast<unsigned>(i + 1));

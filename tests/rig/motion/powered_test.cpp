@@ -78,7 +78,7 @@ class PoweredMotor {
 };
 
 TEST(Powered, AMotorWithPowerKeepsItsPlace) {
-  const long motors = testing::ByLevel(100, 400, 20000);
+  const long motors = testing::ByLevel(40, 400, 20000);
   for (long i = 0; i < motors && !::testing::Test::HasFailure(); ++i) {
     PoweredMotor motor(i);
     SCOPED_TRACE(::testing::Message() << "motor " << i << ": " << motor.Text());
