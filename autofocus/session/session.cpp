@@ -14,6 +14,7 @@
 #include "autofocus/search/sweep.h"
 #include "autofocus/session/fixed_pattern.h"
 #include "autofocus/stars/star_focus.h"
+#include "base/nearest_word.h"
 
 namespace lensd::autofocus {
 namespace {
@@ -116,6 +117,8 @@ Result<void> CheckMethod(std::string_view method, const Setup& setup) {
   if (std::ranges::find(all, method) == all.end()) {
     std::string known;
     for (const std::string_view name : all) known += " " + std::string(name);
+    const auto meant = NearestWord(method, std::vector<std::string>(all.begin(), all.end()));
+    if (meant) known += "; did you mean " + *meant + "?";
     return Fail(Code::InvalidArgument, "there is no autofocus method '" + std::string(method) + "'; there are:" + known,
                 {.parameter = "method"});
   }
