@@ -47,6 +47,13 @@ Result<Json> ParseFocusTarget(std::string_view text, std::string_view option) {
     if (!extension) return PassOn(extension);
     return Json{{"extensionMm", extension->value * 1e3}};
   }
+  if (ParseNumber(text, option)) {
+    const std::string number(text);
+    return Fail(Code::InvalidArgument, std::string(option) + " '" + number + "': a bare number; write " + number +
+                                           "m or " + number + "mm for a distance, " + number + "D for a vergence, @" +
+                                           number + " for this position of the motor, or +" + number +
+                                           " to move by so many steps");
+  }
   auto depth = ParseDepth(text, option);
   if (!depth) return PassOn(depth);
   if (depth->IsDistance() && text.find_first_of("+-") == 0) {

@@ -30,13 +30,14 @@ struct Unit {
   int exponent;
 };
 constexpr Unit kUnits[] = {
-    {"nm", Kind::Length, 1, -9},      {"um", Kind::Length, 1, -6}, {"\u00b5m", Kind::Length, 1, -6},
-    {"\u03bcm", Kind::Length, 1, -6}, {"mm", Kind::Length, 1, -3}, {"cm", Kind::Length, 1, -2},
-    {"m", Kind::Length, 1, 0},        {"km", Kind::Length, 1, 3},  {"in", Kind::Length, 254, -4},
-    {"ft", Kind::Length, 3048, -4},   {"D", Kind::Vergence, 1, 0}, {"px", Kind::Pixels, 1, 0},
-    {"ns", Kind::Time, 1, -9},        {"us", Kind::Time, 1, -6},   {"ms", Kind::Time, 1, -3},
-    {"s", Kind::Time, 1, 0},          {"min", Kind::Time, 60, 0},  {"h", Kind::Time, 3600, 0},
-    {"C", Kind::Temperature, 1, 0},   {"%", Kind::Percent, 1, -2}, {"", Kind::Plain, 1, 0},
+    {"nm", Kind::Length, 1, -9},      {"um", Kind::Length, 1, -6},   {"\u00b5m", Kind::Length, 1, -6},
+    {"\u03bcm", Kind::Length, 1, -6}, {"mm", Kind::Length, 1, -3},   {"cm", Kind::Length, 1, -2},
+    {"m", Kind::Length, 1, 0},        {"km", Kind::Length, 1, 3},    {"in", Kind::Length, 254, -4},
+    {"ft", Kind::Length, 3048, -4},   {"D", Kind::Vergence, 1, 0},   {"px", Kind::Pixels, 1, 0},
+    {"ns", Kind::Time, 1, -9},        {"us", Kind::Time, 1, -6},     {"ms", Kind::Time, 1, -3},
+    {"s", Kind::Time, 1, 0},          {"min", Kind::Time, 60, 0},    {"h", Kind::Time, 3600, 0},
+    {"C", Kind::Temperature, 1, 0},   {"%", Kind::Percent, 1, -2},   {"", Kind::Plain, 1, 0},
+    {"'", Kind::Length, 3048, -4},    {"\"", Kind::Length, 254, -4},
 };
 
 struct Measure {
@@ -49,15 +50,43 @@ const Unit* FindUnit(std::string_view symbol) {
   return found == std::end(kUnits) ? nullptr : found;
 }
 
-/// Number and unit, feet with inches included; nullopt where it is neither.
-std::optional<Measure> TakeMeasure(std::string_view text) {
+void SkipSpaces(std::string_view& text) {
+  text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
+}
+
+/// `text` without spaces at its ends, and with the ASCII character for each typographic one that programs put into
+/// text.
+std::string InAscii(std::string_view text) {
+  static constexpr std::pair<std::string_view, std::string_view> kAscii[] = {
+      {"\u00a0", " "}, {"\u2009", " "}, {"\u202f", " "},  {"\u2212", "-"},
+      {"\u2019", "'"}, {"\u2032", "'"}, {"\u2033", "\""}, {"\t", " "}};
+  std::string plain(text);
+  for (const auto& [typographic, ascii] : kAscii) {
+    for (std::size_t at = 0; (at = plain.find(typographic, at)) != plain.npos; at += ascii.size()) {
+      plain.replace(at, typographic.size(), ascii);
+    }
+  }
+  plain.erase(0, plain.find_first_not_of(' '));
+  plain.erase(plain.find_last_not_of(' ') + 1);
+  return plain;
+}
+
+/// Number and unit, also with a space between them as lensctl prints them; feet with inches included. Nullopt where it
+/// is neither.
+std::optional<Measure> TakeMeasure(std::string_view written) {
+  const std::string ascii = InAscii(written);
+  std::string_view text = ascii;
   const auto number = Decimal::TakeFrom(text);
   if (!number) return std::nullopt;
-  if (text.size() > 2 && text.starts_with("ft")) {
-    auto rest = text.substr(2);
+  SkipSpaces(text);
+  const std::size_t feet = text.starts_with("ft") ? 2 : text.starts_with('\'') ? 1 : 0;
+  if (feet > 0 && text.size() > feet) {
+    auto rest = text.substr(feet);
+    SkipSpaces(rest);
+    const bool plain = !rest.starts_with('-') && !rest.starts_with('+') && !number->IsNegative();
     const auto inches = Decimal::TakeFrom(rest);
-    const bool plain = text[2] != '-' && text[2] != '+' && !number->IsNegative();
-    if (!inches || rest != "in" || !plain) return std::nullopt;
+    SkipSpaces(rest);
+    if (!inches || (rest != "in" && rest != "\"") || !plain) return std::nullopt;
     return Measure{*number * Decimal(3048, -4) + *inches * Decimal(254, -4), Kind::Length};
   }
   const Unit* unit = FindUnit(text);
@@ -65,11 +94,67 @@ std::optional<Measure> TakeMeasure(std::string_view text) {
   return Measure{*number * Decimal(unit->integer, unit->exponent), unit->kind};
 }
 
+std::string InLowerCase(std::string_view text) {
+  std::string lower(text);
+  std::ranges::transform(lower, lower.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
+  return lower;
+}
+
+/// `inf`, `infinity` and the sign for it, in any case.
+bool IsInfinity(std::string_view text) {
+  const std::string lower = InLowerCase(InAscii(text));
+  return lower == "inf" || lower == "infinity" || lower == "\u221e";
+}
+
+/// The two ends of what is written as a range, but not with two dots: `2m-3m`, `2-3m`, `2m to 3m`, `2m...3m`.
+std::optional<std::pair<std::string, std::string>> EndsOfOtherRange(std::string_view text) {
+  for (const std::string_view between : {"...", "\u2026", " to ", "\u2013", "\u2014", "-"}) {
+    const std::size_t at = text.find(between, 1);
+    if (at == text.npos || at + between.size() >= text.size()) continue;
+    const std::string first = InAscii(text.substr(0, at)), second = InAscii(text.substr(at + between.size()));
+    const auto near = TakeMeasure(first), far = TakeMeasure(second);
+    if ((!near && !IsInfinity(first)) || (!far && !IsInfinity(second))) continue;
+    if (!near || !far || near->kind != Kind::Plain || far->kind == Kind::Plain) return std::pair(first, second);
+    std::string_view unit = second;
+    Decimal::TakeFrom(unit);
+    return std::pair(first + std::string(unit), second);
+  }
+  return std::nullopt;
+}
+
+/// What is wrong with a number and its unit, and how it is written right. Nullopt where that cannot be seen.
+std::optional<std::string> AdviceOn(std::string_view written) {
+  std::string text = InAscii(written);
+  std::string wrong;
+  if (std::ranges::count(text, ',') == 1 && text.find('.') == text.npos) {
+    text[text.find(',')] = '.';
+    wrong = "decimals stand after a point, not after a comma";
+  }
+  std::string_view symbol = text;
+  if (Decimal::TakeFrom(symbol) && !TakeMeasure(text)) {
+    const std::string number = text.substr(0, text.size() - symbol.size());
+    SkipSpaces(symbol);
+    const std::string lower = InLowerCase(symbol);
+    const auto* unit =
+        std::ranges::find_if(kUnits, [&](const Unit& known) { return InLowerCase(known.symbol) == lower; });
+    if (unit == std::end(kUnits)) return std::nullopt;
+    text = number + std::string(unit->symbol);
+    wrong += std::string(wrong.empty() ? "" : ", and ") + "the unit is written " + std::string(unit->symbol);
+  }
+  if (wrong.empty() || !TakeMeasure(text)) return std::nullopt;
+  return wrong + ": write " + text;
+}
+
 /// A measure of one of the kinds asked for; `fits` names examples for the message.
 Result<Measure> Parse(std::string_view text, std::string_view option, std::initializer_list<Kind> kinds,
                       std::string_view fits) {
   const auto measure = TakeMeasure(text);
-  if (!measure) return Wrong(option, text, "not a quantity; write " + std::string(fits));
+  if (!measure) {
+    if (const auto advice = AdviceOn(text)) return Wrong(option, text, *advice);
+    if (EndsOfOtherRange(text))
+      return Wrong(option, text, "one quantity belongs here, not a range; write " + std::string(fits));
+    return Wrong(option, text, "not a quantity; write " + std::string(fits));
+  }
   if (std::ranges::find(kinds, measure->kind) != kinds.end()) return *measure;
   if (measure->kind == Kind::Plain) return Wrong(option, text, "a bare number; give its unit: " + std::string(fits));
   return Wrong(option, text, "the wrong kind of quantity here; write " + std::string(fits));
@@ -83,6 +168,15 @@ std::pair<std::string_view, std::string_view> SplitRange(std::string_view text) 
   const auto dots = text.find("..");
   if (dots == std::string_view::npos) return {text, text};
   return {text.substr(0, dots), text.substr(dots + 2)};
+}
+
+/// Refuses a range that is not written with two dots, where one is legal.
+Result<void> CheckRange(std::string_view text, std::string_view option) {
+  if (text.find("..") != text.npos && text.find("...") == text.npos) return {};
+  if (TakeMeasure(text)) return {};
+  const auto ends = EndsOfOtherRange(text);
+  if (!ends) return {};
+  return Wrong(option, text, "a range has two dots between its ends: write " + ends->first + ".." + ends->second);
 }
 
 /// Passes `exact` on where a double can hold it.
@@ -99,8 +193,11 @@ Result<Openings> ParseOpenings(std::string_view text, std::string_view option,
   const bool list = text.find(',') != std::string_view::npos;
   const auto [first, second] = SplitRange(text);
   const auto parts = list ? SplitAtCommas(text) : std::vector{first, second};
+  if (auto good = CheckRange(text, option); !good) return PassOn(good);
   for (const std::string_view part : parts) {
     auto value = parse(part, option);
+    const auto advice = value || !list ? std::nullopt : AdviceOn(text);
+    if (advice) return Wrong(option, text, *advice);
     if (!value) return PassOn(value);
     values.push_back(*std::move(value));
   }
@@ -113,12 +210,39 @@ Result<Openings> ParseOpenings(std::string_view text, std::string_view option,
   return openings;
 }
 
+/// lensctl prints a depth twice, `2.31 m (0.433 D)`: the first of them, or the second of `past infinity (-0.1 D)`.
+std::string_view WithoutTwin(std::string_view text) {
+  const std::size_t bracket = text.find(" (");
+  if (bracket == text.npos || !text.ends_with(')')) return text;
+  const std::string_view first = text.substr(0, bracket);
+  const std::string_view twin = text.substr(bracket + 2, text.size() - bracket - 3);
+  if (first == "past infinity") return twin;
+  return TakeMeasure(twin) || IsInfinity(twin) || twin == "past infinity" ? first : text;
+}
+
 Result<Depth> ParseSubject(std::string_view text, std::string_view option) {
   auto depth = ParseDepth(text, option);
   if (depth && depth->value < 0.0) {
     return Wrong(option, text, "a negative vergence is past infinity, where there are no subjects; write 0D or inf");
   }
   return depth;
+}
+
+/// `1/250s`, as cameras show it.
+std::optional<double> SecondsOfFraction(std::string_view text) {
+  const std::size_t slash = text.find('/');
+  if (slash == text.npos) return std::nullopt;
+  const auto above = TakeMeasure(text.substr(0, slash));
+  const std::string below = InAscii(text.substr(slash + 1));
+  std::string_view symbol = below;
+  const auto divisor = Decimal::TakeFrom(symbol);
+  SkipSpaces(symbol);
+  const Unit* unit = FindUnit(symbol);
+  if (!above || above->kind != Kind::Plain || !divisor || !divisor->IsPositive()) return std::nullopt;
+  if (unit == nullptr || unit->kind != Kind::Time) return std::nullopt;
+  const auto whole = (above->value * Decimal(unit->integer, unit->exponent)).Nearest();
+  if (!whole || !divisor->Nearest()) return std::nullopt;
+  return *whole / *divisor->Nearest();
 }
 
 }  // namespace
@@ -152,6 +276,7 @@ Result<Decimal> ParsePositiveLength(std::string_view text, std::string_view opti
 }
 
 Result<Span<Decimal>> ParseLengthRange(std::string_view text, std::string_view option) {
+  if (auto good = CheckRange(text, option); !good) return PassOn(good);
   const auto [first, second] = SplitRange(text);
   auto low = ParseExactLength(first, option);
   if (!low) return PassOn(low);
@@ -161,8 +286,9 @@ Result<Span<Decimal>> ParseLengthRange(std::string_view text, std::string_view o
   return Span<Decimal>{*std::move(low), *std::move(high)};
 }
 
-Result<Depth> ParseDepth(std::string_view text, std::string_view option) {
-  if (text == "inf") return Depth{};
+Result<Depth> ParseDepth(std::string_view written, std::string_view option) {
+  const std::string_view text = WithoutTwin(written);
+  if (IsInfinity(text)) return Depth{};
   const auto measure = Parse(text, option, {Kind::Length, Kind::Vergence}, kDepths);
   if (!measure) return PassOn(measure);
   const auto exact = Representable(measure->value, text, option);
@@ -175,6 +301,7 @@ Result<Depth> ParseDepth(std::string_view text, std::string_view option) {
 }
 
 Result<DepthRange> ParseDepthRange(std::string_view text, std::string_view option) {
+  if (auto good = CheckRange(text, option); !good) return PassOn(good);
   const auto [first, second] = SplitRange(text);
   auto near = ParseSubject(first, option);
   if (!near) return PassOn(near);
@@ -210,11 +337,14 @@ Result<Decimal> ParseBlurLimit(std::string_view text, const std::optional<Decima
 }
 
 Result<Decimal> ParseFNumber(std::string_view text, std::string_view option) {
-  auto rest = text;
+  const std::string ascii = InAscii(text);
+  std::string_view rest = ascii;
+  if (rest.starts_with("1:")) rest.remove_prefix(2);  // as lenses are engraved
   if (rest.starts_with('f') || rest.starts_with('F')) rest.remove_prefix(1);
-  if (rest.size() < text.size() && rest.starts_with('/')) rest.remove_prefix(1);
+  if (rest.size() < ascii.size() && rest.starts_with('/')) rest.remove_prefix(1);
   const auto measure = TakeMeasure(rest);
   if (!measure || measure->kind != Kind::Plain) {
+    if (const auto advice = AdviceOn(rest)) return Wrong(option, text, *advice);
     return Wrong(option, text, "not an f-number; write a number without a unit, such as 2.8 or f/2.8");
   }
   if (!measure->value.IsPositive()) return Wrong(option, text, "an f-number must be greater than zero");
@@ -237,10 +367,14 @@ Result<Decimal> ParsePercent(std::string_view text, std::string_view option) {
 }
 
 Result<Duration> ParseTime(std::string_view text, std::string_view option) {
-  const auto measure = Parse(text, option, {Kind::Time}, "a time in ns us ms s min h, such as 500ms");
-  if (!measure) return PassOn(measure);
-  const auto seconds = measure->value.Nearest();
+  constexpr std::string_view kTimes = "a time in ns us ms s min h, such as 500ms or 1/250s";
   constexpr double kLongestS = 9e9;
+  std::optional<double> seconds = SecondsOfFraction(text);
+  if (!seconds) {
+    const auto measure = Parse(text, option, {Kind::Time}, kTimes);
+    if (!measure) return PassOn(measure);
+    seconds = measure->value.Nearest();
+  }
   if (!seconds || *seconds < 0.5e-9 || *seconds > kLongestS) return Wrong(option, text, "must be between 1ns and 9e9s");
   return Duration{std::llround(*seconds * 1e9)};
 }

@@ -1,4 +1,5 @@
-// Quantities as people write them: `0.8m 850mm 33in 5ft7in 2.5D inf 8um 1.5px 550nm 3ms 25C 2%`. Exponents are legal;
+// Quantities as people write them: `0.8m 850mm 33in 5ft7in 2.5D inf 8um 1.5px 550nm 3ms 25C 2%`, and as lensctl prints
+// them: `1.2 m`, `infinity`, `1.2 m (0.8333 D)`. Exponents are legal;
 // units convert in exact decimal, and what is returned exactly has a nearest double. Every function takes the text and
 // the option it was given to, and fails with Code::InvalidArgument and one line that says what would fit.
 #pragma once
@@ -62,7 +63,8 @@ Result<Metres> ParseLength(std::string_view text, std::string_view option);
 Result<Decimal> ParsePositiveLength(std::string_view text, std::string_view option);
 /// `A..B` in either order, or one length.
 Result<Span<Decimal>> ParseLengthRange(std::string_view text, std::string_view option);
-/// A distance > 0, a vergence (negative is past infinity), or `inf`.
+/// A distance > 0, a vergence (negative is past infinity), or infinity (`inf`, `infinity`, its sign). What lensctl
+/// prints in brackets behind it is the same depth and passed over.
 Result<Depth> ParseDepth(std::string_view text, std::string_view option);
 /// A real subject's depths, `A..B` in either order or one depth: vergence >= 0.
 Result<DepthRange> ParseDepthRange(std::string_view text, std::string_view option);
@@ -77,7 +79,7 @@ Result<Decimal> ParseBlurLimit(std::string_view text, const std::optional<Decima
 /// The same of a blur that has been parsed.
 Result<Decimal> BlurInMetres(const BlurSize& blur, std::string_view text, const std::optional<Decimal>& pixel,
                              std::string_view option);
-/// `2.8`, `f/2.8`, `f2.8` or `F4`, > 0.
+/// `2.8`, `f/2.8`, `f2.8`, `F4` or `1:2.8`, > 0.
 Result<Decimal> ParseFNumber(std::string_view text, std::string_view option);
 /// One f-number, a range `1.4..22`, or the stops `1.4,2,2.8`.
 Result<Openings> ParseFNumbers(std::string_view text, std::string_view option);
@@ -85,7 +87,7 @@ Result<Openings> ParseFNumbers(std::string_view text, std::string_view option);
 Result<Openings> ParseDiameters(std::string_view text, std::string_view option);
 /// `2%` is 0.02; >= 0.
 Result<Decimal> ParsePercent(std::string_view text, std::string_view option);
-/// A duration > 0, rounded to the nanosecond.
+/// A duration > 0, such as `500ms` or `1/250s`, rounded to the nanosecond.
 Result<Duration> ParseTime(std::string_view text, std::string_view option);
 /// A plain number without a unit.
 Result<Decimal> ParseNumber(std::string_view text, std::string_view option);

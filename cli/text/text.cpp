@@ -47,8 +47,9 @@ std::optional<DistanceUnit> UnitIn(std::string_view text) {
     static constexpr Known kKnown[] = {
         {"mm", DistanceUnit::Millimetres}, {"ft", DistanceUnit::Feet},  {"in", DistanceUnit::Inches},
         {"D", DistanceUnit::Dioptres},     {"m", DistanceUnit::Metres}, {"cm", DistanceUnit::Metres},
-        {"km", DistanceUnit::Metres},
+        {"km", DistanceUnit::Metres},      {"'", DistanceUnit::Feet},   {"\"", DistanceUnit::Inches},
     };
+    rest.remove_prefix(std::min(rest.find_first_not_of(' '), rest.size()));
     for (const auto& [symbol, unit] : kKnown) {
       if (rest.starts_with(symbol)) return unit;
     }

@@ -10,6 +10,8 @@
 #include <limits>
 #include <string>
 
+#include "cli/text/text.h"
+
 namespace lensd::cli {
 namespace {
 
@@ -155,6 +157,70 @@ TEST(Quantity, RangesComeInEitherOrder) {
   EXPECT_EQ(ParseFNumbers("f/1.4..f/22", "--f-number")->range.high.Nearest(), 22.0);
 }
 
+/// 10^a with a drawn evenly from [low, high].
+double AnySize(double low, double high) {
+  return std::pow(10.0, low + (high - low) * *rc::gen::inRange(0, 1'000'000) / 1e6);
+}
+
+// Four digits and six decimals are shown.
+bool SameAsShown(double read, double shown) {
+  return std::abs(read - shown) <= 6e-4 * std::abs(shown) + 0.6e-6;
+}
+
+TEST(Quantity, EveryDepthThatIsPrintedIsReadBack) {
+  EXPECT_TRUE(rc::check([] {
+    ShowDistancesIn(static_cast<DistanceUnit>(*rc::gen::inRange<std::size_t>(0, kDistanceUnits.size())));
+    const int sign = *rc::gen::element(1, 1, 1, 0, -1);
+    const double vergence = sign * AnySize(-9, 4);
+    const std::string text = DepthText({vergence});
+    const auto whole = ParseDepth(text, "--focus");
+    RC_ASSERT(whole.has_value());
+    RC_ASSERT(SameAsShown(whole->Vergence().value, vergence));
+    if (sign <= 0) return;
+    const std::string first = text.substr(0, text.find(" ("));
+    const auto alone = ParseDepth(first, "--focus");
+    RC_ASSERT(alone.has_value());
+    RC_ASSERT(SameAsShown(alone->Vergence().value, vergence));
+    const auto range = ParseDepthRange(first + "..infinity", "--sharp");
+    RC_ASSERT(range.has_value() && range->far.IsInfinite());
+  }));
+  ShowDistancesIn(DistanceUnit::Metres);
+}
+
+TEST(Quantity, EveryLengthTimeAndFNumberThatIsPrintedIsReadBack) {
+  EXPECT_TRUE(rc::check([] {
+    const double metres = AnySize(-6, 6);
+    const auto length = ParseLength(LengthText({metres}), "--focal-length");
+    RC_ASSERT(length.has_value());
+    RC_ASSERT(std::abs(length->value - metres) <= 6e-5 * metres + 0.6e-12);
+    const double n = AnySize(-1, 2);
+    const auto f_number = ParseFNumber("f/" + Short(n), "--f-number");
+    RC_ASSERT(f_number && SameAsShown(*f_number->Nearest(), n));
+    const double ms = AnySize(-2, 5);
+    const auto time = ParseTime(ms < 1e3 ? Short(ms) + " ms" : Short(1e-3 * ms) + " s", "--timeout");
+    RC_ASSERT(time && SameAsShown(1e-6 * static_cast<double>(time->count()), ms));
+  }));
+}
+
+TEST(Quantity, WhatPeopleTypeIsRead) {
+  ExpectDepth("1.2 m", Depth::Form::Distance, 1.2);
+  ExpectDepth(" 1.2\u00a0m ", Depth::Form::Distance, 1.2);
+  ExpectDepth("3'", Depth::Form::Distance, 0.9144);
+  ExpectDepth("5'7\"", Depth::Form::Distance, 1.7018);
+  ExpectDepth("5 ft 7 in", Depth::Form::Distance, 1.7018);
+  ExpectDepth("5\u20327\u2033", Depth::Form::Distance, 1.7018);
+  ExpectDepth("past infinity (-0.1 D)", Depth::Form::Vergence, -0.1);
+  for (const char* text : {"inf", "Inf", "INF", "infinity", "Infinity", "\u221e", "infinity (0 D)"}) {
+    ASSERT_TRUE(ParseDepth(text, "--focus")) << text;
+    EXPECT_TRUE(ParseDepth(text, "--focus")->IsInfinite()) << text;
+  }
+  EXPECT_EQ(ParseFNumber("1:2.8", "--x")->Nearest(), 2.8);
+  EXPECT_EQ(ParseFNumber("f 2.8", "--x")->Nearest(), 2.8);
+  EXPECT_EQ(ParseTime("1/250s", "--x")->count(), 4'000'000);
+  EXPECT_EQ(ParseTime("1/4 ms", "--x")->count(), 250'000);
+  for (const char* text : {"1/0s", "1/s", "/250s", "1/250", "-1/250s", "1/250m"}) EXPECT_FALSE(ParseTime(text, "--x"));
+}
+
 template <class T>
 std::string Complaint(const Result<T>& result) {
   return result ? "accepted" : result.error().message;
@@ -169,10 +235,41 @@ TEST(Quantity, SaysWhatWouldFit) {
   EXPECT_THAT(Complaint(ParsePercent("0.02", "--f-number-tolerance")), HasSubstr("2%"));
 }
 
+/// What stands behind the last "write " of a complaint.
+template <class T>
+std::string Instead(const Result<T>& result) {
+  const std::string said = Complaint(result);
+  const std::size_t at = said.rfind("write ");
+  return at == std::string::npos ? said : said.substr(at + 6);
+}
+
+TEST(Quantity, WhatIsWrittenOtherwiseIsSaidAsItIsRead) {
+  EXPECT_TRUE(rc::check([] {
+    const std::string first = std::to_string(*rc::gen::inRange(1, 1000)),
+                      last = std::to_string(*rc::gen::inRange(0, 1000));
+    const std::string unit = *rc::gen::element<std::string>("mm", "cm", "m", "km", "in", "ft", "D");
+    const std::string right = first + "." + last + unit;
+    std::string other_case = unit;
+    for (char& c : other_case) c = static_cast<char>(c ^ 0x20);
+    RC_ASSERT(Instead(ParseDepth(first + "," + last + unit, "--focus")) == right);
+    RC_ASSERT(Instead(ParseDepth(first + "," + last + " " + other_case, "--focus")) == right);
+    RC_ASSERT(Instead(ParseDepth(first + "." + last + other_case, "--focus")) == right);
+    const std::string between = *rc::gen::element<std::string>("-", " - ", " to ", "...", "\u2013");
+    const std::string end = *rc::gen::element<std::string>("7m", "inf", "infinity");
+    RC_ASSERT(Instead(ParseDepthRange(right + between + end, "--sharp")) == right + ".." + end);
+    RC_ASSERT(ParseDepthRange(right + ".." + end, "--sharp").has_value());
+  }));
+  EXPECT_EQ(Instead(ParseDepthRange("2-3m", "--sharp")), "2m..3m");
+  EXPECT_EQ(Instead(ParseFNumber("2,8", "--f-number")), "2.8");
+  EXPECT_EQ(Instead(ParseBlur("0,03mm", "--blur-limit")), "0.03mm");
+  EXPECT_EQ(Instead(ParseDiameters("1,5mm", "--aperture-diameter")), "1.5mm");
+  EXPECT_THAT(Complaint(ParseDepth("2m-3m", "--focus")), HasSubstr("not a range"));
+}
+
 TEST(Quantity, RefusesWhatIsNoQuantity) {
   for (const char* text :
-       {"",        "m",        "nan",     "nanm",    "infm", "-inf",   "1..2", "0x10m", "1 m m", "1e",  "--3m",
-        "1e9999m", "1e-2000m", "3ft-2in", "-3ft2in", "5ft7", "5ft7cm", ".m",   "5.m",   "1,5m",  "1m ", "1e400m"}) {
+       {"",        "m",        "nan",     "nanm",    "infm", "-inf",   "1..2", "0x10m", "1 m m", "1e",    "--3m",
+        "1e9999m", "1e-2000m", "3ft-2in", "-3ft2in", "5ft7", "5ft7cm", ".m",   "5.m",   "1,5m",  "1e400m"}) {
     EXPECT_FALSE(ParseLength(text, "--x")) << text;
   }
   for (const char* text : {"0m", "-1m", "1..2m", "2m..", "..", "2m..3", "-1D", "2m..-1D", "inf..x"}) {
