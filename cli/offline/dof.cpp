@@ -15,6 +15,8 @@
 namespace lensd::cli {
 namespace {
 
+constexpr std::string_view kHyperfocal = "hyperfocal";  // as a place of --focus
+
 struct DofText {
   std::string focal_length, f_number, focus, blur_limit, pixel, wavelength;
   std::string diffraction = "airy";
@@ -25,6 +27,7 @@ struct DofInput {
   Decimal focal_length, f_number, blur_limit;
   std::optional<double> pixel_um;
   std::optional<Depth> focus;  ///< nothing: the hyperfocal distance alone
+  bool at_hyperfocal = false;  ///< instead of `focus`: what is sharp with the lens there
   std::optional<Metres> wavelength;
   optics::DiffractionConvention convention = optics::DiffractionConvention::Airy;
 };
@@ -42,7 +45,7 @@ Result<void> ParseDiffraction(const DofText& text, DofInput& input) {
 }
 
 Result<std::optional<Depth>> ParseFocus(const DofText& text, const Decimal& f, std::optional<From> from) {
-  if (text.focus.empty()) return std::nullopt;
+  if (text.focus.empty() || text.focus == kHyperfocal) return std::nullopt;
   const auto focus = ParseDepth(text.focus, "--focus");
   if (!focus) return PassOn(focus);
   if (focus->value < 0.0) {
@@ -71,6 +74,7 @@ Result<DofInput> Parse(const DofText& text, std::optional<From> from) {
   input.f_number = *n;
   input.blur_limit = *limit;
   input.focus = *focus;
+  input.at_hyperfocal = text.focus == kHyperfocal;
   if (const auto read = ParseDiffraction(text, input); !read) return PassOn(read);
   return input;
 }
@@ -108,8 +112,8 @@ struct DofAnswer {
   std::optional<Ends> ends;
 };
 
-Result<DofAnswer::Ends> EndsOf(const Rational& f, const Rational& n, const Rational& limit, const Depth& focus) {
-  const auto sharp = optics::thin_lens::DepthOfField(f, n, limit, PlaceOf(focus));
+Result<DofAnswer::Ends> EndsOf(const Rational& f, const Rational& n, const Rational& limit, const Place& focus) {
+  const auto sharp = optics::thin_lens::DepthOfField(f, n, limit, focus);
   const bool to_infinity = !(sharp.far > 0);
   const auto near_d = Rounded(sharp.near), near_m = Rounded(1 / sharp.near);
   const auto far_d = to_infinity ? Result<double>(0.0) : Rounded(sharp.far);
@@ -130,15 +134,17 @@ std::expected<DofAnswer, Failure> Compute(const DofInput& input) {
              "smaller --f-number), or allow more blur");
   const auto at_hyperfocal = LeftAtHyperfocal(input);
   if (!at_hyperfocal) return too_fine;
-  const auto hyperfocal = Rounded(optics::thin_lens::Hyperfocal(f, n, *at_hyperfocal));
+  const Rational exact = optics::thin_lens::Hyperfocal(f, n, *at_hyperfocal);
+  const auto hyperfocal = Rounded(exact);
   if (!hyperfocal) return PassOn(hyperfocal);
   DofAnswer answer{*hyperfocal, std::nullopt};
-  if (!input.focus) return answer;
-  const auto extension = Rounded(optics::thin_lens::Extension(f, PlaceOf(*input.focus)));
+  if (!input.focus && !input.at_hyperfocal) return answer;
+  const Place focus = input.focus ? PlaceOf(*input.focus) : Place{exact, 1};
+  const auto extension = Rounded(optics::thin_lens::Extension(f, focus));
   if (!extension) return PassOn(extension);
-  const auto left = LeftFor(input, *extension);
+  const auto left = input.at_hyperfocal ? at_hyperfocal : LeftFor(input, *extension);
   if (!left) return too_fine;
-  const auto ends = EndsOf(f, n, *left, *input.focus);
+  const auto ends = EndsOf(f, n, *left, focus);
   if (!ends) return PassOn(ends);
   answer.ends = *ends;
   return answer;
@@ -224,7 +230,8 @@ void AddDof(CLI::App& root, Run& run) {
   command->add_option("--f-number", text->f_number, "f-number, such as 2.8 or f/2.8")->required()->type_name("N");
   command
       ->add_option("--focus", text->focus,
-                   "distance or vergence in focus: 2m, 0.5D, inf; when left out, only the hyperfocal distance is given")
+                   "distance or vergence in focus: 2m, 0.5D, inf, or hyperfocal; when left out, only the hyperfocal "
+                   "distance is given")
       ->type_name("D");
   command->add_option("--blur-limit", text->blur_limit, "blur diameter that still counts as sharp: 8um, or 1px")
       ->required()

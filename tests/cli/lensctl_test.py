@@ -210,6 +210,20 @@ class Dof(Case):
         # Focused at the hyperfocal distance exactly, the far end is infinity exactly: 0.05 + 0.0025/(2 * 1e-5) m.
         self.check("50mm", "2", "125.05m", "10um")
 
+    def test_at_the_hyperfocal_distance(self):
+        # Half of it to infinity, by any lens: the truth of the textbook, which computes no depth of field.
+        draw = random.Random(9)
+        for _ in range(20):
+            f, n, c = f"{draw.randint(4, 400)}mm", f"{draw.randint(10, 320) / 10}", f"{draw.randint(1, 60)}um"
+            lens = ("dof", "--focal-length", f, "--f-number", n, "--blur-limit", c)
+            answer = self.answer(*lens, "--focus", "hyperfocal")
+            hyperfocal = metres(f) + metres(f)**2 / (Q(n) * metres(c))
+            self.near(answer["hyperfocalM"], hyperfocal)
+            self.near(answer["nearM"], hyperfocal / 2)
+            self.assertEqual((answer["farD"], answer["farM"]), (0, None), lens)
+        code, out, err = run(*lens, "--focus", "hyperfocal", "--wavelength", "550nm")
+        self.assertIn(code, (0, 1), err)
+
     def test_from_the_sensor(self):
         answer = self.answer("dof", "--from", "sensor", "--focal-length", "50mm", "--f-number", "2.8", "--focus", "0.8m",
                              "--blur-limit", "8um")
