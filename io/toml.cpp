@@ -114,12 +114,47 @@ std::optional<int> LineTooDeep(std::string_view text) {
   return std::nullopt;
 }
 
+std::string_view Trimmed(std::string_view text) {
+  const std::size_t begin = std::min(text.find_first_not_of(" \t\r"), text.size());
+  return text.substr(begin, text.find_last_not_of(" \t\r") + 1 - begin);
+}
+
+std::string_view LineOf(std::string_view text, unsigned number) {
+  for (; number > 1 && !text.empty(); --number) text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
+  return text.substr(0, text.find('\n'));
+}
+
+/// How `KEY = VALUE` is written right, where the line is no TOML since its text has no quotes, its decimals have a
+/// comma or its truth has a capital. Nullopt for anything else.
+std::optional<std::string> AdviceOn(std::string_view line) {
+  line = line.substr(0, line.find('#'));
+  const std::size_t equals = line.find('=');
+  if (equals == line.npos) return std::nullopt;
+  const std::string key(Trimmed(line.substr(0, equals)));
+  std::string value(Trimmed(line.substr(equals + 1)));
+  const auto all = [&](std::string_view characters) { return value.find_first_not_of(characters) == value.npos; };
+  constexpr std::string_view kDecimal = "0123456789";
+  if (value.empty() || value == "true" || value == "false") return std::nullopt;
+  if (value == "True" || value == "TRUE") return "truth is written in small letters: write " + key + " = true";
+  if (value == "False" || value == "FALSE") return "truth is written in small letters: write " + key + " = false";
+  if (all(std::string(kDecimal) + "+-,") && std::ranges::count(value, ',') == 1) {
+    value[value.find(',')] = '.';
+    return "decimals stand after a point, not after a comma: write " + key + " = " + value;
+  }
+  const bool letters = std::ranges::any_of(value, [](char c) { return (c | 0x20) >= 'a' && (c | 0x20) <= 'z'; });
+  if (!letters || value.find_first_of("\"'[]{},=") != value.npos) return std::nullopt;
+  return "text stands in quotes: write " + key + " = \"" + value + "\"";
+}
+
 Result<Settings> ParseOnce(std::string_view text, const std::string& name) {
   const toml::parse_result parsed = toml::parse(text, name);
   if (parsed) return FromTable(parsed.table(), name);
   const auto& error = parsed.error();
-  return Fail(Code::BadData, Location{name, static_cast<int>(error.source().begin.line)}.Text() + ": " +
-                                 std::string(error.description()));
+  const std::string where = Location{name, static_cast<int>(error.source().begin.line)}.Text() + ": ";
+  const bool twice = error.description().find("redefine") != std::string_view::npos;
+  const auto advice = twice ? std::nullopt : AdviceOn(LineOf(text, error.source().begin.line));
+  if (advice) return Fail(Code::BadData, where + *advice);
+  return Fail(Code::BadData, where + std::string(error.description()));
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ bool IsLensName(std::string_view name) {
 std::string WhyNotAName(std::string_view name) {
   if (!IsLensName(name)) return "a name has small letters, digits and -, and begins with a letter";
   if (drivers::AxisFromName(name)) return "a lens cannot be named like an axis";
-  if (name == "inf") return "a lens cannot be named like a quantity";
+  if (name == "inf" || name == "infinity") return "a lens cannot be named like a quantity";
   return "";
 }
 
@@ -216,13 +216,25 @@ void AddLens(const Settings& table, Config& config, ConfigFaults& faults) {
   config.lenses.push_back(std::move(lens));
 }
 
+/// Tables that belong to a lens, written as if they stood alone.
+void RejectTablesOfALens(SettingsReader& read) {
+  constexpr std::array<std::string_view, 8> kTables = {"optics", "focus",  "iris",        "zoom",
+                                                       "filter", "camera", "temperature", "refocus"};
+  for (const std::string_view table : kTables) {
+    if (!read.Has(table)) continue;
+    read.Any(table);
+    read.Reject(table, "belongs to a lens: write [lens." + std::string(table) + "], below its [[lens]]");
+  }
+}
+
 void AddTables(const Settings& file, Config& config, ConfigFaults& faults) {
   SettingsReader read(file, "the configuration");
-  if (!read.Has("version")) read.Reject("version", "the file must say version = 1");
+  if (!read.Has("version")) read.Reject("version", "is missing: write version = 1 as the first line of the file");
   if (read.Integer("version", 1) != 1) read.Reject("version", "must be 1: this lensd reads version 1 alone");
   const std::vector<const Settings*> buses = read.Tables("bus");
   const std::vector<const Settings*> lenses = read.Tables("lens");
   const Settings* access = read.Table("access");
+  RejectTablesOfALens(read);
   if (auto done = read.Finish(); !done) faults.Keep(done.error());
   if (access != nullptr) {
     auto read_access = ReadAccess(*access);

@@ -1,6 +1,7 @@
 // What a device's settings refer to by name (profiles, buses) put in its place before a driver sees them.
 #include "daemon/config/references.h"
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <utility>
@@ -33,10 +34,23 @@ Result<Settings> Profile(const Settings& named, const std::string& name, const d
 
 }  // namespace
 
+/// Which driver is for what its users call by the name of a standard, a bus or a maker; empty where that is not known.
+std::string_view DriverOfStandard(std::string_view name) {
+  static constexpr std::pair<std::string_view, std::string_view> kByStandard[] = {
+      {"gige", "aravis"},       {"gigevision", "aravis"}, {"gev", "aravis"},        {"genicam", "aravis"},
+      {"u3v", "aravis"},        {"usb3", "aravis"},       {"usb3vision", "aravis"}, {"webcam", "v4l2"},
+      {"video", "v4l2"},        {"v4l", "v4l2"},          {"usb", "uvc"},           {"rs485", "modbus"},
+      {"modbus-rtu", "modbus"}, {"modbus-tcp", "modbus"}, {"zwo", "eaf"},           {"grbl", "gcode"},
+      {"simulator", "sim"},     {"simulated", "sim"},     {"sony", "visca"}};
+  const auto* found = std::ranges::find(kByStandard, name, &std::pair<std::string_view, std::string_view>::first);
+  return found != std::end(kByStandard) && FindDriver(found->second) != nullptr ? found->second : std::string_view();
+}
+
 std::string WhyNoDriver(const std::string& name) {
   std::vector<std::string> words;
   for (const drivers::Driver& driver : Drivers()) words.emplace_back(driver.name);
-  const auto meant = NearestWord(name, words);
+  auto meant = NearestWord(name, words);
+  if (const std::string_view other = DriverOfStandard(name); !other.empty()) meant = other;
   return "there is no driver \"" + name + "\" in this build; it has " + DriverNames() +
          (meant ? "; did you mean \"" + *meant + "\"?" : "");
 }

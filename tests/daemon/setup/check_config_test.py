@@ -62,6 +62,15 @@ WRONG = (
     (DRIVES.replace('bus = "rs485"', 'bus = "other"'), [(9, 'no [[bus]] named "other"')]),
     (DRIVES.replace('"moons"', '"moon"'), [(12, 'there is no profile "moon"')]),
     (DRIVES.replace("unit = 1", "unit = 300"), [(11, "from 1 to 247")]),
+    # What people write who do not know TOML or the words of lensd.
+    (GOOD.replace('"sim"', '"gige"'), [(4, 'there is no driver "gige"', 'did you mean "aravis"?')]),
+    (GOOD.replace('"sim"', "sim"), [(4, 'text stands in quotes: write driver = "sim"')]),
+    (GOOD.replace('name = "a"', "name = bike # mine"), [(3, 'text stands in quotes: write name = "bike"')]),
+    (GOOD + "[lens.focus]\nkeep = True\n", [(7, "write keep = true")]),
+    (GOOD + "[lens.focus]\nsettle_ms = 2,5\n", [(7, "not after a comma: write settle_ms = 2.5")]),
+    (GOOD.replace("version = 1\n", ""), [(1, "version is missing: write version = 1 as the first line of the file")]),
+    (GOOD + "[focus]\ntolerance = 1\n", [(6, "focus belongs to a lens: write [lens.focus], below its [[lens]]")]),
+    (GOOD + "[camera]\npixel_um = 1\n", [(6, "camera belongs to a lens: write [lens.camera], below its [[lens]]")]),
     # A line that is no TOML is told, and nothing else of it; what stands below is read.
     (GOOD.replace('"sim"', "sim") + "[lens.focus]\nlimit = [1, 2]\n", [(4, ""), (7, 'did you mean "limits"?')]),
     (GOOD + 'name = "b"\n' + "[lens.focus]\nlimit = [1, 2]\n", [(6, "redefine"), (8, 'did you mean "limits"?')]),
