@@ -164,6 +164,7 @@ int Main(int argc, char** argv) {
     root.parse(argc, argv);
     text.json |= json;
   } catch (const CLI::Success& asked) {
+    if (NamesNoCommand(root)) return EndEarly(text, UsageFailure(root, asked));
     return root.exit(asked);
   } catch (const CLI::ParseError& error) {
     text.json |= json;

@@ -4,6 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
+#include <span>
+#include <utility>
 
 #include "base/nearest_word.h"
 #include "cli/help/command_tree.h"
@@ -66,6 +68,40 @@ std::pair<const CLI::App*, std::string> Reached(const CLI::App& root) {
 std::string Meant(const std::string& typed, const std::vector<std::string>& words) {
   const auto meant = NearestWord(typed, words);
   return meant ? " (did you mean " + *meant + "?)" : "";
+}
+
+/// What other programs call a command of ours; empty for anything else.
+std::string_view OtherNameOf(std::string_view word) {
+  static constexpr std::pair<std::string_view, std::string_view> kOthers[] = {
+      {"iris", "aperture"}, {"fstop", "aperture"}, {"f-number", "aperture"},  {"diaphragm", "aperture"},
+      {"af", "autofocus"},  {"photo", "snapshot"}, {"picture", "snapshot"},   {"capture", "snapshot"},
+      {"goto", "focus"},    {"move", "focus"},     {"info", "status"},        {"position", "status"},
+      {"halt", "stop"},     {"abort", "stop"},     {"depth-of-field", "dof"}, {"scan", "devices"}};
+  const auto* found = std::ranges::find(kOthers, word, &std::pair<std::string_view, std::string_view>::first);
+  return found == std::end(kOthers) ? std::string_view() : found->second;
+}
+
+/// Whether the word is a unit alone, which the shell has parted from its number.
+bool IsUnit(const std::string& word) {
+  static constexpr std::string_view kSymbols[] = {"nm", "um", "mm", "cm", "m",  "km", "in",  "ft",
+                                                "D",  "px", "ns", "us", "ms", "s",  "min", "h"};
+  return std::ranges::find(kSymbols, word) != std::end(kSymbols);
+}
+
+/// What to say of a word where a command is meant.
+std::string NoCommand(const CLI::App& command, const std::vector<std::string>& words, const std::string& has,
+                      const std::string& help) {
+  const std::string& typed = words.front();
+  const std::string name(OtherNameOf(typed));
+  const bool lensctl = command.get_parent() == nullptr;
+  if (lensctl && !name.empty()) {
+    std::string line = "lensctl " + name;
+    for (const std::string& word : std::span(words).subspan(1)) line += " " + word;
+    return "there is no command '" + typed + "': write " + line + help;
+  }
+  const auto meant = NearestWord(typed, SubcommandNames(command));
+  const std::string order = lensctl && !meant ? "; the name of a lens stands after the command" : "";
+  return "there is no command '" + typed + "'" + (meant ? " (did you mean " + *meant + "?)" : "") + order + has + help;
 }
 
 /// A complaint about the words of a command for one lens, in whose place CLI11 only knows "words".
@@ -131,13 +167,22 @@ Failure UsageFailure(const CLI::App& root, const CLI::ParseError& error) {
       for (const std::string& one : commands) has.append(has.empty() ? ": " + name + " has " : ", ").append(one);
     }
     if (unknown.empty()) return {Exit::Usage, "say which command" + has + help};
-    return {Exit::Usage,
-            "there is no command '" + unknown.front() + "'" + Meant(unknown.front(), commands) + has + help};
+    return {Exit::Usage, NoCommand(*command, unknown, has, help)};
+  }
+  if (!unknown.empty() && IsUnit(unknown.front())) {
+    return {Exit::Usage, "'" + unknown.front() + "' stands alone: a number and its unit are one word, such as 1.2" +
+                             unknown.front() + help};
   }
   const std::string said = unknown.empty() ? error.what() : name + " takes no '" + unknown.front() + "'";
   const auto examples = ExamplesOf(name);
   const std::string example = examples.empty() ? "" : "; for example: " + std::string(examples.front().line);
   return {Exit::Usage, ComplaintOfWords(*command, name, said).value_or(said) + example + help};
+}
+
+bool NamesNoCommand(const CLI::App& root) {
+  const CLI::App* const command = Reached(root).first;
+  const auto unknown = root.remaining(true);
+  return !unknown.empty() && !unknown.front().starts_with("-") && !SubcommandNames(*command).empty();
 }
 
 void AddHelp(CLI::App& root, Run& run) {

@@ -17,6 +17,9 @@ std::string HelpText(const CLI::App& command, const std::string& name);
 /// What was wrong with the command line, what may have been meant, and where to read on. `root` has parsed it.
 Failure UsageFailure(const CLI::App& root, const CLI::ParseError& error);
 
+/// Whether a word stands where `root`, which has parsed the command line, has a command, and no command has this name.
+bool NamesNoCommand(const CLI::App& root);
+
 /// help [COMMAND]; `root` has every other command.
 void AddHelp(CLI::App& root, Run& run);
 

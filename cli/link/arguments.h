@@ -1,6 +1,8 @@
 // What the commands for one lens have in common on the command line.
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +19,12 @@ struct NameAndValue {
 };
 /// One word is the value, two are name and value. More are refused by the parser.
 NameAndValue SplitNameAndValue(const std::vector<std::string>& words);
+
+/// What to write instead of two words that are not `NAME VALUE`: the value stands first (`2m bike`), or one quantity
+/// was written as two words (`1.2 m`). `reads` says whether a text is a value of this command. Nullopt for anything
+/// else.
+std::optional<std::string> MeantByTwoWords(const std::vector<std::string>& words, std::string_view command,
+                                           const std::function<bool(std::string_view)>& reads);
 
 /// Whether the word is one of the axes' names.
 bool IsAxis(std::string_view word);

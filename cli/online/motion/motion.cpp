@@ -81,6 +81,9 @@ Outcome Focus(Session& session, const FocusText& text) {
   }
   if (!text.blur_limit.empty()) return Refuse(Exit::Usage, "--blur-limit belongs to the target hyperfocal only");
   auto target = ParseFocusTarget(given.value);
+  const auto reads = [](std::string_view word) { return word == "hyperfocal" || ParseFocusTarget(word).has_value(); };
+  const auto meant = MeantByTwoWords(text.words, "focus", reads);
+  if (!target && meant) return Refuse(Exit::Usage, *meant);
   if (!target && text.words.size() == 1 && IsLens(session, given.value)) {
     return Refuse(Exit::Usage, "'" + given.value +
                                    "' is a lens, and the TARGET is missing: say where to, as in focus " + given.value +
@@ -98,6 +101,9 @@ Outcome Aperture(Session& session, const std::vector<std::string>& words, bool k
   if (!steps) return PassOn(steps);
   if (*steps) return Move(session, given.lens, "iris", **std::move(steps), extra);
   auto f_number = ParseFNumber(given.value, "N");
+  const auto reads = [](std::string_view word) { return ParseFNumber(word, "N").has_value(); };
+  const auto meant = MeantByTwoWords(words, "aperture", reads);
+  if (!f_number && meant) return Refuse(Exit::Usage, *meant);
   if (!f_number) return PassOn(f_number);
   return Move(session, given.lens, "iris", {{"fNumber", *f_number->Nearest()}}, extra);
 }
@@ -114,6 +120,9 @@ Outcome Zoom(Session& session, const ZoomText& text) {
   if (!steps) return PassOn(steps);
   if (*steps) return Move(session, given.lens, "zoom", **std::move(steps));  // the motor alone: optics may be unknown
   auto focal_length = ParsePositiveLength(given.value, "F");
+  const auto reads = [](std::string_view word) { return ParsePositiveLength(word, "F").has_value(); };
+  const auto meant = MeantByTwoWords(text.words, "zoom", reads);
+  if (!focal_length && meant) return Refuse(Exit::Usage, *meant);
   if (!focal_length) return PassOn(focal_length);
   if (given.value.starts_with('+')) {
     return Refuse(Exit::Usage, "F '" + given.value + "': a focal length has no sign; +N and -N are counts of steps");

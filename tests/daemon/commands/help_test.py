@@ -64,7 +64,7 @@ class Words(unittest.TestCase):
                             (["focus"], "write lensctl focus [NAME] TARGET, a distance"),
                             (["aperture"], "write lensctl aperture [NAME] N"),
                             (["focus", "a", "b", "c"], "write lensctl focus [NAME] TARGET"),
-                            (["qqq"], "there is no command 'qqq'; see lensctl --help")):
+                            (["qqq"], "there is no command 'qqq'; the name of a lens stands after the command; see lensctl --help")):
             with self.subTest(words=words):
                 told = lensctl(*words)
                 self.assertEqual((told.returncode, told.stdout), (64, ""), told.stderr)
