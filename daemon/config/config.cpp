@@ -139,7 +139,9 @@ class LensReading {
     lens.where = table_.where();
     lens.table = table_;
     lens.name = read_.RequiredText("name");
-    if (const std::string why = WhyNotAName(lens.name); !why.empty()) read_.Reject("name", why);
+    const Settings* name = read_.Any("name");
+    const bool is_text = name != nullptr && std::holds_alternative<std::string>(name->value());
+    if (const std::string why = WhyNotAName(lens.name); is_text && !why.empty()) read_.Reject("name", why);
     lens.device = ReadDevice(read_, table_, kOwnKeys);
     const std::size_t start = read_.Choice("start", {"keep", "home", "on-demand"}, 0);
     lens.home_at_start = start == 1;

@@ -62,6 +62,10 @@ WRONG = (
     (DRIVES.replace('bus = "rs485"', 'bus = "other"'), [(9, 'no [[bus]] named "other"')]),
     (DRIVES.replace('"moons"', '"moon"'), [(12, 'there is no profile "moon"')]),
     (DRIVES.replace("unit = 1", "unit = 300"), [(11, "from 1 to 247")]),
+    # No complaint follows from another.
+    (GOOD.replace('name = "a"\n', ""), [(2, "name is missing")]),
+    (GOOD.replace('"a"', "5"), [(3, "name must be a string")]),
+    (GOOD.replace('"a"', '""'), [(3, "a name has small letters")]),
     # What people write who do not know TOML or the words of lensd.
     (GOOD.replace('"sim"', '"gige"'), [(4, 'there is no driver "gige"', 'did you mean "aravis"?')]),
     (GOOD.replace('"sim"', "sim"), [(4, 'text stands in quotes: write driver = "sim"')]),
