@@ -21,6 +21,12 @@ bool Names(const std::vector<Axis>& axes, Axis axis) {
   return axes.empty() || std::ranges::find(axes, axis) != axes.end();
 }
 
+/// The value of a target in the unit in which what an axis reaches is told: lengths of the lens in mm, not in m.
+double InUnitOf(const Target& target, const std::string& unit) {
+  const bool length = target.kind == Target::Kind::Extension || target.kind == Target::Kind::FocalLength;
+  return unit == "mm" && length ? 1e3 * target.value : target.value;
+}
+
 /// What was asked for, in the unit in which what an axis reaches is told (OpticalState::ReachOf).
 std::string Asked(const Target& target, const std::string& unit) {
   using Kind = Target::Kind;
@@ -28,15 +34,28 @@ std::string Asked(const Target& target, const std::string& unit) {
                          : target.kind == Kind::FocalLength ? " of focal length"
                          : target.kind == Kind::TowardNear  ? " toward near"
                                                             : "";
-  if (unit == "fNumber") return "f/" + Short(target.value);
-  return Short(unit == "mm" && !of.empty() ? 1e3 * target.value : target.value, 6) + " " + unit + of;
+  if (unit == "fNumber") return "f/" + Short(target.value, 6);
+  return Short(InUnitOf(target, unit), 6) + " " + unit + of;
 }
 
-/// "0.943 m to infinity".
-std::string ReachText(const ErrorFacts& reach) {
+/// "0.943 m to infinity", in as many digits as tell the end that `wish` lies beyond from the wish. Six are shown at
+/// most: where they are too few, the difference is added.
+std::string ReachText(const ErrorFacts& reach, double wish) {
+  constexpr int kFewestDigits = 4, kMostDigits = 6;
   const std::string before = reach.unit == "fNumber" ? "f/" : "", after = before.empty() ? " " + reach.unit : "";
-  const auto text = [&](const std::optional<double>& end) { return end ? before + Short(*end) + after : "infinity"; };
-  return text(reach.minimum) + " to " + text(reach.maximum);
+  const std::string typed = Short(wish, kMostDigits);
+  const auto passed = reach.maximum && wish > *reach.maximum ? reach.maximum : reach.minimum;
+  int digits = kFewestDigits;
+  while (passed && digits < kMostDigits && Short(*passed, digits) == typed) ++digits;
+  const auto text = [&](const std::optional<double>& end) {
+    return end ? before + Short(*end, digits) + after : "infinity";
+  };
+  std::string reached = text(reach.minimum) + " to " + text(reach.maximum);
+  if (passed && Short(*passed, digits) == typed) {
+    const std::string beyond = Short(std::abs(wish - *passed), 2);
+    reached += ", and the wish lies " + (beyond == "0" ? "less than 0.000001" : beyond) + after + " beyond that";
+  }
+  return reached;
 }
 
 }  // namespace
@@ -189,8 +208,8 @@ Result<Native> Rig::Impl::InReach(Axis axis, const Target& target) const {
   auto landed = axes[axis]->Land(*aimed);
   if (landed) return landed;
   const ErrorFacts reach = optics.ReachOf(axis, target);
-  return Fail(Code::OutOfRange,
-              Asked(target, reach.unit) + " is outside what " + reach.axis + " may reach: " + ReachText(reach));
+  return Fail(Code::OutOfRange, Asked(target, reach.unit) + " is outside what " + reach.axis +
+                                    " may reach: " + ReachText(reach, InUnitOf(target, reach.unit)));
 }
 
 void Rig::Impl::Move(Axis axis, const Target& target, MoveCallback done) {

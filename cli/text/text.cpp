@@ -85,6 +85,10 @@ void ShowDistancesIn(DistanceUnit unit) {
   Shown() = unit;
 }
 
+DistanceUnit ShownDistanceUnit() {
+  return Shown();
+}
+
 void SayWhereDistancesStart() {
   OriginSaid() = true;
 }

@@ -23,6 +23,7 @@ DistanceUnit UnitOfFirstDistance(std::span<const char* const> arguments);
 
 /// The unit DepthText() writes in: of the whole process, set once before the command runs. Metres until then.
 void ShowDistancesIn(DistanceUnit unit);
+DistanceUnit ShownDistanceUnit();
 
 /// From now on texts say that their distances start at the lens centre: where the person's own start elsewhere.
 void SayWhereDistancesStart();

@@ -25,6 +25,20 @@ void SayOrigin(DaemonClient& link, const Json& lens) {
   if (TextOf((*info)["optics"], "distanceFrom") != "lens") SayWhereDistancesStart();
 }
 
+/// A distance that is out of reach, and what is in reach, in the unit in which the person types; lensd says metres.
+void SayInTypedUnit(double wish_m, Failure& failure) {
+  const DistanceUnit unit = ShownDistanceUnit();
+  if (failure.status != Exit::OutOfRange || !failure.details || failure.details->value("unit", Json()) != "m") return;
+  if (unit == DistanceUnit::Metres || unit == DistanceUnit::Dioptres) return;
+  if (failure.message.find(" is outside what focus may reach: ") == std::string::npos) return;
+  const auto end = [&](const char* key) {
+    const Json number = failure.details->value(key, Json());
+    return number.is_number() ? DistanceText({number.get<double>()}) : "infinity";
+  };
+  failure.message =
+      DistanceText({wish_m}) + " is outside what focus may reach: " + end("minimum") + " to " + end("maximum");
+}
+
 /// Moves one axis and prints the result. Control-C stops the axis.
 Outcome Move(Session& session, Json lens, const char* axis, Json target, const Json& extra = Json::object()) {
   auto link = DaemonClient::Open(session);
@@ -37,7 +51,13 @@ Outcome Move(Session& session, Json lens, const char* axis, Json target, const J
   if (parameters["target"].contains("distanceM") && !parameters.contains("distanceFrom") && !session.json()) {
     SayOrigin(*link, lens);
   }
+  const Json wish = parameters["target"].value("distanceM", Json());
   auto reply = Drive(session, *link, MethodOfLens("Move"), std::move(parameters), axis);
+  if (!reply && wish.is_number()) {
+    Failure failure = reply.error();
+    SayInTypedUnit(wish.get<double>(), failure);
+    return std::unexpected(std::move(failure));
+  }
   if (!reply) return PassOn(reply);
   const Json& move = (*reply)["move"];
   session.json() ? session.PrintJson(move) : session.PrintText(MoveText(move));
