@@ -212,7 +212,7 @@ class Plan(Case):
         nowhere = ["--socket", "/nonexistent/socket"]
         self.refused(69, "/nonexistent/socket", "plan", "--f-number", "2", "--extension", "0mm..8mm", *nowhere)
         self.refused(69, "/nonexistent/socket", *lens, "station3", *nowhere)
-        self.refused(69, "/nonexistent/socket", *lens, "--apply", *nowhere)
+        self.refused(69, "/nonexistent/socket", *lens, "--sharp", "1m:8um", "--apply", *nowhere)
         self.refused(64, "--f-number is required", "plan", "--focal-length", "50mm", "--extension", "0mm..8mm")
         self.refused(64, "--extension is required", "plan", "--focal-length", "50mm", "--f-number", "2")
         self.refused(64, "bare number", "plan", "--focal-length", "50", "--f-number", "2", "--extension", "0mm..8mm")

@@ -157,6 +157,12 @@ Outcome RunPlanOnline(const PlanText& text, const std::string& lens, bool apply,
   if (text.stack && apply) {
     return Refuse(Exit::Usage, "--apply is for one plan; leave --stack out, or take the stack: lensctl stack -o DIR");
   }
+  if (apply && text.sharp.empty() && text.blurred.empty() && text.objective != "depth") {
+    return Refuse(
+        Exit::Usage,
+        "--apply moves the lens to a plan, and this plan has no limit: say what has to be sharp, as in --sharp "
+        "1m..2m:2px, or what has to be blurred, with --blurred");
+  }
   if (auto good = CheckPlanPlots(text); !good) return PassOn(good);
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
