@@ -10,13 +10,8 @@ from web_harness import PATIENCE, Reader, WebTest
 FOCUSER = "/api/v1/focuser/0/"
 
 
-class AlpacaTest(WebTest):
-    arguments = ("--alpaca", "127.0.0.1:0")
-
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.alpaca = cls.web.alpaca
+class Asks:
+    """Asks the Alpaca server on the port `alpaca`."""
 
     def ask(self, method, path, fields=None, headers=""):
         text = urllib.parse.urlencode(fields or {})
@@ -38,6 +33,15 @@ class AlpacaTest(WebTest):
         self.assertEqual(status, 200, told)
         self.assertNotIn("Value", told)
         return told["ErrorNumber"]
+
+
+class AlpacaTest(Asks, WebTest):
+    arguments = ("--alpaca", "127.0.0.1:0")
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.alpaca = cls.web.alpaca
 
     def setUp(self):
         self.assertEqual(self.put("connected", Connected="True"), 0)

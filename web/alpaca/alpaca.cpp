@@ -120,9 +120,29 @@ Json FocusOf(const Json& axes) {
   return nullptr;
 }
 
-/// Steps count from the lowest target.
-std::int64_t StepsBetween(double from, double to) {
-  return std::llround(to - from);
+/// The grid of the device, whatever its unit: step n is the target `low` + n * `size`, for n from 0 to `count`.
+struct Steps {
+  double low = 0.0, size = 1.0;
+  std::int64_t count = 0;
+
+  double PositionOf(std::int64_t step) const {
+    return low + size * static_cast<double>(std::clamp<std::int64_t>(step, 0, count));
+  }
+  /// The step nearest to a position, which may lie off the grid or beyond its ends.
+  std::int64_t Nearest(double position) const {
+    return std::llround(std::clamp((position - low) / size, 0.0, static_cast<double>(count)));
+  }
+};
+
+Steps StepsOf(const Json& axis) {
+  constexpr double kMostSteps = 2147483647.0;  // positions are 32-bit numbers
+  constexpr double kRounding = 1e-6;           // of a step
+  Steps steps{.low = axis["minimum"], .size = axis["resolution"]};
+  const double range = axis["maximum"].get<double>() - steps.low;
+  if (!(steps.size > 0.0)) steps.size = 1.0;
+  steps.size = std::max(steps.size, range / kMostSteps);
+  steps.count = static_cast<std::int64_t>(std::floor(range / steps.size + kRounding));
+  return steps;
 }
 
 }  // namespace
@@ -286,9 +306,9 @@ void AlpacaRequest::Move() {
   const auto given = ParameterOf(exchange_, "Position");
   const auto position = given ? NumberIn<std::int32_t>(*given) : std::nullopt;
   if (!position) return exchange_.Reply(Malformed("Position is a whole number"));
-  const double low = focus_["minimum"], high = focus_["maximum"];
+  const Steps steps = StepsOf(focus_);
   const std::string lens = lens_["name"];
-  const Json target{{"position", std::clamp(low + *position, low, high)}};
+  const Json target{{"position", steps.PositionOf(*position)}};
   const auto begun = [asker = weak_from_this()](const std::optional<AlpacaFailure>& refusal) {
     const auto request = asker.lock();  // gone: the program has hung up
     if (request) refusal ? request->Failed(refusal->error, refusal->why) : request->Value(nullptr);
@@ -304,7 +324,7 @@ void AlpacaRequest::Stop() {
 
 void AlpacaRequest::Get() {
   const std::string name = lens_["name"];
-  const std::int64_t range = StepsBetween(focus_["minimum"], focus_["maximum"]);
+  const std::int64_t range = StepsOf(focus_).count;
   if (method_ == "absolute") return Value(true);
   if (method_ == "connected") return Value(Connected());
   if (method_ == "connecting" || method_ == "tempcomp" || method_ == "tempcompavailable") return Value(false);
@@ -329,7 +349,11 @@ Json AlpacaRequest::StateOf(const Json& state, std::string_view what) const {
   const auto& move = alpaca_.focusers_[state["name"]].move;
   if (what == "ismoving") return (move && move->moving()) || (axis.is_object() && axis["moving"] == true);
   if (what == "temperature") return state.value("temperatureC", Json());
-  return axis.is_object() ? Json(StepsBetween(focus_["minimum"], axis["position"])) : Json();
+  if (!axis.is_object()) return Json();
+  // Programs wait until Position is what they asked for: a move that was reached within its tolerance stands there.
+  const double position = axis["position"];
+  const bool arrived = move && move->arrived_at() == position;
+  return Json(StepsOf(focus_).Nearest(arrived ? move->target() : position));
 }
 
 void AlpacaRequest::Tell(const Json& state) {

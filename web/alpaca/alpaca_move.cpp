@@ -33,7 +33,8 @@ AlpacaError AlpacaErrorOf(std::string_view name) {
   return name == "DeviceError" || name == "ProtocolError" ? kDeviceError : kInvalidOperation;
 }
 
-AlpacaMove::AlpacaMove(const LensdLink& link, Json parameters, Begun begun) : begun_(std::move(begun)) {
+AlpacaMove::AlpacaMove(const LensdLink& link, Json parameters, Begun begun)
+    : begun_(std::move(begun)), target_(parameters["target"]["position"]) {
   call_ = link.Begin("Move", std::move(parameters), /*more=*/true, kMoveAtMost,
                      {.reply = [this](const varlink::Reply& reply, const File&) { Heard(reply); },
                       .failed = [this](const Error& why) { End(AlpacaFailure{kDisconnected, why.message}); }});
@@ -41,7 +42,10 @@ AlpacaMove::AlpacaMove(const LensdLink& link, Json parameters, Begun begun) : be
 }
 
 void AlpacaMove::Heard(const varlink::Reply& reply) {
-  reply.continues ? TellBegun({}) : End(FailureOf(reply));
+  if (reply.continues) return TellBegun({});
+  auto failure = FailureOf(reply);
+  if (!failure) arrived_at_ = reply.parameters["move"]["position"].get<double>();
+  End(std::move(failure));
 }
 
 void AlpacaMove::End(std::optional<AlpacaFailure> failure) {

@@ -38,7 +38,7 @@ class AlpacaMove {
   /// Called once: nothing where lensd has begun it (or has not refused it within half a second), else its refusal.
   using Begun = std::function<void(const std::optional<AlpacaFailure>& refusal)>;
 
-  /// `parameters`: of Move.
+  /// `parameters`: of Move, to a native position.
   AlpacaMove(const LensdLink& link, varlink::Json parameters, Begun begun);
   AlpacaMove(const AlpacaMove&) = delete;
   AlpacaMove& operator=(const AlpacaMove&) = delete;
@@ -46,6 +46,10 @@ class AlpacaMove {
   ~AlpacaMove() { TellBegun({}); }
 
   bool moving() const { return call_ != nullptr; }
+  /// Native position that was asked for.
+  double target() const { return target_; }
+  /// Native position where it ended, if it reached its target.
+  const std::optional<double>& arrived_at() const { return arrived_at_; }
   /// Why it did not arrive, for as long as no client asked for anything else.
   const std::optional<AlpacaFailure>& failure() const { return failure_; }
   /// A program ends it on purpose: that it ends is no failure.
@@ -59,6 +63,8 @@ class AlpacaMove {
   void TellBegun(const std::optional<AlpacaFailure>& refusal);
 
   Begun begun_;
+  const double target_;
+  std::optional<double> arrived_at_;
   bool halted_ = false;
   std::optional<AlpacaFailure> failure_;
   std::unique_ptr<UpstreamCall> call_;  // until it has ended
