@@ -1,8 +1,11 @@
 // GetCalibration, Calibrate, MeasureBacklash: what is known of a lens, how it comes to be known, and where it is kept.
 #include <ctime>
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include "base/guarded.h"
+#include "base/quantity_text.h"
 #include "daemon/methods/lens_service.h"
 #include "daemon/methods/serve.h"
 #include "daemon/pictures/picture.h"
@@ -48,6 +51,21 @@ Result<rig::FocusPoint> PointOf(const Json& json, const std::string& path, const
   return point;
 }
 
+/// A point beyond the ends of focus would bend the curve by a place that the motor never reaches: a slip of the pen.
+Result<void> IsOnAxis(Native position, std::size_t index, const drivers::AxisCapabilities& axis) {
+  const double low = axis.minimum.value, high = axis.maximum.value;
+  if (position.value >= low && position.value <= high) return {};
+  const std::string unit(UnitName(axis.unit));
+  return Fail(Code::OutOfRange,
+              "a calibration point is at position " + Short(position.value, 6) + ", but focus reaches " +
+                  Short(low, 6) + " to " + Short(high, 6) + " " + unit,
+              {.axis = "focus",
+               .parameter = "points[" + std::to_string(index) + "].position",
+               .minimum = low,
+               .maximum = high,
+               .unit = unit});
+}
+
 /// The curve of `points` for the zoom, filter and temperature of this moment, in place of the one that was measured
 /// there before at any temperature.
 Result<std::optional<rig::Calibration>> WithCurve(rig::Calibration calibration, const rig::Rig& rig,
@@ -65,6 +83,9 @@ Result<std::optional<rig::Calibration>> WithCurve(rig::Calibration calibration, 
   for (const Json& json : *Given(parameters, "points")) {
     const auto point = PointOf(json, "points[" + std::to_string(points.size()) + "]", scale, focal_length);
     if (!point) return PassOn(point);
+    if (auto inside = IsOnAxis(point->position, points.size(), *rig.lens().axes[Axis::Focus]); !inside) {
+      return PassOn(inside);
+    }
     points.push_back(*point);
   }
   std::optional<Metres> error;
@@ -138,14 +159,14 @@ ServedLens::EditCalibration AtRest(ServedLens::EditCalibration edit) {
       };
 }
 
-/// Answers with the calibration in force.
-void Calibration(ServedLens& lens, const ExchangePointer& exchange) {
+/// Answers with the calibration in force, and with what else there is to say.
+void AnswerWithCalibration(ServedLens& lens, const ExchangePointer& exchange, const Json& more) {
   struct InForce {
     rig::Status status;
     std::shared_ptr<const rig::Calibration> calibration;
   };
   const auto ask = [](rig::Rig& rig, auto done) { done(InForce{rig.GetStatus(), rig.calibration()}); };
-  lens.Ask<InForce>(ask, [exchange, &lens](const Result<InForce>& now) {
+  lens.Ask<InForce>(ask, [exchange, &lens, more](const Result<InForce>& now) {
     if (!now) return Refuse(exchange, lens, now.error());
     const auto& optics = now->status.optics;
     const auto error = optics ? optics->error() : std::nullopt;
@@ -155,7 +176,69 @@ void Calibration(ServedLens& lens, const ExchangePointer& exchange) {
               {"errorUm", error ? varlink::NumberOrNull(error->value * 1e6) : Json(nullptr)},
               {"file", file.empty() ? Json(nullptr) : Json(file)},
               {"toml", now->calibration ? Json(rig::CalibrationText(*now->calibration)) : Json(nullptr)}};
-    exchange->Finish(varlink::WriteJson({{"calibration", std::move(info)}}));
+    Json reply{{"calibration", std::move(info)}};
+    reply.update(more);
+    exchange->Finish(varlink::WriteJson(reply));
+  });
+}
+
+void Calibration(ServedLens& lens, const ExchangePointer& exchange) {
+  AnswerWithCalibration(lens, exchange, Json::object());
+}
+
+/// What a calibration holds, in words for people.
+std::vector<std::string> CurvesIn(const rig::Calibration& calibration) {
+  std::vector<std::string> parts;
+  for (const rig::FocusCurve& curve : calibration.focus) {
+    parts.push_back("the curve of focus through " + std::to_string(curve.points.size()) + " points" +
+                    (calibration.made.empty() ? "" : " (" + calibration.made + ")"));
+  }
+  if (calibration.iris) parts.emplace_back("the curve of the iris");
+  if (calibration.zoom) parts.emplace_back("the curve of the zoom");
+  if (!calibration.breathing.empty()) parts.emplace_back("breathing");
+  if (calibration.temperature) parts.emplace_back("the drift with temperature");
+  return parts;
+}
+
+std::vector<std::string> MeasuredIn(const rig::Calibration& calibration) {
+  std::vector<std::string> parts;
+  for (const Axis axis : drivers::kAxes) {
+    const auto& backlash = calibration.backlash[axis];
+    if (!backlash) continue;
+    parts.push_back("the backlash of " + std::string(drivers::AxisName(axis)) + " (" + Short(backlash->steps) +
+                    " steps)");
+  }
+  const auto count = [&](std::size_t number, const std::string& one, const std::string& many) {
+    if (number > 0) parts.push_back(number == 1 ? "1 " + one : std::to_string(number) + " " + many);
+  };
+  count(calibration.focus_shifts.size(), "focus shift", "focus shifts");
+  count(calibration.focus_at ? calibration.focus_at->samples.size() : 0, "sample of focus-at", "samples of focus-at");
+  return parts;
+}
+
+/// Removes the curves, and what was measured besides unless it is to be kept; answers with what went and what stays.
+void RemoveCalibration(ServedLens& lens, const ExchangePointer& exchange, bool keep_measured) {
+  struct Parts {
+    std::vector<std::string> removed, kept;
+  };
+  const auto parts = std::make_shared<Parts>();
+  const auto edit = [parts, keep_measured](rig::Calibration now,
+                                           const rig::Rig&) -> Result<std::optional<rig::Calibration>> {
+    *parts = {CurvesIn(now), {}};
+    std::vector<std::string> measured = MeasuredIn(now);
+    if (!keep_measured) parts->removed.insert(parts->removed.end(), measured.begin(), measured.end());
+    if (!keep_measured || measured.empty()) return std::nullopt;
+    parts->kept = std::move(measured);
+    rig::Calibration left;
+    left.serial = now.serial;
+    left.backlash = now.backlash;
+    left.focus_shifts = now.focus_shifts;
+    left.focus_at = now.focus_at;
+    return left;
+  };
+  lens.ChangeCalibration(AtRest(edit), [exchange, &lens, parts](const Result<void>& changed) {
+    if (!changed) return Refuse(exchange, lens, changed.error());
+    AnswerWithCalibration(lens, exchange, {{"removed", parts->removed}, {"kept", parts->kept}});
   });
 }
 
@@ -210,12 +293,8 @@ void Calibrate(ServedLens& lens, const ExchangePointer& exchange) {
         Wrong("a curve has at most 1000 points", {.parameter = "points", .maximum = static_cast<double>(kMostPoints)}));
   }
   if (toml != nullptr) return CalibrateByFile(lens, exchange, toml->get<std::string>());
-  if (removes) {
-    return Change(lens, exchange,
-                  [](const rig::Calibration&, const rig::Rig&) -> Result<std::optional<rig::Calibration>> {
-                    return std::nullopt;
-                  });
-  }
+  const Json* keep = Given(parameters, "keepMeasured");
+  if (removes) return RemoveCalibration(lens, exchange, keep != nullptr && keep->get<bool>());
   Change(lens, exchange, [parameters, config = lens.config().rig](rig::Calibration now, const rig::Rig& rig) {
     return WithCurve(std::move(now), rig, parameters, config);
   });

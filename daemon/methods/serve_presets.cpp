@@ -45,6 +45,12 @@ Json BroughtBack(const std::string& lens, const rig::RecallOutcome& outcome) {
           {"note", TextOrNull(outcome.remark)}};
 }
 
+/// What to say where presets are in memory alone; null where they are kept.
+Json NoteOnKeeping(const ServedLens& lens) {
+  if (!lens.surroundings().state.empty()) return nullptr;
+  return "presets are lost when lensd ends, since it runs without a state folder: start it with lensd --state DIR";
+}
+
 std::string LabelOf(const ExchangePointer& exchange) {
   return exchange->parameters()["label"].get<std::string>();
 }
@@ -59,7 +65,7 @@ void Keep(ServedLens& lens, const ExchangePointer& exchange, rig::Preset preset)
   };
   lens.ChangePresets(put, [&lens, exchange, preset](const Result<void>& kept) {
     if (!kept) return Refuse(exchange, lens, kept.error());
-    exchange->Finish(varlink::WriteJson({{"preset", PresetJson(preset)}}));
+    exchange->Finish(varlink::WriteJson({{"preset", PresetJson(preset)}, {"note", NoteOnKeeping(lens)}}));
     lens.watchers().Announce(lens, "preset", {{"change", "saved"}, {"label", preset.label}});
   });
 }
@@ -76,7 +82,9 @@ void List(ServedLens& lens, const ExchangePointer& exchange) {
   if (!lens.presets()) return Refuse(exchange, lens, lens.presets().error());
   Json presets = Json::array();
   for (const rig::Preset& preset : *lens.presets()) presets.push_back(PresetJson(preset));
-  exchange->Finish(varlink::WriteJson({{"presets", std::move(presets)}}));
+  Json reply{{"presets", std::move(presets)}};
+  if (!reply["presets"].empty()) reply["note"] = NoteOnKeeping(lens);
+  exchange->Finish(varlink::WriteJson(reply));
 }
 
 /// The preset the call names; else answers the call with why not and returns null.

@@ -60,8 +60,11 @@ Outcome Save(Session& session, const std::vector<std::string>& words) {
   if (!link) return PassOn(link);
   auto reply = link->Ask(MethodOfLens("PresetSave"), {{"lens", given.lens}, {"label", given.value}});
   if (!reply) return PassOn(reply);
-  const Json& preset = (*reply)["preset"];
-  session.json() ? session.PrintJson(preset) : session.PrintText("saved " + PresetText(preset));
+  Json preset = (*reply)["preset"];
+  const std::string note = TextOf(*reply, "note");
+  if (!note.empty()) preset["note"] = note;
+  session.json() ? session.PrintJson(preset)
+                 : session.PrintText("saved " + PresetText(preset) + (note.empty() ? "" : "; " + note));
   return Exit::Done;
 }
 
@@ -121,6 +124,7 @@ Outcome List(Session& session, const std::string& name, bool csv) {
   } else {
     for (const Json& preset : presets) session.PrintText(PresetText(preset));
     if (presets.empty()) session.PrintText("no preset is saved");
+    if (const std::string note = TextOf(*reply, "note"); !note.empty()) session.Remark(note);
   }
   return Exit::Done;
 }

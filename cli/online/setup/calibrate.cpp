@@ -35,6 +35,7 @@ struct CalibrateText {
   bool data_sheet = false;
   bool show = false;
   bool remove = false;
+  bool all = false;
 };
 
 std::string CalibrationText(const Json& info) {
@@ -50,6 +51,21 @@ std::string CalibrationText(const Json& info) {
   return line;
 }
 
+/// What a removal took away and what it left.
+std::string RemovalText(const Json& reply) {
+  const auto list = [&](const char* key) {
+    std::string words;
+    for (const Json& part : reply.value(key, Json::array())) {
+      words += (words.empty() ? "" : ", ") + part.get<std::string>();
+    }
+    return words;
+  };
+  if (!reply.contains("removed") || !reply["removed"].is_array()) return "";
+  const std::string removed = list("removed"), kept = list("kept");
+  return "; removed: " + (removed.empty() ? "nothing, for there was none" : removed) +
+         (kept.empty() ? "" : "; still there: " + kept + " (--all removes them too)");
+}
+
 enum class Shows { OneLine, WholeFile };
 
 Outcome Show(Session& session, const Json& reply, const PlotText& plot, Shows shows) {
@@ -60,11 +76,15 @@ Outcome Show(Session& session, const Json& reply, const PlotText& plot, Shows sh
     if (auto drawn = WritePlot(plot, io::ChartSvg(*chart)); !drawn) return PassOn(drawn);
   }
   if (session.json()) {
-    session.PrintJson(info);
+    Json merged = info;
+    for (const char* key : {"removed", "kept"}) {
+      if (reply.contains(key)) merged[key] = reply[key];
+    }
+    session.PrintJson(merged);
     return Exit::Done;
   }
   if (shows == Shows::OneLine) {
-    session.PrintText(CalibrationText(info));
+    session.PrintText(CalibrationText(info) + RemovalText(reply));
     return Exit::Done;
   }
   session.Remark(CalibrationText(info));
@@ -148,6 +168,7 @@ std::expected<void, Failure> CheckWays(const CalibrateText& text) {
     return Refuse(Exit::Usage,
                   "say one of --at DEPTH (guided), --point STEPS=DEPTH, --from-file FILE, --show and --remove");
   }
+  if (text.all && !text.remove) return Refuse(Exit::Usage, "--all belongs to --remove: write --remove --all");
   if (text.remove && text.plot.wanted()) {
     return Refuse(Exit::Usage,
                   "--remove leaves no curve to draw; draw it before: lensctl calibrate --show --plot curve.svg");
@@ -197,7 +218,7 @@ Outcome Calibrate(Session& session, const CalibrateText& text) {
     parameters["approximate"] = text.data_sheet;
     if (!parameters.contains("made")) parameters["made"] = text.data_sheet ? "from a data sheet" : "by hand";
   }
-  if (text.remove) parameters = {{"lens", lens}, {"remove", true}};
+  if (text.remove) parameters = {{"lens", lens}, {"remove", true}, {"keepMeasured", !text.all}};
   auto reply = link->Ask(MethodOfLens("Calibrate"), parameters);
   if (!reply) {
     // A file that makes no sense is no mistake of the command line.
@@ -282,7 +303,9 @@ void AddCalibrate(CLI::App& root, Run& run) {
       ->type_name("LENGTH");
   command->add_option("--from-file", text->file, "use this calibration file")->type_name("FILE");
   command->add_flag("--show", text->show, "print the calibration in use, as a file");
-  command->add_flag("--remove", text->remove, "back to the nominal figures");
+  command->add_flag("--remove", text->remove,
+                    "back to the nominal figures; backlash, focus shifts and samples of focus-at stay");
+  command->add_flag("--all", text->all, "with --remove: remove backlash, focus shifts and samples of focus-at too");
   AddPlotOptions(*command, text->plot, "the curve: extension or vergence over native positions");
   command->callback([&run, text] { run = [text](Session& session) { return Calibrate(session, *text); }; });
 }

@@ -146,6 +146,9 @@ WRONG = (
     (68, "undo nobody", NOBODY),
     (64, "wait a asleep", "STATE 'asleep': say idle, connected or homed"),
     (64, "exposure a 5", "the exposure time '5': a bare number; give its unit: a time in"),
+    (64, "plan a --apply", "--apply moves the lens to a plan, and this plan has no limit: say what has to be sharp, as in --sharp 1m..2m:2px"),
+    (6, "focus a 2in", " in is outside what focus may reach: "),
+    (64, "calibrate a --show --all", "--all belongs to --remove"),
     # autofocus, calibration, pictures
     (64, "autofocus a --roi 1,2,3", "--roi: say X,Y,W,H as fractions of the frame, such as 0.4,0.4,0.2,0.2"),
     (64, "autofocus a --method magic", "there is no autofocus method 'magic'; there are: auto"),

@@ -1,6 +1,7 @@
 """Calibration, backlash, presets, zoom and exposure through lensctl: what is said, kept, refused and found again."""
 import json
 import os
+import random
 import sys
 import tempfile
 import unittest
@@ -35,6 +36,7 @@ ROOT = os.path.dirname(os.path.dirname(HERE))
 class CalibrationTest(unittest.TestCase):
     """A daemon with a state folder that outlives it; the nominal optics are wrong on purpose."""
     focal = "[25.0, 40.0]"
+    extension_max = "2.6"
 
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory(prefix="lensd-calibration-")
@@ -53,7 +55,7 @@ class CalibrationTest(unittest.TestCase):
     def config(self, more=""):
         focal = self.focal
         return (f'version = 1\n[[lens]]\nname = "a"\ndriver = "sim"\nscene = "{self.folder.name}/scene.toml"\n'
-                f'[lens.optics]\nfocal_length_mm = {focal}\nf_number = [1.4, 16]\nextension_mm = [0.2, 2.6]\n{more}')
+                f'[lens.optics]\nfocal_length_mm = {focal}\nf_number = [1.4, 16]\nextension_mm = [0.2, {self.extension_max}]\n{more}')
 
     def start(self, more=""):
         if self.daemon:
@@ -94,6 +96,69 @@ class CalibrationTest(unittest.TestCase):
         self.assertIn("calibrated", self.daemon.lensctl("status").stdout)
         self.assertEqual(self.ask("calibrate", "--remove")["grade"], "uncalibrated")
         self.assertFalse(os.path.exists(info["file"]))
+
+    def test_what_a_removal_takes_and_leaves_is_listed(self):
+        curve, backlash = "the curve of focus through 5 points", "the backlash of focus (12 steps)"
+        for parts in ((), (curve,), (backlash,), (curve, backlash)):
+            for takes_all in (False, True):
+                with self.subTest(parts=parts, takes_all=takes_all):
+                    self.ask("calibrate", "--remove", "--all")
+                    if backlash in parts:
+                        self.ask("backlash", "focus", "--steps", "12")
+                    if curve in parts:
+                        self.ask("calibrate", *(word for n in range(5) for word in ("--point", f"{n * 900}=ext:{n * 0.6}mm")))
+                    words = self.daemon.lensctl("calibrate", "--remove", *(["--all"] * takes_all))
+                    self.assertEqual(words.returncode, 0, words.stderr)
+                    for part in parts:
+                        goes = takes_all or part == curve
+                        self.assertIn(part, words.stdout.partition("removed: ")[2].partition("; still there: ")[0 if goes else 2])
+                    shown = self.daemon.lensctl("calibrate", "--show").stdout
+                    self.assertNotIn("[[focus]]", shown)
+                    self.assertEqual("backlash" in shown, backlash in parts and not takes_all)
+                    told = self.ask("calibrate", "--remove")
+                    self.assertEqual((told["removed"], told["kept"]),
+                                     ([], [backlash] if backlash in parts and not takes_all else []))
+
+    def test_a_point_beyond_the_axis_is_refused(self):
+        draw = random.Random(41)
+        for _ in range(10):
+            wrong = draw.choice([-1, 1]) * draw.randint(1, 10**draw.randint(1, 6))
+            wrong = wrong if wrong < 0 else 4000 + wrong
+            done = self.daemon.lensctl("calibrate", "--point", "0=inf", "--point", f"{wrong}=0.3m", "--error", "5um", "--json")
+            self.assertEqual(done.returncode, 6, done.stderr)
+            self.assertIn("but focus reaches 0 to 4000 steps", done.stderr)
+            told = json.loads(done.stdout)
+            self.assertEqual((told["axis"], told["parameter"], told["minimum"], told["maximum"]), ("focus", "points[1].position", 0, 4000))
+        self.assertEqual(self.ask("status")["grade"], "uncalibrated")
+
+    def test_a_limit_is_told_from_a_wish_beyond_it(self):
+        draw = random.Random(12)
+        for _ in range(5):
+            # A round wish, and an end of the range that four digits round onto it, more than half a step away.
+            wish = draw.randint(220, 260) / 100
+            self.extension_max = f"{wish - draw.uniform(0.0004, 0.00049):.6f}"
+            self.start()
+            done = self.daemon.lensctl("focus", f"ext:{wish}mm", "--json")
+            self.assertEqual(done.returncode, 6, done.stderr)
+            wished, _, reach = done.stderr.strip().removeprefix("lensctl: ").partition(" of extension is outside what focus may reach: ")
+            self.assertEqual(wished, f"{wish:g} mm")
+            end, _, difference = reach.partition(" to ")[2].partition(", and the wish lies ")
+            self.assertNotEqual((wished, difference), (end, ""), done.stderr)
+            self.assertEqual(json.loads(done.stdout)["message"] + "\n", done.stderr.removeprefix("lensctl: "))
+
+    def test_without_a_state_folder_presets_say_so(self):
+        self.assertNotIn("note", self.ask("preset", "save", "one"))
+        self.assertEqual(self.daemon.lensctl("preset", "list").stderr, "")
+        del os.environ["STATE_DIRECTORY"]
+        try:
+            self.start()
+        finally:
+            os.environ["STATE_DIRECTORY"] = self.state
+        self.assertIn("lost when lensd ends", self.ask("preset", "save", "one")["note"])
+        self.assertIn("lensd --state DIR", self.daemon.lensctl("preset", "save", "two").stdout)
+        listed = self.daemon.lensctl("preset", "list")
+        self.assertIn("lost when lensd ends", listed.stderr)
+        self.assertEqual(listed.stdout.count("\n"), 2)
 
     def test_two_stops_and_a_data_sheet_are_approximate(self):
         refused = self.daemon.lensctl("calibrate", "--point", "0=inf", "--point", "4000=ext:3mm", "--data-sheet")
