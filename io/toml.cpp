@@ -125,9 +125,11 @@ std::string_view LineOf(std::string_view text, unsigned number) {
 }
 
 /// How `KEY = VALUE` is written right, where the line is no TOML since its text has no quotes, its decimals have a
-/// comma or its truth has a capital. Nullopt for anything else.
+/// comma or its truth has a capital. Nullopt for anything else, and for a line that is not all ASCII.
 std::optional<std::string> AdviceOn(std::string_view line) {
-  line = line.substr(0, line.find('#'));
+  line = Trimmed(line.substr(0, line.find('#')));
+  // A damaged file has bytes that no message may repeat.
+  if (!std::ranges::all_of(line, [](char c) { return c == '\t' || (c >= ' ' && c <= '~'); })) return std::nullopt;
   const std::size_t equals = line.find('=');
   if (equals == line.npos) return std::nullopt;
   const std::string key(Trimmed(line.substr(0, equals)));

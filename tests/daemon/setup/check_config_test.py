@@ -69,6 +69,7 @@ WRONG = (
     # What people write who do not know TOML or the words of lensd.
     (GOOD.replace('"sim"', '"gige"'), [(4, 'there is no driver "gige"', 'did you mean "aravis"?')]),
     (GOOD.replace('"sim"', "sim"), [(4, 'text stands in quotes: write driver = "sim"')]),
+    (GOOD.replace('"sim"', "si\bm"), [(4, "Error while parsing")]),  # bytes of a damaged file are not repeated
     (GOOD.replace('name = "a"', "name = bike # mine"), [(3, 'text stands in quotes: write name = "bike"')]),
     (GOOD + "[lens.focus]\nkeep = True\n", [(7, "write keep = true")]),
     (GOOD + "[lens.focus]\nsettle_ms = 2,5\n", [(7, "not after a comma: write settle_ms = 2.5")]),
