@@ -222,7 +222,7 @@ void RemoveCalibration(ServedLens& lens, const ExchangePointer& exchange, bool k
     std::vector<std::string> removed, kept;
   };
   const auto parts = std::make_shared<Parts>();
-  const auto edit = [parts, keep_measured](rig::Calibration now,
+  const auto edit = [parts, keep_measured](const rig::Calibration& now,
                                            const rig::Rig&) -> Result<std::optional<rig::Calibration>> {
     *parts = {CurvesIn(now), {}};
     std::vector<std::string> measured = MeasuredIn(now);
