@@ -21,13 +21,13 @@ bool Names(const std::vector<Axis>& axes, Axis axis) {
   return axes.empty() || std::ranges::find(axes, axis) != axes.end();
 }
 
-/// The value of a target in the unit in which what an axis reaches is told: lengths of the lens in mm, not in m.
+/// The value of a target in the unit of an axis' limits (OpticalState::ReachOf): lengths of the lens in mm, not in m.
 double InUnitOf(const Target& target, const std::string& unit) {
   const bool length = target.kind == Target::Kind::Extension || target.kind == Target::Kind::FocalLength;
   return unit == "mm" && length ? 1e3 * target.value : target.value;
 }
 
-/// What was asked for, in the unit in which what an axis reaches is told (OpticalState::ReachOf).
+/// What was asked for, in the unit of the axis' limits (OpticalState::ReachOf).
 std::string Asked(const Target& target, const std::string& unit) {
   using Kind = Target::Kind;
   const std::string of = target.kind == Kind::Extension     ? " of extension"

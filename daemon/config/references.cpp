@@ -40,8 +40,7 @@ std::string_view DriverOfStandard(std::string_view name) {
       {"gige", "aravis"},       {"gigevision", "aravis"}, {"gev", "aravis"},        {"genicam", "aravis"},
       {"u3v", "aravis"},        {"usb3", "aravis"},       {"usb3vision", "aravis"}, {"webcam", "v4l2"},
       {"video", "v4l2"},        {"v4l", "v4l2"},          {"usb", "uvc"},           {"rs485", "modbus"},
-      {"modbus-rtu", "modbus"}, {"modbus-tcp", "modbus"}, {"zwo", "eaf"},           {"grbl", "gcode"},
-      {"simulator", "sim"},     {"simulated", "sim"},     {"sony", "visca"}};
+      {"modbus-rtu", "modbus"}, {"modbus-tcp", "modbus"}, {"simulator", "sim"},     {"simulated", "sim"}};
   const auto* found = std::ranges::find(kByStandard, name, &std::pair<std::string_view, std::string_view>::first);
   return found != std::end(kByStandard) && FindDriver(found->second) != nullptr ? found->second : std::string_view();
 }
