@@ -290,6 +290,7 @@ int Main(int argc, char** argv) {
   sigprocmask(SIG_BLOCK, &blocked, nullptr);  // before any thread: they inherit it
   // SIGIO comes where a client opens a frame while lensd asks whether it was given back (FrameLoans).
   for (const int harmless : {SIGPIPE, SIGUSR1, SIGUSR2, SIGIO}) signal(harmless, SIG_IGN);
+  if (const auto& file = std::get<Options>(options).config) NameConfiguration(*file);
   if (std::get<Options>(options).devices) return PrintDevices();
   const MonotonicClock clock;
   if (std::get<Options>(options).check_config) return CheckConfig(std::get<Options>(options), clock);

@@ -7,11 +7,14 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "base/nearest_word.h"
+#include "daemon/config/config.h"
 #include "proto/interfaces.h"
 
 namespace lensd::daemon {
@@ -45,7 +48,12 @@ std::variant<Options, int> ParseOptions(int argc, char** argv) {
   std::string config;
   CLI::App app("lensd: serves motorised camera lenses over the Varlink interface io.lensd.Lens", "lensd");
   app.set_version_flag("--version", "lensd " LENSD_VERSION);
-  app.add_option("--config", config, "configuration file; without it no lens is configured")->type_name("FILE");
+  app.add_option(
+         "--config", config,
+         "configuration file; when left out, /etc/lensd/lensd.toml if it is there, or has drop-ins; else no lens\n"
+         "is configured")
+      ->type_name("FILE")
+      ->envname("LENSD_CONFIG");
   app.add_option("--socket", options.socket, "where to listen, unless systemd passes a socket")
       ->type_name("PATH")
       ->envname("LENSD_SOCKET")
@@ -78,6 +86,10 @@ std::variant<Options, int> ParseOptions(int argc, char** argv) {
     return EX_USAGE;
   }
   if (!config.empty()) options.config = config;
+  std::error_code none;
+  const auto there = [&](const std::string& path) { return std::filesystem::exists(path, none); };
+  if (!options.config && (there(kUsualConfig) || there(kUsualConfig + std::string(".d"))))
+    options.config = kUsualConfig;
   if (const char* folders = std::getenv("STATE_DIRECTORY"); options.state.empty() && folders != nullptr) {
     options.state = std::string(folders).substr(0, std::string_view(folders).find(':'));
   }

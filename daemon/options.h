@@ -8,7 +8,7 @@
 namespace lensd::daemon {
 
 struct Options {
-  std::optional<std::string> config;  ///< none: no lens configured
+  std::optional<std::string> config;  ///< as named, else the usual file where it is there, or drop-ins of it
   std::string socket;
   std::string state;  ///< folder for what outlives the daemon; empty: memory only
   bool check_config = false;

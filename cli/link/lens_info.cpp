@@ -4,6 +4,8 @@
 #include <memory>
 #include <utility>
 
+#include "base/missing_optics.h"
+
 namespace lensd::cli {
 
 using varlink::Json;
@@ -35,8 +37,8 @@ bool IsLens(const Session& session, const std::string& name) {
 std::optional<Failure> NothingToPlan(const Json& info) {
   const auto optics = info.find("optics");
   if (optics != info.end() && optics->is_object()) return std::nullopt;
-  return Failure(Exit::Unsupported, "the optics of \"" + info.value("name", "") +
-                                        "\" are not known, or it has no lens: nothing can be planned for it");
+  return Failure(Exit::Unsupported,
+                 OpticsMissing("nothing can be planned: the optics of \"" + info.value("name", "") + "\" are"));
 }
 
 }  // namespace lensd::cli

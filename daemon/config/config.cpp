@@ -12,6 +12,7 @@
 #include "base/settings_problems.h"
 #include "daemon/config/config_faults.h"
 #include "daemon/config/drivers_table.h"
+#include "daemon/config/lens_models.h"
 #include "daemon/config/references.h"
 #include "io/lenient_toml.h"
 
@@ -211,7 +212,14 @@ Result<AccessConfig> ReadAccess(const Settings& table) {
   return access;
 }
 
-void AddLens(const Settings& table, Config& config, ConfigFaults& faults) {
+void AddLens(const Settings& written, Config& config, ConfigFaults& faults) {
+  const auto resolved = WithLensModel(written);
+  if (!resolved) {
+    faults.Keep(resolved.error(), written.where());
+    faults.lenses.push_back(written.where());
+  }
+  constexpr std::array<std::string_view, 1> kOptics = {"optics"};
+  const Settings table = resolved ? *resolved : Without(written, kOptics);
   LensConfig lens = LensReading(table, config.buses, faults).Read();
   const bool twice = !lens.name.empty() && std::ranges::count(config.lenses, lens.name, &LensConfig::name) > 0;
   if (twice) faults.Keep({Code::BadData, lens.where.Text() + ": there is another lens \"" + lens.name + "\""});
@@ -268,6 +276,11 @@ void AddFile(const std::string& path, Config& config, ConfigFaults& faults) {
   if (file.whole) AddTables(file.settings, config, faults);
 }
 
+std::string& NamedFile() {
+  static std::string path;
+  return path;
+}
+
 Result<std::vector<std::string>> DropIns(const std::string& path) {
   std::vector<std::string> found;
   std::error_code error;
@@ -307,9 +320,20 @@ std::span<const std::string_view> OwnLensKeys() {
   return kOwnKeys;
 }
 
+void NameConfiguration(const std::string& path) {
+  std::error_code none;
+  NamedFile() = std::filesystem::absolute(path, none).string();
+}
+
+const std::string& NamedConfiguration() {
+  return NamedFile();
+}
+
 Config ReadPastFaults(const std::string& path, ConfigFaults& faults) {
   Config config;
-  AddFile(path, config, faults);
+  std::error_code none;
+  const bool drop_ins_alone = path == kUsualConfig && !std::filesystem::exists(path, none) && !none;
+  if (!drop_ins_alone) AddFile(path, config, faults);
   const auto drop_ins = DropIns(path);
   if (!drop_ins) faults.Keep(drop_ins.error(), {path, 0});
   for (const std::string& drop_in : drop_ins ? *drop_ins : std::vector<std::string>()) {

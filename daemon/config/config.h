@@ -25,7 +25,7 @@ struct DeviceConfig {
 struct LensConfig {
   std::string name;
   Location where;
-  Settings table;  ///< all of it as written
+  Settings table;  ///< all of it as written, with the optics of a model in place of its name
   DeviceConfig device;
   std::optional<DeviceConfig> camera;  ///< [lens.camera]
   bool home_at_start = false;          ///< start = "home"
@@ -38,6 +38,13 @@ struct LensConfig {
 bool SameLens(const LensConfig& one, const LensConfig& other);
 /// The first file that is another one; empty: none.
 std::string ChangedFile(const LensConfig& one, const LensConfig& other);
+
+/// Read where none is named. It may be missing where it has drop-ins.
+inline constexpr const char* kUsualConfig = "/etc/lensd/lensd.toml";
+
+/// The file of this process' configuration, absolute, once main() has named it; empty: none. Named before any thread.
+void NameConfiguration(const std::string& path);
+const std::string& NamedConfiguration();
 
 struct Config {
   AccessConfig access;  ///< of the last file that has [access]

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/missing_optics.h"
 #include "daemon/events/log.h"
 #include "daemon/lens/served_lens.h"
 #include "daemon/state/state_file.h"
@@ -112,7 +113,7 @@ Json LensSlope::StateJson(const std::optional<rig::SlopeConditions>& now, const 
                             {"made", run.made}});
   }
   if (optics == nullptr) {
-    json["reason"] = "the optics are not known";
+    json["reason"] = OpticsMissing("the optics are");
   } else if (!now) {
     json["reason"] = "an axis has no reference, so that it is not known which results apply: home it";
   } else if (!known) {

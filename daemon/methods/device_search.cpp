@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "daemon/config/config.h"
 #include "daemon/config/drivers_table.h"
 #include "daemon/wire/lens_json.h"
 
@@ -58,7 +59,9 @@ std::string DevicesReply(const DeviceSearch& search, const UserOfDevice& user_of
                        {"problem", TextOrNull(device.problem)},
                        {"usedBy", user ? Json(user->lens) : Json(nullptr)}});
   }
-  return varlink::WriteJson({{"devices", std::move(devices)}, {"failed", search.failed}});
+  return varlink::WriteJson({{"devices", std::move(devices)},
+                             {"failed", search.failed},
+                             {"configuration", TextOrNull(NamedConfiguration())}});
 }
 
 }  // namespace lensd::daemon

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/guarded.h"
+#include "base/missing_optics.h"
 #include "base/quantity_text.h"
 #include "daemon/methods/lens_service.h"
 #include "daemon/methods/serve.h"
@@ -72,7 +73,7 @@ Result<std::optional<rig::Calibration>> WithCurve(rig::Calibration calibration, 
                                                   const Json& parameters, const rig::RigConfig& config) {
   const rig::Status status = rig.GetStatus();
   if (!rig.optics()) {
-    return Fail(Code::Unsupported, "the optics of this lens are not known: give it a [lens.optics] section first");
+    return Fail(Code::Unsupported, OpticsMissing("the optics of this lens are"));
   }
   if (!rig.lens().axes[Axis::Focus]) return Fail(Code::Unsupported, "this lens has no motorised focus");
   const Metres focal_length = rig.optics()->focal_length();

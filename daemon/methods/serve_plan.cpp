@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/guarded.h"
+#include "base/missing_optics.h"
 #include "daemon/lens/move_group.h"
 #include "daemon/methods/lens_service.h"
 #include "daemon/methods/serve.h"
@@ -224,9 +225,7 @@ void PlanNow(ServedLens& lens, const ExchangePointer& exchange) {
 
 void Plan(ServedLens& lens, const ExchangePointer& exchange) {
   if (!lens.planning()) {
-    return Refuse(exchange, lens,
-                  {Code::Unsupported,
-                   "the optics of lens \"" + lens.name() + "\" are not known; give it a [lens.optics] section"});
+    return Refuse(exchange, lens, {Code::Unsupported, OpticsMissing("the optics of lens \"" + lens.name() + "\" are")});
   }
   // Whatever it was planned for last, the lens counts as it stands now.
   if (!lens.Outdated()) return PlanNow(lens, exchange);

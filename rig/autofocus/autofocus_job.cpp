@@ -9,6 +9,8 @@
 #include <tuple>
 #include <utility>
 
+#include "base/missing_optics.h"
+
 namespace lensd::rig {
 namespace {
 
@@ -112,9 +114,10 @@ Result<double> AutofocusJob::StepFor(const SearchStep& step, const autofocus::Se
   if ((step.kind == Kind::Extension && scale.optics == nullptr) || !(unit > 0.0)) {
     return Fail(Code::Unsupported,
                 step.kind == Kind::Extension
-                    ? "this lens is not calibrated: give the step in native steps, such as 20steps"
-                    : "what a step does to blur is not known (it takes calibrated optics, an f-number and the pixels' "
-                      "size): give the step in native steps, such as 20steps",
+                    ? OpticsMissing("give the step in native steps, such as 20steps: this lens' optics are")
+                    : "give the step in native steps, such as 20steps: what a step does to blur takes optics, an "
+                      "f-number and the pixels' size (pixel_um of the camera); " +
+                          std::string(scale.optics == nullptr ? kConfigureOptics : "not all are known"),
                 {.parameter = kFields[kind]});
   }
   const double wanted = step.value * unit;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "autofocus/regions.h"
+#include "base/missing_optics.h"
 #include "drivers/api/arrival_watch.h"
 
 namespace lensd::rig {
@@ -35,9 +36,10 @@ Result<std::unique_ptr<autofocus::RegionSearch>> AutofocusRun::SearchOf(const Au
     return std::make_unique<autofocus::Regions>(*std::move(search));
   }
   if (scale.optics == nullptr) {
-    return Fail(Code::Unsupported,
-                "a focus map is in micrometres of extension, which is not known of this lens: it needs optics that are "
-                "stated in the configuration or calibrated, and no liquid lens");
+    return Fail(
+        Code::Unsupported,
+        OpticsMissing("a focus map is in micrometres of extension, which a liquid lens has not, and those of this "
+                      "lens are"));
   }
   return autofocus::MakeMapSearch(setup, *request.map);
 }

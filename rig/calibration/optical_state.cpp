@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/missing_optics.h"
 #include "optics/conjugates.h"
 
 namespace lensd::rig {
@@ -36,7 +37,8 @@ Result<std::optional<OpticsTable>> OpticalState::TableFor(const RigConfig& confi
   }
   const auto& known = config.optics ? config.optics : device.optics;
   if (!known && calibration && !calibration->focus.empty()) {
-    return Fail(Code::InvalidArgument, "a calibration of focus needs a [lens.optics] section beside it");
+    return Fail(Code::InvalidArgument,
+                std::string("a calibration of focus needs the optics beside it: ") + kConfigureOptics);
   }
   if (!known) return std::nullopt;
   auto made = OpticsTable::Create(*known, device.lens->capabilities(), config, std::move(calibration));
@@ -128,19 +130,20 @@ Result<Native> OpticalState::Aim(Axis axis, const Target& target) const {
   if (target.kind == Kind::FNumber) {
     if (axis != Axis::Iris) return Fail(Code::InvalidArgument, "only the iris has an f-number");
     if (!(target.value > 0)) return Fail(Code::InvalidArgument, "an f-number must be above 0");
-    if (!table_ || !table_->has_iris()) return Fail(Code::Unsupported, "this lens' f-numbers are not known");
+    if (!table_ || !table_->has_iris()) return Fail(Code::Unsupported, OpticsMissing("this lens' f-numbers are"));
     return table_->NativeFromFNumber(FNumber{target.value});
   }
   if (target.kind == Kind::FocalLength) {
     if (axis != Axis::Zoom) return Fail(Code::InvalidArgument, "only the zoom can be set to a focal length");
     if (!(target.value > 0)) return Fail(Code::InvalidArgument, "a focal length must be above 0");
-    if (!table_ || !table_->has_zoom()) return Fail(Code::Unsupported, "this lens' focal lengths are not known");
+    if (!table_ || !table_->has_zoom()) return Fail(Code::Unsupported, OpticsMissing("this lens' focal lengths are"));
     return table_->NativeFromFocalLength(Metres{target.value});
   }
   if (axis != Axis::Focus) return Fail(Code::InvalidArgument, "only focus can be set to a distance");
   if (table_ && LacksDirection(*table_)) return PassOn(DirectionUnknown("focus cannot be set to a distance"));
   if (!table_ || !table_->has_focus()) {
-    return Fail(Code::Unsupported, "this lens is not calibrated: only native positions are possible, such as @1200");
+    return Fail(Code::Unsupported,
+                OpticsMissing("only native positions are possible, such as @1200: this lens' optics are"));
   }
   auto extension = ExtensionOf(target);
   if (!extension) return PassOn(extension);

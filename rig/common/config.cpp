@@ -2,7 +2,12 @@
 #include "rig/config.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/quantity_text.h"
 
 namespace lensd::rig {
 namespace {
@@ -139,29 +144,76 @@ Result<RefocusConfig> ReadRefocus(const Settings& table) {
 std::optional<std::pair<double, double>> ReadPower(SettingsReader& read, double sensor_mm) {
   const auto power_d = ReadRange(read, "power_d", kPositive);
   if (!power_d) {
-    read.Reject("power_d", "must be the power of the whole lens at both ends of focus, as in [38, 48]");
+    read.Reject("power_d",
+                "must be the power of the whole lens at both ends of focus, as in [38, 48]; or give closest_m");
     return std::nullopt;
   }
   return std::pair(sensor_mm - 1e3 / power_d->first, sensor_mm - 1e3 / power_d->second);
 }
 
+/// The focal length that a lens focuses nearest with: of a zoom the longest one.
+double LongestMm(const std::pair<double, double>& focal_length_mm) {
+  return std::max(focal_length_mm.first, focal_length_mm.second);
+}
+
+/// The extension, in mm, of a thin lens that focuses at `closest`: f^2/(Z_o - f) with Z_o from the lens centre. Of a
+/// liquid lens, with its sensor at Z_s: Z_s^2/(Z_s + Z_o).
+Result<double> NearExtensionMm(const optics::FocusScale& scale, double focal_length_mm, bool liquid, Metres closest) {
+  const Metres f{focal_length_mm * 1e-3};
+  const auto depth = liquid ? optics::DepthAt(scale, f, Metres{0.0}, closest) : optics::DepthInFocus(scale, f, closest);
+  if (!depth) return PassOn(depth);
+  const double z = depth->distance().value_or(Metres{0.0}).value;
+  if (liquid) return 1e3 * f.value * f.value / (f.value + z);
+  if (!(z > f.value)) return Fail(Code::OutOfRange, "it is within the focal length, where no lens focuses");
+  return 1e3 * f.value * f.value / (z - f.value);
+}
+
+/// From infinity to the closest distance, as data sheets have it. Nothing: not given, or rejected.
+std::optional<std::pair<double, double>> ReadClosest(SettingsReader& read, const optics::FocusScale& lens_scale,
+                                                     double focal_length_mm, bool liquid) {
+  const std::vector<std::string_view> kOrigins = {"lens", "sensor", "front"};
+  optics::FocusScale scale = lens_scale;
+  if (read.Has("closest_from")) {
+    scale.from = static_cast<optics::DistanceFrom>(read.Choice("closest_from", kOrigins, 0));
+  }
+  const auto closest = read.OptionalNumber("closest_m", kPositive);
+  if (!closest) return std::nullopt;
+  const char* other = liquid ? "power_d" : "extension_mm";
+  if (read.Any(other) != nullptr) {
+    read.Reject("closest_m", std::string("says the same as ") + other + ": give one of the two");
+    return std::nullopt;
+  }
+  const auto near = NearExtensionMm(scale, focal_length_mm, liquid, Metres{*closest});
+  if (near) return std::pair(0.0, *near);
+  read.Reject("closest_m", "does not fit the focal length of " + LengthText(Metres{focal_length_mm * 1e-3}, 6) + ": " +
+                               near.error().message + "; closest_from says where closest_m starts");
+  return std::nullopt;
+}
+
 /// What a lens is by its data sheet: all of it, or nothing of it.
-std::optional<drivers::NominalOptics> ReadNominal(SettingsReader& read, NominalFrom nominal) {
-  constexpr const char* kKeys[] = {"focal_length_mm", "f_number", "liquid",
-                                   "extension_mm",    "power_d",  "centre_shift_mm"};
+std::optional<drivers::NominalOptics> ReadNominal(SettingsReader& read, NominalFrom nominal,
+                                                  const optics::FocusScale& scale) {
+  constexpr const char* kKeys[] = {"focal_length_mm", "f_number",        "liquid",    "extension_mm",
+                                   "power_d",         "centre_shift_mm", "closest_m", "closest_from"};
   const bool given = std::ranges::any_of(kKeys, [&](const char* key) { return read.Any(key) != nullptr; });
   if (!given && nominal == NominalFrom::Driver) return std::nullopt;
   const auto focal_length_mm = ReadFocalLength(read);
   const auto f_number = ReadRange(read, "f_number", kPositive);
   const bool liquid = read.Boolean("liquid", false);
-  const auto extension_mm = liquid ? ReadPower(read, focal_length_mm.first) : ReadRange(read, "extension_mm", {});
+  auto extension_mm = ReadClosest(read, scale, LongestMm(focal_length_mm), liquid);
+  const bool closest = read.Has("closest_m");
+  if (!closest) extension_mm = liquid ? ReadPower(read, focal_length_mm.first) : ReadRange(read, "extension_mm", {});
   const double centre_shift_mm = read.Number("centre_shift_mm", 0.0, {-1e4, 1e4});
   if (centre_shift_mm != 0.0 && !(focal_length_mm.second > focal_length_mm.first)) {
     read.Reject("centre_shift_mm", "is for a zoom: give focal_length_mm as [shortest, longest]");
   }
   if (!f_number) read.Reject("f_number", "must be the widest and the smallest opening, as in [1.8, 16]");
-  if (!extension_mm && !liquid)
-    read.Reject("extension_mm", "must be the extension at both ends of focus, as in [0.0, 1.6]");
+  if (!extension_mm && !liquid && !closest) {
+    read.Reject(
+        "closest_m",
+        "must be the closest distance in focus, in metres, as in 0.3; or give extension_mm, the extension at both "
+        "ends of focus, as in [0.0, 1.6] (docs/lenses.md)");
+  }
   if (!f_number || !extension_mm) return std::nullopt;
   return drivers::NominalOptics{.focal_length_m = focal_length_mm.first * 1e-3,
                                 .max_focal_length_m = focal_length_mm.second * 1e-3,
@@ -175,11 +227,11 @@ std::optional<drivers::NominalOptics> ReadNominal(SettingsReader& read, NominalF
 
 Result<void> ReadOptics(const Settings& table, NominalFrom nominal, RigConfig& config) {
   SettingsReader read(table, "[lens.optics]");
-  config.optics = ReadNominal(read, nominal);
+  config.scale.principal_gap = Metres{read.Number("principal_gap_mm", 0.0, kNonNegative) * 1e-3};
+  config.optics = ReadNominal(read, nominal, config.scale);
   config.focal_length_tolerance = read.Number("focal_length_tolerance_percent", 0.0, {0.0, 20.0}) * 1e-2;
   if (const auto nm = read.OptionalNumber("wavelength_nm", kPositive)) config.wavelength = Metres{*nm * 1e-9};
   config.calibration_path = read.OptionalPath("calibration");
-  config.scale.principal_gap = Metres{read.Number("principal_gap_mm", 0.0, kNonNegative) * 1e-3};
   config.pupil_factor = read.Number("pupil_factor", 1.0, kPositive);
   config.use_learned_slope = read.Boolean("use_learned_slope", true);
   return read.Finish();

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <utility>
 
+#include "base/missing_optics.h"
 #include "optics/light.h"
 #include "rig/procedures/command_guard.h"
 
@@ -84,7 +85,7 @@ void MoveIrisKeepingBrightness(Rig& rig, const Target& target, double pupil_fact
                                             : "brightness cannot be kept: this camera's exposure is fixed"));
   }
   if (rig.optics() == nullptr || !rig.optics()->has_iris()) {
-    return done(Fail(Code::Unsupported, "brightness cannot be kept: this lens' f-numbers are not known"));
+    return done(Fail(Code::Unsupported, OpticsMissing("brightness cannot be kept: this lens' f-numbers are")));
   }
   if (auto lost = WhyLost(Axis::Iris, rig.GetStatus().axes[Axis::Iris])) return done(PassOn(*std::move(lost)));
   if (auto possible = rig.Resolve(Axis::Iris, target); !possible) return done(PassOn(possible));

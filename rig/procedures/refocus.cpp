@@ -9,6 +9,7 @@
 
 #include "autofocus/measures.h"
 #include "autofocus/regions.h"
+#include "base/missing_optics.h"
 #include "base/quantity_text.h"
 
 namespace lensd::rig {
@@ -83,7 +84,7 @@ struct Way {
 Result<Way> WayByTemperature(const Rig& rig, const RefocusOrder& order, const Status& status) {
   const OpticsTable* const optics = rig.optics();
   if (!order.how.move_within) return Fail(Code::Unsupported, "no move_within_um is configured");
-  if (optics == nullptr || !optics->has_focus()) return Fail(Code::Unsupported, "the optics are not known");
+  if (optics == nullptr || !optics->has_focus()) return Fail(Code::Unsupported, OpticsMissing("the optics are"));
   if (!order.drift) return PassOn(order.drift);
   const FocusDrift& drift = *order.drift;
   const double warmer = status.temperature->value - order.from.temperature->value;

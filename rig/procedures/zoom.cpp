@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/missing_optics.h"
 #include "rig/procedures/command_guard.h"
 
 namespace lensd::rig {
@@ -165,8 +166,8 @@ void ZoomRun::Begin() {
     if (auto lost = WhyLost(axis, status.axes[axis])) return done_(PassOn(*std::move(lost)));
   }
   if (!optics_ || !optics_->has_zoom() || !optics_->has_focus() || !status.vergence || !zoom) {
-    return done_(Fail(Code::Unsupported,
-                      "focus cannot follow the zoom: the focal lengths or the focus of this lens are not known"));
+    const std::string why = "focus cannot follow the zoom: the focal lengths or the focus of this lens are";
+    return done_(Fail(Code::Unsupported, optics_ ? why + " not known" : OpticsMissing(why)));
   }
   const auto target = rig_.Resolve(Axis::Zoom, request_.target);
   if (!target) return done_(PassOn(target));

@@ -166,7 +166,7 @@ class Manuals(unittest.TestCase):
 
 # Which page has the keys that a source reads.
 REFERENCES = {
-    "docs/configuration.md": ["daemon/config/config.cpp", "rig/common/config.cpp", "sim/driver.cpp"],
+    "docs/configuration.md": ["daemon/config/config.cpp", "daemon/config/lens_models.cpp", "rig/common/config.cpp", "sim/driver.cpp"],
     "docs/drivers/aravis.md": ["drivers/aravis/config.cpp"],
     "docs/drivers/uvc.md": ["drivers/uvc/config.cpp"],
     "docs/drivers/v4l2.md": ["drivers/v4l2/config.cpp"],

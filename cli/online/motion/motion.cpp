@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "base/missing_optics.h"
 #include "cli/link/arguments.h"
 #include "cli/link/daemon_client.h"
 #include "cli/link/drive.h"
@@ -79,7 +80,8 @@ std::expected<Json, Failure> HyperfocalTarget(Session& session, const Json& lens
   if (!status) return PassOn(status);
   const Json& now = (*status)["lenses"][0];
   if (!now["focalLengthMm"].is_number() || !now["fNumber"].is_number()) {
-    return Refuse(Exit::Unsupported, "the focal length or f-number of this lens is not known: say a distance instead");
+    return Refuse(Exit::Unsupported,
+                  OpticsMissing("there is no hyperfocal distance: the focal length or f-number of this lens is"));
   }
   const Json camera = info->value("camera", Json());
   std::optional<Decimal> pixel;
