@@ -336,7 +336,7 @@ TEST_F(BadFrames, OneIsTakenAgainAndTheAnswerStands) {
     int runs = 0, within = 0, refused = 0, off = 0, wrong = 0, named = 0;
   };
   std::map<Kind, Count> counts;
-  const int runs = static_cast<int>(testing::ByLevel(40, 240, 4000));
+  const int runs = static_cast<int>(testing::ByLevel(12, 240, 4000));
   for (int i = 0; i < runs; ++i) {
     Search search = Draw(random);
     const Ended healthy = Go(search);
@@ -379,7 +379,7 @@ struct Late {
 TEST_F(BadFrames, ALateCameraIsNotBelieved) {
   std::mt19937 random(39);
   std::map<Kind, Late> ends;
-  for (long i = 0; i < testing::ByLevel(40, 120, 2000); ++i) {
+  for (long i = 0; i < testing::ByLevel(12, 120, 2000); ++i) {
     Search search = Draw(random);
     search.kind = i % 2 == 0 ? Kind::Late : Kind::LateFromBefore;
     const Ended ended = Go(search);
