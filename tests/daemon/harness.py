@@ -112,16 +112,17 @@ def quick_scene(folder):
 
 
 class Daemon:
-    """lensd with the given lenses over tests/daemon/small.toml, or over quick_scene()."""
+    """lensd with the given lenses over tests/daemon/small.toml. `quick`: those that are over quick_scene(), or True."""
     program = "lensd"
 
-    def __init__(self, lenses=("a", "b"), config=None, arguments=(), preload=None, stderr=None, quick=False):
+    def __init__(self, lenses=("a", "b"), config=None, arguments=(), preload=None, stderr=None, quick=()):
         self.folder = tempfile.TemporaryDirectory(prefix="lensd-test-")
         self.socket = os.path.join(self.folder.name, "s")
         self.config = os.path.join(self.folder.name, "lensd.toml")
-        scene = quick_scene(self.folder.name) if quick else os.path.join(HERE, "small.toml")
+        small, fast = os.path.join(HERE, "small.toml"), quick_scene(self.folder.name) if quick else ""
+        scenes = {name: fast if quick is True or name in quick else small for name in lenses}
         text = "version = 1\n" + "".join(
-            f'[[lens]]\nname = "{name}"\ndriver = "sim"\nscene = "{scene}"\n' for name in lenses)
+            f'[[lens]]\nname = "{name}"\ndriver = "sim"\nscene = "{scene}"\n' for name, scene in scenes.items())
         with open(self.config, "w", encoding="utf-8") as file:
             file.write(text if config is None else config)
         self.errors = open(os.path.join(self.folder.name, "stderr"), "w+", encoding="utf-8")
@@ -186,7 +187,7 @@ class DaemonTest(unittest.TestCase):
     """One daemon for all tests of a class; at the end it must go in peace."""
     lenses = ("a", "b")
     config = None
-    quick = False  # its motors: see quick_scene()
+    quick = ()  # lenses with fast motors, see Daemon; what is stopped or looked at in mid-move stays slow
 
     @classmethod
     def setUpClass(cls):

@@ -71,6 +71,7 @@ class Screen:
 
 class Watch(DaemonTest):
     lenses = ("a", "b")
+    quick = ("b",)
 
     def call(self, method, **parameters):
         with self.daemon.client(60) as client:
@@ -110,12 +111,15 @@ class Watch(DaemonTest):
         screen.type("f")
         screen.until(r"^b: autofocus: done", 60)
         self.assertNotEqual(self.position("b")["position"], 1009)
+        screen.type("\x1b[A")
+        screen.until(r"^> a")
         with self.daemon.client(60) as mover:
-            mover.send(LENS + "Move", {"lens": "b", "axis": "focus", "target": {"position": 3900}})
-            screen.until(r"^> b +moving")
+            far = 3900 if self.position("a")["position"] < 2000 else 0
+            mover.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": far}})
+            screen.until(r"^> a +moving")
             screen.type(" ")
             self.assertEqual(mover.receive()["error"], LENS + "Cancelled")
-        screen.until(r"^b: stop: done")
+        screen.until(r"^a: stop: done")
         screen.type("q")
         self.assertEqual(screen.end(), (0, True))
 

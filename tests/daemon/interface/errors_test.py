@@ -38,6 +38,9 @@ WHOLE = {"x": 0, "y": 0, "w": 1, "h": 1}
 
 
 class Facts(ErrorTest):
+    lenses = ("a", "b", "slow")
+    quick = ("a", "b")
+
     def move(self, axis, name, **target):
         return self.call("Move", {"lens": "a", "axis": axis, "target": target}, name)
 
@@ -185,17 +188,21 @@ class Facts(ErrorTest):
 
     def test_a_stop_and_a_newer_command_tell_of_which_lens(self):
         with self.daemon.client() as first:
-            for then, name in ((("Stop", {"lens": "a"}), "Cancelled"),
-                               (("Move", {"lens": "a", "axis": "focus", "target": {"relative": 1}}), "Superseded")):
-                first.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 3900}})
-                self.wait_for(lambda: self.position()["moving"])
+            for then, name in ((("Stop", {"lens": "slow"}), "Cancelled"),
+                               (("Move", {"lens": "slow", "axis": "focus", "target": {"relative": 1}}), "Superseded")):
+                first.send(LENS + "Move", {"lens": "slow", "axis": "focus", "target": {"position": 3900}})
+                self.wait_for(lambda: self.position("slow")["moving"])
                 with self.daemon.client() as other:
                     other.call(LENS + then[0], then[1])
-                self.assert_tells(self.refused(first.receive(), name), lens="a", axis="focus")
+                self.assert_tells(self.refused(first.receive(), name), lens="slow", axis="focus")
 
 
 class Busy(ErrorTest):
-    """A move across the range takes four seconds."""
+    """A move of `a` across the range takes four seconds."""
+    lenses = ("a", "quick")
+    quick = ("quick",)
+    lens = "a"
+    NEAR = {"from": {"position": 1100}, "to": {"position": 1500}}  # a search of a few seconds
 
     def setUp(self):
         self.me = f"[{os.getpid()}] of user {os.getuid()}"
@@ -205,23 +212,23 @@ class Busy(ErrorTest):
 
     def stop(self):
         with self.daemon.client() as client:
-            self.assertEqual(client.call(LENS + "Stop", {"lens": "a"}), {"parameters": {}})
-        self.wait_for(lambda: self.activity() == "idle" and not self.position()["moving"])
+            self.assertEqual(client.call(LENS + "Stop", {"lens": self.lens}), {"parameters": {}})
+        self.wait_for(lambda: self.activity() == "idle" and not self.position(self.lens)["moving"])
 
     def activity(self):
         with self.daemon.client() as client:
-            return client.call(LENS + "Status", {"lens": "a"})["parameters"]["lenses"][0]["activity"]
+            return client.call(LENS + "Status", {"lens": self.lens})["parameters"]["lenses"][0]["activity"]
 
     def begin(self, method, activity, **parameters):
-        self.first.send(LENS + method, {"lens": "a", **parameters})
+        self.first.send(LENS + method, {"lens": self.lens, **parameters})
         self.wait_for(lambda: self.activity() == activity)
 
     def begin_move(self):
-        self.begin("Move", "moving", axis="focus", target={"position": 3990 if self.position()["position"] < 2000 else 10})
+        self.begin("Move", "moving", axis="focus", target={"position": 3990 if self.position(self.lens)["position"] < 2000 else 10})
 
     def busy(self, method, activity, **parameters):
-        told = self.call(method, {"lens": "a", **parameters}, "Busy")
-        self.assert_tells(told, lens="a", axis="focus", activity=activity)
+        told = self.call(method, {"lens": self.lens, **parameters}, "Busy")
+        self.assert_tells(told, lens=self.lens, axis="focus", activity=activity)
         self.assertIn(self.me, told["holder"])
         self.assertIn(told["holder"], told["message"])
         self.assertTrue(0 < told["sinceMs"] < 60e3, told)
@@ -247,7 +254,7 @@ class Busy(ErrorTest):
     def test_a_second_autofocus_is_refused_and_the_first_goes_on(self):
         with self.daemon.client() as client:
             client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 500}})
-        self.begin("Autofocus", "autofocus")
+        self.begin("Autofocus", "autofocus", range=self.NEAR)
         self.busy("Autofocus", "autofocus")
         self.busy("AutofocusBegin", "autofocus")
         self.busy("MeasureBacklash", "autofocus")
@@ -255,13 +262,14 @@ class Busy(ErrorTest):
         self.assertTrue(self.first.receive()["parameters"]["autofocus"]["focused"])
 
     def test_a_session_is_an_autofocus_until_it_ends(self):
-        self.first.send(LENS + "AutofocusBegin", {"lens": "a"})
+        self.lens = "quick"
+        self.first.send(LENS + "AutofocusBegin", {"lens": self.lens})
         session = self.first.receive()["parameters"]["session"]
         self.busy("Autofocus", "autofocus")
         self.busy("AutofocusBegin", "autofocus")
         self.assertEqual(self.first.call(LENS + "AutofocusEnd", {"session": session}), {"parameters": {}})
         with self.daemon.client() as client:
-            self.assertNotIn("error", client.call(LENS + "Autofocus", {"lens": "a"}))
+            self.assertNotIn("error", client.call(LENS + "Autofocus", {"lens": self.lens}))
 
     def test_a_backlash_that_is_measured_is_one_thing_from_its_first_frame_to_its_last(self):
         self.begin("MeasureBacklash", "backlash")
@@ -272,7 +280,7 @@ class Busy(ErrorTest):
         self.stop()
         self.assertIn(self.first.receive()["error"], (LENS + "Cancelled", LENS + "Superseded"))
         with self.daemon.client() as client:
-            self.assertNotIn("error", client.call(LENS + "Autofocus", {"lens": "a"}))
+            self.assertNotIn("error", client.call(LENS + "Autofocus", {"lens": "a", "range": self.NEAR}))
 
     def test_a_move_displaces_and_a_stop_always_works(self):
         self.begin_move()

@@ -19,6 +19,8 @@ POLL_PERIOD_S = 0.02
 
 
 class Motion(DaemonTest):
+    lenses = ("a", "b", "quick")
+    quick = ("quick",)
 
     def setUp(self):
         with self.daemon.client() as client:
@@ -164,7 +166,7 @@ class Motion(DaemonTest):
         limits = [{"name": "s", "kind": "sharp", "limitUm": 20.0,
                    "depths": [{"oneEnd": {"distanceM": 1.1}, "otherEnd": {"distanceM": 1.3}}]}]
         with self.daemon.client() as client:
-            answer = client.call(LENS + "Plan", {"lens": "a", "request": {"limits": limits}, "apply": True})
+            answer = client.call(LENS + "Plan", {"lens": "quick", "request": {"limits": limits}, "apply": True})
             plan, applied = answer["parameters"]["plan"], answer["parameters"]["applied"]
             by_axis = {move["axis"]: move for move in applied}
             self.assertTrue(plan["feasible"] and all(move["reached"] for move in applied))
@@ -178,14 +180,14 @@ class Motion(DaemonTest):
                 blur = f / f_number * abs((f + extension) * (1 / f - 1 / distance) - 1)
                 self.assertLessEqual(blur * 1e6, 20.0 * (1 + 1e-9))
             limits[0]["limitUm"] = 0.01
-            answer = client.call(LENS + "Plan", {"lens": "a", "request": {"limits": limits}, "apply": True})
+            answer = client.call(LENS + "Plan", {"lens": "quick", "request": {"limits": limits}, "apply": True})
             self.assertFalse(answer["parameters"]["plan"]["feasible"])
             self.assertIn("s", answer["parameters"]["plan"]["conflict"])
             self.assertNotIn("applied", answer["parameters"])
 
     def test_a_stack_covers_its_range_with_pictures(self):
         with tempfile.TemporaryDirectory() as folder:
-            done = self.daemon.lensctl("stack", "a", "--sharp", "1m..2m:8um", "--f-number", "2..2.8", "-o", folder,
+            done = self.daemon.lensctl("stack", "quick", "--sharp", "1m..2m:8um", "--f-number", "2..2.8", "-o", folder,
                                        "--json")
             self.assertEqual(done.returncode, 0, done.stderr)
             shots = json.loads(done.stdout)["shots"]

@@ -10,7 +10,8 @@ from harness import LENS, DaemonTest  # noqa: E402
 
 
 class Undo(DaemonTest):
-    lenses = ("a", "b", "c", "fresh")
+    lenses = ("a", "b", "c", "fresh", "slow")
+    quick = ("a", "b", "c", "fresh")
 
     def call(self, method, **parameters):
         with self.daemon.client(60) as client:
@@ -85,19 +86,19 @@ class Undo(DaemonTest):
         self.assertAlmostEqual(self.truth("c")["focusPosition"], 400, delta=0.5)
 
     def test_a_stop_on_the_way_and_a_move_under_way_go_back_to_where_they_began(self):
-        self.move("a", position=1000)
+        self.move("slow", position=1000)
         with self.daemon.client(60) as mover:
-            mover.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 3900}})
-            self.wait_for(lambda: self.position("a")["position"] > 1050)
-            self.done("Stop", lens="a")
+            mover.send(LENS + "Move", {"lens": "slow", "axis": "focus", "target": {"position": 3900}})
+            self.wait_for(lambda: self.position("slow")["position"] > 1050)
+            self.done("Stop", lens="slow")
             self.assertEqual(mover.receive()["error"], LENS + "Cancelled")
-            self.undo("a")
-            self.assertAlmostEqual(self.truth("a")["focusPosition"], 1000, delta=0.5)
-            mover.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 3900}})
-            self.wait_for(lambda: self.position("a")["position"] > 1050)
-            self.undo("a")
+            self.undo("slow")
+            self.assertAlmostEqual(self.truth("slow")["focusPosition"], 1000, delta=0.5)
+            mover.send(LENS + "Move", {"lens": "slow", "axis": "focus", "target": {"position": 3900}})
+            self.wait_for(lambda: self.position("slow")["position"] > 1050)
+            self.undo("slow")
             self.assertEqual(mover.receive()["error"], LENS + "Superseded")
-        self.assertAlmostEqual(self.truth("a")["focusPosition"], 1000, delta=0.5)
+        self.assertAlmostEqual(self.truth("slow")["focusPosition"], 1000, delta=0.5)
 
     def test_lensctl_says_what_it_did_and_a_lease_keeps_others_from_it(self):
         self.move("b", position=250)

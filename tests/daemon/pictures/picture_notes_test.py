@@ -97,6 +97,7 @@ def own_words(xmp):
 
 class PictureNotes(DaemonTest):
     lenses = ("a",)
+    quick = True
 
     @classmethod
     def setUpClass(cls):

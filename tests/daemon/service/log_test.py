@@ -11,6 +11,7 @@ SIMULATOR = "io.lensd.Simulator."
 
 class Log(DaemonTest):
     lenses = ("a",)
+    quick = True
 
     def lines(self, *words):
         return [line for line in self.daemon.log().splitlines() if all(word in line for word in words)]

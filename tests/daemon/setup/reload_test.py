@@ -13,13 +13,13 @@ from harness import HERE, LENS, PATIENCE, Daemon, DaemonTest  # noqa: E402
 SCENE = os.path.join(HERE, "small.toml")
 
 
-def lens(name, more=""):
-    return f'[[lens]]\nname = "{name}"\ndriver = "sim"\nscene = "{SCENE}"\n{more}'
-
-
 class ReloadTest(DaemonTest):
     def setUp(self):
-        self.daemon = Daemon(("a", "b"))
+        self.start()
+
+    def start(self, quick=("a", "b")):
+        self.daemon = Daemon(("a", "b"), quick=quick)
+        self.scene = os.path.join(self.daemon.folder.name, "quick.toml") if quick else SCENE
 
     def tearDown(self):
         self.assertEqual(self.daemon.stop(), 0)
@@ -31,6 +31,9 @@ class ReloadTest(DaemonTest):
     @classmethod
     def tearDownClass(cls):
         pass
+
+    def lens(self, name, more=""):
+        return f'[[lens]]\nname = "{name}"\ndriver = "sim"\nscene = "{self.scene}"\n{more}'
 
     def write(self, *lenses):
         with open(self.daemon.config, "w", encoding="utf-8") as file:
@@ -56,13 +59,13 @@ class ReloadTest(DaemonTest):
     def test_lenses_come_go_change_and_stay(self):
         with self.daemon.client() as client:
             client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 1234}})
-        self.write(lens("a"), lens("b", "[lens.focus]\nlimits = [100, 3000]\n"), lens("c"))
+        self.write(self.lens("a"), self.lens("b", "[lens.focus]\nlimits = [100, 3000]\n"), self.lens("c"))
         self.assertEqual(self.reload(), (0, {"added": ["c"], "removed": [], "reopened": ["b"], "unchanged": ["a"]}))
         lenses = self.wait_connected("a", "b", "c")
         focus = next(axis for axis in lenses["a"]["axes"] if axis["axis"] == "focus")
         self.assertEqual(focus["position"], 1234)
         self.assertEqual(self.daemon.lensctl("focus", "b", "@3001").returncode, 6)
-        self.write(lens("c"))
+        self.write(self.lens("c"))
         self.assertEqual(self.reload(), (0, {"added": [], "removed": ["a", "b"], "reopened": [], "unchanged": ["c"]}))
         self.assertEqual(list(self.lenses()), ["c"])
         done = self.daemon.lensctl("focus", "a", "@5", "--json")
@@ -70,7 +73,7 @@ class ReloadTest(DaemonTest):
         self.assertEqual(self.daemon.lensctl("focus", "@500").returncode, 0)
 
     def test_a_mistake_leaves_all_as_it_is_and_names_its_place(self):
-        self.write(lens("a"), lens("b", "[lens.focus]\nlimit = [1, 2]\n"), lens("c"))
+        self.write(self.lens("a"), self.lens("b", "[lens.focus]\nlimit = [1, 2]\n"), self.lens("c"))
         status, reply = self.reload()
         self.assertEqual((status, reply["error"]), (78, "configuration"))
         self.assertRegex(reply["message"], r"lensd\.toml:\d+: .*limit")
@@ -80,18 +83,20 @@ class ReloadTest(DaemonTest):
         self.assertEqual(self.daemon.lensctl("focus", "b", "@500").returncode, 0)
 
     def test_hup_does_the_same_and_says_so_in_the_log(self):
-        self.write(lens("b"), lens("d"))
+        self.write(self.lens("b"), self.lens("d"))
         self.daemon.process.send_signal(signal.SIGHUP)
         self.wait_connected("b", "d")
         self.daemon.wait_log("added d; removed a; unchanged b")
 
     def test_what_goes_on_ends_with_its_lens_and_not_with_the_others(self):
+        self.assertEqual(self.daemon.stop(), 0)
+        self.start(quick=())  # a move that is under way
         with self.daemon.client() as mover, self.daemon.client() as other, self.daemon.client() as watcher:
             watcher.send(LENS + "Monitor", {"lens": "a"}, more=True)
             watcher.receive()
             mover.send(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 4000}})
             other.send(LENS + "Move", {"lens": "b", "axis": "focus", "target": {"position": 4000}})
-            self.write(lens("b"))
+            self.write(self.lens("b"))
             self.assertEqual(self.reload()[0], 0)
             self.assertEqual(mover.receive()["error"], LENS + "Cancelled")
             self.assertTrue(other.receive()["parameters"]["move"]["reached"])
@@ -105,7 +110,7 @@ class ReloadTest(DaemonTest):
             timed = owner.call(LENS + "TakeLease", {"lens": "a", "forMs": 600e3})["parameters"]["lease"]
             passing.call(LENS + "TakeLease", {"lens": "b"})
             before = {name: lens["lease"] for name, lens in self.lenses().items()}
-            self.write(lens("a", "[lens.focus]\nlimits = [100, 3000]\n"), lens("b", "[lens.focus]\nlimits = [100, 3000]\n"))
+            self.write(self.lens("a", "[lens.focus]\nlimits = [100, 3000]\n"), self.lens("b", "[lens.focus]\nlimits = [100, 3000]\n"))
             self.assertEqual(self.reload()[1]["reopened"], ["a", "b"])
             self.wait_for(lambda: all(each["connected"] for each in self.lenses().values()))
             self.assertEqual({name: lens["lease"] for name, lens in self.lenses().items()}, before)
@@ -123,7 +128,7 @@ class ReloadTest(DaemonTest):
         with self.daemon.client() as watcher:
             watcher.send(LENS + "Status", {"lens": "a"}, more=True)
             watcher.receive()
-            self.write(lens("a", "[lens.focus]\nlimits = [100, 3000]\n"), lens("b"))
+            self.write(self.lens("a", "[lens.focus]\nlimits = [100, 3000]\n"), self.lens("b"))
             self.assertEqual(self.reload()[1]["reopened"], ["a"])
             self.wait_connected("a", "b")
             self.assertEqual(self.daemon.lensctl("focus", "a", "@2000").returncode, 0)
@@ -142,7 +147,7 @@ class ReloadTest(DaemonTest):
             file.write(png)
         with open(scene, "w", encoding="utf-8") as file:
             file.write(text.replace("sinusoid_px = [8.0, 0.0]", 'texture = "page.png"'))
-        self.write(f'[[lens]]\nname = "a"\ndriver = "sim"\nscene = "own.toml"\n', lens("b"))
+        self.write(f'[[lens]]\nname = "a"\ndriver = "sim"\nscene = "own.toml"\n', self.lens("b"))
         self.assertEqual(self.reload()[1]["reopened"], ["a"])
         self.wait_connected("a", "b")
         self.assertEqual(self.reload()[1], {"added": [], "removed": [], "reopened": [], "unchanged": ["a", "b"]})
@@ -160,7 +165,7 @@ class ReloadTest(DaemonTest):
 
     def test_many_changes_in_a_row_lose_nothing(self):
         for i in range(40):
-            self.write(lens("a", f"[lens.focus]\nlimits = [0, {3000 + i}]\n"), *([lens("b")] if i % 2 else []))
+            self.write(self.lens("a", f"[lens.focus]\nlimits = [0, {3000 + i}]\n"), *([self.lens("b")] if i % 2 else []))
             self.assertEqual(self.reload()[0], 0)
         self.wait_connected("a", "b")
         self.assertEqual(self.daemon.lensctl("focus", "a", "@2000").returncode, 0)
