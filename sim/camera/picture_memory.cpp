@@ -12,13 +12,6 @@ namespace {
 
 constexpr std::size_t kSlabBytes = std::size_t{64} << 10;  ///< about, for lights that are smaller
 constexpr std::size_t kAlignment = alignof(std::max_align_t);
-constexpr std::size_t kSmallBytes = 512;  ///< what is no larger is left to the common heap
-
-/// What the common heap takes: whole units of 16 bytes, in which it keeps a word of its own.
-std::size_t HeapBytes(std::size_t bytes) {
-  constexpr std::size_t kUnit = 16, kLeast = 32;
-  return std::max(kLeast, (bytes + sizeof(std::size_t) + kUnit - 1) / kUnit * kUnit);
-}
 
 std::size_t WholePages(std::size_t bytes) {
   static const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
@@ -51,7 +44,7 @@ PictureMemory::~PictureMemory() {
 }
 
 bool PictureMemory::IsSmall(std::size_t bytes) const {
-  return bytes <= kSmallBytes && bytes != light_bytes_;
+  return bytes <= SmallBlocks::kLargest && bytes != light_bytes_;
 }
 
 bool PictureMemory::SharesPages(std::size_t bytes) const {
@@ -59,18 +52,14 @@ bool PictureMemory::SharesPages(std::size_t bytes) const {
 }
 
 std::size_t PictureMemory::BytesFor(std::size_t bytes) const {
-  if (IsSmall(bytes)) return HeapBytes(bytes);
+  if (IsSmall(bytes)) return SmallBlocks::BytesFor(bytes);
   return SharesPages(bytes) ? bytes : WholePages(bytes);
 }
 
 void* PictureMemory::do_allocate(std::size_t bytes, std::size_t alignment) {
-  if (IsSmall(bytes)) {
-    void* const memory = std::pmr::new_delete_resource()->allocate(bytes, alignment);
-    small_bytes_ += HeapBytes(bytes);
-    return memory;
-  }
-  if (!SharesPages(bytes)) return pages_.allocate(bytes, alignment);
+  if (!IsSmall(bytes) && !SharesPages(bytes)) return pages_.allocate(bytes, alignment);
   const std::lock_guard lock(mutex_);
+  if (IsSmall(bytes)) return small_.Take(bytes);
   if (free_.empty()) AddSlab();
   void* const block = free_.back();
   free_.pop_back();
@@ -78,13 +67,9 @@ void* PictureMemory::do_allocate(std::size_t bytes, std::size_t alignment) {
 }
 
 void PictureMemory::do_deallocate(void* memory, std::size_t bytes, std::size_t alignment) {
-  if (IsSmall(bytes)) {
-    std::pmr::new_delete_resource()->deallocate(memory, bytes, alignment);
-    small_bytes_ -= HeapBytes(bytes);
-    return;
-  }
-  if (!SharesPages(bytes)) return pages_.deallocate(memory, bytes, alignment);
+  if (!IsSmall(bytes) && !SharesPages(bytes)) return pages_.deallocate(memory, bytes, alignment);
   const std::lock_guard lock(mutex_);
+  if (IsSmall(bytes)) return small_.GiveBack(memory);
   free_.push_back(memory);
 }
 

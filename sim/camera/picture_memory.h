@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "sim/camera/small_blocks.h"
+
 namespace lensd::sim {
 
 /// Whole pages from the kernel. All calls from any thread.
@@ -29,7 +31,7 @@ class Pages final : public std::pmr::memory_resource {
   std::atomic<std::size_t> bytes_ = 0;
 };
 
-/// Blocks of one size, that of a picture's light, without a gap between them; what is small on the common heap (the
+/// Blocks of one size, that of a picture's light, without a gap between them; what is small in SmallBlocks (the
 /// library's pools crash where the kernel gives no more), all else in pages of its own. What is freed is used again, or
 /// given back. All calls from any thread.
 class PictureMemory final : public std::pmr::memory_resource {
@@ -41,8 +43,8 @@ class PictureMemory final : public std::pmr::memory_resource {
 
   /// What a block takes, about.
   std::size_t BytesFor(std::size_t bytes) const;
-  /// What has been taken, pages from the kernel and what is small.
-  std::size_t bytes() const { return pages_.bytes() + small_bytes_; }
+  /// What has been taken from the kernel.
+  std::size_t bytes() const { return pages_.bytes(); }
 
  private:
   void* do_allocate(std::size_t bytes, std::size_t alignment) override;
@@ -57,9 +59,9 @@ class PictureMemory final : public std::pmr::memory_resource {
   const std::size_t blocks_;       ///< of a slab
   Pages pages_;
   std::mutex mutex_;
-  std::vector<void*> free_;   // guarded by mutex_
-  std::vector<void*> slabs_;  // guarded by mutex_
-  std::atomic<std::size_t> small_bytes_ = 0;
+  std::vector<void*> free_;    // guarded by mutex_
+  std::vector<void*> slabs_;   // guarded by mutex_
+  SmallBlocks small_{pages_};  // guarded by mutex_
 };
 
 /// An allocator that keeps the memory for as long as anything is in it.
