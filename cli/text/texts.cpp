@@ -46,6 +46,21 @@ std::string PartsText(const Json& lens) {
 
 }  // namespace
 
+std::string LagsText(const Json& learned) {
+  std::string lines;
+  if (!Has(learned, "lags")) return lines;
+  for (const Json& lag : learned["lags"]) {
+    const int frames = lag.value("frames", 0);
+    const bool outside = lag.value("framesFromOutside", false);
+    if (!outside && frames == 0) continue;  // as expected of its own camera
+    lines += "\n  pictures of ";
+    lines += outside ? "a client's camera" : "its own camera";
+    if (lag.value("pixelUm", 0.0) > 0.0) lines += ", " + NumberText(lag, "pixelUm", 4, " um a pixel");
+    lines += frames == 0 ? ": in time" : ": " + std::to_string(frames) + (frames == 1 ? " frame late" : " frames late");
+  }
+  return lines;
+}
+
 std::string TextOf(const Json& object, const char* key) {
   const auto found = object.find(key);
   return found != object.end() && found->is_string() ? found->get<std::string>() : "";
@@ -99,7 +114,7 @@ std::string InfoText(const Json& info) {
     const Json& camera = info["camera"];
     line += ", camera " + NumberText(camera, "widthPx", 6, "x") + NumberText(camera, "heightPx", 6, " px");
   }
-  return line + PartsText(info);
+  return line + PartsText(info) + LagsText(info);
 }
 
 std::string RefocusText(const Json& refocus) {

@@ -9,6 +9,8 @@ namespace lensd::cli {
 
 /// A string; empty where it is null or absent.
 std::string TextOf(const varlink::Json& object, const char* key);
+/// One line for each camera whose lag LensInfo or LearnedState gives, each with a line feed before it.
+std::string LagsText(const varlink::Json& learned);
 /// A number with at most `digits` significant digits and its unit; "?" where it is null or absent.
 std::string NumberText(const varlink::Json& object, const char* key, int digits, const char* unit);
 /// A number of milliseconds: "254 ms", "5.84 s", "?" where there is none.

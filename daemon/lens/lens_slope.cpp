@@ -58,6 +58,7 @@ Json AutofocusSlopeJson(const rig::AutofocusOutcome& outcome) {
 void LensSlope::Opened(Result<std::vector<rig::SlopeRun>> learned, std::string file) {
   unreadable_ = learned ? std::nullopt : std::optional(learned.error());
   file_ = std::move(file);
+  lags_->Forget();
   learned_->Put(LearnedSlope(learned ? *std::move(learned) : std::vector<rig::SlopeRun>{}));
 }
 
@@ -96,6 +97,7 @@ Json LensSlope::StateJson(const std::optional<rig::SlopeConditions>& now, const 
   const auto under = now && optics != nullptr ? std::optional(AsLastSeen(*now, learned->runs())) : std::nullopt;
   const auto known = under ? learned->Known(*under, *optics) : std::nullopt;
   Json json{{"lens", lens_.name()}, {"known", KnownSlopeJson(known)}, {"reason", nullptr}, {"runs", Json::array()}};
+  json["lags"] = LagsJson();
   std::size_t count = 0;
   for (const rig::SlopeRun& run : learned->runs()) {
     const bool holds = under && rig::SlopeHoldsUnder(run.under, *under, *optics);
@@ -124,7 +126,16 @@ Json LensSlope::StateJson(const std::optional<rig::SlopeConditions>& now, const 
   return json;
 }
 
+Json LensSlope::LagsJson() const {
+  Json json = Json::array();
+  for (const auto& [camera, frames] : lags_->All()) {
+    json.push_back({{"framesFromOutside", camera.outside}, {"pixelUm", camera.pixel_um}, {"frames", frames}});
+  }
+  return json;
+}
+
 void LensSlope::Forget(const std::function<void(const Result<void>&)>& done) {
+  lags_->Forget();
   unreadable_.reset();  // a copy of that file is kept
   Put({}, done);
 }

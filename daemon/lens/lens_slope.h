@@ -46,6 +46,10 @@ class LensSlope {
   /// For a search, which looks when it begins, on any thread, also where it begins anew later. Null: the configuration
   /// does not let searches go by it.
   rig::KnownSlopes ForSearches() const;
+  /// By how many frames pictures are late, for searches, which note what they see of it. In memory alone.
+  const std::shared_ptr<rig::LearnedLag>& lags() const { return lags_; }
+  /// An array of LearnedLag of the interface.
+  varlink::Json LagsJson() const;
   /// A search has ended.
   void Found(const rig::AutofocusOutcome& outcome);
   /// LearnedState of the interface. `now`: as the lens stands; nothing: an axis is not homed.
@@ -58,6 +62,7 @@ class LensSlope {
 
   ServedLens& lens_;
   std::shared_ptr<SharedSlope> learned_ = std::make_shared<SharedSlope>();
+  std::shared_ptr<rig::LearnedLag> lags_ = std::make_shared<rig::LearnedLag>();
   std::string file_{};  ///< empty: nowhere
   std::optional<Error> unreadable_{};
 };

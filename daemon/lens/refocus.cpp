@@ -82,6 +82,7 @@ void LensRefocus::Look() {
   if (!order) return;
   under_way_ = true;
   order->from.search.slopes = lens_.users().slope->ForSearches();
+  order->from.search.lags = lens_.users().slope->lags();
   const rig::RefocusCause cause = order->cause;
   auto correct = [order = *std::move(order)](rig::Rig& rig, auto done) mutable {
     rig::Refocus(rig, std::move(order), std::move(done));

@@ -177,6 +177,7 @@ void RunAutofocus(ServedLens& lens, const ExchangePointer& exchange, rig::Autofo
                   AutofocusAnswer answer) {
   auto ended = std::make_shared<bool>(false);  // the worker's thread
   request.slopes = lens.users().slope->ForSearches();
+  request.lags = lens.users().slope->lags();
   auto run = [request = std::move(request), progress = ProgressTo(lens, exchange), ended](rig::Rig& rig,
                                                                                           auto done) mutable {
     if (auto busy = rig.WhyNotFocused()) {

@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "autofocus/picture_lag.h"
 #include "daemon/methods/lens_service.h"
 #include "daemon/methods/serve.h"
 #include "daemon/wire/autofocus_request.h"
@@ -30,12 +31,24 @@ rig::AutofocusRequest FramesDoNotComeAgain() {
   return asked;
 }
 
-/// Null: the lens' own camera counts.
-Result<double> PixelOf(const Json& parameters) {
-  const Json* pixel = Given(parameters, "pixelUm");
-  if (pixel == nullptr) return 0.0;
-  if (!(pixel->get<double>() > 0)) return PassOn(Wrong("pixelUm must be above 0", {.parameter = "pixelUm"}));
-  return pixel->get<double>();
+/// Without pixelUm the lens' own camera counts.
+Result<rig::OutsideCamera> CameraOf(const Json& parameters) {
+  rig::OutsideCamera camera;
+  if (const Json* pixel = Given(parameters, "pixelUm")) {
+    camera.pixel_um = pixel->get<double>();
+    if (!(camera.pixel_um > 0)) return PassOn(Wrong("pixelUm must be above 0", {.parameter = "pixelUm"}));
+  }
+  if (const Json* scores = Given(parameters, "scores")) camera.scores_only = scores->get<bool>();
+  const Json* lag = Given(parameters, "lagFrames");
+  if (lag == nullptr) return camera;
+  const auto frames = lag->get<std::int64_t>();
+  if (frames < 0 || frames > autofocus::kMostLagFrames) {
+    return PassOn(
+        Wrong("lagFrames must be from 0 to " + std::to_string(autofocus::kMostLagFrames),
+              {.parameter = "lagFrames", .minimum = 0.0, .maximum = autofocus::kMostLagFrames, .unit = "frames"}));
+  }
+  camera.lag_frames = static_cast<int>(frames);
+  return camera;
 }
 
 Error TooLarge() {
@@ -171,8 +184,8 @@ void FrameSessions::Begin(const ExchangePointer& exchange) {
   const Json& parameters = exchange->parameters();
   auto request = AutofocusRequestOf(parameters);
   if (!request) return Refuse(exchange, *lens, request.error());
-  auto pixel = PixelOf(parameters);
-  if (!pixel) return Refuse(exchange, *lens, pixel.error());
+  auto camera = CameraOf(parameters);
+  if (!camera) return Refuse(exchange, *lens, camera.error());
   if (exchange->peer() == nullptr) return exchange->Finish("{}");  // oneway: no client could answer
   if (sessions_.size() >= kMostSessions) {
     return Refuse(exchange, *lens,
@@ -188,8 +201,8 @@ void FrameSessions::Begin(const ExchangePointer& exchange) {
   exchange->AtClose(static_cast<std::uint64_t>(session->number), [this, session] { EndSession(session); });
 
   request->slopes = lens->users().slope->ForSearches();
-  request->outside.emplace().pixel_um = *pixel;
-  if (const Json* scores = Given(parameters, "scores")) request->outside->scores_only = scores->get<bool>();
+  request->lags = lens->users().slope->lags();
+  request->outside = *std::move(camera);
   request->outside->wanted = [session](const rig::FrameWanted& wanted) {
     Worker::Later([session, json = FrameWantedJson(wanted)] { TellWish(session, json); });
   };

@@ -27,13 +27,20 @@ const ServedLens* Only(const ExchangePointer& exchange, const std::vector<const 
   return exchange->view().Given("lens") ? lenses.front() : nullptr;
 }
 
+/// LensInfo, with what searches have learned of its cameras since it was opened.
+std::string InfoOf(const ServedLens& lens) {
+  std::string text = lens.info();
+  text.pop_back();
+  return text + ",\"lags\":" + varlink::WriteJson(lens.users().slope->LagsJson()) + "}";
+}
+
 void ListAsKnown(LensService& service, const ExchangePointer& exchange) {
   std::string reply = "{\"lenses\":[";
-  for (const auto& lens : service.lenses()) reply += (lens == service.lenses().front() ? "" : ",") + lens->info();
+  for (const auto& lens : service.lenses()) reply += (lens == service.lenses().front() ? "" : ",") + InfoOf(*lens);
   // What was added since 1.0, each under a name that the comment of what was added gives.
   exchange->Finish(
       reply + R"(],"instance":")" + service.watchers().instance() +
-      R"(","features":["badFrames","direction","focusAt","focusMap","hold","learned","learnedSides","leftOut","refocus","searchConditions","setPosition","stars","stateBounds","undo"]})");
+      R"(","features":["badFrames","direction","focusAt","focusMap","hold","lag","learned","learnedSides","leftOut","refocus","searchConditions","setPosition","stars","stateBounds","undo"]})");
 }
 
 void List(LensService& service, const ExchangePointer& exchange) {

@@ -99,6 +99,7 @@ Json AutofocusJson(const std::string& name, const rig::AutofocusOutcome& outcome
         {{"frame", one.frame + 1}, {"position", NativeJson(one.position.value)}, {"reason", one.reason}});
   }
   if (!left_out.empty()) json["framesLeftOut"] = std::move(left_out);
+  if (outcome.lag_frames) json["lagFrames"] = *outcome.lag_frames;
   return json;
 }
 

@@ -230,6 +230,7 @@ void AutofocusJob::Begin(AutofocusRequest request, AutofocusRun::Plan search, Pr
   progress_ = progress ? std::make_shared<ProgressCallback>(std::move(progress)) : nullptr;
   tell_ = request.track;
   if (request.outside) external_.emplace(*request.outside);
+  if (request.lags) lags_ = request.lags;
   timed_.reset();
   if (request.outside && !request.deadline) timed_ = search.setup;
   run_ = std::make_unique<AutofocusRun>(std::move(search), static_cast<FocusActuator&>(*this), Scale(),

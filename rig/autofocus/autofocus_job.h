@@ -8,7 +8,6 @@
 #include "rig/autofocus/autofocus_run.h"
 #include "rig/autofocus/external_camera.h"
 #include "rig/autofocus/focus_actuator.h"
-#include "rig/autofocus/learned_lag.h"
 #include "rig/calibration/optical_state.h"
 #include "rig/common/replies.h"
 #include "rig/frames/frame_requests.h"
@@ -96,7 +95,7 @@ class AutofocusJob final : private FocusActuator {
   std::optional<autofocus::Setup> timed_;   ///< of the run, where its time follows the frames from outside
   AutofocusCallback done_;
   std::shared_ptr<ProgressCallback> progress_;
-  LearnedLag lags_;
+  std::shared_ptr<LearnedLag> lags_ = std::make_shared<LearnedLag>();
   std::function<void(const AutofocusOutcome&)> tell_;
   std::uint64_t number_ = 0;  ///< of the run: answers of an earlier one never reach a later one
 };

@@ -331,6 +331,7 @@ AutofocusOutcome AutofocusRun::Outcome(const autofocus::Verdict& verdict) const 
   outcome.cause = verdict.cause;
   outcome.reason = WithLeftOut(verdict.reason);
   outcome.left_out = search_.left_out;
+  outcome.lag_frames = search_.gate.lag();
   if (scale_.optics != nullptr) {
     const Metres extension = scale_.optics->ExtensionFromNative(stands_);
     const double to_sensor = (scale_.optics->FocalLengthAt(extension) + extension).value;

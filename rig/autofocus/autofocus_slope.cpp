@@ -51,7 +51,8 @@ LearnedLag::Camera AutofocusJob::LagCamera() const {
 
 /// The lens' own camera, whose driver says when a frame was exposed, is in time until a search finds it late.
 std::optional<int> AutofocusJob::lag_frames() const {
-  const auto learned = lags_.Of(LagCamera());
+  if (external_ && external_->camera().lag_frames) return external_->camera().lag_frames;
+  const auto learned = lags_->Of(LagCamera());
   return learned || external_ ? learned : 0;
 }
 
@@ -62,7 +63,7 @@ void AutofocusJob::NoteLag(const AutofocusOutcome& outcome) {
   auto lag = run_->lag_frames();
   const bool senseless = outcome.cause == Cause::SubjectMoved || outcome.cause == Cause::LateFrames;
   if (!outcome.focused && (senseless || (external_ && lag == 0))) lag.reset();
-  lags_.Put(LagCamera(), lag);
+  lags_->Put(LagCamera(), lag);
 }
 
 }  // namespace lensd::rig

@@ -54,6 +54,8 @@ Outcome ShowLearned(Session& session, const LearnedOptions& options) {
   }
   const std::string reason = TextOf(state, "reason");
   session.PrintText(line + (reason.empty() ? "" : "; " + reason));
+  const std::string lags = LagsText(state);
+  if (!lags.empty()) session.PrintText(lags.substr(1));
   std::size_t number = 0;
   for (const Json& run : state["runs"]) session.PrintText(LearnedRunText(run, ++number));
   return Exit::Done;

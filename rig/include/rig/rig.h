@@ -22,6 +22,7 @@
 #include "rig/config.h"
 #include "rig/direction.h"
 #include "rig/focus_map.h"
+#include "rig/learned_lag.h"
 #include "rig/learned_slope.h"
 #include "rig/left_out_frame.h"
 #include "rig/motion.h"
@@ -85,9 +86,10 @@ using WantedCallback = std::function<void(const FrameWanted&)>;
 
 /// A camera that a client drives.
 struct OutsideCamera {
-  double pixel_um = 0.0;     ///< pitch of its pixels; 0: not known, so only search methods work
-  bool scores_only = false;  ///< it sends no pictures but their sharpness
-  WantedCallback wanted;     ///< called from Step() when the lens stands where the next frame is wanted
+  double pixel_um = 0.0;            ///< pitch of its pixels; 0: not known, so only search methods work
+  bool scores_only = false;         ///< it sends no pictures but their sharpness
+  std::optional<int> lag_frames{};  ///< by which its pictures are late; nothing: as learned, or not known
+  WantedCallback wanted;            ///< called from Step() when the lens stands where the next frame is wanted
 };
 
 /// Whose frames will do: those of a lens at rest, or of one that may still move.
@@ -144,6 +146,7 @@ struct AutofocusRequest {
   /// superseded or fails: only then the run ends. The deadline is one for each search.
   std::function<void(const AutofocusOutcome&)> track{};
   KnownSlopes slopes{};                          ///< of this lens, as earlier runs have shown it; null: as told
+  std::shared_ptr<LearnedLag> lags{};            ///< of the cameras, for this run and later ones; null: the rig's own
   std::optional<SearchConditions> conditions{};  ///< of the search alone; not with `track` or `outside`
   std::optional<OutsideCamera> outside{};  ///< instead of the lens's own camera; `regions` are of its frames then,
                                            ///< all of them by default
@@ -196,6 +199,7 @@ struct AutofocusOutcome {
   std::optional<autofocus::StarFigures> stars{};       ///< in the last frame, where it was focused by them
   std::optional<SlopeRun> slope{};  ///< that its frames showed, where they did and it held throughout
   std::optional<autofocus::KnownSlope> known_slope{};  ///< that it went by, instead of the told one
+  std::optional<int> lag_frames{};                     ///< by which the pictures are late; nothing: not known
   std::optional<FocusMapOutcome> map{};                ///< where one was asked for and the search came to its end
   std::optional<SearchedUnder> under{};                ///< of a search under conditions of its own
 };

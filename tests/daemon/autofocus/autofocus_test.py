@@ -88,9 +88,13 @@ class Session(DaemonTest):
         with self.daemon.client() as client:
             return client.call(LENS + "Status", {"lens": "a"})["parameters"]["lenses"][0]["activity"]
 
-    def frame_call(self, client, session, fraction=(0.4, 0.4, 0.2, 0.2)):
-        """Sends the region of a snapshot, its first half in a piece before, with gaps between its rows."""
+    def frame_call(self, client, session, fraction=(0.4, 0.4, 0.2, 0.2), late=None):
+        """Sends the region of a snapshot, its first half in a piece before, with gaps between its rows. `late`: pictures
+        that come first, in their order."""
         width, height, pixels, info = self.snapshot()
+        if late is not None:
+            late.append(pixels)
+            pixels = late.pop(0)
         x, y = round(fraction[0] * width), round(fraction[1] * height)
         w, h = round(fraction[2] * width), round(fraction[3] * height)
         data = b"".join(pixels[(y + row) * width + x:(y + row) * width + x + w] + b"gap" for row in range(h))
@@ -124,6 +128,40 @@ class Session(DaemonTest):
             print(f"session: {positions}: {result['reason']}")
             # The end was told: the session is over.
             self.assertEqual(client.call(LENS + "AutofocusEnd", {"session": session})["error"], LENS + "InvalidRequest")
+
+    def test_the_lag_of_late_pictures_is_learned_shown_stated_and_forgotten(self):
+        def lags():
+            shown = [client.call(LENS + "GetLearned", {"lens": "a"})["parameters"]["learned"]["lags"],
+                     client.call(LENS + "List")["parameters"]["lenses"][0]["lags"]]
+            self.assertEqual(shown[0], shown[1])
+            return [lag for lag in shown[0] if lag["pixelUm"] == 3.5]
+
+        with self.daemon.client(60 * PATIENCE) as client:
+            for wrong in (-1, 5):
+                reply = client.call(LENS + "AutofocusBegin", {"lens": "a", "lagFrames": wrong})
+                self.assertEqual(reply["error"], LENS + "InvalidRequest", reply)
+                self.assertEqual(reply["parameters"]["parameter"], "lagFrames", reply)
+            self.assertEqual(lags(), [])
+            self.move(900)
+            late = [self.snapshot()[2]]
+            for begin in ({}, {}, {"lagFrames": 1}):
+                self.move(500)
+                session, _ = self.begin(client, pixelUm=3.5, **begin)
+                reply = {"next": None}
+                while "next" in reply:
+                    answer = self.frame_call(client, session, late=late)
+                    self.assertNotIn("error", answer)
+                    reply = answer["parameters"]
+                result = reply["autofocus"]
+                print(f"late: {result['frames']} frames, {result['reason']}")
+                self.assertTrue(result["focused"], result)
+                self.assertEqual(result["lagFrames"], 1)
+                self.assertAlmostEqual(result["vergenceD"], 1 / 0.9, delta=0.04)
+                self.assertEqual(lags(), [{"framesFromOutside": True, "pixelUm": 3.5, "frames": 1}])
+            for arguments in (("learned", "show", "a"), ("list",)):
+                self.assertIn("pictures of a client's camera, 3.5 um a pixel: 1 frame late", self.daemon.lensctl(*arguments).stdout)
+            client.call(LENS + "ForgetLearned", {"lens": "a"})
+            self.assertEqual(lags(), [])
 
     def test_a_frame_that_is_doubted_for_nothing_is_listed_too(self):
         self.move(500)
