@@ -19,6 +19,8 @@ constexpr double kNearlyFull = 0.95, kNotFull = 0.7;  ///< of full scale
 constexpr double kFarPx = 4.0;                        ///< of blur: a move of so much shows where there is texture
 constexpr double kFarShare = 1.0 / 64.0;              ///< of the range: the same where the optics are not known
 constexpr int kFewFrames = 3;                         ///< of a search: what looks alike so early is doubted
+constexpr int kEnoughAgree = 2;                       ///< frames at the end, where the lag has not shown
+constexpr int kMostInVain = 3;                        ///< doubts of a frame's place, then such frames are believed
 constexpr int kMostStale = 2;  ///< frames that do not change by a move, until a scene is believed that does not
 
 using Row = std::span<const std::uint16_t>;
@@ -142,7 +144,7 @@ std::string FrameGate::WhyThrownAway() const {
 }
 
 bool FrameGate::SettledFor(Doubt doubt) const {
-  return doubt == Doubt::Torn || doubt == Doubt::Stale ? motion_settled_ : content_settled_;
+  return doubt == Doubt::Torn || doubt == Doubt::Stale ? in_vain_ >= kMostInVain : content_settled_;
 }
 
 bool FrameGate::Moved(double position) const {
@@ -157,10 +159,12 @@ bool FrameGate::IsFar(const Seen& now) const {
 
 bool FrameGate::IsStale(const Seen& now) const {
   // A pass over many places looks alike just before and just behind the top, and is not led astray by one of them.
-  if (count_ > kFewFrames && lag_.known().value_or(0) == 0) return false;
+  const bool outside = source_ == Source::Outside;
+  if (!outside && count_ > kFewFrames && lag_.known().value_or(0) == 0) return false;
   if (!IsFar(now)) return false;
   const Difference difference = DifferenceOf(now.frame, used_->frame, now.window);
-  return difference.is_noise && difference.texture_shows;
+  // Where no texture shows, a client's frame of another place is taken again too: it may be the one that proves.
+  return difference.is_noise && (difference.texture_shows || outside);
 }
 
 /// Nothing: as a frame after the one before may look.
@@ -196,7 +200,13 @@ Judgement FrameGate::Answer(const Seen& now) {
       doubt_ = doubt;
       return {.kind = Judgement::Kind::AskAgain, .before_is_bad = {}};
     }
-    (doubt == Doubt::Torn || stale ? motion_settled_ : content_settled_) = true;
+    if (stale && source_ == Source::Outside) {
+      ++in_vain_;
+    } else if (stale || doubt == Doubt::Torn) {
+      in_vain_ = kMostInVain;
+    } else {
+      content_settled_ = true;
+    }
     stale_ = 0;
     return {.before_is_bad = kDoubtedInVain};
   }
@@ -218,7 +228,7 @@ Judgement FrameGate::NextAtRest(const Seen& now, bool after_a_move) {
     case PictureLag::AtRest::OddOne:
       return Used(now, {Kind::Use, "it shows something else than the frames before and after it"});
     case PictureLag::AtRest::Agrees:
-      if (!after_a_move) return Used(now, {});
+      if (!after_a_move) return AgreesAtTheEnd(now);
       lag_.NotLate();
       return Used(now, {Kind::Use, kTakenTwice});
     case PictureLag::AtRest::Restless:
@@ -227,12 +237,25 @@ Judgement FrameGate::NextAtRest(const Seen& now, bool after_a_move) {
   return Used(now, {});
 }
 
+/// A client's camera whose lag has not shown may be two frames late, and two places may look alike: two frames more.
+Judgement FrameGate::AgreesAtTheEnd(const Seen& now) {
+  const bool in_doubt = source_ == Source::Outside && !lag_.known();
+  if (!in_doubt) return Used(now, {});
+  if (++agreed_ >= kEnoughAgree) return Used(now, {Judgement::Kind::Use, kTakenTwice});
+  lag_.BeginAtRest(now.frame, 0);
+  return {Judgement::Kind::AskAgain, {}};
+}
+
 bool FrameGate::ToLookAgain(const Verdict& verdict) {
-  constexpr int kMost = 2;
+  constexpr int kMost = 3;
   const bool changed = !verdict.focused && verdict.cause == Cause::SubjectMoved;
   const bool pictures = used_ && used_->frame.samples;
-  if (!pictures || lag_.at_rest() || looked_again_ == kMost || (!changed && lag_.known())) return false;
+  if (!pictures || lag_.at_rest() || looked_again_ == kMost ||
+      (!changed && lag_.known() && source_ == Source::Inside)) {
+    return false;
+  }
   ++looked_again_;
+  agreed_ = 0;
   lag_.BeginAtRest(used_->frame, 0);
   return true;
 }
@@ -266,11 +289,10 @@ Judgement FrameGate::Judge(const Place& place, const drivers::Frame& frame, std:
   if (used_ && (used_->frame.width != frame.width || used_->frame.height != frame.height)) return {};
   if (lag_.at_rest()) return NextAtRest(now, true);
   Judgement judged;
-  if (std::exchange(thrown_away_, false)) judged.before_is_bad = WhyThrownAway();
+  if (lag_.has_thrown()) judged.before_is_bad = WhyThrownAway();
   if (!doubt_ && lag_.known().value_or(0) > 0 && Moved(now.position)) {
     if (place.on_the_way) return {Kind::Late, {}};
     if (lag_.ThrowsAway(frame)) {
-      thrown_away_ = true;
       judged.kind = Kind::AskAgain;
       return judged;
     }

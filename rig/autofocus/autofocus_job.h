@@ -62,6 +62,9 @@ class AutofocusJob final : private FocusActuator {
   void RequestFrame(LensMotion lens, ObservationCallback done) override;
   Instant Now() const override { return means_.clock.Now(); }
   std::optional<int> lag_frames() const override;
+  autofocus::FrameGate::Source source() const override {
+    return external_ ? autofocus::FrameGate::Source::Outside : autofocus::FrameGate::Source::Inside;
+  }
   bool Held() const override { return Now() < means_.held_until; }
   int motions() const override { return focus().commands(); }
   void Report(const AutofocusProgress& progress, std::move_only_function<void()> then) override;

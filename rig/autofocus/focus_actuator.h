@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 
+#include "autofocus/frame_gate.h"
 #include "autofocus/sharpness.h"
 #include "rig/rig.h"
 
@@ -37,6 +38,8 @@ class FocusActuator {
   virtual bool Held() const = 0;
   /// By so many frames the camera's picture is late, as earlier runs have shown; nothing: not known.
   virtual std::optional<int> lag_frames() const = 0;
+  /// Where the frames come from.
+  virtual autofocus::FrameGate::Source source() const = 0;
   /// Device motions of the focus axis so far.
   virtual int motions() const = 0;
   /// Tells the caller how far it has come, and goes on with `then`.

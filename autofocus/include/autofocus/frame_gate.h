@@ -5,18 +5,17 @@
 // differs from the one before, or does not differ; then another one is taken at the place, and decides: where it looks
 // the same the scene is so, and nothing of the kind is doubted again. The doubts:
 //   flat      every pixel has one value, and the frame before was not so; where that is black or full scale, only if
-//   that
-//             frame was on average 1/64 of full scale off, since points of light on black vanish out of focus;
-//   dark      the brightest pixel is darker than the frame before was on average, and its average a quarter of that,
-//   and
-//             1/64 of full scale less;
+//   the
+//             frame before was on average 1/64 of full scale off, since points of light on black vanish out of focus;
+//   dark      the brightest pixel is darker than the frame before was on average, and its average a quarter of that
+//             frame's and 1/64 of full scale less;
 //   bright    the other way round, or nearly all of it at full scale;
 //   missing   rows at the upper or lower edge have one value, where the frame before shows something;
 //   torn      rows there equal those of the frame before bit for bit, though the lens has moved;
 //   stale     all of it equals the frame before, or differs from it by noise alone, though the lens has moved by pixels
-//   of
-//             blur and texture shows; by noise alone only in the first four frames, since a pass looks alike on both
-//             sides of its top.
+//             of blur. Of lensd's own camera, by noise alone only where texture shows, and in the first four frames,
+//             since a pass looks alike on both sides of its top. A client's camera is doubted up to three times in
+//             vain.
 // A stale frame, a picture that changes while the lens stands, and a camera of which nothing is known lead to the lag
 // of its picture (PictureLag): from then on frames are thrown away after each move. The first frame has none before it:
 // it is left out where the second one shows that it was dark or had rows missing.
@@ -53,15 +52,17 @@ struct Judgement {
 /// Of one search. Looks at the rectangle about all regions.
 class FrameGate {
  public:
+  /// Inside: frames of lensd's own camera, whose driver says when each was exposed. Outside: a client says so.
+  enum class Source { Inside, Outside };
   /// `lag`: by how many frames the camera's picture is late; nothing: not known.
-  FrameGate(const Setup& setup, std::optional<int> lag) : setup_(setup), lag_(lag) {}
+  FrameGate(const Setup& setup, std::optional<int> lag, Source source) : setup_(setup), source_(source), lag_(lag) {}
   Judgement Judge(const Place& place, const drivers::Frame& frame, std::span<const drivers::Region> regions);
   /// Of a score without its picture: whether another one is to be taken at its place.
   bool ThrowsAwayScore(const Place& place);
   /// The reason, for the picture or score that was.
   std::string WhyThrownAway() const;
   /// The search ends with this verdict. True: before it counts, more frames are to be taken where the lens stands, and
-  /// given to JudgeAtRest(): the picture changed there, or nothing is known of its lag, so that they show it.
+  /// given to JudgeAtRest(): the picture changed there, nothing is known of its lag, or a client took it.
   bool ToLookAgain(const Verdict& verdict);
   /// UseAnew: the picture was late. Use: the verdict stands, and the frame is of no more use.
   Judgement JudgeAtRest(const drivers::Frame& frame);
@@ -88,21 +89,23 @@ class FrameGate {
   bool Moved(double position) const;
   Judgement Answer(const Seen& now);
   Judgement NextAtRest(const Seen& now, bool after_a_move);
+  Judgement AgreesAtTheEnd(const Seen& now);
   Judgement Used(const Seen& now, Judgement judged);
   static std::string ReasonOf(Doubt doubt);
   static Light LightOf(const drivers::Frame& frame, const Window& window);
   static bool IsMuchDarker(const Light& dark, const Light& light, double full);
 
   Setup setup_;
+  Source source_;
   std::optional<Seen> used_;    ///< the newest frame that went to the search
   int count_ = 0;               ///< of those
   std::optional<Doubt> doubt_;  ///< in the frame before
-  bool thrown_away_ = false;    ///< the frame before was
   int stale_ = 0;               ///< frames that were doubted so, one after the other
   PictureLag lag_;
   bool content_settled_ = false;  ///< a scene that is flat, dark or bright by itself was seen
-  bool motion_settled_ = false;   ///< one that looks alike in two places was seen
+  int in_vain_ = 0;               ///< doubts that a frame is, in part or whole, of where the lens was before
   int looked_again_ = 0;          ///< after verdicts
+  int agreed_ = 0;                ///< frames with the one at the end of the newest of these, in a row
 };
 
 }  // namespace lensd::autofocus

@@ -29,6 +29,8 @@ class PictureLag {
 
   /// A frame after a move came. True: it is to be thrown away.
   bool ThrowsAway(const drivers::Frame& frame);
+  /// The frame before was.
+  bool has_thrown() const { return !thrown_.empty(); }
   /// The first one after those: what they show of the lag. `before`: the one used before the move;
   /// null: nothing is to be learned from this move.
   void MeasureAnew(const drivers::Frame* before, const drivers::Frame& now, const Window& window);

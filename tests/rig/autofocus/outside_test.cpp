@@ -129,7 +129,8 @@ TEST_P(SameAsBuiltIn, FrameForFrame) {
     EXPECT_EQ(one.end->focused, other.end->focused);
     EXPECT_EQ(one.end->method, other.end->method);
     EXPECT_EQ(one.end->frames + other.twice, other.end->frames);
-    EXPECT_LE(other.twice, 1);
+    // One after the first long move, two at the end, and up to two for each of three doubts in vain (a blank scene).
+    EXPECT_LE(other.twice, 9);
     EXPECT_EQ(one.end->moves, other.end->moves);
     EXPECT_EQ(one.end->position, other.end->position);
     EXPECT_EQ(one.end->confidence, other.end->confidence);
