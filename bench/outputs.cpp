@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "io/png.h"
-#include "io/svg_theme.h"
+#include "io/svg_colours.h"
 
 namespace lensd::bench {
 namespace {

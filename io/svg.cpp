@@ -10,7 +10,7 @@
 #include <tuple>
 
 #include "io/png.h"
-#include "io/svg_theme.h"
+#include "io/svg_colours.h"
 #include "svg_axis.h"
 #include "svg_clip.h"
 #include "svg_draw.h"

@@ -12,7 +12,7 @@
 #include "bench/gallery/frames.h"
 #include "bench/gallery/lessons.h"
 #include "io/atomic_file.h"
-#include "io/svg_theme.h"
+#include "io/svg_colours.h"
 
 namespace lensd::bench {
 namespace {

@@ -5,7 +5,7 @@
 #include <map>
 #include <set>
 
-#include "io/svg_theme.h"
+#include "io/svg_colours.h"
 
 namespace lensd::bench {
 namespace {

@@ -21,7 +21,7 @@
 #include <utility>
 
 #include "io/atomic_file.h"
-#include "io/svg_theme.h"
+#include "io/svg_colours.h"
 
 namespace lensd::cli {
 namespace {

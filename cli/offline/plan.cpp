@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "cli/online/plan/plan.h"
-#include "cli/plan/answer_text.h"
+#include "cli/plan/plan_answer_text.h"
 #include "cli/plan/options.h"
 #include "cli/plan/plot.h"
 #include "cli/plan/rays.h"

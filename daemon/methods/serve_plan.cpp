@@ -9,7 +9,7 @@
 #include "daemon/methods/lens_service.h"
 #include "daemon/methods/serve.h"
 #include "daemon/wire/lens_json.h"
-#include "planning/plan_fault.h"
+#include "planning/request_fault.h"
 #include "planning/zoom_choice.h"
 #include "proto/plan_json.h"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "rig/common/transient.h"
+#include "rig/common/retries.h"
 
 namespace lensd::rig {
 namespace {

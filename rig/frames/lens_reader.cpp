@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "rig/common/transient.h"
+#include "rig/common/retries.h"
 #include "rig/rig.h"
 
 namespace lensd::rig {

@@ -10,7 +10,7 @@
 #include "cli/link/drive.h"
 #include "cli/link/lens_info.h"
 #include "cli/online/plan/plan_request.h"
-#include "cli/plan/answer_text.h"
+#include "cli/plan/plan_answer_text.h"
 #include "cli/plan/plot.h"
 #include "cli/plan/rays.h"
 #include "cli/plan/reading.h"

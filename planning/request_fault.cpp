@@ -1,6 +1,6 @@
 // The planner names fields as the interface does, but knows only what became of the request: which of two fields said a
 // depth or a blur, and which ends were left to the lens, is read from the call.
-#include "planning/plan_fault.h"
+#include "planning/request_fault.h"
 
 #include <charconv>
 #include <sstream>

@@ -1,6 +1,6 @@
 // Every colour of the chart writer has a twin that is as far from a dark ground as itself from white. Rules of style
 // win over attributes, so a viewer that prefers dark needs nothing but a rule for each.
-#include "io/svg_theme.h"
+#include "io/svg_colours.h"
 
 #include <string_view>
 

@@ -1,5 +1,5 @@
 // A plan's answer as a table and sentences, the same offline and for a lens of the daemon.
-#include "cli/plan/answer_text.h"
+#include "cli/plan/plan_answer_text.h"
 
 #include <algorithm>
 #include <tuple>
