@@ -26,12 +26,6 @@ constexpr double kSwatchPx = 22.0;
 constexpr double kLegendRowPx = 19.0;
 constexpr double kLegendGapPx = 18.0;
 constexpr double kCaptionRowPx = 17.0;
-constexpr const char* kGridColour = "#e4e4e4";
-constexpr const char* kMinorGridColour = "#f2f2f2";
-
-constexpr const char* kPalette[] = {"#0072b2", "#d55e00", "#009e73", "#b0479a",
-                                    "#b8860b", "#3a9bd9", "#6b6b6b", "#8c3b2a"};
-
 std::string AxisTitle(const Axis& axis) {
   return axis.unit.empty() ? axis.label : axis.label + " [" + axis.unit + "]";
 }
@@ -291,10 +285,6 @@ std::pair<std::string, double> Painted(Chart chart, std::size_t index) {
 
 double ChartTextWidth(const std::string& text) {
   return TextWidth(text);
-}
-
-std::string PaletteColour(std::size_t index) {
-  return kPalette[index % std::size(kPalette)];
 }
 
 std::string ChartSvg(const Chart& chart) {

@@ -1,11 +1,18 @@
-// Every colour of the chart writer has a twin that is as far from a dark ground as itself from white. Rules of style
-// win over attributes, so a viewer that prefers dark needs nothing but a rule for each.
+// The colours that the series of a chart take in turn, and what each colour becomes on a dark ground: it has a twin that
+// is as far from dark as itself from white. Rules of style win over attributes, so a viewer that prefers dark needs
+// nothing but a rule for each.
 #include "io/svg_colours.h"
 
+#include <iterator>
 #include <string_view>
+
+#include "io/svg.h"
 
 namespace lensd::io {
 namespace {
+
+constexpr const char* kPalette[] = {"#0072b2", "#d55e00", "#009e73", "#b0479a",
+                                    "#b8860b", "#3a9bd9", "#6b6b6b", "#8c3b2a"};
 
 struct Twin {
   std::string_view light, dark;
@@ -34,6 +41,10 @@ std::string InDark(std::string svg) {
 }
 
 }  // namespace
+
+std::string PaletteColour(std::size_t index) {
+  return kPalette[index % std::size(kPalette)];
+}
 
 std::string DarkRules() {
   std::string rules = "<style>@media (prefers-color-scheme: dark) {\n";

@@ -5,6 +5,9 @@
 
 namespace lensd::io {
 
+inline constexpr const char* kGridColour = "#e4e4e4";
+inline constexpr const char* kMinorGridColour = "#f2f2f2";
+
 /// Viewer: light, and dark where the viewing program prefers that (prefers-color-scheme).
 enum class Theme { Viewer, Light, Dark };
 
