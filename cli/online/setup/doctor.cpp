@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <memory>
@@ -11,6 +12,7 @@
 #include <sstream>
 #include <vector>
 
+#include "base/missing_optics.h"
 #include "cli/link/daemon_client.h"
 #include "cli/link/daemon_program.h"
 #include "cli/online/commands.h"
@@ -91,7 +93,7 @@ void CheckConfiguration(const std::string& file, bool daemon_answers, std::size_
       return findings.Ok("configuration",
                          "lensd has read " + std::to_string(lenses) + (lenses == 1 ? " lens" : " lenses"));
     return findings.Warn("configuration", "no lens is configured",
-                         "put the lines that `lensctl devices` prints into " + file + "; `lensctl reload` reads it");
+                         "plug the lens in, then: sudo lensctl add; what no search finds, as sim, goes into " + file);
   }
   if (access(file.c_str(), R_OK) != 0) {
     return findings.Warn("configuration", file + ": " + std::strerror(errno),
@@ -153,12 +155,16 @@ std::vector<std::string> CheckDevices(DaemonClient& link, Findings& findings) {
   return nodes;
 }
 
-/// Of the lenses that are configured, and of their cameras.
-std::set<std::string> DriversOf(DaemonClient& link) {
-  std::set<std::string> drivers;
+/// The lenses that are configured, as LensInfo.
+Json InfosOf(DaemonClient& link) {
   const auto reply = link.Ask(MethodOfLens("List"), Json::object());
-  if (!reply) return drivers;
-  for (const Json& lens : reply->value("lenses", Json::array())) {
+  return reply ? reply->value("lenses", Json::array()) : Json::array();
+}
+
+/// Of these lenses and of their cameras.
+std::set<std::string> DriversOf(const Json& infos) {
+  std::set<std::string> drivers;
+  for (const Json& lens : infos) {
     drivers.insert(TextOf(lens, "driver"));
     if (lens["camera"].is_object()) drivers.insert(TextOf(lens["camera"], "driver"));
   }
@@ -218,8 +224,20 @@ bool CheckParts(const Json& lens, Findings& findings) {
   return parts.empty();
 }
 
-void CheckLens(const Json& lens, Findings& findings) {
+/// What most people miss first: without optics no distance, plan or f-number is possible.
+bool CheckOptics(const std::string& name, const Json& infos, Findings& findings) {
+  const auto info = std::ranges::find_if(infos, [&](const Json& one) { return TextOf(one, "name") == name; });
+  if (info == infos.end() || !info->contains("optics") || !(*info)["optics"].is_null()) return true;
+  const Json axes = info->value("axes", Json::array());
+  if (std::ranges::none_of(axes, [](const Json& axis) { return axis["axis"] == "focus"; })) return true;
+  findings.Warn("lens " + name, "its optics are not known: it moves in steps, without distances, plans and f-numbers",
+                std::string(kConfigureOptics) + ", then: lensctl reload");
+  return false;
+}
+
+void CheckLens(const Json& lens, const Json& infos, Findings& findings) {
   const std::string check = "lens " + lens.value("name", "");
+  const bool optics_known = CheckOptics(lens.value("name", ""), infos, findings);
   if (!lens.value("connected", false)) {
     const bool says = lens.contains("error") && lens["error"].is_string();
     return findings.Problem(check, says ? lens["error"].get<std::string>() : "it does not answer",
@@ -227,7 +245,7 @@ void CheckLens(const Json& lens, Findings& findings) {
   }
   const bool files_fine = CheckFiles(lens, findings);
   const bool parts_fine = CheckParts(lens, findings);
-  bool fine = CheckCounters(lens, findings) && files_fine && parts_fine;
+  bool fine = CheckCounters(lens, findings) && files_fine && parts_fine && optics_known;
   for (const Json& axis : lens["axes"]) {
     const std::string name = axis.value("axis", "");
     if (const std::string fault = TextOf(axis, "fault"); !fault.empty()) {
@@ -267,8 +285,10 @@ Outcome Doctor(Session& session, const std::string& file) {
   const Json lenses = link ? LensesOf(*link, findings) : Json::array();
   CheckConfiguration(file, link.has_value(), lenses.size(), findings);
   CheckRules(findings);
-  if (link) CheckMachine(DriversOf(*link), CheckDevices(*link, findings), "/", findings);
-  for (const Json& lens : lenses) CheckLens(lens, findings);
+  const std::vector<std::string> nodes = link ? CheckDevices(*link, findings) : std::vector<std::string>();
+  const Json infos = link ? InfosOf(*link) : Json::array();
+  if (link) CheckMachine(DriversOf(infos), nodes, "/", findings);
+  for (const Json& lens : lenses) CheckLens(lens, infos, findings);
   const Exit exit = findings.problems() == 0 ? Exit::Done : Exit::No;
   if (session.json()) {
     session.PrintJson(findings.json());
