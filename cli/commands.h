@@ -25,7 +25,7 @@ inline constexpr std::initializer_list<AddCommand> kCommands = {
     AddWait,       AddAutofocus, AddFocusMap,   AddCalibrate, AddBacklash, AddFocusShift, AddFocusAt, AddRefocus,
     AddPreset,     AddUndo,      AddSnapshot,   AddExposure,  AddStack,    AddMonitor,    AddMetrics, AddLog,
     AddLease,      AddHold,      AddReload,     AddBackup,    AddRestore,  AddSetup,      AddDoctor,  AddCall,
-    AddIntrospect, AddHelp,      AddCompletion, AddMerge,     AddVerify,   AddLearned,    AddHere,
+    AddIntrospect, AddHelp,      AddCompletion, AddMerge,     AddVerify,   AddLearned,    AddHere,    AddAdd,
 };
 
 }  // namespace lensd::cli

@@ -6,6 +6,7 @@
 namespace lensd::cli {
 
 void AddDevices(CLI::App& root, Run& run);
+void AddAdd(CLI::App& root, Run& run);
 void AddSetup(CLI::App& root, Run& run);
 void AddDoctor(CLI::App& root, Run& run);
 void AddList(CLI::App& root, Run& run);

@@ -12,6 +12,7 @@
 #include "cli/link/daemon_client.h"
 #include "cli/link/daemon_program.h"
 #include "cli/online/commands.h"
+#include "cli/online/setup/devices.h"
 #include "cli/text/texts.h"
 #include "varlink/json.h"
 
@@ -21,17 +22,8 @@ namespace {
 using varlink::Json;
 
 std::string DeviceText(const Json& device) {
-  const auto text = [&](const char* key) { return TextOf(device, key); };
-  std::string line = text("driver") + ": " + text("model");
-  if (!text("serial").empty()) line += ", serial " + text("serial");
-  if (!text("node").empty()) line += ", " + text("node");
-  const bool lens = device.value("lens", false);
-  const bool camera = device.value("camera", false);
-  if (lens || camera) line += lens && camera ? ", lens and camera" : lens ? ", lens" : ", camera";
-  if (device["usedBy"].is_string()) line += ", used by " + device["usedBy"].get<std::string>();
-  if (device["problem"].is_string()) line += "\n  cannot be opened: " + device["problem"].get<std::string>();
-  line += "\n";
-  const std::string config = text("config");
+  std::string line = DeviceLine(device) + "\n";
+  const std::string config = TextOf(device, "config");
   for (std::size_t at = 0; at < config.size();) {
     const std::size_t end = std::min(config.find('\n', at), config.size());
     line += "    " + config.substr(at, end - at) + "\n";
@@ -122,6 +114,19 @@ Outcome Devices(Session& session, const std::string& file) {
 }
 
 }  // namespace
+
+std::string DeviceLine(const Json& device) {
+  const auto text = [&](const char* key) { return TextOf(device, key); };
+  std::string line = text("driver") + ": " + text("model");
+  if (!text("serial").empty()) line += ", serial " + text("serial");
+  if (!text("node").empty()) line += ", " + text("node");
+  const bool lens = device.value("lens", false);
+  const bool camera = device.value("camera", false);
+  if (lens || camera) line += lens && camera ? ", lens and camera" : lens ? ", lens" : ", camera";
+  if (device["usedBy"].is_string()) line += ", used by " + device["usedBy"].get<std::string>();
+  if (device["problem"].is_string()) line += "\n  cannot be opened: " + device["problem"].get<std::string>();
+  return line;
+}
 
 void AddDevices(CLI::App& root, Run& run) {
   auto* command =

@@ -1,0 +1,233 @@
+"""lensctl add: from an empty configuration to a plan that holds, in at most four commands and without a file edited; and nothing is
+left behind where something is wrong."""
+import contextlib
+import json
+import os
+import pty
+import random
+import re
+import signal
+import subprocess
+import sys
+import unittest
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [os.path.join(HERE, ".."), os.path.join(HERE, "..", "..", "drivers", "aravis")]
+from harness import BIN, LENS, PATIENCE, Daemon, quick_scene  # noqa: E402
+from own_network import Turn  # noqa: E402
+
+ROOT = os.path.join(HERE, "..", "..", "..")
+GIGE = os.path.join(ROOT, "tests", "drivers", "aravis", "quick.toml")
+EMPTY = "version = 1\n"
+OPTICS = ("--focal-length", "25mm", "--f-number", "1.4..16", "--closest", "0.42m")
+COUNT = 200 if os.environ.get("LENSD_TEST_LEVEL") == "long" else 8
+turn = Turn()
+
+
+def setUpModule():
+    turn.take()
+
+
+def tearDownModule():
+    turn.give()
+
+
+@contextlib.contextmanager
+def running(*command, ready):
+    """A simulated device, once it has printed a line that `ready` finds."""
+    with subprocess.Popen([os.path.join(BIN, command[0]), *command[1:]], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                          text=True) as process:
+        try:
+            line = process.stdout.readline()
+            found = re.search(ready, line)
+            assert found, "the simulated device did not start: " + line
+            yield found.group(found.re.groups)
+        finally:
+            process.send_signal(signal.SIGTERM)
+            process.stdin.close()
+            process.wait(timeout=30 * PATIENCE)
+
+
+class AddCase(unittest.TestCase):
+    def start(self, config=EMPTY):
+        self.daemon = Daemon(config=config)
+        self.addCleanup(self.daemon.stop)
+        self.folder = self.daemon.config + ".d"
+        return self.daemon
+
+    def done(self, *words, status=0, **options):
+        done = self.daemon.lensctl(*words, **options)
+        self.assertEqual(done.returncode, status, f"{words}: {done.stdout}{done.stderr}")
+        return done
+
+    def number_of(self, serial):
+        """As lensctl counts them: other devices may be plugged into this machine."""
+        found = json.loads(self.done("devices", "--json").stdout)
+        return str(1 + [device["serial"] for device in found].index(serial))
+
+    def names(self):
+        with self.daemon.client() as client:
+            return [one["name"] for one in client.call(LENS + "List")["parameters"]["lenses"]]
+
+    def untouched(self):
+        """Neither a file nor a folder is there that was not, and the configuration is as it was."""
+        self.assertFalse(os.path.exists(self.folder), os.path.exists(self.folder) and os.listdir(self.folder))
+        with open(self.daemon.config, encoding="utf-8") as file:
+            self.assertEqual(file.read(), EMPTY)
+        self.assertEqual(self.names(), [])
+
+
+class FirstHour(AddCase):
+    """Each device: lensctl add, what the page of the family says, and a plan that is applied."""
+
+    def plan_holds(self, name):
+        self.done("plan", name, "--sharp", "0.8m..1.6m:60um", "--apply")
+        status = json.loads(self.done("status", name, "--json").stdout)
+        status = status[0] if isinstance(status, list) else status
+        self.assertEqual(status["connection"], "connected")
+
+    def test_simulated(self):
+        daemon = self.start()
+        scene = quick_scene(daemon.folder.name)
+        answer = json.loads(self.done("add", "--driver", "sim", "--set", "scene=" + scene, "--name", "bench", "--json").stdout)
+        self.assertEqual(answer["file"], os.path.join(self.folder, "bench.toml"))
+        self.assertIsNone(answer["reason"])
+        self.assertTrue(0 < answer["picture"]["mean"] < 255, answer)
+        self.assertGreater(answer["picture"]["sharpness"], 0)
+        self.plan_holds("bench")
+
+    @unittest.skipUnless(os.path.exists(os.path.join(BIN, "sim-gige-camera")), "built without GenICam")
+    def test_genicam(self):
+        with running("sim-gige-camera", "--scene", GIGE, "--serial", "TEST1", ready="(ready)"):
+            self.start()
+            number = self.number_of("TEST1")
+            text = self.done("add", number, "--name", "gige", *OPTICS, "--closest-from", "lens").stdout
+            self.assertRegex(text, r"picture: mean [0-9.]+ of 255, sharpness [0-9.e-]+")
+            self.assertEqual(self.names(), ["gige"])
+            self.plan_holds("gige")
+            # It is in use by now, and a second time there is nothing to add.
+            self.assertIn("in use already, by gige", self.done("add", self.number_of("TEST1"), "--name", "two", *OPTICS, status=64).stderr)
+            self.assertEqual(os.listdir(self.folder), ["gige.toml"])
+
+    def test_modbus(self):
+        with running("sim-modbus-drive", "--tcp", "0", "--unit", "1", "--unit", "2", ready=r"(\d+)\s*$") as port:
+            self.start()
+            text = self.done("add", "--bus", "127.0.0.1:" + port, "--drive", "focus=1,oriental-az,0..4000",
+                             "--drive", "iris=2,oriental-az,0..2000", "--direction", "near-positive", "--name", "ring",
+                             "--set", "response_timeout_ms=500", *OPTICS).stdout
+            self.assertIn("no picture: it has no camera", text)
+            self.done("home", "ring")
+            self.plan_holds("ring")
+
+    def test_what_is_not_known_is_no_obstacle(self):
+        with running("sim-modbus-drive", "--tcp", "0", "--unit", "1", ready=r"(\d+)\s*$") as port:
+            self.start()
+            text = self.done("add", "--bus", "127.0.0.1:" + port, "--drive", "focus=1,oriental-az,0..4000", "--name", "ring",
+                             "--focal-length", "25mm", "--f-number", "unknown", "--closest", "unknown").stdout
+            self.assertIn("its optics are not known", text)
+            with open(os.path.join(self.folder, "ring.toml"), encoding="utf-8") as file:
+                self.assertIn("# [lens.optics] focal_length_mm = 25\n", file.read())
+            doctor = [one for one in json.loads(self.daemon.lensctl("doctor", "--json").stdout) if one["check"] == "lens ring"]
+            self.assertIn("optics are not known", doctor[0]["message"])
+            self.assertIn("[lens.optics]", doctor[0]["remedy"])
+
+    def test_a_person_is_asked(self):
+        with running("sim-modbus-drive", "--tcp", "0", "--unit", "1", ready=r"(\d+)\s*$") as port:
+            daemon = self.start()
+            leader, follower = pty.openpty()
+            with subprocess.Popen([os.path.join(BIN, "lensctl"), "--socket", daemon.socket, "add", "--bus", "127.0.0.1:" + port,
+                                   "--drive", "focus=1,oriental-az,0..4000", "--name", "ring"],
+                                  stdin=follower, stdout=subprocess.PIPE, stderr=follower, text=True) as process:
+                os.close(follower)
+                said = ""
+                for question, answer in (("focal length", "25mm"), ("f-numbers", "1.4..16"), ("closest distance", "0.42m")):
+                    while question not in said:
+                        said += os.read(leader, 4096).decode()
+                    said = ""
+                    os.write(leader, (answer + "\n").encode())
+                text = process.stdout.read()
+                self.assertEqual(process.wait(timeout=60 * PATIENCE), 0)
+            os.close(leader)
+            self.assertIn("added ring: " + os.path.join(self.folder, "ring.toml"), text)
+
+
+class Refused(AddCase):
+    """What goes wrong leaves nothing behind."""
+
+    def test_bad_quantities_and_keys(self):
+        daemon = self.start()
+        draw = random.Random(20261128)
+        scene = quick_scene(daemon.folder.name)
+        good = {"--focal-length": "25mm", "--f-number": "1.4..16", "--closest": "0.3m"}
+        wrong = {"--focal-length": ["25", "25px", "-3mm", "mm"], "--f-number": ["zero", "2..", "-1"], "--closest": ["inf", "0.3", "-1m"]}
+        for _ in range(COUNT):
+            option = draw.choice(list(wrong))
+            chosen = {**good, option: draw.choice(wrong[option])}
+            words = [word for pair in chosen.items() for word in (pair[0] + "=" + pair[1],)]
+            with self.subTest(words=words):
+                said = self.done("add", "--driver", "lensconnect", "--set", "serial=x", "--name", "a", *words, status=64).stderr
+                self.assertIn(option, said)
+                self.untouched()
+        for words, status, part in ((("--driver", "lensconnect", "--set", "serial=x"), 64, "--focal-length"),
+                                    (("--driver", "sim", "--set", "scene"), 64, "--set"),
+                                    (("--driver", "sim", "--set", "on_failure=/bin/true"), 64, "names a program"),
+                                    (("--driver", "sim", "--set", "scene=" + scene, "--name", "../a"), 64, "--name"),
+                                    (("--driver", "sim", "--set", "scene=" + scene, "--set", "seeed=3"), 78, 'did you mean "seed"'),
+                                    (("--driver", "simm"), 64, "--focal-length"),
+                                    (("--driver", "sim", "--set", "scene=/no/such.toml"), 78, "such.toml"),
+                                    (("--bus", "127.0.0.1:1", "--name", "r"), 64, "--drive"),
+                                    (("--bus", "127.0.0.1:1", "--drive", "focus=1,moons"), 64, "--drive"),
+                                    (("--bus", "127.0.0.1:1", "--drive", "focus=1,moonz,0..9", *OPTICS), 78, "moonz"),
+                                    (("99",), 68, "there is no device 99")):
+            with self.subTest(words=words):
+                self.assertIn(part, self.done("add", *words, status=status).stderr)
+                self.untouched()
+
+    def test_a_device_that_is_not_there(self):
+        self.start()
+        said = self.done("add", "--bus", "127.0.0.1:1", "--drive", "focus=1,moons,0..4000", *OPTICS, status=69).stderr
+        self.assertIn("nothing was added", said)
+        self.untouched()
+
+    def test_names_that_exist(self):
+        daemon = self.start()
+        scene = quick_scene(daemon.folder.name)
+        add = ("add", "--driver", "sim", "--set", "scene=" + scene, "--name", "cam")
+        os.mkdir(self.folder)
+        path = os.path.join(self.folder, "cam.toml")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write("version = 1\n# mine\n")
+        self.assertIn("is there already and stays", self.done(*add, status=73).stderr)
+        with open(path, encoding="utf-8") as file:
+            self.assertEqual(file.read(), "version = 1\n# mine\n")
+        os.unlink(path)
+        self.done(*add)
+        with open(path, encoding="utf-8") as file:
+            before = file.read()
+        self.assertIn('there is a lens "cam" already', self.done(*add, status=64).stderr)
+        with open(path, encoding="utf-8") as file:
+            self.assertEqual(file.read(), before)
+        self.assertEqual(os.listdir(self.folder), ["cam.toml"])
+
+    def test_a_refused_reload(self):
+        daemon = self.start()
+        scene = quick_scene(daemon.folder.name)
+        with open(daemon.config, "a", encoding="utf-8") as file:
+            file.write("bogus = 1\n")
+        said = self.done("add", "--driver", "sim", "--set", "scene=" + scene, "--name", "cam", status=78).stderr
+        self.assertIn("bogus", said)
+        self.assertFalse(os.path.exists(self.folder))
+        self.assertEqual(self.names(), [])
+
+    @unittest.skipUnless(os.geteuid() == 0, "only root can become somebody else")
+    def test_no_rights(self):
+        daemon = self.start()
+        for path, mode in ((daemon.folder.name, 0o755), (daemon.socket, 0o666)):
+            os.chmod(path, mode)
+        said = self.done("add", "--driver", "sim", status=77, user=65534, group=65534, extra_groups=[]).stderr
+        self.assertIn("sudo lensctl add", said)
+        self.untouched()
+
+
+if __name__ == "__main__":
+    unittest.main()
