@@ -14,6 +14,7 @@
 #include "cli/link/progress.h"
 #include "cli/online/commands.h"
 #include "cli/online/setup/setup_direction.h"
+#include "cli/online/setup/setup_save.h"
 #include "cli/online/setup/setup_text.h"
 #include "cli/text/quantity.h"
 #include "cli/text/text.h"
@@ -34,6 +35,7 @@ struct SetupOptions {
   std::string region;
   std::string at;
   bool home = false;
+  bool save = false;
 };
 
 /// Why there is nothing to set up now.
@@ -337,6 +339,12 @@ Outcome Setup(Session& session, const SetupOptions& text) {
   auto status = Begin(session, *link, text, found);
   if (!status) return PassOn(status);
   const std::string lens = TextOf(found.info, "name");
+  std::string file;
+  if (text.save) {  // before anything moves
+    auto own = OwnFileOf(*link, lens);
+    if (!own) return PassOn(own);
+    file = *std::move(own);
+  }
   {
     const ActivityLine line(session, lens);
     for (std::size_t i = 0; i < found.info["axes"].size(); ++i) {
@@ -352,6 +360,12 @@ Outcome Setup(Session& session, const SetupOptions& text) {
   }
   const double elapsed_ms = std::chrono::duration<double, std::milli>(MonotonicClock().Now() - began).count();
   session.json() ? session.PrintJson(SetupJson(found, elapsed_ms)) : session.PrintText(SetupText(found));
+  if (text.save) {
+    auto saved = SaveSetup(*link, file, found);
+    if (!saved) return PassOn(saved);
+    session.Remark(*saved ? "saved speed and backlash in " + file + ", and lensd has read it"
+                          : "nothing new to save: " + file + " stays as it is");
+  }
   return AllWell(found) ? Exit::Done : Exit::No;
 }
 
@@ -371,6 +385,7 @@ void AddSetup(CLI::App& root, Run& run) {
       ->add_option("--at", text->at,
                    "the distance of the subject, known to 2 %; gives the direction of focus and a nominal curve")
       ->type_name("DEPTH");
+  command->add_flag("--save", text->save, "write speed and backlash into the file of lensctl add, and reload it");
   command->add_flag("--home", text->home, "search the references first, which may move to an end of the travel");
   command->callback([&run, text] { run = [text](Session& session) { return Setup(session, *text); }; });
 }

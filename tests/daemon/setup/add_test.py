@@ -9,6 +9,7 @@ import re
 import signal
 import subprocess
 import sys
+import tomllib
 import unittest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -149,6 +150,53 @@ class FirstHour(AddCase):
                 self.assertEqual(process.wait(timeout=60 * PATIENCE), 0)
             os.close(leader)
             self.assertIn("added ring: " + os.path.join(self.folder, "ring.toml"), text)
+
+
+class Saved(AddCase):
+    """lensctl setup --save, into the file of lensctl add alone."""
+
+    def test_what_was_measured_is_in_the_file(self):
+        daemon = self.start()
+        scene = quick_scene(daemon.folder.name)
+        self.done("add", "--driver", "sim", "--set", "scene=" + scene, "--name", "bench")
+        path = os.path.join(self.folder, "bench.toml")
+        with open(path, encoding="utf-8") as file:
+            before = file.read()
+        # What a person wrote stays: comments, other keys, and a key of that name in another table.
+        own = "[lens.focus] # the ring\ndeadband = 0\n  speed=7 # a guess\n[lens.iris]\n# speed = 3\nretries = 3\n"
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(before + own)
+        self.done("reload")
+        done = daemon.lensctl("setup", "bench", "--save", "--json")
+        self.assertIn(done.returncode, (0, 1), done.stderr)
+        self.assertIn("saved speed and backlash in " + path, done.stderr)
+        found = {axis["axis"]: axis for axis in json.loads(done.stdout)["axes"]}
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+        self.assertTrue(text.startswith(before + "[lens.focus] # the ring\n"))
+        with open(path, "rb") as file:
+            lens = tomllib.load(file)["lens"][0]
+        self.assertEqual(lens["focus"]["deadband"], 0)
+        self.assertEqual(lens["iris"]["retries"], 3)
+        self.assertIn("# speed = 3\n", text)
+        for axis in ("focus", "iris"):
+            if found[axis]["speed"]:
+                self.assertAlmostEqual(lens[axis]["speed"], found[axis]["speed"]["value"], delta=1e-3 * lens[axis]["speed"])
+        self.assertTrue(found["focus"]["speed"])
+        self.assertEqual(self.names(), ["bench"])
+
+    def test_another_file_is_not_touched(self):
+        self.daemon = Daemon(lenses=("a",), quick=True)
+        self.addCleanup(self.daemon.stop)
+        self.assertIn("lensctl add", self.done("setup", "a", "--save", status=68).stderr)
+        folder = self.daemon.config + ".d"
+        os.mkdir(folder)
+        text = 'version = 1\n[[lens]]\nname = "a"\n[[lens]]\nname = "b"\n'
+        with open(os.path.join(folder, "a.toml"), "w", encoding="utf-8") as file:
+            file.write(text)
+        self.assertIn("of this lens alone", self.done("setup", "a", "--save", status=68).stderr)
+        with open(os.path.join(folder, "a.toml"), encoding="utf-8") as file:
+            self.assertEqual(file.read(), text)
 
 
 class Refused(AddCase):
