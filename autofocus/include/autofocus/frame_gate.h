@@ -5,8 +5,8 @@
 // differs from the one before, or does not differ; then another one is taken at the place, and decides: where it looks
 // the same the scene is so, and nothing of the kind is doubted again. The doubts:
 //   flat      every pixel has one value, and the frame before was not so; where that is black or full scale, only if
-//   the
-//             frame before was on average 1/64 of full scale off, since points of light on black vanish out of focus;
+//             the frame before was on average 1/64 of full scale off, since points of light on black vanish out of
+//             focus;
 //   dark      the brightest pixel is darker than the frame before was on average, and its average a quarter of that
 //             frame's and 1/64 of full scale less;
 //   bright    the other way round, or nearly all of it at full scale;

@@ -10,7 +10,7 @@ namespace lensd::rig {
 
 class LearnedLag {
  public:
-  /// Cameras are told apart by this alone.
+  /// What distinguishes one camera from another here; two with the same values share what is learned.
   struct Camera {
     bool outside = false;   ///< its frames come from a client
     double pixel_um = 0.0;  ///< configured pitch; 0: not known
