@@ -7,6 +7,7 @@
 #include <iostream>
 #include <memory>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -96,6 +97,7 @@ class Bench {
     while (clock.Now() < end) {
       state = lens.Read();
       if (state && done(*state->axes[axis])) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     if (!state) {
       std::cerr << "the last read: " << state.error().message << '\n';
