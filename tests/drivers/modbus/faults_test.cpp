@@ -56,22 +56,36 @@ class Driver {
  public:
   Driver(Bench& bench, std::array<int, 2> units, std::uint64_t seed) : bench_(bench), units_(units), random_(seed) {}
 
-  void Open() {
-    auto range = [](int unit) {
-      return "[" + std::to_string(BaseOf(unit)) + ", " + std::to_string(BaseOf(unit) + kRange) + "]";
-    };
-    auto device =
-        bench_.Open(FastAz("focus", units_[0], range(units_[0])) + FastAz("iris", units_[1], range(units_[1])),
-                    "response_timeout_ms = 30");
-    ASSERT_TRUE(device.has_value()) << device.error().message;
+  /// Homes both drives, patiently: a busy machine may keep a drive from answering in the time that the moves give it.
+  bool Home() {
+    auto device = Connect(kPatient);
+    if (!device) return false;
     for (const Axis axis : {Axis::Focus, Axis::Iris}) {
-      ASSERT_TRUE(bench_.Home(*device->lens, axis));
+      bool homed = false;
+      for (int tries = 0; tries < 5 && !homed; ++tries) {
+        homed = device->lens->StartHome(axis) &&
+                bench_.Until(*device->lens, axis, [](const AxisState& state) { return !state.moving && state.homed; });
+      }
+      if (!homed) return false;
       bench_.wire.With(UnitOf(axis),
                        [&](sim::ModbusDrive& drive, Duration now) { drive.SetCount(now, BaseOf(UnitOf(axis))); });
     }
-    auto made = rig::Rig::Create({}, *std::move(device), bench_.clock);
-    ASSERT_TRUE(made.has_value()) << made.error().message;
-    rig_ = *std::move(made);
+    return true;
+  }
+
+  /// Repeated, since a drive that is late on a busy machine is not opened.
+  void Open() {
+    std::string reason;
+    for (int tries = 0; tries < 20 && !rig_; ++tries) {
+      auto device = Connect("response_timeout_ms = 30");
+      auto made = device ? rig::Rig::Create({}, *std::move(device), bench_.clock) : std::unexpected(device.error());
+      if (made) {
+        rig_ = *std::move(made);
+      } else {
+        reason = made.error().message;
+      }
+    }
+    ASSERT_TRUE(rig_) << reason;
   }
 
   void Run(long moves) {
@@ -80,6 +94,13 @@ class Driver {
   Tally tally;
 
  private:
+  Result<Device> Connect(const std::string& timeout) {
+    auto drive = [](const std::string& axis, int unit) {
+      return FastAz(axis, unit,
+                    "[" + std::to_string(BaseOf(unit)) + ", " + std::to_string(BaseOf(unit) + kRange) + "]");
+    };
+    return bench_.Open(drive("focus", units_[0]) + drive("iris", units_[1]), timeout);
+  }
   int UnitOf(Axis axis) const { return units_[axis == Axis::Focus ? 0 : 1]; }
 
   void MoveOnce() {
@@ -177,6 +198,7 @@ class FaultyBus {
         seed_(seed) {}
 
   void Run(long moves_of_each) {
+    ASSERT_TRUE(one.Home() && other.Home());
     one.Open();
     other.Open();
     if (::testing::Test::HasFatalFailure()) return;
