@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <iostream>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "cli/link/daemon_client.h"
@@ -71,13 +72,36 @@ std::expected<void, Failure> AskOptics(const Session& session, const AddOptions&
   return {};
 }
 
+bool IsGiven(const std::string& text) {
+  return !text.empty() && text != kUnknown;
+}
+
+/// Options of the optics that would have no effect beside the others.
+std::expected<void, Failure> CheckOptics(const AddOptions& options) {
+  const bool simulated = options.driver == "sim";
+  const std::pair<const char*, const std::string*> optics[] = {
+      {"--focal-length", &options.focal_length}, {"--f-number", &options.f_number}, {"--closest", &options.closest},
+      {"--closest-from", &options.closest_from}, {"--pixel", &options.pixel},       {"--model", &options.model}};
+  for (const auto& [option, text] : optics) {
+    if (!IsGiven(*text)) continue;
+    if (simulated) {
+      return Refuse(Exit::Usage, std::string(option) +
+                                     ": a simulated lens takes its optics and its pixels from its scene: leave this "
+                                     "option out, or change the scene");
+    }
+    if (IsGiven(options.model) && text != &options.model && text != &options.pixel) {
+      return Refuse(Exit::Usage, std::string(option) + ": --model names the optics already: give one of the two");
+    }
+  }
+  return {};
+}
+
 /// What is wrong with the options, before devices are searched and questions asked.
 std::expected<void, Failure> CheckOptions(const AddOptions& options) {
-  const auto given = [](const std::string& text) { return !text.empty() && text != kUnknown; };
   std::vector<Result<std::string>> lines;
-  if (given(options.focal_length)) lines.push_back(FocalLengthLine(options.focal_length));
-  if (given(options.f_number)) lines.push_back(FNumberLine(options.f_number));
-  if (given(options.closest)) lines.push_back(ClosestLine(options.closest, options.closest_from));
+  if (IsGiven(options.focal_length)) lines.push_back(FocalLengthLine(options.focal_length));
+  if (IsGiven(options.f_number)) lines.push_back(FNumberLine(options.f_number));
+  if (IsGiven(options.closest)) lines.push_back(ClosestLine(options.closest, options.closest_from));
   for (const auto& line : lines) {
     if (!line) return PassOn(line);
   }
@@ -87,6 +111,7 @@ std::expected<void, Failure> CheckOptions(const AddOptions& options) {
   for (const std::string& drive : options.drives) {
     if (auto table = DriveTable(drive); !table) return PassOn(table);
   }
+  if (auto fine = CheckOptics(options); !fine) return fine;
   const bool plain = std::ranges::all_of(
       options.name, [](unsigned char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-'; });
   if (!plain || (!options.name.empty() && options.name[0] < 'a')) {

@@ -85,16 +85,20 @@ std::optional<DaemonClient> CheckDaemon(Session& session, Findings& findings) {
   return *std::move(link);
 }
 
-/// A running daemon has read its file, and opening the devices beside it would disturb them: then there is nothing to
-/// do.
-void CheckConfiguration(const std::string& file, bool daemon_answers, std::size_t lenses, Findings& findings) {
-  if (daemon_answers) {
-    if (lenses > 0)
-      return findings.Ok("configuration",
-                         "lensd has read " + std::to_string(lenses) + (lenses == 1 ? " lens" : " lenses"));
-    return findings.Warn("configuration", "no lens is configured",
-                         "plug the lens in, then: sudo lensctl add; what no search finds, as sim, goes into " + file);
-  }
+/// What a running daemon has read. Opening the devices beside it would disturb them.
+void CheckLensCount(std::size_t lenses, const std::expected<Json, Failure>& found, Findings& findings) {
+  if (lenses > 0)
+    return findings.Ok("configuration",
+                       "lensd has read " + std::to_string(lenses) + (lenses == 1 ? " lens" : " lenses"));
+  const bool some =
+      found && std::ranges::any_of((*found)["devices"], [](const Json& device) { return device.value("lens", false); });
+  findings.Warn("configuration", "no lens is configured",
+                some ? "sudo lensctl add"
+                     : "plug the lens in, then: sudo lensctl add; where no search finds it: sudo lensctl add --driver "
+                       "NAME --set KEY=VALUE (docs/drivers)");
+}
+
+void CheckConfiguration(const std::string& file, Findings& findings) {
   if (access(file.c_str(), R_OK) != 0) {
     return findings.Warn("configuration", file + ": " + std::strerror(errno),
                          "name the daemon's file with --config, or run this as a user who may read it");
@@ -127,20 +131,19 @@ void CheckRules(Findings& findings) {
 }
 
 /// The nodes of what is plugged in.
-std::vector<std::string> CheckDevices(DaemonClient& link, Findings& findings) {
-  auto reply = link.Ask(MethodOfLens("Devices"), Json::object(), kDeviceSearch);
-  if (!reply) {
-    findings.Problem("devices", reply.error().message, "restart lensd");
+std::vector<std::string> CheckDevices(const std::expected<Json, Failure>& found, Findings& findings) {
+  if (!found) {
+    findings.Problem("devices", found.error().message, "restart lensd");
     return {};
   }
   std::vector<std::string> nodes;
-  for (const Json& failed : (*reply)["failed"]) {
+  for (const Json& failed : (*found)["failed"]) {
     findings.Warn("devices",
                   "driver " + failed.value("driver", "") + " could not search: " + failed.value("message", ""),
                   "journalctl -u lensd may show more");
   }
   std::size_t fine = 0;
-  for (const Json& device : (*reply)["devices"]) {
+  for (const Json& device : (*found)["devices"]) {
     nodes.push_back(TextOf(device, "node"));
     const bool used = device["usedBy"].is_string();
     if (used || device["problem"].is_null()) {
@@ -283,9 +286,12 @@ Outcome Doctor(Session& session, const std::string& file) {
   std::optional<DaemonClient> link;
   if (CheckSocket(socket, findings)) link = CheckDaemon(session, findings);
   const Json lenses = link ? LensesOf(*link, findings) : Json::array();
-  CheckConfiguration(file, link.has_value(), lenses.size(), findings);
+  std::optional<std::expected<Json, Failure>> found;  // nothing: the daemon does not answer
+  if (link) found = link->Ask(MethodOfLens("Devices"), Json::object(), kDeviceSearch);
+  if (found) CheckLensCount(lenses.size(), *found, findings);
+  if (!found) CheckConfiguration(file, findings);
   CheckRules(findings);
-  const std::vector<std::string> nodes = link ? CheckDevices(*link, findings) : std::vector<std::string>();
+  const std::vector<std::string> nodes = found ? CheckDevices(*found, findings) : std::vector<std::string>();
   const Json infos = link ? InfosOf(*link) : Json::array();
   if (link) CheckMachine(DriversOf(infos), nodes, "/", findings);
   for (const Json& lens : lenses) CheckLens(lens, infos, findings);
