@@ -111,11 +111,18 @@ def quick_scene(folder):
     return path
 
 
+def played_node(folder):
+    """Builds v4l2_node.c there. The path is what to preload, and v4l2_node.c says what environment it takes."""
+    library = os.path.join(folder, "v4l2_node.so")
+    subprocess.run(["cc", "-O1", "-w", "-shared", "-fPIC", "-o", library, os.path.join(HERE, "v4l2_node.c"), "-ldl", "-lpthread"], check=True)
+    return library
+
+
 class Daemon:
     """lensd with the given lenses over tests/daemon/small.toml. `quick`: those that are over quick_scene(), or True."""
     program = "lensd"
 
-    def __init__(self, lenses=("a", "b"), config=None, arguments=(), preload=None, stderr=None, quick=()):
+    def __init__(self, lenses=("a", "b"), config=None, arguments=(), preload=None, stderr=None, quick=(), environment=None):
         self.folder = tempfile.TemporaryDirectory(prefix="lensd-test-")
         self.socket = os.path.join(self.folder.name, "s")
         self.config = os.path.join(self.folder.name, "lensd.toml")
@@ -128,7 +135,7 @@ class Daemon:
         self.errors = open(os.path.join(self.folder.name, "stderr"), "w+", encoding="utf-8")
         self.process = subprocess.Popen([os.path.join(BIN, self.program), "--config", self.config, "--socket", self.socket,
                                          *arguments], stderr=stderr or self.errors,
-                                        env={**os.environ, **({"LD_PRELOAD": preload} if preload else {})})
+                                        env={**os.environ, **(environment or {}), **({"LD_PRELOAD": preload} if preload else {})})
         self.wait_until_ready()
 
     def wait_until_ready(self):

@@ -8,7 +8,7 @@ import tempfile
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from harness import BIN, HERE, LENS, Daemon  # noqa: E402
+from harness import BIN, HERE, LENS, Daemon, played_node  # noqa: E402
 
 TABLES = os.path.join(HERE, "..", "drivers", "one-bad-part")
 FOCUS = "009a090a 1 0 250 5 0 0 0\n"
@@ -19,9 +19,7 @@ class Played(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory(prefix="lensd-played-")
-        cls.library = os.path.join(cls.folder.name, "v4l2_node.so")
-        subprocess.run(["cc", "-O1", "-w", "-shared", "-fPIC", "-o", cls.library, os.path.join(HERE, "v4l2_node.c"), "-ldl",
-                        "-lpthread"], check=True)
+        cls.library = played_node(cls.folder.name)
         cls.node = os.path.join(cls.folder.name, "video0")
 
     @classmethod
@@ -40,13 +38,7 @@ class Played(unittest.TestCase):
         return (f'version = 1\n[[lens]]\nname = "cam"\ndriver = "v4l2"\ndevice = "{self.node}"\nparts = "{parts}"\n{more}')
 
     def play(self, table, pictures="320 240 GREY 30", more="", parts="both"):
-        environment = self.environment(table, pictures)
-        os.environ.update(environment)
-        try:
-            daemon = Daemon(config=self.config(more, parts), preload=self.library)
-        finally:
-            for name in environment:
-                del os.environ[name]
+        daemon = Daemon(config=self.config(more, parts), preload=self.library, environment=self.environment(table, pictures))
         self.addCleanup(lambda: self.assertEqual(daemon.stop(), 0))
         return daemon
 

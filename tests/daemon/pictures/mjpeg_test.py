@@ -12,7 +12,7 @@ import unittest
 import zlib
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from harness import BIN, HERE, LENS, PATIENCE, Daemon  # noqa: E402
+from harness import BIN, HERE, LENS, PATIENCE, Daemon, played_node  # noqa: E402
 
 JPEGS = os.path.join(HERE, "..", "drivers", "pixels", "jpegs")
 CONTROLS = "009a090a 1 0 250 5 0 0 0\n"
@@ -37,9 +37,7 @@ class MjpegTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory(prefix="lensd-mjpeg-")
-        cls.library = cls.path("v4l2_node.so")
-        subprocess.run(["cc", "-O1", "-w", "-shared", "-fPIC", "-o", cls.library, os.path.join(HERE, "v4l2_node.c"), "-ldl",
-                        "-lpthread"], check=True)
+        cls.library = played_node(cls.folder.name)
 
     @classmethod
     def tearDownClass(cls):
@@ -66,13 +64,8 @@ class MjpegTest(unittest.TestCase):
         environment = {"FAKE_NODE": self.path("video0"), "FAKE_CTL": self.path("table.ctl"), "FAKE_FMT": pictures}
         if jpeg:
             environment["FAKE_JPEG"] = self.path("shown.jpg")
-        os.environ.update(environment)
-        try:
-            daemon = Daemon(config=f'version = 1\n[[lens]]\nname = "cam"\ndriver = "v4l2"\ndevice = "{self.path("video0")}"\n'
-                                   'parts = "both"\n', preload=self.library)
-        finally:
-            for name in environment:
-                del os.environ[name]
+        daemon = Daemon(config=f'version = 1\n[[lens]]\nname = "cam"\ndriver = "v4l2"\ndevice = "{self.path("video0")}"\n'
+                               'parts = "both"\n', preload=self.library, environment=environment)
         self.addCleanup(daemon.stop)
         return daemon
 

@@ -41,6 +41,16 @@ def extension_of(f, closest, origin, gap):
     return float(image_distance(f, far) - f)
 
 
+def listed(text):
+    """LensInfo of each lens of this configuration."""
+    daemon = Daemon(config=text)
+    try:
+        with daemon.client() as client:
+            return client.call(LENS + "List")["parameters"]["lenses"]
+    finally:
+        assert daemon.stop() == 0
+
+
 class Closest(unittest.TestCase):
     def test_the_near_end_of_focus_follows_from_the_closest_distance(self):
         draw = random.Random(20261128)
@@ -57,12 +67,7 @@ class Closest(unittest.TestCase):
                 text += lens(f"l{index}", own, f"focal_length_mm = {f_mm}\nf_number = [2, 16]\nclosest_m = {closest}\n"
                              f"principal_gap_mm = {gap_mm}\n{inside}")
                 expected[f"l{index}"] = 1e3 * extension_of(f_mm / 1e3, closest, origin, gap_mm / 1e3)
-            daemon = Daemon(config=text)
-            try:
-                with daemon.client() as client:
-                    lenses = client.call(LENS + "List")["parameters"]["lenses"]
-            finally:
-                self.assertEqual(daemon.stop(), 0)
+            lenses = listed(text)
             self.assertEqual(len(lenses), 12)
             for one in lenses:
                 with self.subTest(lens=one["name"], text=text):
@@ -108,12 +113,7 @@ class Models(unittest.TestCase):
             with open(os.path.join(LENSES, file), encoding="utf-8") as model:
                 self.assertRegex(model.read(), r'\ndocument = "[^"]{20,}"\n')
             text += named(file.removesuffix(".toml")).replace('"a"', f'"l{index}"')
-        daemon = Daemon(config=text)
-        try:
-            with daemon.client() as client:
-                lenses = client.call(LENS + "List")["parameters"]["lenses"]
-        finally:
-            self.assertEqual(daemon.stop(), 0)
+        lenses = listed(text)
         for one, file in zip(lenses, files):
             with open(os.path.join(LENSES, file), encoding="utf-8") as model:
                 f_mm = float(re.search(r"focal_length_mm = (.*)", model.read()).group(1))
