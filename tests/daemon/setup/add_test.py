@@ -9,18 +9,20 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import tomllib
 import unittest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [os.path.join(HERE, ".."), os.path.join(HERE, "..", "..", "drivers", "aravis")]
-from harness import BIN, LENS, PATIENCE, Daemon, quick_scene  # noqa: E402
+from harness import BIN, LENS, PATIENCE, Daemon, played_node, quick_scene  # noqa: E402
 from own_network import Turn  # noqa: E402
 
 ROOT = os.path.join(HERE, "..", "..", "..")
 GIGE = os.path.join(ROOT, "tests", "drivers", "aravis", "quick.toml")
 EMPTY = "version = 1\n"
 OPTICS = ("--focal-length", "25mm", "--f-number", "1.4..16", "--closest", "0.42m")
+LENSCONNECT = ("--driver", "lensconnect", "--set", "serial=x")
 COUNT = 200 if os.environ.get("LENSD_TEST_LEVEL") == "long" else 8
 turn = Turn()
 
@@ -50,8 +52,8 @@ def running(*command, ready):
 
 
 class AddCase(unittest.TestCase):
-    def start(self, config=EMPTY):
-        self.daemon = Daemon(config=config)
+    def start(self, config=EMPTY, **played):
+        self.daemon = Daemon(config=config, **played)
         self.addCleanup(self.daemon.stop)
         self.folder = self.daemon.config + ".d"
         return self.daemon
@@ -119,6 +121,19 @@ class FirstHour(AddCase):
             self.assertIn("no picture: it has no camera", text)
             self.done("home", "ring")
             self.plan_holds("ring")
+
+    def test_v4l2(self):
+        """A webcam of the kernel with motorised focus. No search finds a played node, since it is a file."""
+        with tempfile.TemporaryDirectory(prefix="lensd-played-") as folder:
+            node, table = os.path.join(folder, "video0"), os.path.join(folder, "table.ctl")
+            with open(node, "w", encoding="utf-8"), open(table, "w", encoding="utf-8") as file:
+                file.write("009a090a 1 0 250 1 0 40 0\n009a090c 2 0 1 1 0 1 0\n")
+            played = {"FAKE_NODE": node, "FAKE_CTL": table, "FAKE_FMT": "320 240 GREY 30"}
+            self.start(preload=played_node(folder), environment=played)
+            text = self.done("add", "--driver", "v4l2", "--set", "device=" + node, "--name", "desk", "--focal-length", "4mm",
+                             "--f-number", "2.0", "--closest", "0.1m", "--pixel", "3um", "--direction", "near-positive").stdout
+            self.assertRegex(text, r"picture: mean [0-9.]+ of 255, sharpness [0-9.e-]+")
+            self.plan_holds("desk")
 
     def test_what_is_not_known_is_no_obstacle(self):
         with running("sim-modbus-drive", "--tcp", "0", "--unit", "1", ready=r"(\d+)\s*$") as port:
@@ -213,11 +228,15 @@ class Refused(AddCase):
             chosen = {**good, option: draw.choice(wrong[option])}
             words = [word for pair in chosen.items() for word in (pair[0] + "=" + pair[1],)]
             with self.subTest(words=words):
-                said = self.done("add", "--driver", "lensconnect", "--set", "serial=x", "--name", "a", *words, status=64).stderr
+                said = self.done("add", *LENSCONNECT, "--name", "a", *words, status=64).stderr
                 self.assertIn(option, said)
                 self.untouched()
-        for words, status, part in ((("--driver", "lensconnect", "--set", "serial=x"), 64, "--focal-length"),
+        for words, status, part in ((LENSCONNECT, 64, "--focal-length"),
                                     (("--driver", "sim", "--set", "scene"), 64, "--set"),
+                                    *((("--driver", "sim", "--set", "scene=" + scene, *words), 64, words[0] + ": a simulated lens takes its optics")
+                                      for words in (OPTICS[:2], OPTICS[2:4], OPTICS[4:], ("--model", "x"), ("--pixel", "3um"),
+                                                    ("--closest-from", "front"))),
+                                    ((*LENSCONNECT, "--model", "x", *OPTICS[2:4]), 64, "--f-number: --model names"),
                                     (("--driver", "sim", "--set", "on_failure=/bin/true"), 64, "names a program"),
                                     (("--driver", "sim", "--set", "scene=" + scene, "--name", "../a"), 64, "--name"),
                                     (("--driver", "sim", "--set", "scene=" + scene, "--set", "seeed=3"), 78, 'did you mean "seed"'),
@@ -230,6 +249,15 @@ class Refused(AddCase):
             with self.subTest(words=words):
                 self.assertIn(part, self.done("add", *words, status=status).stderr)
                 self.untouched()
+
+    def test_doctor_names_the_command(self):
+        self.start()
+        found = json.loads(self.done("devices", "--json").stdout)
+        doctor = json.loads(self.daemon.lensctl("doctor", "--json").stdout)
+        remedy = next(one["remedy"] for one in doctor if one["check"] == "configuration")
+        self.assertIn("sudo lensctl add", remedy)
+        self.assertEqual("lensctl add --driver NAME" in remedy, not any(one["lens"] for one in found))
+        self.assertNotIn(self.daemon.config, remedy)
 
     def test_a_device_that_is_not_there(self):
         self.start()
