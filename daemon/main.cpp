@@ -107,7 +107,9 @@ void QuitInOrder(EventLoop& loop, LensService& service, Ends ends) {
   if (std::ranges::any_of(ending, at_disk)) ends.devices = std::max(ends.devices, now + kDeviceAtMost);
   const bool left = ending.empty() || now >= ends.devices;
   const bool on_disk = service.files().Finish(now);
-  if ((left && on_disk) || now >= ends.disks) return loop.Quit();
+  // The thread that has just answered the last task may not have said yet that it is done.
+  const bool files_rest = !service.files().thread().busy() || now >= ends.devices;
+  if ((left && on_disk && files_rest) || now >= ends.disks) return loop.Quit();
   loop.After(kPause, [&loop, &service, ends] { QuitInOrder(loop, service, ends); });
 }
 

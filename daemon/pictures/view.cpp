@@ -24,10 +24,12 @@ Json AboutPicture(const rig::LensedFrame& frame, const Picture& picture, std::in
 
 }  // namespace
 
-View::View(const Surroundings& surroundings, ExchangePointer exchange, PictureWish wish, PictureWay way)
+View::View(const Surroundings& surroundings, ExchangePointer exchange, PictureWish wish, PictureWay way,
+           FramesKept kept)
     : surroundings_(surroundings),
       exchange_(std::move(exchange)),
       way_(way),
+      kept_(kept),
       borrower_(surroundings.loans.NewBorrower()),
       maker_(wish) {}
 
@@ -60,36 +62,47 @@ bool View::Offer(const Result<rig::LensedFrame>& frame) {
   }
   const std::lock_guard lock(waiting_.mutex);
   if (ended_) return false;
-  if (waiting_.working) {
-    if (waiting_.newest) ++waiting_.dropped;
-    waiting_.newest = *frame;
-    return true;
-  }
-  if (!Full()) {
-    waiting_.newest = *frame;
-    waiting_.working = surroundings_.pictures.Submit([self = shared_from_this()] { self->Work(); });
-  }
-  if (!waiting_.working) {
-    waiting_.newest.reset();
+  MakeRoom();
+  waiting_.frames.push_back(*frame);
+  GoOn();
+  return true;
+}
+
+/// For one more frame. Under the mutex.
+void View::MakeRoom() {
+  auto& frames = waiting_.frames;
+  const auto has_room = [&] {
+    if (kept_ == FramesKept::Newest || frames.empty()) return frames.empty();
+    return (frames.size() + 1) * frames.back().frame.samples->size() <= kMostSamples;
+  };
+  while (!has_room()) {
+    frames.pop_front();
     ++waiting_.dropped;
   }
-  return true;
+}
+
+/// Has the next picture made, if one can be. Under the mutex.
+void View::GoOn() {
+  auto& frames = waiting_.frames;
+  if (waiting_.working || frames.empty()) return;
+  waiting_.working = !ended_ && !Full() && surroundings_.pictures.Submit([self = shared_from_this()] { self->Work(); });
+  if (waiting_.working || kept_ == FramesKept::All) return;
+  frames.clear();
+  ++waiting_.dropped;
 }
 
 /// Makes one picture, then leaves its thread to the other views before the next.
 void View::Work() {
   std::unique_lock lock(waiting_.mutex);
-  const rig::LensedFrame frame = *std::exchange(waiting_.newest, std::nullopt);
+  const rig::LensedFrame frame = std::move(waiting_.frames.front());
+  waiting_.frames.pop_front();
   const std::int64_t dropped = waiting_.dropped;
   lock.unlock();
   const auto thrown = Guarded("a view", [&] { MakeOne(frame, dropped); });
   if (thrown) surroundings_.loop.Post([self = shared_from_this(), error = *thrown] { self->End(error); });
   lock.lock();
-  const bool next = waiting_.newest && !ended_ && !Full();
-  waiting_.working = next && surroundings_.pictures.Submit([self = shared_from_this()] { self->Work(); });
-  if (waiting_.working || !waiting_.newest) return;
-  waiting_.newest.reset();
-  ++waiting_.dropped;
+  waiting_.working = false;
+  GoOn();
 }
 
 void View::MakeOne(const rig::LensedFrame& frame, std::int64_t dropped) {
@@ -139,6 +152,8 @@ void View::SendNext() {
   if (pieces.empty()) {
     outgoing_.pictures.pop_front();
     --inline_;
+    const std::lock_guard lock(waiting_.mutex);
+    GoOn();
   }
   outgoing_.sending = true;
   exchange_->Continue(piece);

@@ -21,8 +21,11 @@ namespace lensd::daemon {
 /// Whether pictures go into the replies or beside them, as open files.
 enum class PictureWay { Inline, File };
 
-/// Never holds up who gives it frames: a frame that comes while one is being made waits, and is dropped for a newer
-/// one; one that comes while the client has as much as it may is dropped at once.
+/// Which frames wait while a picture is being made or its client has as much as it may: the newest alone, and none
+/// while the client is full; or all that there is room for.
+enum class FramesKept { Newest, All };
+
+/// Never holds up who gives it frames: those that there is no room for are dropped, the oldest first.
 class View : public Waiter, public std::enable_shared_from_this<View> {
  public:
   /// What views share; outlives them.
@@ -31,7 +34,7 @@ class View : public Waiter, public std::enable_shared_from_this<View> {
     TaskThread& pictures;
     FrameLoans& loans;
   };
-  View(const Surroundings& surroundings, ExchangePointer exchange, PictureWish wish, PictureWay way);
+  View(const Surroundings& surroundings, ExchangePointer exchange, PictureWish wish, PictureWay way, FramesKept kept);
   /// Hears of its client from now on. From the event loop.
   void Begin();
 
@@ -52,16 +55,21 @@ class View : public Waiter, public std::enable_shared_from_this<View> {
   /// What a client may have unread when a picture is sent: more would make pictures old before they are seen.
   static constexpr std::size_t kFewUnread = std::size_t{64} << 10;
   static constexpr Duration kAgain = std::chrono::milliseconds(5);
+  /// What FramesKept::All has room for: samples of all frames that wait.
+  static constexpr std::size_t kMostSamples = std::size_t{32} << 20;
 
   void Work();
   void MakeOne(const rig::LensedFrame& frame, std::int64_t dropped);
   void SendInline(std::deque<std::string> pieces);
   void SendNext();
   bool Full();
+  void MakeRoom();
+  void GoOn();
 
   const Surroundings surroundings_;
   const ExchangePointer exchange_;
   const PictureWay way_;
+  const FramesKept kept_;
   const std::uint64_t borrower_;
   PictureMaker maker_;  // the pictures' thread
   std::atomic<bool> ended_ = false;
@@ -77,7 +85,7 @@ class View : public Waiter, public std::enable_shared_from_this<View> {
   struct Waiting {
     std::mutex mutex;
     bool working = false;
-    std::optional<rig::LensedFrame> newest;
+    std::deque<rig::LensedFrame> frames;  ///< the oldest first
     std::int64_t dropped = 0;
   } waiting_;
 };

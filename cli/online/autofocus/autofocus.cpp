@@ -131,7 +131,7 @@ std::expected<Json, Failure> SearchOnce(Session& session, DaemonClient& link, Js
   }
   auto result = FocusByOwnCamera(session, link, std::move(parameters));
   if (!result || !recording) return result;
-  constexpr Duration kPatience = std::chrono::seconds(5);  // for pictures that are still being made
+  constexpr Duration kPatience = std::chrono::seconds(20);  // for pictures that wait to be sent
   recording->Await(*result, kPatience);
   const auto trouble = recorder->trouble();
   recorder.reset();

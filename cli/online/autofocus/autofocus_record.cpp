@@ -203,7 +203,9 @@ std::expected<std::unique_ptr<ViewRecorder>, Failure> ViewRecorder::Start(const 
   view.method = MethodOfLens("View");
   view.more = true;
   // Where there is colour, `raw` is not what autofocus sees.
-  view.parameters = {{"lens", recording.lens()["name"]}, {"encoding", camera.value("colour", false) ? "gray8" : "raw"}};
+  view.parameters = {{"lens", recording.lens()["name"]},
+                     {"encoding", camera.value("colour", false) ? "gray8" : "raw"},
+                     {"keepFrames", true}};
   client->SetDeadline(MonotonicClock().Now() + kPatience);
   if (auto sent = client->Send(view); !sent) return PassOn(sent);
   std::unique_ptr<ViewRecorder> recorder(new ViewRecorder(*std::move(client), recording));

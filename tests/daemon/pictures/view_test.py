@@ -114,8 +114,9 @@ class ViewTest(DaemonTest):
     def test_wrong_wishes_are_refused(self):
         bad = ({"region": {"x": 0.5, "y": 0, "w": 0.6, "h": 1}}, {"region": {"x": 0, "y": 0, "w": 0, "h": 1}},
                {"scaleTo": {"widthPx": 0, "heightPx": 5}})
+        of_views = ({"maxRateHz": 0}, {"maxRateHz": -3}, {"fd": True, "keepFrames": True})
         with self.client() as client:
-            for method, wishes in (("Snapshot", bad), ("View", (*bad, {"maxRateHz": 0}, {"maxRateHz": -3}))):
+            for method, wishes in (("Snapshot", bad), ("View", (*bad, *of_views))):
                 for wish in wishes:
                     client.send(LENS + method, {"lens": "b", **wish}, more=True)
                     self.assertEqual(client.receive()["error"], LENS + "InvalidRequest", wish)
@@ -184,6 +185,17 @@ class ViewTest(DaemonTest):
                 reply, _ = next_picture(client)
                 dropped = reply["dropped"]
             self.assertGreater(dropped, first["dropped"])
+
+    def test_frames_that_are_kept_wait_for_a_client_that_does_not_read(self):
+        with self.client() as client:
+            view(client, lens="b", encoding="raw", keepFrames=True)
+            times = [next_picture(client)[0]["frame"]["exposureStartNs"]]
+            time.sleep(1.5)  # far more comes than the socket and the two places take
+            for _ in range(60):
+                reply, _ = next_picture(client)
+                self.assertEqual(reply["dropped"], 0)
+                times.append(reply["frame"]["exposureStartNs"])
+        self.assertEqual(times, sorted(set(times)))
 
     def test_a_machine_that_has_no_time_for_lensd_ends_no_view(self):
         with self.client() as client:
