@@ -1,6 +1,7 @@
 // The inverse of a small matrix, for normal equations whose number of terms is known only when they are made.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <optional>
