@@ -75,7 +75,7 @@ constexpr Setup Reaching(double lowest, double highest) {
 }
 
 TEST(FixedPattern, IsLeftOutWhereItHidTheTop) {
-  const unsigned runs = lensd::testing::ByLevel(1, 8, 100);  // of each flaw and method
+  const unsigned runs = lensd::testing::ByLevel(1, 3, 100);  // of each flaw and method
   unsigned within = 0, hold = 0, all = 0;
   for (const Flaw flaw : {Flaw::HotPixels, Flaw::Specks, Flaw::UnequalGain, Flaw::All}) {
     for (const char* method : {"auto", "sweep"}) {
@@ -102,7 +102,7 @@ TEST(FixedPattern, IsLeftOutWhereItHidTheTop) {
 }
 
 TEST(FixedPattern, AloneIsNoAnswer) {
-  const unsigned runs = lensd::testing::ByLevel(1, 5, 50);  // of each flaw
+  const unsigned runs = lensd::testing::ByLevel(1, 2, 50);  // of each flaw
   for (const Flaw flaw : {Flaw::HotPixels, Flaw::Specks, Flaw::UnequalGain, Flaw::All}) {
     for (unsigned seed = 1; seed <= runs; ++seed) {
       const Sensor sensor = SensorWith(flaw, seed);

@@ -33,7 +33,7 @@ class ClosedLoop : public ::testing::TestWithParam<const char*> {};
 
 // 99 % of all runs end within half a depth of field or refuse; and since these scenes are easy, hardly any refuses.
 TEST_P(ClosedLoop, FocusesOrRefuses) {
-  const int runs = static_cast<int>(testing::ByLevel(10, 50, 1000));
+  const int runs = static_cast<int>(testing::ByLevel(10, 20, 1000));
   const auto results = Runs(GetParam(), runs, 4711);
   int wrong = 0, refused = 0;
   for (const AutofocusRunResult& run : results) {
@@ -54,7 +54,7 @@ class Regimes : public ::testing::TestWithParam<const char*> {};
 // Each known way to fool an autofocus: it succeeds or it refuses, and a refusal leaves the lens where it was.
 TEST_P(Regimes, SucceedsOrRefuses) {
   const auto results =
-      Runs(std::string("regimes/") + GetParam() + ".toml", static_cast<int>(testing::ByLevel(2, 5, 200)), 4713);
+      Runs(std::string("regimes/") + GetParam() + ".toml", static_cast<int>(testing::ByLevel(2, 2, 200)), 4713);
   for (const AutofocusRunResult& run : results) {
     EXPECT_FALSE(run.false_focus()) << "from " << run.start_steps << ": " << run.error_dof() << " depths of field off";
     if (!run.focused) {
@@ -73,7 +73,7 @@ TEST_P(Regimes, SucceedsOrRefuses) {
 
 // Stars that no other method focuses on: by them it does, and the refusal of the others says so.
 TEST(ClosedLoopTest, StarsAreFocusedByTheirMethod) {
-  const int runs = static_cast<int>(testing::ByLevel(3, 20, 200));
+  const int runs = static_cast<int>(testing::ByLevel(3, 8, 200));
   const auto pictures = PicturesOf("stars.toml");
   const auto results = RunAutofocus(pictures, {.method = "stars", .runs = runs, .seed = 4717});
   ASSERT_TRUE(results) << results.error().message;
@@ -88,7 +88,7 @@ TEST(ClosedLoopTest, StarsAreFocusedByTheirMethod) {
 
 // Where several depths share the region the lens ends on one of them, or the refusal names them.
 TEST(ClosedLoopTest, OfTwoDepthsOneIsInFocusOrBothAreNamed) {
-  const int runs = static_cast<int>(testing::ByLevel(4, 20, 200));
+  const int runs = static_cast<int>(testing::ByLevel(4, 8, 200));
   for (const AutofocusRunResult& run : Runs("regimes/two-depths.toml", runs, 4714)) {
     const bool named = run.reason.find("different distances") != std::string::npos && run.candidates >= 2;
     EXPECT_TRUE(run.focused ? run.within() : named) << run.start_steps << ": " << run.reason;
@@ -128,7 +128,7 @@ TEST(ClosedLoopTest, ALongTravelEndsInAnAnswer) {
   auto pictures = sim::Pictures::Create(std::make_shared<const sim::Scene>(*std::move(scene)));
   ASSERT_TRUE(pictures) << pictures.error().message;
   std::vector<double> starts_mm = {45.0};
-  if (testing::ByLevel(0, 1, 1) > 0) starts_mm.push_back(5.0);
+  if (testing::ByLevel(0, 0, 1) > 0) starts_mm.push_back(5.0);
   for (const double start_mm : starts_mm) {
     const auto results = RunAutofocus(*pictures, {.method = "auto",
                                                   .runs = 1,
@@ -235,9 +235,9 @@ TEST_P(PinnedRegimes, CountsAreNoWorse) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shipped, PinnedRegimes,
-                         ::testing::Values(PinnedRegime{"real-lens", 30, 450, SubjectDistance::OfTheScene, 30, 0},
-                                           PinnedRegime{"real-lens-over", 30, 450, SubjectDistance::OfTheScene, 30, 0},
-                                           PinnedRegime{"consumer", 80, 450, SubjectDistance::DrawnAnew, 80, 0},
+                         ::testing::Values(PinnedRegime{"real-lens", 12, 450, SubjectDistance::OfTheScene, 12, 0},
+                                           PinnedRegime{"real-lens-over", 12, 450, SubjectDistance::OfTheScene, 12, 0},
+                                           PinnedRegime{"consumer", 30, 450, SubjectDistance::DrawnAnew, 30, 0},
                                            PinnedRegime{"shake", 100, 360, SubjectDistance::OfTheScene, 100, 0},
                                            PinnedRegime{"low-light", 100, 360, SubjectDistance::OfTheScene, 100, 0},
                                            PinnedRegime{"worn-mechanics", 70, 360, SubjectDistance::OfTheScene, 70, 0},

@@ -13,6 +13,7 @@
 #include <random>
 
 #include "render_scenes.h"
+#include "test_level.h"
 
 namespace lensd::sim {
 namespace {
@@ -288,11 +289,12 @@ void CompareWithRays(std::mt19937& random, bool depth_map, Algorithm algorithm, 
 
 TEST(Subpixel, LayersAndDepthMapsAgreeWithRaysThroughWhatTheyStandFor) {
   std::mt19937 random(22);
+  const long cases = lensd::testing::ByLevel(10, 16, 40);
   for (const auto& [name, depth_map, algorithm] : {std::tuple("layers", false, Algorithm::Layers),
                                                    {"layers, auto", false, Algorithm::Auto},
                                                    {"depth maps, auto", true, Algorithm::Auto}}) {
     Errors errors;
-    for (int i = 0; i < 40; ++i) CompareWithRays(random, depth_map, algorithm, errors);
+    for (long i = 0; i < cases; ++i) CompareWithRays(random, depth_map, algorithm, errors);
     std::printf("%s: mean %.3f, 99 %% %.3f of 255 at %zu points; edge zone %.3f and %.3f at %zu\n", name,
                 Errors::Mean(errors.inside), Errors::Percentile99(errors.inside), errors.inside.size(),
                 Errors::Mean(errors.edge), Errors::Percentile99(errors.edge), errors.edge.size());

@@ -169,10 +169,10 @@ struct Score {
 };
 
 /// How many disks each test draws: 200 by script/test --long.
-const int kCases = static_cast<int>(testing::ByLevel(60, 60, 200));
+const int kCases = static_cast<int>(testing::ByLevel(30, 30, 200));
 
 /// At least so many bars of 95 % contain the truth: 2.35 standard deviations fewer than on average.
-const int kContained = static_cast<int>(testing::ByLevel(53, 53, 183));
+const int kContained = static_cast<int>(testing::ByLevel(26, 26, 183));
 
 /// Of kCases disks of `low` to `high` px that the frames can tell.
 Score ScoreOf(unsigned seed, double low, double high) {

@@ -47,9 +47,9 @@ struct Options {
   bool twice = false;
 };
 
-/// How much: for an edit, for CI (half a minute of processor time), or for a night.
+/// How much: for an edit, for CI (a quarter of a minute of processor time), or for a night.
 void ByLevel(Options& options) {
-  options.days = static_cast<std::uint64_t>(testing::ByLevel(1, 4, 365));
+  options.days = static_cast<std::uint64_t>(testing::ByLevel(1, 2, 365));
   options.jobs = static_cast<std::size_t>(testing::ByLevel(1, 1, 2));
   options.wish.hours = 0.5 * static_cast<double>(testing::ByLevel(1, 1, 48));
   options.wish.pace = static_cast<double>(testing::ByLevel(20, 20, 1));
