@@ -356,7 +356,8 @@ TEST(DefocusMethod, ASlopeToldWrongGivesNoWrongAnswer) {
 }
 
 TEST(SessionTest, TheSameFrameSentTwiceIsNamed) {
-  const Ending run = RunSession("auto", [](double, int) { return Picture(NaturalWaves(29), 20.0, 0.005, 1); }, -20.0);
+  const drivers::Frame frame = Picture(NaturalWaves(29), 20.0, 0.005, 1);
+  const Ending run = RunSession("auto", [&](double, int) { return frame; }, -20.0);
   EXPECT_FALSE(run.verdict.focused);
   EXPECT_NE(run.verdict.reason.find("the same frame"), std::string::npos) << run.verdict.reason;
   EXPECT_EQ(run.verdict.cause, Cause::SameFrame);
