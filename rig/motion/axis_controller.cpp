@@ -157,10 +157,12 @@ std::optional<drivers::AxisState> AxisController::Note(std::optional<drivers::Ax
   return noted;
 }
 
-/// A motion that was just cut short may well stop there, whatever registers have shown meanwhile.
+/// A motion that was cut short, and has not been seen to stand since, may well stop there, whatever registers have
+/// shown meanwhile.
 bool AxisController::StopsAt(Native device, Instant sampled_at) const {
   const auto& swept = remembered_[setup_.axis];
-  const bool cut_short = sampled_at < cut_.doubted_until && !(motion_ && motion_->commands() > 0);
+  const bool just_cut = cut_.coasting || sampled_at < cut_.doubted_until;
+  const bool cut_short = just_cut && !(motion_ && motion_->commands() > 0);
   const Native place = device + track_.offset(), room{setup_.tolerance};
   return cut_short && swept && swept->in_motion && place >= swept->lowest - room && place <= swept->highest + room;
 }

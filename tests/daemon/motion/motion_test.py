@@ -23,8 +23,8 @@ class Motion(DaemonTest):
     quick = ("quick",)
 
     def setUp(self):
-        """At zero. A motor that only counts and is stopped within ten steps of zero, unseen on a busy machine, is taken for one that
-        lost its power (docs/plan.md), and refuses whatever follows: no test stops it there."""
+        """At zero. Where no reading shows it, a motor that only counts and is sent elsewhere within ten steps of zero may be taken for
+        one that lost its power (docs/plan.md), and refuses whatever follows: no test does that."""
         with self.daemon.client() as client:
             client.call(LENS + "Stop", {"lens": "a"})
             client.call(LENS + "Move", {"lens": "a", "axis": "focus", "target": {"position": 0}})

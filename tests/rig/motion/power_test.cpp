@@ -149,5 +149,37 @@ TEST(Power, AMomentWithoutItIsNeitherAMoveNorAnotherProgram) {
               tally.refused, tally.unknown);
 }
 
+/// On a machine with no time for it: nothing is read between the start of a move from zero and some time after its
+/// stop.
+TEST(Power, AStopNearZeroThatIsReadLateIsNoLossOfIt) {
+  const long stops = testing::ByLevel(40, 400, 40000);
+  for (long i = 0; i < stops && !::testing::Test::HasFailure(); ++i) {
+    CutTeller draw(static_cast<unsigned>(i + 1));
+    Station station;
+    station.kind = {.can_home = draw.Chance(0.5), .speed_known = draw.Chance(0.5)};
+    station.Open();
+    if (station.kind.can_home) {
+      ASSERT_TRUE(station.Home()->reached);
+    }
+    station.Run(std::chrono::milliseconds(draw.Whole(1, 1500)));
+    const int way = draw.Whole(1, 30), unread_ms = draw.Whole(0, 3000), waited_ms = draw.Whole(1, 1500);
+    SCOPED_TRACE(::testing::Message() << "seed " << i + 1 << ": stopped after " << way << " steps, nothing read for "
+                                      << unread_ms << " ms, the next move after " << waited_ms << " ms");
+    Answers<MoveOutcome> midway;
+    station.rig->Move(Axis::Focus, At(draw.Place()), midway.Take());
+    station.rig->Step(station.clock.Now());
+    station.clock.AdvanceTo(station.clock.Now() + std::chrono::microseconds(std::lround(1e6 * way / kSpeed)));
+    station.rig->Stop({Axis::Focus}, [](const Result<void>& stopped) { EXPECT_TRUE(stopped); });
+    station.clock.AdvanceTo(station.clock.Now() + std::chrono::milliseconds(unread_ms));
+    station.Run(std::chrono::milliseconds(waited_ms));
+    EXPECT_EQ(midway.only().error().code, Code::Cancelled);
+    const auto moved = station.Move(At(draw.Chance(0.5) ? 0.0 : draw.Place()));
+    ASSERT_TRUE(moved) << moved.error().message;
+    EXPECT_TRUE(moved->reached) << moved->reason;
+    EXPECT_EQ(station.Shaft(), moved->position.value);
+    EXPECT_TRUE(station.Focus().homed);
+  }
+}
+
 }  // namespace
 }  // namespace lensd::rig
