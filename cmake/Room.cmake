@@ -33,17 +33,22 @@ function(lensd_room name)
   target_link_libraries(${target} ${visibility} ${ROOM_ROOMS} ${ROOM_LIBRARIES})
 endfunction()
 
-# lensd_join(TARGET): compiles the sources of a target together where LENSD_JOIN is on: headers are read, and
-# templates compiled, once a unit instead of once a file. Names in unnamed namespaces must then differ within a target.
+# lensd_join(TARGET [COUNT]): compiles the sources of a target together, COUNT (6) at a time, where LENSD_JOIN is on: headers are read,
+# and templates compiled, once a unit instead of once a file. Names in unnamed namespaces must then differ within a target.
 # Sources that Highway compiles once an instruction set stay alone.
 function(lensd_join target)
-  if(LENSD_JOIN)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
-    # A class of one source may well use that source's own types: joined, GCC takes them for a header's. And clang sees a
-    # local name shadow that of another source.
-    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>
-                                             $<$<CXX_COMPILER_ID:Clang>:-Wno-shadow>)
+  if(NOT LENSD_JOIN)
+    return()
   endif()
+  set(count 6)
+  if(ARGC GREATER 1)
+    set(count ${ARGV1})
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${count})
+  # A class of one source may well use that source's own types: joined, GCC takes them for a header's. And clang sees a
+  # local name shadow that of another source.
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>
+                                           $<$<CXX_COMPILER_ID:Clang>:-Wno-shadow>)
 endfunction()
 
 # lensd_untraced(TARGET): fuzzers learn from the numbers that code compares, by a call for each; such calls take more than half

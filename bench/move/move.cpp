@@ -38,7 +38,7 @@ constexpr double kLongest = 40.0;        // periods looked at: a raw step at 2 %
 constexpr double kSampling = 1.0 / 200;  // periods
 constexpr double kFrom = 2000.0, kTo = 8000.0;
 
-struct Options {
+struct MoveOptions {
   double ring_hz = 80.0, damping = 0.02, range_percent = 20.0;
   int errors = 21;
   Outputs outputs;
@@ -80,7 +80,7 @@ T OrThrow(Result<T> made) {
 }
 
 /// One step, `true_hz` being what the actuator does and the options what the configuration says.
-Swing Measure(rig::Shaper shaper, double true_hz, const Options& options) {
+Swing Measure(rig::Shaper shaper, double true_hz, const MoveOptions& options) {
   SteppedClock clock;
   const auto scene = std::make_shared<const sim::Scene>(VoiceCoil(true_hz, options.damping));
   auto world = OrThrow(sim::OpenWorld(scene, clock, {.focus_start = Native{kFrom}}));
@@ -115,7 +115,7 @@ struct Row {
   Swing swing;
 };
 
-std::vector<Row> MeasureAll(const Options& options) {
+std::vector<Row> MeasureAll(const MoveOptions& options) {
   std::vector<Row> rows;
   for (const Way& way : kWays) {
     for (int i = 0; i < options.errors; ++i) {
@@ -199,7 +199,7 @@ io::Chart OverError(const std::vector<Row>& rows, double after) {
   return chart;
 }
 
-int Bench(const Options& options) {
+int Bench(const MoveOptions& options) {
   const std::vector<Row> rows = MeasureAll(options);
   const double wait = FixedWait(rows);
   std::vector<ordered_json> table;
@@ -218,7 +218,7 @@ int RunMove(int argc, char** argv) {
   CLI::App app(
       "Sends a simulated voice coil one step through a rig, raw and shaped, and measures what still swings and when.\n"
       "Residuals are parts of the step, times are periods of the configured frequency.");
-  Options options;
+  MoveOptions options;
   app.add_option("--ring-hz", options.ring_hz, "configured frequency")
       ->check(CLI::Range(1.0, 10e3))
       ->capture_default_str();
