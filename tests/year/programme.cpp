@@ -82,18 +82,14 @@ Call Administering(Chance& chance, const Mind& mind) {
   return call;
 }
 
-std::string NameOf(std::uint64_t number) {
-  return std::string("l") + (number < 10 ? "0" : "") + std::to_string(number);
-}
-
 std::string FavouredLens(Chance& chance) {
-  return NameOf(chance.Below(4));
+  return LensName(chance.Below(4));
 }
 
 }  // namespace
 
 std::string AnyLens(Chance& chance) {
-  return NameOf(chance.Below(Lenses::kCount));
+  return LensName(chance.Below(Lenses::kCount));
 }
 
 Call NextCall(Chance& chance, Role role, Mind& mind) {

@@ -53,10 +53,6 @@ settle_ms = 5
 initial_f_number = 2.0
 )";
 
-std::string NameOf(std::size_t number) {
-  return std::string("l") + (number < 10 ? "0" : "") + std::to_string(number);
-}
-
 /// A handle to a lens that stays: what one lensd has of it.
 class Handle final : public drivers::Lens {
  public:
@@ -107,6 +103,10 @@ class Eye final : public drivers::Camera {
 
 }  // namespace
 
+std::string LensName(std::uint64_t number) {
+  return std::string("l") + (number < 10 ? "0" : "") + std::to_string(number);
+}
+
 std::optional<double> TrueLens::PlaceAt(Axis axis, std::int64_t at) const {
   const auto truth = world.device.simulation->TruthAt(Instant(Duration(at)), std::nullopt);
   if (!truth || !truth->positions[axis]) return std::nullopt;
@@ -135,7 +135,7 @@ Lenses::Lenses(const Clock& clock, const Planted& planted) : clock_(clock), plan
   for (std::size_t i = 0; i < kCount; ++i) {
     const std::size_t kind = i % kKinds.size();
     auto lens = std::make_unique<TrueLens>();
-    lens->name = NameOf(i);
+    lens->name = LensName(i);
     sim::WorldOptions options;
     options.seed = i + 1;
     options.pictures = pictures[kind];

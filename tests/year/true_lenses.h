@@ -38,7 +38,9 @@ struct TrueLens {
   bool MovesNow(drivers::Axis axis) const;
 };
 
-/// By number; lens 3 is "l03".
+/// Lens 3 is "l03".
+std::string LensName(std::uint64_t number);
+
 class Lenses {
  public:
   static constexpr std::size_t kCount = 16;
