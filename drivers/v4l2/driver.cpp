@@ -9,6 +9,7 @@
 
 #include "actuator.h"
 #include "config.h"
+#include "drivers/api/own_autofocus.h"
 #include "drivers/hotplug/nodes.h"
 #include "media.h"
 #include "open.h"
@@ -61,7 +62,7 @@ class NodeChanges final : public Changes {
     std::vector<Change> changes;
     for (const ControlEvent& event : TakeEvents(*node_)) {
       if (event.id == V4L2_CID_FOCUS_AUTO && event.value_changed && event.value != 0) {
-        changes.push_back({Axis::Focus, std::nullopt, "another program has switched on the device's own autofocus"});
+        changes.push_back({Axis::Focus, std::nullopt, std::string(drivers::kOwnAutofocusOn)});
       }
       const auto* found = std::ranges::find(kAxisControls, event.id, &AxisControl::id);
       if (found == std::end(kAxisControls)) continue;
@@ -111,8 +112,12 @@ Result<std::unique_ptr<drivers::Lens>> LensOn(std::shared_ptr<const Node> node, 
     AxisConfig axis = config.axes[one.axis];
     if (coil && !axis.speed) axis.speed = kCoilSpeed * axis.scale;
     if (coil && !axis.settle) axis.settle = kCoilSettle;
-    axes.push_back({one.axis, std::make_unique<ControlActuator>(node, **control), axis,
-                    one.axis == Axis::Focus ? direction : std::nullopt});
+    AxisParts parts{one.axis, std::make_unique<ControlActuator>(node, **control), axis};
+    if (one.axis == Axis::Focus) {
+      parts.direction = direction;
+      parts.take = [automatics] { return automatics->Hold(V4L2_CID_FOCUS_AUTO, 0); };
+    }
+    axes.push_back(std::move(parts));
   }
   if (axes.empty()) return std::unique_ptr<drivers::Lens>();
   // Before anything is written: while the device focuses by itself it refuses or ignores what it is told.

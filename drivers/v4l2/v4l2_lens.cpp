@@ -26,6 +26,7 @@ struct CodeLens::AxisRun {
   std::unique_ptr<Actuator> actuator;
   double scale = 1.0;
   double codes_per_s = 0.0;  ///< 0: one write
+  std::function<Result<void>()> take{};
 
   std::int64_t from = 0;  ///< where the ramp under way began
   std::int64_t target = 0;
@@ -60,6 +61,17 @@ struct CodeLens::AxisRun {
     known = true;
     confirmed = false;
     return {};
+  }
+
+  /// To a place that was asked for: where another program has switched on an automatism, that is switched off first.
+  Result<void> Go(std::int64_t code, Instant now) {
+    if (take && !notice.empty()) {
+      if (auto taken = take(); !taken) return taken;
+    }
+    auto started = Start(code, now);
+    if (started || !take || started.error().code != Code::Busy) return started;
+    if (auto taken = take(); !taken) return taken;
+    return Start(code, now);
   }
 
   Result<void> Start(std::int64_t code, Instant now) {
@@ -114,6 +126,7 @@ Result<std::unique_ptr<drivers::Lens>> CodeLens::Make(drivers::Capabilities who,
     run.scale = parts.config.scale;
     run.codes_per_s = parts.config.speed.value_or(0.0) / parts.config.scale;
     run.actuator = std::move(parts.actuator);
+    run.take = std::move(parts.take);
     auto read = run.actuator->Read();
     if (!read && !drivers::ConcernsAll(read.error())) read = run.actuator->Read();
     if (!read && drivers::ConcernsAll(read.error())) return PassOn(read);
@@ -167,7 +180,7 @@ Result<void> CodeLens::DoStartMove(Axis axis, Native target) {
   const CodeRange range = run.actuator->range();
   const std::int64_t steps =
       std::llround((target.value / run.scale - static_cast<double>(range.minimum)) / static_cast<double>(range.step));
-  return run.Start(std::clamp(range.minimum + steps * range.step, range.minimum, range.maximum), clock_.Now());
+  return run.Go(std::clamp(range.minimum + steps * range.step, range.minimum, range.maximum), clock_.Now());
 }
 
 Result<void> CodeLens::DoStop(Axis axis) {

@@ -7,6 +7,7 @@
 // its time to show the code, counts as moving until the number stands still.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,6 +26,8 @@ struct AxisParts {
   std::unique_ptr<Actuator> actuator;
   AxisConfig config;
   std::optional<drivers::KnownDirection> direction{};  ///< of focus
+  /// Takes the axis from the device's own automatism again, which another program has switched on; null: there is none.
+  std::function<Result<void>()> take{};
 };
 
 /// Something that happened to an axis without us.

@@ -148,9 +148,11 @@ TEST_F(V4l2Lens, HearsWhatOthersDo) {
   kernel.nodes[kVideo] = VideoNode();
   Open({.device = kVideo});
   auto& node = kernel.nodes[kVideo];
+  node.controls[V4L2_CID_FOCUS_AUTO].value = 1;
   node.events.push_back(ControlChanged(V4L2_CID_FOCUS_AUTO, V4L2_EVENT_CTRL_CH_VALUE, 1));
   EXPECT_THAT(Focus().fault, HasSubstr("autofocus"));
   ASSERT_TRUE(device.lens->StartMove(Axis::Focus, Native{50}).has_value());
+  EXPECT_EQ(node.controls[V4L2_CID_FOCUS_AUTO].value, 0) << "the newest command takes focus again";
   EXPECT_EQ(Focus().fault, "");
   node.events.push_back(ControlChanged(V4L2_CID_FOCUS_ABSOLUTE, V4L2_EVENT_CTRL_CH_RANGE, 0));
   EXPECT_THAT(Focus().fault, HasSubstr("range"));
