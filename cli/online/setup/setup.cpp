@@ -336,6 +336,7 @@ Outcome Setup(Session& session, const SetupOptions& text) {
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
   SetupFindings found;
+  found.asked = !text.at.empty();
   auto status = Begin(session, *link, text, found);
   if (!status) return PassOn(status);
   const std::string lens = TextOf(found.info, "name");

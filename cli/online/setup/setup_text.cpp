@@ -89,6 +89,10 @@ std::string DirectionText(const SetupFindings& found) {
     return "direction: the subject fits both ways (it is in the middle of the travel, or the optics are not those "
            "configured); try another distance\n";
   }
+  if (!found.seen && found.asked) {
+    return "direction: not tried, because the autofocus did not focus on the subject at that distance: make it answer, "
+           "or set direction in [lens.focus]\n";
+  }
   if (!found.seen) {
     return std::string("direction: ") +
            (unknown ? "not known, so that no move to a distance is possible; " : "not tried; ") +

@@ -16,6 +16,7 @@ struct SetupFindings {
   varlink::Json autofocus, backlash;            ///< results of the interface, or null
   std::string direction = "untried";            ///< right, reversed, undecided; found: nobody had said any
   std::optional<std::string> seen;              ///< "nearPositive" or "nearNegative", where it was decided
+  bool asked = false;                           ///< --at was given
   bool goes_by_seen = false;                    ///< lensd does
   double blur_px_per_step = 0.0;                ///< by the nominal optics; 0: not known
   double f_number = 0.0;                        ///< at which the blur was measured; 0: not known
