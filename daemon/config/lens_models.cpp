@@ -2,7 +2,6 @@
 #include "daemon/config/lens_models.h"
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <string>
 #include <system_error>
@@ -71,11 +70,13 @@ Result<Settings> OpticsOf(const Settings& named, const std::string& name, const 
                           const Location& where) {
   auto table = ReadModel(named, name);
   if (!table) return PassOn(table);
-  // How far the lens extends is one statement, whichever key makes it.
-  constexpr std::array<std::string_view, 4> kReach = {"closest_m", "closest_from", "extension_mm", "power_d"};
-  if (std::ranges::any_of(kReach, [&](std::string_view key) { return beside.contains(key); })) {
-    for (const std::string_view key : kReach) table->erase(std::string(key));
+  // How far the lens extends is one statement, whichever key makes it. Where a closest distance alone is given, it
+  // starts where the model's own one starts.
+  const bool extends = beside.contains("extension_mm") || beside.contains("power_d");
+  if (extends || beside.contains("closest_m")) {
+    for (const char* const key : {"closest_m", "extension_mm", "power_d"}) table->erase(key);
   }
+  if (extends) table->erase("closest_from");
   for (const auto& [key, value] : beside) {
     if (key != "model") table->insert_or_assign(key, value);
   }

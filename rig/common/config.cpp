@@ -157,14 +157,21 @@ double LongestMm(const std::pair<double, double>& focal_length_mm) {
 }
 
 /// The extension, in mm, of a thin lens that focuses at `closest`: f^2/(Z_o - f) with Z_o from the lens centre. Of a
-/// liquid lens, with its sensor at Z_s: Z_s^2/(Z_s + Z_o).
+/// liquid lens, with its sensor at Z_s: Z_s^2/(Z_s + Z_o). OutOfRange: nearer than any lens focuses.
 Result<double> NearExtensionMm(const optics::FocusScale& scale, double focal_length_mm, bool liquid, Metres closest) {
+  constexpr double kRounding = 1e-9;       // what four focal lengths may lack
+  constexpr double kLargestPicture = 100;  // times its object: nearer to the focal length no lens is built
   const Metres f{focal_length_mm * 1e-3};
   const auto depth = liquid ? optics::DepthAt(scale, f, Metres{0.0}, closest) : optics::DepthInFocus(scale, f, closest);
+  const double least = 4.0 * f.value + scale.principal_gap.value;  // from the sensor, where the picture is 1:1
+  const bool at_sensor = scale.from == optics::DistanceFrom::Sensor && !liquid;
+  if (!depth && at_sensor && closest.value >= (1.0 - kRounding) * least) return focal_length_mm;
   if (!depth) return PassOn(depth);
   const double z = depth->distance().value_or(Metres{0.0}).value;
   if (liquid) return 1e3 * f.value * f.value / (f.value + z);
-  if (!(z > f.value)) return Fail(Code::OutOfRange, "it is within the focal length, where no lens focuses");
+  if (!(z >= (1.0 + 1.0 / kLargestPicture) * f.value)) {
+    return Fail(Code::OutOfRange, "it is within the focal length, or within 1 % of it, where no lens focuses");
+  }
   return 1e3 * f.value * f.value / (z - f.value);
 }
 
@@ -177,6 +184,9 @@ std::optional<std::pair<double, double>> ReadClosest(SettingsReader& read, const
     scale.from = static_cast<optics::DistanceFrom>(read.Choice("closest_from", kOrigins, 0));
   }
   const auto closest = read.OptionalNumber("closest_m", kPositive);
+  if (!closest && read.Has("closest_from") && (read.Any("extension_mm") != nullptr || read.Any("power_d") != nullptr)) {
+    read.Reject("closest_from", "says where closest_m starts, and there is no closest_m: leave closest_from out");
+  }
   if (!closest) return std::nullopt;
   const char* other = liquid ? "power_d" : "extension_mm";
   if (read.Any(other) != nullptr) {

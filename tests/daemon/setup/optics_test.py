@@ -76,8 +76,39 @@ class Closest(unittest.TestCase):
                     want = expected[one["name"]]
                     self.assertAlmostEqual(optics["extensionMaxMm"], want, delta=1e-8 * want)
 
+    def test_one_to_one_from_the_sensor_is_taken_however_it_is_rounded(self):
+        """Four focal lengths and the gap, which no binary number need be exactly."""
+        draw = random.Random(3368)
+        for begin in range(0, COUNT, 12):
+            text, lengths = "version = 1\n", {}
+            for index in range(begin, begin + 12):
+                f_mm = Fraction(3368, 10) if index == 0 else Fraction(draw.randrange(20, 60000), 100)
+                gap_mm = draw.choice([Fraction(0), Fraction(draw.randrange(2000), 100)])
+                text += lens(f"l{index}", "", f"focal_length_mm = {float(f_mm)}\nf_number = [2, 16]\n"
+                             f"closest_m = {float((4 * f_mm + gap_mm) / 1000)}\nclosest_from = \"sensor\"\nprincipal_gap_mm = {float(gap_mm)}\n")
+                lengths[f"l{index}"] = float(f_mm)
+            lenses = listed(text)
+            self.assertEqual(len(lenses), 12)
+            for one in lenses:
+                with self.subTest(lens=one["name"], text=text):  # near 1:1 the extension goes with the root of the distance
+                    self.assertAlmostEqual(one["optics"]["extensionMaxMm"] / lengths[one["name"]], 1, delta=1e-4)
+
+    def test_no_lens_is_taken_to_focus_within_its_focal_length(self):
+        """By rounding neither: the picture would be millions of times its object."""
+        draw = random.Random(142)
+        for index in range(COUNT):
+            f_mm = 14.2 if index == 0 else round(draw.uniform(1, 300), 2)
+            closest = float(Fraction(str(f_mm)) / 1000) * (1 if index == 0 else draw.choice([1, 1 + 1e-15, 1 + 1e-12, 1 + 1e-4, 1.005]))
+            done = check(lens("a", "", f"focal_length_mm = {f_mm}\nf_number = [2, 16]\nclosest_m = {closest!r}\n"
+                              f'closest_from = "{draw.choice(["lens", "front"])}"\n'))
+            with self.subTest(f_mm=f_mm, closest=closest):
+                self.assertEqual(done.returncode, 78, done.stderr)
+                self.assertIn("within the focal length", done.stderr)
+
     def test_what_cannot_be_is_refused_with_the_key(self):
         for optics, words in (("closest_m = 0.02\n", "within the focal length"),
+                              ('extension_mm = [0, 1]\nclosest_from = "sensor"\n', "leave closest_from out"),
+                              ('liquid = true\npower_d = [38, 48]\nclosest_from = "lens"\n', "leave closest_from out"),
                               ('closest_m = 0.099\nclosest_from = "sensor"\n', "100 mm"),
                               ("closest_m = 0.3\nextension_mm = [0, 1]\n", "one of the two"),
                               ("closest_m = 0.3\nliquid = true\npower_d = [38, 48]\n", "one of the two"),
@@ -118,6 +149,39 @@ class Models(unittest.TestCase):
             with open(os.path.join(LENSES, file), encoding="utf-8") as model:
                 f_mm = float(re.search(r"focal_length_mm = (.*)", model.read()).group(1))
             self.assertEqual(one["optics"]["focalLengthMm"], f_mm)
+
+    def test_a_closest_distance_beside_a_model_starts_where_the_models_does(self):
+        """Unless closest_from is beside it too. The focal lengths and origins are drawn; what is expected is reckoned exactly."""
+        draw = random.Random(506)
+        for begin in range(0, COUNT, 12):
+            text, expected = "version = 1\n", {}
+            folder = tempfile.TemporaryDirectory()
+            self.addCleanup(folder.cleanup)
+            for index in range(begin, begin + 12):
+                f_mm, gap_mm = draw.uniform(2, 300), draw.choice([0, 7.5])
+                origin, other = draw.sample(["lens", "sensor"], 2)
+                # Possible from either origin; the model's own closest distance is another one and must not count.
+                closest = round((4.05 * f_mm + gap_mm) * draw.uniform(1, 9), 2) / 1000
+                path = os.path.join(folder.name, f"l{index}.toml")
+                with open(path, "w", encoding="utf-8") as model:
+                    reach = draw.choice([f'closest_m = {3 * closest}\nclosest_from = "{origin}"\n'] * 3 + ["extension_mm = [0, 0.5]\n"])
+                    model.write(f'version = 1\ndocument = "the data sheet of this test"\nfocal_length_mm = {f_mm}\nf_number = [2, 16]\n'
+                                f'principal_gap_mm = {gap_mm}\n{reach}')
+                from_model = origin if "closest_from" in reach else "lens"
+                beside, origin = draw.choice([("", from_model), (f'closest_from = "{other}"\n', other)])
+                text += lens(f"l{index}", "", f'model = "{path}"\nclosest_m = {closest}\n{beside}')
+                expected[f"l{index}"] = 1e3 * extension_of(f_mm / 1e3, closest, origin, gap_mm / 1e3)
+            for one in listed(text):
+                with self.subTest(lens=one["name"], text=text):
+                    want = expected.pop(one["name"])
+                    self.assertAlmostEqual(one["optics"]["extensionMaxMm"], want, delta=1e-8 * want)
+            self.assertEqual(expected, {})
+        at_sensor = lens("a", "", 'model = "hasselblad-hcd-50-ii"\nclosest_m = 0.6\n')
+        for one in listed("version = 1\n" + at_sensor):
+            with open(os.path.join(LENSES, "hasselblad-hcd-50-ii.toml"), encoding="utf-8") as model:
+                f = float(re.search(r"focal_length_mm = (.*)", model.read()).group(1)) / 1e3
+            want = 1e3 * extension_of(f, 0.6, "sensor", one["optics"]["principalGapMm"] / 1e3)
+            self.assertAlmostEqual(one["optics"]["extensionMaxMm"], want, delta=1e-8 * want)
 
     def test_other_keys_take_precedence_and_mistakes_are_named(self):
         own = 'version = 1\ndocument = "a data sheet"\nfocal_length_mm = 25\nf_number = [1.4, 16]\nclosest_m = 0.3\n'
