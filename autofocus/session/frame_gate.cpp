@@ -162,9 +162,10 @@ bool FrameGate::IsStale(const Seen& now) const {
   const bool outside = source_ == Source::Outside;
   if (!outside && count_ > kFewFrames && lag_.known().value_or(0) == 0) return false;
   if (!IsFar(now)) return false;
+  // A client's frame that may be of the place before is taken again, also where no texture shows.
+  if (outside) return !ChangeBetween(now.frame, used_->frame, now.window).shows;
   const Difference difference = DifferenceOf(now.frame, used_->frame, now.window);
-  // Where no texture shows, a client's frame of another place is taken again too: it may be the one that proves.
-  return difference.is_noise && (difference.texture_shows || outside);
+  return difference.is_noise && difference.texture_shows;
 }
 
 /// Nothing: as a frame after the one before may look.
