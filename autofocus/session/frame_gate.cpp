@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include "autofocus/session/frame_difference.h"
 
@@ -21,6 +23,7 @@ constexpr double kFarShare = 1.0 / 64.0;              ///< of the range: the sam
 constexpr int kFewFrames = 3;                         ///< of a search: what looks alike so early is doubted
 constexpr int kEnoughAgree = 2;                       ///< frames at the end, where the lag has not shown
 constexpr int kMostInVain = 3;                        ///< doubts of a frame's place, then such frames are believed
+constexpr int kKeptPx = 256;                          ///< each way, of the last frame of a search
 constexpr int kMostStale = 2;  ///< frames that do not change by a move, until a scene is believed that does not
 
 using Row = std::span<const std::uint16_t>;
@@ -100,6 +103,25 @@ bool HasRowsAgain(const drivers::Frame& one, const drivers::Frame& other, const 
   return false;
 }
 
+Window MiddleOf(const Window& window) {
+  const int width = std::min(window.width, kKeptPx), height = std::min(window.height, kKeptPx);
+  return {window.x + (window.width - width) / 2, window.y + (window.height - height) / 2, width, height};
+}
+
+/// As a frame of its own.
+drivers::Frame PartOf(const drivers::Frame& frame, const Window& window) {
+  std::vector<std::uint16_t> samples;
+  for (int y = 0; y < window.height; ++y) {
+    const Row row = RowOf(frame, window, y);
+    samples.insert(samples.end(), row.begin(), row.end());
+  }
+  drivers::Frame part = frame;
+  part.width = window.width;
+  part.height = window.height;
+  part.samples = std::make_shared<const std::vector<std::uint16_t>>(std::move(samples));
+  return part;
+}
+
 }  // namespace
 
 FrameGate::Light FrameGate::LightOf(const drivers::Frame& frame, const Window& window) {
@@ -151,17 +173,32 @@ bool FrameGate::Moved(double position) const {
   return !used_ || std::abs(position - used_->position) > 0.5 * setup_.resolution;
 }
 
-/// Far enough from the frame before for texture to change.
-bool FrameGate::IsFar(const Seen& now) const {
+/// Far enough for texture to change.
+bool FrameGate::IsFar(double from, double to) const {
   const double far = setup_.blur_px ? kFarPx * *setup_.blur_px : kFarShare * (setup_.highest - setup_.lowest);
-  return used_ && std::abs(now.position - used_->position) >= std::max(far, setup_.resolution);
+  return std::abs(to - from) >= std::max(far, setup_.resolution);
+}
+
+/// The first frame may show where the lens stood at the end of the search before.
+bool FrameGate::IsOfTheSearchBefore(const Seen& now) const {
+  if (!before_ || before_->width_px != now.frame.width || before_->height_px != now.frame.height) return false;
+  if (!IsFar(before_->position, now.position)) return false;
+  const Window all{0, 0, before_->window.width, before_->window.height};
+  return !ChangeBetween(PartOf(now.frame, before_->window), before_->part, all).shows;
+}
+
+std::optional<FrameGate::LastFrame> FrameGate::last_frame() const {
+  if (!used_ || !used_->frame.samples) return std::nullopt;
+  const drivers::Frame& frame = used_->frame;
+  const Window window = MiddleOf(used_->window);
+  return LastFrame{PartOf(frame, window), window, frame.width, frame.height, used_->position};
 }
 
 bool FrameGate::IsStale(const Seen& now) const {
   // A pass over many places looks alike just before and just behind the top, and is not led astray by one of them.
   const bool outside = source_ == Source::Outside;
   if (!outside && count_ > kFewFrames && lag_.known().value_or(0) == 0) return false;
-  if (!IsFar(now)) return false;
+  if (!IsFar(used_->position, now.position)) return false;
   // A client's frame that may be of the place before is taken again, also where no texture shows.
   if (outside) return !ChangeBetween(now.frame, used_->frame, now.window).shows;
   const Difference difference = DifferenceOf(now.frame, used_->frame, now.window);
@@ -174,7 +211,8 @@ std::optional<FrameGate::Doubt> FrameGate::DoubtOf(const Seen& now) const {
   const double full = FullScale(now.frame);
   const bool flat = light.least == light.most;
   // Points of light on black are rounded away out of focus.
-  if (!used_) return flat && light.most > 0 ? std::optional(Doubt::Flat) : std::nullopt;
+  if (!used_ && flat && light.most > 0) return Doubt::Flat;
+  if (!used_) return IsOfTheSearchBefore(now) ? std::optional(Doubt::Stale) : std::nullopt;
   const Light& before = used_->light;
   if (flat && before.least != before.most) {
     const bool clips = light.most == 0 || light.most >= full;
@@ -289,6 +327,7 @@ Judgement FrameGate::Judge(const Place& place, const drivers::Frame& frame, std:
   const Seen now{frame, *window, place.position, LightOf(frame, *window)};
   if (used_ && (used_->frame.width != frame.width || used_->frame.height != frame.height)) return {};
   if (lag_.at_rest()) return NextAtRest(now, true);
+  const bool far = used_ && IsFar(used_->position, now.position);
   Judgement judged;
   if (lag_.has_thrown()) judged.before_is_bad = WhyThrownAway();
   if (!doubt_ && lag_.known().value_or(0) > 0 && Moved(now.position)) {
@@ -297,7 +336,7 @@ Judgement FrameGate::Judge(const Place& place, const drivers::Frame& frame, std:
       judged.kind = Kind::AskAgain;
       return judged;
     }
-    lag_.MeasureAnew(IsFar(now) ? &used_->frame : nullptr, frame, *window);
+    lag_.MeasureAnew(far ? &used_->frame : nullptr, frame, *window);
   }
   if (doubt_ && !place.on_the_way) {
     judged = Answer(now);
@@ -317,7 +356,7 @@ Judgement FrameGate::Judge(const Place& place, const drivers::Frame& frame, std:
       judged = {Kind::UseAnew, ReasonOf(dark ? Doubt::Dark : Doubt::Missing)};
     }
   }
-  const bool learns = judged.kind == Kind::Use && lag_.ToLearn() && !place.on_the_way && IsFar(now);
+  const bool learns = judged.kind == Kind::Use && lag_.ToLearn() && !place.on_the_way && far;
   if (learns && ChangeBetween(frame, used_->frame, *window).shows) {
     lag_.BeginAtRest(frame, 0);
     return {Kind::AskAgain, judged.before_is_bad};

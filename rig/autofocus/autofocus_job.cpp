@@ -241,8 +241,8 @@ void AutofocusJob::Begin(AutofocusRequest request, AutofocusRun::Plan search, Pr
 
 void AutofocusJob::Cancel(const Error& why) {
   if (!running()) return;
-  run_.reset();
   EndExternal();
+  run_.reset();
   (void)focus().End(AxisController::Outcome::CutShort);
   means_.frames.ForgetAutofocus();
   means_.replies.Add(std::exchange(done_, nullptr), Result<AutofocusOutcome>(PassOn(why)));
@@ -267,8 +267,8 @@ void AutofocusJob::End(Result<AutofocusOutcome> outcome) {
 
 void AutofocusJob::Tidy() {
   if (!std::exchange(ended_, false)) return;
-  run_.reset();
   EndExternal();
+  run_.reset();
 }
 
 void AutofocusJob::Serve() {
@@ -396,8 +396,9 @@ void AutofocusJob::ServeExternal() {
   means_.replies.Add(std::move(done), Result<Observation>(std::move(shown)));
 }
 
-/// A submitted frame that still waits is refused: no run needs it any more.
+/// A submitted frame that still waits is refused: no run needs it any more. The run is still there.
 void AutofocusJob::EndExternal() {
+  if (auto last = external_ ? run_->last_frame() : std::nullopt) last_frame_ = std::move(last);
   if (external_ && external_->submitted()) {
     means_.replies.Add(external_->Refuse(), Result<void>(Fail(Code::Cancelled, "the autofocus has ended")));
   }

@@ -49,7 +49,7 @@ AutofocusRun::AutofocusRun(Plan plan, FocusActuator& lens, Scale scale, std::fun
 
 AutofocusRun::Search AutofocusRun::SearchFor(Plan plan) const {
   const Instant deadline = lens_.Now() + plan.limit;
-  autofocus::FrameGate gate(plan.setup, lens_.lag_frames(), lens_.source());
+  autofocus::FrameGate gate(plan.setup, lens_.lag_frames(), lens_.source(), lens_.last_frame());
   return {.plan = std::move(plan),
           .gate = std::move(gate),
           .began_at = lens_.Now(),

@@ -14,8 +14,8 @@
 //   torn      rows there equal those of the frame before bit for bit, though the lens has moved;
 //   stale     all of it equals the frame before, or differs from it by noise alone, though the lens has moved by pixels
 //             of blur. Of lensd's own camera, by noise alone only where texture shows, and in the first four frames,
-//             since a pass looks alike on both sides of its top. A client's camera is doubted up to three times in
-//             vain.
+//             since a pass looks alike on both sides of its top. A client's frame that does not clearly differ is
+//             doubted too, up to three times in vain; its first one is compared with the last one of the search before.
 // A stale frame, a picture that changes while the lens stands, and a camera of which nothing is known lead to the lag
 // of its picture (PictureLag): from then on frames are thrown away after each move. The first frame has none before it:
 // it is left out where the second one shows that it was dark or had rows missing.
@@ -54,8 +54,17 @@ class FrameGate {
  public:
   /// Inside: frames of lensd's own camera, whose driver says when each was exposed. Outside: a client says so.
   enum class Source { Inside, Outside };
-  /// `lag`: by how many frames the camera's picture is late; nothing: not known.
-  FrameGate(const Setup& setup, std::optional<int> lag, Source source) : setup_(setup), source_(source), lag_(lag) {}
+  /// What a search leaves of its last frame for the search after it.
+  struct LastFrame {
+    drivers::Frame part;              ///< the samples of `window` alone
+    Window window;                    ///< of the whole picture; at most 256 px each way
+    int width_px = 0, height_px = 0;  ///< of the whole picture
+    double position = 0.0;            ///< as those of Setup
+  };
+  /// `lag`: by how many frames the camera's picture is late; nothing: not known. `before`: of the search before, with
+  /// the same camera as far as is known; nothing: there was none, or its last frame is not to be looked at.
+  FrameGate(const Setup& setup, std::optional<int> lag, Source source, std::optional<LastFrame> before)
+      : setup_(setup), source_(source), lag_(lag), before_(std::move(before)) {}
   Judgement Judge(const Place& place, const drivers::Frame& frame, std::span<const drivers::Region> regions);
   /// Of a score without its picture: whether another one is to be taken at its place.
   bool ThrowsAwayScore(const Place& place);
@@ -68,6 +77,8 @@ class FrameGate {
   Judgement JudgeAtRest(const drivers::Frame& frame);
   /// As later searches are to take it; nothing: not known.
   std::optional<int> lag() const { return lag_.Learned(); }
+  /// For the search after this one; nothing: no picture was used.
+  std::optional<LastFrame> last_frame() const;
 
  private:
   enum class Doubt { Flat, Dark, Bright, Missing, Torn, Stale };
@@ -84,7 +95,8 @@ class FrameGate {
 
   std::optional<Doubt> DoubtOf(const Seen& now) const;
   bool SettledFor(Doubt doubt) const;
-  bool IsFar(const Seen& now) const;
+  bool IsFar(double from, double to) const;
+  bool IsOfTheSearchBefore(const Seen& now) const;
   bool IsStale(const Seen& now) const;
   bool Moved(double position) const;
   Judgement Answer(const Seen& now);
@@ -102,6 +114,7 @@ class FrameGate {
   std::optional<Doubt> doubt_;  ///< in the frame before
   int stale_ = 0;               ///< frames that were doubted so, one after the other
   PictureLag lag_;
+  std::optional<LastFrame> before_;
   bool content_settled_ = false;  ///< a scene that is flat, dark or bright by itself was seen
   int in_vain_ = 0;               ///< doubts that a frame is, in part or whole, of where the lens was before
   int looked_again_ = 0;          ///< after verdicts

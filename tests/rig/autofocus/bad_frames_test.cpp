@@ -451,5 +451,48 @@ TEST_F(BadFrames, ThreeSearchesInARowAreNeverLedAstrayByLateFrames) {
   }
 }
 
+/// The first frame of a second search shows where the first search ended, as from a buffer that was not thrown away;
+/// each is compared with a second search whose camera is in time.
+TEST_F(BadFrames, AFirstFrameOfWhereTheSearchBeforeEndedIsTakenAgain) {
+  std::mt19937 random(41);
+  Late ends[2];
+  std::vector<int> more_frames;  ///< of a camera in time
+  for (long i = 0; i < testing::ByLevel(4, 16, 400); ++i) {
+    Search search = Draw(random);
+    const int start = static_cast<int>(random() % search.stack->frames.size());
+    for (const bool late : {false, true}) {
+      search.kind = late ? Kind::StaleWithNoise : Kind::Healthy;
+      search.bad = 0;
+      Setting setting(search, LensOf(search));
+      setting.Go(search);
+      setting.MoveTo(start);
+      search.bad = setting.taken() + 1;
+      const Ended ended = setting.Go(search);
+      Late& count = ends[late ? 1 : 0];
+      ++count.runs;
+      count.within += ended.how == SearchEnd::Within;
+      count.off += ended.how == SearchEnd::Off;
+      count.refused += ended.how == SearchEnd::Refused;
+      count.wrong += ended.how == SearchEnd::False;
+      if (!late) more_frames.push_back(static_cast<int>(ended.outcome.left_out.size()));
+      if (ended.how == SearchEnd::False || (std::getenv("TELL") != nullptr && ended.how == SearchEnd::Refused)) {
+        std::printf("second start %d, %s\n", start, Told(search, ended).c_str());
+      }
+    }
+  }
+  for (const Late& count : ends) {
+    std::printf("first frame %s: %d runs: %d within, %d off, %d refused, %d false\n",
+                &count == ends ? "in time" : "late", count.runs, count.within, count.off, count.refused, count.wrong);
+    EXPECT_LE(count.wrong, count.runs / 500);
+  }
+  const Late &in_time = ends[0], &late = ends[1];
+  EXPECT_LE(late.refused, in_time.refused + 1 + late.runs / 50);
+  EXPECT_GE(late.within, in_time.within - 1 - late.runs / 50);
+  std::ranges::sort(more_frames);
+  std::printf("in time: %d frames left out in the median, %d at most\n", more_frames[more_frames.size() / 2],
+              more_frames.back());
+  EXPECT_LE(more_frames[more_frames.size() / 2], 1);  // at the answer
+}
+
 }  // namespace
 }  // namespace lensd::rig
