@@ -156,8 +156,11 @@ double Defocus::ShownSlope(const RingStack& stack, const Posterior& posterior, d
 /// Even blur may agree there by chance, where one frequency outshines what else there is. `slope`: as Posterior has it.
 bool Defocus::MayBeASideTop(const CurvePoint& top, bool agrees, double slope) const {
   constexpr double kRepeats = 1.2, kClearlyRepeats = 1.4;  // RiseWithBlur()
+  constexpr double kGratings = 0.7;                        // ShareOfTwoGratings() of a small picture
   const Taken& there =
       *std::ranges::min_element(taken_, {}, [&](const Taken& one) { return std::abs(one.position - top.position); });
+  if (std::min(window_.width, window_.height) <= defocus::kSmallSide)
+    return defocus::ShareOfTwoGratings(there.spectra.front()) > kGratings;
   const double travel_px = (setup_.highest - setup_.lowest) / *setup_.blur_px * std::max(slope, 1.0);
   return defocus::RiseWithBlur(there.spectra, travel_px) > (agrees ? kClearlyRepeats : kRepeats);
 }

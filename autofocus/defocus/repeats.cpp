@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "autofocus/defocus/disk_response.h"
@@ -16,6 +17,7 @@ constexpr double kHighest = 0.45;     // cycles per px
 constexpr double kBandsPerBin = 2.0;  // frequencies that are taken as one
 constexpr double kVisible = 3.0;      // standard deviations over the noise
 constexpr double kMostBlur = 0.6;     // of the side: farther, what is between the bands would show
+constexpr double kLineBins = 1.6;     // a grating reaches so far in a window's spectrum
 
 struct Band {
   double power = 0.0;
@@ -48,7 +50,52 @@ std::vector<double> EnergyByFrequency(const Tiles& tiles, double side) {
   return energy;
 }
 
+/// Gradient energy of one mode.
+struct Mode {
+  double across = 0.0;  ///< bins
+  double down = 0.0;    ///< bins
+  double energy = 0.0;
+};
+
+/// Of half of the plane, without the mean.
+std::vector<Mode> ModesOf(const Spectrum& picture) {
+  std::vector<Mode> modes;
+  for (int j = 0; j < picture.height; ++j) {
+    const int down = j <= picture.height / 2 ? j : j - picture.height;
+    for (int i = 0; i < picture.columns(); ++i) {
+      if (i == 0 && down <= 0) continue;
+      const double f = std::hypot(static_cast<double>(i) / picture.width, static_cast<double>(down) / picture.height);
+      if (f > kHighest) continue;
+      const double power = std::norm(picture.modes[static_cast<std::size_t>(j * picture.columns() + i)]);
+      modes.push_back(
+          {static_cast<double>(i), static_cast<double>(down), f * f * std::max(power - picture.noise, 0.0)});
+    }
+  }
+  return modes;
+}
+
+/// Takes the strongest mode and those about it out of `modes`; their energy.
+double TakeStrongest(std::vector<Mode>& modes) {
+  const Mode top = *std::ranges::max_element(modes, {}, &Mode::energy);
+  double energy = 0.0;
+  for (Mode& mode : modes) {
+    const double there = std::hypot(mode.across - top.across, mode.down - top.down);
+    const double mirrored = std::hypot(mode.across + top.across, mode.down + top.down);
+    if (std::min(there, mirrored) <= kLineBins) energy += std::exchange(mode.energy, 0.0);
+  }
+  return energy;
+}
+
 }  // namespace
+
+double ShareOfTwoGratings(const Spectrum& picture) {
+  std::vector<Mode> modes = ModesOf(picture);
+  double all = 0.0;
+  for (const Mode& mode : modes) all += mode.energy;
+  if (!(all > 0.0)) return 0.0;
+  const double first = TakeStrongest(modes);
+  return (first + TakeStrongest(modes)) / all;
+}
 
 std::vector<double> SharpnessUnderBlur(const Tiles& tiles, double most_px) {
   const double side = std::min(tiles.front().width, tiles.front().height);

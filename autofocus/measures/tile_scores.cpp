@@ -4,16 +4,17 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "autofocus/sharpness.h"
 
 namespace lensd::autofocus {
 namespace {
 
-constexpr int kTileSide = 16;   // px, at least
-constexpr int kMostAlong = 40;  // tiles
-constexpr int kAround = 4;      // px: what is clipped spoils its surroundings
-constexpr int kAlone = 1;       // px at full scale are noise
+constexpr int kTileSide = 16;      // px, at least
+constexpr int kFinerTileSide = 4;  // px, at least: clipped light may leave no larger parts
+constexpr int kMostAlong = 40;     // tiles
+constexpr int kAlone = 1;          // px at full scale are noise
 
 bool AnyClipped(const drivers::Frame& frame, const Window& window, std::uint16_t full) {
   for (int y = window.y; y < window.y + window.height; ++y) {
@@ -23,11 +24,12 @@ bool AnyClipped(const drivers::Frame& frame, const Window& window, std::uint16_t
   return false;
 }
 
-bool Clipped(const drivers::Frame& frame, const Window& window, const Window& tile) {
+/// Pixels at full scale in the tile and `around` it, as far as the window goes: more than noise.
+bool ClippedWithin(const drivers::Frame& frame, const Window& window, const Window& tile, int around) {
   const auto full = static_cast<std::uint16_t>((1u << frame.bits) - 1u);
-  const int top = std::max(tile.y - kAround, window.y), left = std::max(tile.x - kAround, window.x);
-  const int bottom = std::min(tile.y + tile.height + kAround, window.y + window.height);
-  const int right = std::min(tile.x + tile.width + kAround, window.x + window.width);
+  const int top = std::max(tile.y - around, window.y), left = std::max(tile.x - around, window.x);
+  const int bottom = std::min(tile.y + tile.height + around, window.y + window.height);
+  const int right = std::min(tile.x + tile.width + around, window.x + window.width);
   int count = 0;
   for (int y = top; y < bottom; ++y) {
     const auto row = frame.samples->begin() + static_cast<std::ptrdiff_t>(y) * frame.width;
@@ -36,12 +38,16 @@ bool Clipped(const drivers::Frame& frame, const Window& window, const Window& ti
   return count > kAlone;
 }
 
-}  // namespace
+int ClearAround(const drivers::Frame& frame, const Window& window, const Window& tile) {
+  int clear = kMostClear;
+  while (clear > 0 && ClippedWithin(frame, window, tile, clear)) --clear;
+  return clear;
+}
 
-std::shared_ptr<const TileScores> ScoreTiles(const drivers::Frame& frame, const Window& window) {
+std::shared_ptr<TileScores> ScoreTilesOf(const drivers::Frame& frame, const Window& window, int side) {
   auto scores = std::make_shared<TileScores>();
-  const auto along = [](int size) {
-    return std::max(1, size / std::max(kTileSide, (size + kMostAlong - 1) / kMostAlong));
+  const auto along = [side](int size) {
+    return std::max(1, size / std::max(side, (size + kMostAlong - 1) / kMostAlong));
   };
   scores->columns = along(window.width);
   scores->rows = along(window.height);
@@ -67,10 +73,19 @@ std::shared_ptr<const TileScores> ScoreTiles(const drivers::Frame& frame, const 
       sum.noise_pixels = static_cast<double>(sums.noise_pixels);
       sum.pixels = static_cast<double>(right - left - 2) * (bottom - top - 2);
       sum.light = static_cast<double>(sums.light) * sum.pixels / (static_cast<double>(right - left) * (bottom - top));
-      sum.clipped = some_clipped && Clipped(frame, window, tile);
+      sum.clear = some_clipped ? ClearAround(frame, window, tile) : kMostClear;
       scores->tiles.push_back(sum);
     }
   }
+  return scores;
+}
+
+}  // namespace
+
+std::shared_ptr<const TileScores> ScoreTiles(const drivers::Frame& frame, const Window& window) {
+  auto scores = ScoreTilesOf(frame, window, kTileSide);
+  auto finer = ScoreTilesOf(frame, window, kFinerTileSide);
+  if (finer->tiles.size() > scores->tiles.size()) scores->finer = std::move(finer);
   return scores;
 }
 
@@ -79,7 +94,7 @@ FocusScore ScoreOf(const TileScores& scores, const std::vector<char>& left_out, 
   double clipped = 0.0;
   for (std::size_t t = 0; t < scores.tiles.size(); ++t) {
     const TileSum& tile = scores.tiles[t];
-    clipped += tile.clipped ? 1.0 : 0.0;
+    clipped += tile.clear < kMostClear ? 1.0 : 0.0;
     if (!left_out.empty() && left_out[t] != 0) continue;
     all.gradient += tile.gradient;
     all.noise += tile.noise;

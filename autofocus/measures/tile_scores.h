@@ -16,8 +16,9 @@ struct TileSum {
   double noise_pixels = 0.0;
   double light = 0.0;
   double pixels = 0.0;
-  bool clipped = false;  ///< too bright for the sensor, here or just beside
+  int clear = 0;  ///< px around it in which nothing is too bright for the sensor, at most kMostClear
 };
+inline constexpr int kMostClear = 4;  ///< px: what is too bright spoils its surroundings
 
 /// All tiles of a window, row by row. Two windows of one size have the same tiles.
 struct TileScores {
@@ -27,6 +28,9 @@ struct TileScores {
   int bits = 8;
   double rounding = 0.0;  ///< variance that rounding to those leaves, full scale squared
   std::vector<TileSum> tiles;
+  /// The same window by smaller tiles, for where clipped light leaves none of these; nullptr: there are no smaller
+  /// ones.
+  std::shared_ptr<const TileScores> finer;
 };
 
 /// `window` is inside the frame and at least 16 x 16 px.

@@ -15,9 +15,17 @@ namespace {
 constexpr double kClearProminence = 6.0;  ///< standard deviations of the noise
 constexpr double kClearContrast = 0.1;    ///< of the peak over the rest of the range
 constexpr double kMostLeftOut = 0.8;      ///< of the region, as too bright
+constexpr double kWorthKeeping = 0.5;     ///< of the region: before more is left out of it, the margin shrinks
+constexpr int kLeastClear = 1;            ///< px beside what is too bright: the sums of a tile reach so far
 constexpr double kFlicker = 0.02;         ///< of sharpness: what changes from frame to frame besides noise
 constexpr double kSigmas = 3.0;
 constexpr int kFarther = 3, kFarthest = 9;  ///< times the reach: a coarse texture's top is level near by
+
+/// More than `most` of the region.
+bool TooMuch(const std::vector<char>& left_out, double most) {
+  const auto out = static_cast<double>(std::ranges::count(left_out, 1));
+  return out > most * static_cast<double>(left_out.size());
+}
 
 /// The finer passes crowd around the top, so not the median.
 double LowerQuartile(std::vector<CurvePoint> points) {
@@ -94,41 +102,54 @@ void SharpnessCurve::Add(const Look& look) {
   samples_.push_back({look.position, look.position_sigma, look.score, std::move(tiles)});
 }
 
-/// By tile: too bright in some frame.
-std::vector<char> SharpnessCurve::LeftOut() const {
-  std::vector<char> left_out;
-  if (samples_.empty() || !samples_.front().tiles) return left_out;
-  left_out.resize(samples_.front().tiles->tiles.size(), 0);
-  for (const CurveSample& sample : samples_) {
-    for (std::size_t t = 0; t < left_out.size(); ++t) left_out[t] |= sample.tiles->tiles[t].clipped ? 1 : 0;
+/// By tile: too bright in some frame, or within a margin of that. Where that leaves too little, the tiles become
+/// smaller, and the margin shrinks.
+SharpnessCurve::Parts SharpnessCurve::WithoutClipped() const {
+  Parts parts;
+  if (samples_.empty() || !samples_.front().tiles) return parts;
+  const auto leave_out = [&](int margin) {
+    parts.left_out.assign(TilesOf(samples_.front(), parts).tiles.size(), 0);
+    for (const CurveSample& sample : samples_) {
+      const auto& tiles = TilesOf(sample, parts).tiles;
+      for (std::size_t t = 0; t < tiles.size(); ++t) parts.left_out[t] |= tiles[t].clear < margin ? 1 : 0;
+    }
+  };
+  leave_out(kMostClear);
+  if (!TooMuch(parts.left_out, kMostLeftOut)) return parts;
+  parts.finer = samples_.front().tiles->finer != nullptr;
+  for (int margin = kMostClear; margin >= kLeastClear; --margin) {
+    leave_out(margin);
+    if (!TooMuch(parts.left_out, kWorthKeeping)) break;
   }
-  return left_out;
+  return parts;
+}
+
+const TileScores& SharpnessCurve::TilesOf(const CurveSample& sample, const Parts& parts) {
+  return parts.finer ? *sample.tiles->finer : *sample.tiles;
 }
 
 bool SharpnessCurve::Overexposed() const {
-  const auto left_out = LeftOut();
-  const auto out = static_cast<double>(std::ranges::count(left_out, 1));
-  return out > kMostLeftOut * static_cast<double>(left_out.size());
+  return TooMuch(WithoutClipped().left_out, kMostLeftOut);
 }
 
-double SharpnessCurve::Noise(const std::vector<char>& left_out) const {
+double SharpnessCurve::Noise(const Parts& parts) const {
   std::vector<FocusScore> scores;
   int pixels = 0;
   for (const CurveSample& sample : samples_) {
-    scores.push_back(sample.tiles ? ScoreOf(*sample.tiles, left_out, pixels) : sample.score);
+    scores.push_back(sample.tiles ? ScoreOf(TilesOf(sample, parts), parts.left_out, pixels) : sample.score);
   }
   if (samples_.empty() || !samples_.front().tiles) return NoiseVariance(scores, 8);
   return std::max(NoiseVariance(scores, samples_.front().tiles->bits), samples_.front().tiles->rounding);
 }
 
 std::vector<CurvePoint> SharpnessCurve::Taken() const {
-  const auto left_out = LeftOut();
-  const double noise = Noise(left_out);
+  const Parts parts = WithoutClipped();
+  const double noise = Noise(parts);
   const bool only_rounding = !samples_.empty() && samples_.front().tiles && noise <= samples_.front().tiles->rounding;
   std::vector<CurvePoint> points;
   for (const CurveSample& sample : samples_) {
     int pixels = 1;
-    const FocusScore score = sample.tiles ? ScoreOf(*sample.tiles, left_out, pixels) : sample.score;
+    const FocusScore score = sample.tiles ? ScoreOf(TilesOf(sample, parts), parts.left_out, pixels) : sample.score;
     const Sharpness sharpness = SharpnessOf(score, noise, std::max(pixels, 1));
     // Rounding that no noise evens out may add anything up to twice its share, by what the picture is.
     const double uneven = only_rounding ? SharpnessOf({.mean = score.mean}, noise, 1).value : 0.0;
@@ -150,11 +171,11 @@ std::vector<PartPeak> SharpnessCurve::PartPeaks() const {
   constexpr double kClearRise = 8.0;   // standard deviations
   constexpr double kClearShare = 0.3;  // of the peak
   if (samples_.empty() || !samples_.front().tiles) return {};
-  const TileScores& first = *samples_.front().tiles;
-  const auto left_out = LeftOut();
-  const double noise = Noise(left_out);
-  const int across = std::clamp(first.columns / kTilesAlong, 1, kMostParts);
-  const int down = std::clamp(first.rows / kTilesAlong, 1, kMostParts);
+  const Parts used = WithoutClipped();
+  const TileScores& first = TilesOf(samples_.front(), used);
+  const double noise = Noise(used);
+  const int across = std::clamp(samples_.front().tiles->columns / kTilesAlong, 1, kMostParts);
+  const int down = std::clamp(samples_.front().tiles->rows / kTilesAlong, 1, kMostParts);
   struct Part {
     CurvePoint top;
     CurvePoint dullest;
@@ -162,7 +183,7 @@ std::vector<PartPeak> SharpnessCurve::PartPeaks() const {
   std::vector<Part> parts;
   double mean = 0.0;
   for (int part = 0; part < across * down; ++part) {
-    std::vector<char> others = left_out;
+    std::vector<char> others = used.left_out;
     for (std::size_t t = 0; t < others.size(); ++t) {
       const int column = static_cast<int>(t) % first.columns, row = static_cast<int>(t) / first.columns;
       if (row * down / first.rows * across + column * across / first.columns != part) others[t] = 1;
@@ -171,7 +192,7 @@ std::vector<PartPeak> SharpnessCurve::PartPeaks() const {
     std::vector<CurvePoint> points;
     for (const CurveSample& sample : samples_) {
       int pixels = 1;
-      const FocusScore score = ScoreOf(*sample.tiles, others, pixels);
+      const FocusScore score = ScoreOf(TilesOf(sample, used), others, pixels);
       const Sharpness sharpness = SharpnessOf(score, noise, std::max(pixels, 1));
       points.push_back({sample.position, sharpness.value, sharpness.sigma, 0.0});
     }
@@ -193,13 +214,15 @@ std::vector<PartPeak> SharpnessCurve::PartPeaks() const {
 
 std::vector<TexturePart> SharpnessCurve::Texture() const {
   if (samples_.empty() || !samples_.front().tiles) return {};
-  const auto left_out = LeftOut();
-  const int columns = samples_.front().tiles->columns, rows = samples_.front().tiles->rows;
+  const Parts used = WithoutClipped();
+  const std::vector<char>& left_out = used.left_out;
+  const int columns = TilesOf(samples_.front(), used).columns, rows = TilesOf(samples_.front(), used).rows;
   std::vector<TexturePart> parts;
   for (std::size_t t = 0; t < left_out.size(); ++t) {
     if (left_out[t] != 0) continue;
     const auto energy = [&](const CurveSample& sample) {
-      return sample.tiles->tiles[t].gradient / sample.tiles->tiles[t].pixels;
+      const TileSum& tile = TilesOf(sample, used).tiles[t];
+      return tile.gradient / tile.pixels;
     };
     const auto [dullest, sharpest] = std::ranges::minmax_element(samples_, {}, energy);
     const int column = static_cast<int>(t) % columns, row = static_cast<int>(t) / columns;

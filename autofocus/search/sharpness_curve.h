@@ -56,8 +56,14 @@ class SharpnessCurve {
   std::vector<TexturePart> Texture() const;
 
  private:
-  std::vector<char> LeftOut() const;
-  double Noise(const std::vector<char>& left_out) const;
+  /// What of the window counts.
+  struct Parts {
+    bool finer = false;          ///< by TileScores::finer
+    std::vector<char> left_out;  ///< by tile
+  };
+  Parts WithoutClipped() const;
+  static const TileScores& TilesOf(const CurveSample& sample, const Parts& parts);
+  double Noise(const Parts& parts) const;
 
   std::vector<CurveSample> samples_;
 };

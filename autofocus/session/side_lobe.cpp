@@ -19,6 +19,7 @@ constexpr double kFlicker = 0.03;    ///< of sharpness: what changes from frame 
 constexpr double kRepeats = 1.2;     ///< RiseWithBlur()
 constexpr double kMostBlur = 100.0;  ///< px
 constexpr int kMostSide = 256;       ///< px
+constexpr double kGratings = 0.6;    ///< ShareOfTwoGratings() of a small window
 constexpr double kNearPx = 6.0;      ///< of blur as told: nearer, its shape matters
 constexpr double kSlope = 0.7;       ///< of the told blur, at least
 constexpr double kTimes = 2.5;       ///< what is left
@@ -66,6 +67,9 @@ bool MayBeSideLobe(std::span<const CurvePoint> points, const CurvePoint& top, do
   inner.x += (window.width - inner.width) / 2;
   inner.y += (window.height - inner.height) / 2;
   const defocus::Tiles picture = {defocus::SpectrumOf(frame, defocus::TilesOf(inner, kMostSide).front())};
+  if (std::min(window.width, window.height) <= defocus::kSmallSide) {
+    return RisesAgain(points, top) && defocus::ShareOfTwoGratings(picture.front()) > kGratings;
+  }
   if (defocus::RiseWithBlur(picture, kMostBlur) <= kRepeats) return false;
   return RisesAgain(points, top) ||
          (px > 0 && LeavesMore(points, top, px, defocus::SharpnessUnderBlur(picture, kMostBlur)));

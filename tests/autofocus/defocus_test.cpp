@@ -365,7 +365,7 @@ TEST(SessionTest, TheSameFrameSentTwiceIsNamed) {
 
 TEST(DefocusMethod, RefusesLightsTooBrightForTheSensor) {
   auto waves = NaturalWaves(24);
-  for (Wave& wave : waves) wave.amplitude *= 5.0;
+  for (Wave& wave : waves) wave.amplitude *= 40.0;  // nearly half of it at full scale
   const Ending run = RunOn(waves, -20.0, 0.0, 0.005);
   EXPECT_FALSE(run.verdict.focused);
   EXPECT_NE(run.verdict.reason.find("too bright"), std::string::npos) << run.verdict.reason;
