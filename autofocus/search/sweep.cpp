@@ -13,8 +13,11 @@ constexpr double kFineBlurPx = 1.25;    ///< about where the search ends
 constexpr int kBlindIntervals = 48;     ///< of the first pass where the optics are not known
 constexpr int kDivision = 3;            ///< of the step, from pass to pass
 constexpr int kLeastIntervals = 4;
-constexpr double kRounding = 1e-6;  ///< of an interval
-constexpr double kPlateau = 0.7;    ///< neighbours at this share of the peak: the step is below its width
+constexpr double kRounding = 1e-6;        ///< of an interval
+constexpr int kSmallSide = 32;            ///< px
+constexpr double kFaintBlurPx = 5.0;      ///< between frames: fine texture in noise shows from no farther away
+constexpr std::size_t kMostFrames = 100;  ///< so many are taken to find some texture
+constexpr double kPlateau = 0.7;          ///< neighbours at this share of the peak: the step is below its width
 
 }  // namespace
 
@@ -44,9 +47,9 @@ bool FineEnough(const Setup& setup, double step, const std::vector<CurvePoint>& 
 }
 
 Sweep::Sweep(const Setup& setup) : setup_(setup) {
-  const int intervals = FirstIntervals(setup);
-  step_ = (setup.highest - setup.lowest) / intervals;
-  PlanPass(setup.lowest, setup.highest, intervals, Ends::Included);
+  intervals_ = FirstIntervals(setup);
+  step_ = (setup.highest - setup.lowest) / intervals_;
+  PlanPass(setup.lowest, setup.highest, intervals_, Ends::Included);
 }
 
 /// Positions that divide from..to into intervals, in the direction that takes up the backlash; inside the range.
@@ -82,22 +85,40 @@ Advice Sweep::Next(const Look& look) {
     return Ask();
   }
   curve_.Add(look);
+  // In a small window nothing tells a faint texture from the side lobe of a grating.
+  if (std::min(look.window.width, look.window.height) <= kSmallSide && look.frame != nullptr) intervals_ = 0;
   if (!to_visit_.empty()) return Ask();
 
   return Conclude();
+}
+
+/// Where a pass over the whole range shows no top: another one between its frames, until they are so near to each other
+/// that the faintest texture that can be found would show.
+bool Sweep::LooksBetween() {
+  if (intervals_ == 0 || !setup_.blur_px) return false;
+  const double half = 0.5 * step_;
+  if (step_ <= kFaintBlurPx * *setup_.blur_px * (1.0 + kRounding) || half < setup_.resolution) return false;
+  if (curve_.size() + static_cast<std::size_t>(intervals_) > kMostFrames) return false;
+  PlanPass(setup_.lowest + half, setup_.highest - half, intervals_ - 1, Ends::Included);
+  intervals_ *= 2;
+  step_ = half;
+  return true;
 }
 
 /// After a pass: the next one, or the end.
 Advice Sweep::Conclude() {
   const std::vector<CurvePoint> points = curve_.Points();
   const auto top = TopOf(points);
-  if (!top) return Refuse(curve_.Overexposed() ? kTooBright : kNoPeak);
+  if (!top && curve_.Overexposed()) return Refuse(kTooBright);
+  if (!top) return LooksBetween() ? Ask() : Refuse(kNoPeak);
+  intervals_ = 0;
   if (FineEnough(setup_, step_, points, top->index))
     return JudgePeak(setup_, curve_, points, *top, kFitSteps * step_, step_);
   const double place = points[top->index].position;
   const int division = DivisionOf(setup_, step_);
   PlanPass(place - step_, place, division, Ends::LeftOut);
-  std::deque<double> below = std::move(to_visit_);
+  std::deque<double> below;
+  below.swap(to_visit_);
   PlanPass(place, place + step_, division, Ends::LeftOut);
   if (setup_.ascending)
     below.insert(below.end(), to_visit_.begin(), to_visit_.end());

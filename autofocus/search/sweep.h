@@ -37,9 +37,11 @@ class Sweep final : public Method {
   Advice Conclude();
   enum class Ends { Included, LeftOut };
   void PlanPass(double from, double to, int intervals, Ends ends);
+  bool LooksBetween();
 
   Setup setup_;
   double step_ = 0.0;  ///< of the pass being made
+  int intervals_ = 0;  ///< of the range by the frames so far; 0: a top was found
   bool started_ = false;
   SharpnessCurve curve_;
   std::deque<double> to_visit_;

@@ -133,6 +133,9 @@ Verdict Session::Check() const {
     if (room < least) continue;  // the method has judged the end of the travel
     const SideSeen seen = SeenOnSide(sharpness, last, sign * least, sign * most);
     if (seen == SideSeen::LessSharp) continue;
+    // A sweep has looked at the whole travel: what is level here may still fall from here on, and never rise.
+    const bool falls = SeenOnSide(sharpness, last, sign * least, sign * room) == SideSeen::LessSharp;
+    if (names_[running_] == "sweep" && falls) continue;
     if (room < 2.0 * least) return refuse(AtTheEndOf(setup_));
     return refuse({Cause::Unclear, seen == SideSeen::Sharper
                                        ? "a frame beside the answer is sharper than the answer"
