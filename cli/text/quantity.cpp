@@ -2,6 +2,7 @@
 #include "cli/text/quantity.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -210,6 +211,13 @@ Result<Openings> ParseOpenings(std::string_view text, std::string_view option,
   return openings;
 }
 
+/// "2,8": a list of two, or a marked f-number with a comma for a point? Who writes f/ in a list means a list.
+bool MayBeMarked(std::string_view text) {
+  constexpr std::array<std::string_view, 12> kMarked = {"0,9", "1,1", "1,2", "1,4", "1,8", "2,2",
+                                                        "2,8", "3,5", "4,5", "5,6", "6,3", "7,1"};
+  return std::ranges::find(kMarked, text) != kMarked.end();
+}
+
 /// lensctl prints a depth twice, `2.31 m (0.433 D)`: the first of them, or the second of `past infinity (-0.1 D)`.
 std::string_view WithoutTwin(std::string_view text) {
   const std::size_t bracket = text.find(" (");
@@ -352,6 +360,11 @@ Result<Decimal> ParseFNumber(std::string_view text, std::string_view option) {
 }
 
 Result<Openings> ParseFNumbers(std::string_view text, std::string_view option) {
+  if (MayBeMarked(text)) {
+    const std::string low(text.substr(0, 1)), high(text.substr(2));
+    return Wrong(option, text,
+                 "write " + low + "." + high + " for one f-number, or f/" + low + ",f/" + high + " for a list of two");
+  }
   return ParseOpenings(text, option, &ParseFNumber);
 }
 

@@ -267,6 +267,8 @@ TEST(Quantity, WhatIsWrittenOtherwiseIsSaidAsItIsRead) {
   }));
   EXPECT_EQ(Instead(ParseDepthRange("2-3m", "--sharp")), "2m..3m");
   EXPECT_EQ(Instead(ParseFNumber("2,8", "--f-number")), "2.8");
+  EXPECT_EQ(Instead(ParseFNumbers("2,8", "--f-number")), "2.8 for one f-number, or f/2,f/8 for a list of two");
+  for (const char* list : {"f/2,f/8", "2,16", "1.4,2,2.8"}) EXPECT_TRUE(ParseFNumbers(list, "--f-number")) << list;
   EXPECT_EQ(Instead(ParseBlur("0,03mm", "--blur-limit")), "0.03mm");
   EXPECT_EQ(Instead(ParseDiameters("1,5mm", "--aperture-diameter")), "1.5mm");
   EXPECT_THAT(Complaint(ParseDepth("2m-3m", "--focus")), HasSubstr("not a range"));

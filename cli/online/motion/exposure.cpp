@@ -1,8 +1,11 @@
 // exposure: what a lens' camera is set to and can be set to.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cctype>
 #include <chrono>
 #include <memory>
+#include <optional>
+#include <string_view>
 
 #include "cli/link/arguments.h"
 #include "cli/link/daemon_client.h"
@@ -20,6 +23,17 @@ struct ExposureOptions {
   std::string gain;
 };
 
+/// The number of a gain that is written as lensctl prints it, "6 dB".
+std::optional<std::string> InDecibels(const std::string& gain) {
+  const std::size_t number = gain.find_last_of("0123456789.") + 1;
+  const std::size_t unit = std::min(gain.find_first_not_of(' ', number), gain.size());
+  constexpr std::string_view kUnit = "db";
+  const bool decibels = number > 0 && std::ranges::equal(gain.substr(unit), kUnit, {}, [](char letter) {
+                          return static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+                        });
+  return decibels ? std::optional(gain.substr(0, number)) : std::nullopt;
+}
+
 /// Names begin with a letter and times with a digit, so one word alone says which it is.
 std::expected<Json, Failure> ExposureParameters(const ExposureOptions& options) {
   const bool one_name = options.words.size() == 1 && std::isalpha(static_cast<unsigned char>(options.words[0][0])) != 0;
@@ -31,7 +45,7 @@ std::expected<Json, Failure> ExposureParameters(const ExposureOptions& options) 
     parameters["exposureMs"] = std::chrono::duration<double, std::milli>(*time).count();
   }
   if (!options.gain.empty()) {
-    auto gain = ParseNumber(options.gain, "--gain");
+    auto gain = ParseNumber(InDecibels(options.gain).value_or(options.gain), "--gain");
     if (!gain) return PassOn(gain);
     parameters["gain"] = *gain->Nearest();
   }
@@ -59,6 +73,15 @@ Outcome Exposure(Session& session, const ExposureOptions& options) {
   if (!parameters) return PassOn(parameters);
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
+  if (InDecibels(options.gain)) {
+    const auto now = link->Ask(MethodOfLens("GetExposure"), {{"lens", (*parameters)["lens"]}});
+    if (!now) return PassOn(now);
+    if (TextOf((*now)["exposure"], "gainUnit") != "dB") {
+      return Refuse(Exit::Usage,
+                    "--gain '" + options.gain +
+                        "': this camera counts its gain in a unit of its own, not in dB: write a plain number");
+    }
+  }
   const bool sets = parameters->contains("exposureMs") || parameters->contains("gain");
   auto reply = link->Ask(MethodOfLens(sets ? "SetExposure" : "GetExposure"), *std::move(parameters));
   if (!reply) return PassOn(reply);
@@ -80,7 +103,8 @@ void AddExposure(CLI::App& root, Run& run) {
           "[NAME] [TIME]: exposure time with its unit, such as 8ms; without TIME and --gain the settings are shown")
       ->expected(0, 2)
       ->type_name("");
-  command->add_option("--gain", options->gain, "gain in the camera's unit (dB for the simulated one)")->type_name("G");
+  command->add_option("--gain", options->gain, "gain in the camera's unit, such as 6, or 6dB where that is dB")
+      ->type_name("G");
   command->callback([&run, options] { run = [options](Session& session) { return Exposure(session, *options); }; });
 }
 

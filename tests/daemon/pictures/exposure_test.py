@@ -155,7 +155,10 @@ class ExposureTest(OneCamera):
             self.assertIn("6 ms (0.001 to 100000)", told.stdout)
             self.assertIn("gain 3 dB (0 to 24)", told.stdout)
         self.assertEqual(json.loads(self.daemon.lensctl("--json", "exposure", "2ms").stdout)["exposureMs"], 2.0)
-        for words_given, status in ((("5",), 64), (("200s",), 6), (("nose", "2ms"), 68), (("a", "--gain", "99"), 6)):
+        for gain in ("6 dB", "6dB", "6 db", "6"):  # as it prints it, too
+            now = json.loads(self.daemon.lensctl("--json", "exposure", "a", "--gain", gain).stdout)
+            self.assertEqual(now["gain"], 6.0, gain)
+        for words_given, status in ((("5",), 64), (("a", "--gain", "6 px"), 64), (("a", "--gain", "dB"), 64), (("200s",), 6), (("nose", "2ms"), 68), (("a", "--gain", "99"), 6)):
             self.assertEqual(self.daemon.lensctl("exposure", *words_given).returncode, status, words_given)
 
 
