@@ -213,6 +213,21 @@ void AddAreas(const PlanRequest& request, const optics::PlanAnswer& answer, io::
   }
 }
 
+/// Everything that the plan may be by its tolerances: all of it keeps every limit.
+void AddTolerance(const PlanRequest& request, const Setting& setting, io::Chart& chart) {
+  const double n = setting.f_number.value, off = request.f_number_tolerance.value;
+  const Metres delta{request.sensor_tolerance.value};
+  if (off <= 0.0 && delta.value <= 0.0) return;
+  const double low = SensorMm(request, setting.extension - delta), high = SensorMm(request, setting.extension + delta);
+  const double least = n * (1.0 - off), most = n * (1.0 + off);
+  chart.areas.push_back(
+      {.name = "tolerance: ± " + LengthText(delta, 3) + ", ± " + Short(100.0 * off, 3) + " % of f-number",
+       .corners = {{least, low}, {most, low}, {most, high}, {least, high}},
+       .colour = "#000000",
+       .opacity = 0.2,
+       .outlined = true});
+}
+
 io::Chart SettingsChart(const PlanRequest& request, const optics::PlanAnswer& answer) {
   const FNumbers numbers = FNumbersOf(request);
   io::Chart chart;
@@ -239,6 +254,7 @@ io::Chart SettingsChart(const PlanRequest& request, const optics::PlanAnswer& an
   }
   if (const auto setting = SettingOf(request, answer)) {
     const double mm = SensorMm(request, setting->extension);
+    AddTolerance(request, *setting, chart);
     label += ": f/" + Short(setting->f_number.value) + ", " + Short(mm, 6) + " mm";
     chart.points.push_back({.points = {{{setting->f_number.value, mm}, label}},
                             .colour = "#000000",
@@ -289,6 +305,34 @@ void AddLimits(const PlanRequest& request, const optics::PlanAnswer& answer, dou
   chart.y.high = std::max(chart.y.high.value_or(0.0), 1.6 * height);
 }
 
+/// Between the least and the greatest blur within the tolerances.
+void AddToleranceBand(const PlanRequest& request, const Setting& setting, const io::ChartLine& line, double unit,
+                      io::Chart& chart) {
+  const double off = request.f_number_tolerance.value;
+  const Metres delta{request.sensor_tolerance.value};
+  if (off <= 0.0 && delta.value <= 0.0) return;
+  std::vector<io::ChartPoint> lower;
+  io::ChartArea band{.name = "its tolerance", .colour = "#000000", .opacity = 0.15};
+  for (const io::ChartPoint& point : line.points) {
+    const auto depth = optics::PlanDepth::Vergence(point.x);
+    double least = point.y, most = point.y;
+    const auto in_focus = optics::FocusExtension(Metres{request.focal_length.value}, Dioptres{point.x});
+    const Metres sharpest =
+        std::clamp(in_focus.value_or(setting.extension), setting.extension - delta, setting.extension + delta);
+    for (const double n : {1.0 - off, 1.0 + off}) {
+      for (const Metres e : {setting.extension - delta, setting.extension + delta, sharpest}) {
+        const double blur = optics::TotalBlurAt(request, depth, {setting.f_number.value * n}, e).value / unit;
+        least = std::min(least, blur);
+        most = std::max(most, blur);
+      }
+    }
+    band.corners.push_back({point.x, most});
+    lower.push_back({point.x, least});
+  }
+  band.corners.insert(band.corners.end(), lower.rbegin(), lower.rend());
+  chart.areas.push_back(std::move(band));
+}
+
 /// Blur over vergence at the plan, and the worst point of each limit.
 void AddBlur(const PlanRequest& request, const Setting& setting, const Vergences& window, double unit,
              io::Chart& chart) {
@@ -305,6 +349,7 @@ void AddBlur(const PlanRequest& request, const Setting& setting, const Vergences
     const auto depth = optics::PlanDepth::Vergence(u);
     line.points.push_back({u, optics::TotalBlurAt(request, depth, setting.f_number, setting.extension).value / unit});
   }
+  AddToleranceBand(request, setting, line, unit, chart);
   chart.lines.push_back(std::move(line));
   const optics::WorstBlurs blurs(request, setting.f_number, setting.extension);
   for (const auto& limit : request.limits) {

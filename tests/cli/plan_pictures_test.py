@@ -104,6 +104,15 @@ class Plots(Case):
         self.assertTrue(any(text.startswith("with limits relaxed ") for text in texts), texts)
         self.assertIn("near ≤ 1 px", texts)
 
+    def test_tolerances_are_drawn_around_the_plan_and_its_blur(self):
+        limits = ("--sharp", "near=2.1m..2.5m:2px")
+        frame, band = "tolerance: ± 20 um, ± 1 % of f-number", "its tolerance"
+        exact = self.draw(0, *limits)
+        self.assertFalse({frame, band} & set(exact), exact)
+        for status, more in ((0, ()), (1, ("--sharp", "wall=9m:0.1px"))):
+            texts = self.draw(status, *limits, *more, "--sensor-tolerance", "20um", "--f-number-tolerance", "1%")
+            self.assertLessEqual({frame, band}, set(texts), texts)
+
     def test_a_file_that_cannot_be_written(self):
         self.refused(73, "/nonexistent/plan.svg", *self.LENS, "--sharp", "2m", "--plot", "/nonexistent/plan.svg")
 
