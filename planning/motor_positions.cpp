@@ -79,7 +79,17 @@ optics::LensPositions WithMotors(const Planning& planning, const MotorsNow& moto
   return positions;
 }
 
+MotorPositions Positions(const Planning& planning, const MotorsNow& motors) {
+  optics::LensPositions lens = WithMotors(planning, motors);
+  optics::FocusBlocks blocks(lens.focus);
+  return {std::move(lens), std::move(blocks)};
+}
+
 }  // namespace
+
+MotorPositions MotorPositionsOf(const Planning& planning, const rig::Status& now) {
+  return Positions(planning, MotorsOf(planning, now));
+}
 
 std::shared_ptr<const MotorPositions> MotorPositionsCache::Of(const Planning& planning, const rig::Status& now) const {
   MotorsNow motors = MotorsOf(planning, now);
@@ -89,9 +99,7 @@ std::shared_ptr<const MotorPositions> MotorPositionsCache::Of(const Planning& pl
     worked = last_;
   }
   if (!worked || worked->from != motors) {
-    optics::LensPositions lens = WithMotors(planning, motors);
-    optics::FocusBlocks blocks(lens.focus);
-    worked = std::make_shared<const Worked>(motors, MotorPositions{std::move(lens), std::move(blocks)});
+    worked = std::make_shared<const Worked>(motors, Positions(planning, motors));
     const std::scoped_lock lock(mutex_);
     last_ = worked;
   }

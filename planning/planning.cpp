@@ -72,28 +72,6 @@ void AddPositions(Planning& planning) {
   }
 }
 
-/// Half the largest distance between neighbours, or half their largest ratio.
-void StateTolerances(Planning& planning) {
-  double step = 0.0, ratio = 1.0, nominal = 0.0;
-  const auto& focus = planning.positions.focus;
-  const auto& iris = planning.positions.iris;
-  const bool calibrated = planning.lens.optics->grade() != rig::Grade::Uncalibrated;
-  for (std::size_t i = 0; i < focus.size(); ++i) {
-    const double z = focus[i].sensor_distance.value;
-    const double before = i > 0 ? std::abs((focus[i].extension - focus[i - 1].extension).value) : 0.0;
-    step = std::max(step, 0.5 * before + focus[i].bound.value * z * z);
-    if (!calibrated || planning.focus.empty()) continue;
-    const Metres stated = planning.lens.optics->NominalExtension(planning.focus[i]);
-    nominal = std::max(nominal, std::abs((stated - focus[i].extension).value));
-  }
-  for (std::size_t j = 1; j < iris.size(); ++j) {
-    ratio = std::max(ratio, (iris[j].f_number / iris[j - 1].f_number));
-  }
-  planning.defaults.sensor_tolerance = step;
-  planning.defaults.f_number_tolerance = std::sqrt(ratio) * (1.0 + planning.lens.optics->FNumberError()) - 1.0;
-  planning.defaults.calibration_error = Metres{nominal};
-}
-
 std::optional<Native> NativeAt(const std::vector<Native>& natives, std::size_t index) {
   return natives.empty() ? std::nullopt : std::optional(natives[index]);
 }
@@ -125,6 +103,28 @@ optics::DistanceOrigin OriginOf(const optics::FocusScale& scale, const proto::Le
       return {.at_sensor = false, .behind = scale.centre_shift - scale.front_to_centre};
   }
   return {.at_sensor = false, .behind = scale.centre_shift};
+}
+
+// Half the largest distance between neighbours, or half their largest ratio.
+void StateTolerances(Planning& planning) {
+  double step = 0.0, ratio = 1.0, nominal = 0.0;
+  const auto& focus = planning.positions.focus;
+  const auto& iris = planning.positions.iris;
+  const bool calibrated = planning.lens.optics->grade() != rig::Grade::Uncalibrated;
+  for (std::size_t i = 0; i < focus.size(); ++i) {
+    const double z = focus[i].sensor_distance.value;
+    const double before = i > 0 ? std::abs((focus[i].extension - focus[i - 1].extension).value) : 0.0;
+    step = std::max(step, 0.5 * before + focus[i].bound.value * z * z);
+    if (!calibrated || planning.focus.empty()) continue;
+    const Metres stated = planning.lens.optics->NominalExtension(planning.focus[i]);
+    nominal = std::max(nominal, std::abs((stated - focus[i].extension).value));
+  }
+  for (std::size_t j = 1; j < iris.size(); ++j) {
+    ratio = std::max(ratio, (iris[j].f_number / iris[j - 1].f_number));
+  }
+  planning.defaults.sensor_tolerance = step;
+  planning.defaults.f_number_tolerance = std::sqrt(ratio) * (1.0 + planning.lens.optics->FNumberError()) - 1.0;
+  planning.defaults.calibration_error = Metres{nominal};
 }
 
 Planning PlanningUnder(PlannedLens lens, const rig::RigConfig& config) {

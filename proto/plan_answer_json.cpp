@@ -64,6 +64,14 @@ void WriteConflict(Writer& writer, const optics::PlanAnswer& answer) {
   writer.BeginArray("conflict");
   for (const std::string& name : answer.conflict) writer.Element(name);
   writer.EndArray();
+  writer.BeginArray("causes");
+  for (const optics::PlanCause& cause : answer.causes) {
+    writer.Begin();
+    writer.Text("cause", cause.cause);
+    writer.Text("reason", cause.reason);
+    writer.End();
+  }
+  writer.EndArray();
   writer.Number("relax", answer.relax.value_or(NAN));
   if (!answer.relax) return;
   writer.BeginObject("relaxed");

@@ -9,6 +9,7 @@
 #include "cli/plan/reading.h"
 #include "optics/focus_scale.h"
 #include "optics/framing.h"
+#include "optics/plan_causes.h"
 
 namespace lensd::cli {
 namespace {
@@ -261,7 +262,9 @@ Result<PlanQuestion> ReadPlan(const PlanText& text, std::optional<From> from) {
 
 Result<optics::PlanAnswer> AnswerTo(const PlanQuestion& question) {
   auto answer = optics::Plan(question.request);
-  if (!answer || answer->feasible || !question.moving) return answer;
+  if (!answer || answer->feasible) return answer;
+  answer->causes = optics::CausesInRequest(question.request, optics::PlanIfAny);
+  if (!question.moving) return answer;
   answer->conflict = optics::MovingConflict(*question.moving, answer->conflict);
   return answer;
 }

@@ -51,7 +51,8 @@ struct PlanQuestion {
   std::optional<optics::MovingRequest> moving = {};
 };
 
-/// The answer; a conflict holds wherever the sensor puts the depths. Errors as optics::Plan().
+/// The answer, with what alone prevents it; a conflict holds wherever the sensor puts the depths. Errors as
+/// optics::Plan().
 Result<optics::PlanAnswer> AnswerTo(const PlanQuestion& question);
 
 /// Reads the options. Distances of limits that start at the sensor depend on where the sensor will stand: with --focus

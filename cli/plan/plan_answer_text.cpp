@@ -16,8 +16,17 @@ std::string Joined(const std::vector<std::string>& names) {
   return joined;
 }
 
+/// What to lift, one thing a line where there is a choice.
+std::string Causes(const std::vector<optics::PlanCause>& causes) {
+  if (causes.empty()) return "No setting meets all of this. ";
+  if (causes.size() == 1) return "Possible but for " + causes.front().reason + ".\n";
+  std::string text = "Possible but for any one of these:\n";
+  for (const optics::PlanCause& cause : causes) text += "- " + cause.reason + "\n";
+  return text;
+}
+
 std::string Infeasible(const optics::PlanAnswer& answer) {
-  std::string text = "No setting meets all of this. In conflict: " + Joined(answer.conflict) +
+  std::string text = Causes(answer.causes) + "In conflict: " + Joined(answer.conflict) +
                      "; dropping any one of them leaves the rest possible.\n";
   if (answer.relax) {
     text += "With every sharp limit multiplied and every blurred one divided by " + Short(*answer.relax, 6) +

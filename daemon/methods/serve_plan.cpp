@@ -9,6 +9,7 @@
 #include "daemon/methods/lens_service.h"
 #include "daemon/methods/serve.h"
 #include "daemon/wire/lens_json.h"
+#include "planning/plan_causes.h"
 #include "planning/request_fault.h"
 #include "planning/zoom_choice.h"
 #include "proto/plan_json.h"
@@ -89,11 +90,12 @@ struct Question {
   }
 };
 
-/// What a call came to: a reply, or a plan to be carried out first.
+/// What a call came to: a reply, a plan to be carried out first, or a refusal to find the causes of.
 struct Solved {
   std::string reply;
-  std::optional<LensPlan> apply;
-  Question question;  ///< of `apply`
+  std::optional<LensPlan> apply, refused;
+  Question question{};                         ///< of `apply` and `refused`
+  std::shared_ptr<const Planning> planning{};  ///< of `refused`
 };
 
 /// What solving takes; of one moment, so that it may be done on any thread.
@@ -104,10 +106,18 @@ struct Problem {
   std::shared_ptr<const Planning> planning;
   std::shared_ptr<const rig::Status> now;
   const rig::RigConfig& config;
-  std::stop_token stop;  ///< lensd ends
+  const std::string& lens;  ///< its name
+  std::stop_token stop;     ///< lensd ends
 };
 
-Result<Solved> SolveWith(const Planning& planning, const Problem& problem, Question question) {
+/// The whole reply to a plan that is not carried out.
+std::string ReplyTo(const LensPlan& plan, const Planning& planning, const Question& question) {
+  const Metres gap = planning.scale.principal_gap + planning.scale.centre_shift;
+  return PlanReply(plan, gap) + question.Shown(plan) + "}";
+}
+
+Result<Solved> SolveWith(std::shared_ptr<const Planning> held, const Problem& problem, Question question) {
+  const Planning& planning = *held;
   if (auto empty = EmptyRange(question.asked, problem.request, planning.defaults)) return PassOn(*std::move(empty));
   if ((problem.apply || question.asked.stack) && rig::LacksDirection(*planning.lens.optics)) {
     return PassOn(rig::DirectionUnknown("a plan cannot be carried out"));
@@ -115,13 +125,14 @@ Result<Solved> SolveWith(const Planning& planning, const Problem& problem, Quest
   if (question.asked.stack) {
     const auto stack = StackFor(planning, question.asked, *problem.now);
     if (!stack) return PassOn(stack);
-    return Solved{Wrap("plan", varlink::WriteJson(StackReply(*stack))), std::nullopt, {}};
+    return Solved{Wrap("plan", varlink::WriteJson(StackReply(*stack))), std::nullopt, std::nullopt};
   }
   auto plan = PlanFor(planning, question.asked, *problem.now);
   if (!plan) return PassOn(WithReach(plan.error(), question.asked, planning));
-  if (plan->answer.plan.feasible && problem.apply) return Solved{"", *std::move(plan), std::move(question)};
-  const Metres gap = planning.scale.principal_gap + planning.scale.centre_shift;
-  return Solved{PlanReply(*plan, gap) + question.Shown(*plan) + "}", std::nullopt, {}};
+  if (!plan->answer.plan.feasible)
+    return Solved{"", std::nullopt, *std::move(plan), std::move(question), std::move(held)};
+  if (problem.apply) return Solved{"", *std::move(plan), std::nullopt, std::move(question)};
+  return Solved{ReplyTo(*plan, planning, question), std::nullopt, std::nullopt};
 }
 
 Result<Solved> Solve(const Problem& problem) {
@@ -129,12 +140,12 @@ Result<Solved> Solve(const Problem& problem) {
   if (!asked) return PassOn(asked);
   Question question{*std::move(asked), problem.shows_request};
   if (!question.asked.focal_lengths && !question.asked.field) {
-    return SolveWith(*problem.planning, problem, std::move(question));
+    return SolveWith(problem.planning, problem, std::move(question));
   }
   auto zoomed = PlanningForZoom(problem.planning->lens, problem.config, question.asked, *problem.now, problem.stop);
   if (!zoomed) return PassOn(zoomed);
   question.asked.plan = std::move(zoomed->request);
-  return SolveWith(zoomed->planning, problem, std::move(question));
+  return SolveWith(std::make_shared<const Planning>(std::move(zoomed->planning)), problem, std::move(question));
 }
 
 /// Whether a call may take longer than the event loop can spare, a millisecond.
@@ -147,11 +158,10 @@ bool MayTakeLong(const ExchangePointer& exchange) {
   return std::ranges::any_of(kLaborious, [&](std::string_view field) { return request->Given(field).has_value(); });
 }
 
-/// Runs `work` where it does not keep others waiting, then in the event loop what it returns.
-void Compute(ServedLens& lens, const ExchangePointer& exchange, std::move_only_function<Task()> work) {
-  if (!MayTakeLong(exchange)) return work()();
-  const bool taken =
-      lens.surroundings().plans.Submit([&lens, exchange = ExchangePointer(exchange), work = std::move(work)]() mutable {
+/// Runs `work` on the thread of plans, then in the event loop what it returns. False: too many wait there.
+bool ComputeElsewhere(ServedLens& lens, const ExchangePointer& exchange, std::move_only_function<Task()> work) {
+  return lens.surroundings().plans.Submit(
+      [&lens, exchange = ExchangePointer(exchange), work = std::move(work)]() mutable {
         Task then;
         if (const auto thrown = Guarded(lens.name(), [&] { then = work(); })) {
           then = [&lens, exchange, error = *thrown] { Refuse(exchange, lens, error); };
@@ -160,7 +170,14 @@ void Compute(ServedLens& lens, const ExchangePointer& exchange, std::move_only_f
         lens.surroundings().loop.Post(
             [then = std::move(then), work = std::move(work), held = std::move(exchange)]() mutable { then(); });
       });
-  if (!taken) Refuse(exchange, lens, {Code::Busy, "too many plans wait to be solved; try again"});
+}
+
+/// The same where it does not keep others waiting.
+void Compute(ServedLens& lens, const ExchangePointer& exchange, std::move_only_function<Task()> work) {
+  if (!MayTakeLong(exchange)) return work()();
+  if (!ComputeElsewhere(lens, exchange, std::move(work))) {
+    Refuse(exchange, lens, {Code::Busy, "too many plans wait to be solved; try again"});
+  }
 }
 
 /// The reply of a plan that was carried out.
@@ -203,6 +220,24 @@ void Apply(ServedLens& lens, const ExchangePointer& exchange, Solved solved) {
   });
 }
 
+/// A refusal names its causes. Where too many plans wait to be solved it goes out without them.
+void FinishRefused(ServedLens& lens, const ExchangePointer& exchange, const Problem& problem, Solved solved) {
+  const auto held = std::make_shared<Solved>(std::move(solved));
+  const auto find = [exchange, problem, held]() -> Task {
+    LensPlan& plan = *held->refused;
+    plan.answer.plan.causes = CausesOf({.planning = *held->planning,
+                                        .asked = held->question.asked,
+                                        .now = *problem.now,
+                                        .config = problem.config,
+                                        .answer = plan.answer,
+                                        .lens = problem.lens},
+                                       problem.stop);
+    return [exchange, reply = ReplyTo(plan, *held->planning, held->question)] { exchange->Finish(reply); };
+  };
+  if (ComputeElsewhere(lens, exchange, find)) return;
+  exchange->Finish(ReplyTo(*held->refused, *held->planning, held->question));
+}
+
 /// With a planning that counts for the lens as it stands.
 void PlanNow(ServedLens& lens, const ExchangePointer& exchange) {
   const Problem problem{.request = *exchange->view().Find("request"),
@@ -211,12 +246,14 @@ void PlanNow(ServedLens& lens, const ExchangePointer& exchange) {
                         .planning = lens.planning(),
                         .now = lens.shared_status(),
                         .config = lens.config().rig,
+                        .lens = lens.name(),
                         .stop = lens.surroundings().plans.stop()};
   Compute(lens, exchange, [&lens, exchange, problem]() -> Task {
     auto solved = Solve(problem);
     if (!solved) solved = PassOn(AsAsked(solved.error(), problem.request));
-    return [&lens, exchange, solved = std::move(solved)]() mutable {
+    return [&lens, exchange, problem, solved = std::move(solved)]() mutable {
       if (!solved) return Refuse(exchange, lens, solved.error());
+      if (solved->refused) return FinishRefused(lens, exchange, problem, *std::move(solved));
       if (solved->apply) return Apply(lens, exchange, *std::move(solved));
       exchange->Finish(solved->reply);
     };

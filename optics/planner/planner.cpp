@@ -120,18 +120,35 @@ std::optional<Solution> Relax(const SideAssignments& cases, const PlanRequest& r
   return best;
 }
 
+/// `cases`: left empty where the answer is plain.
+Result<Outcome> OutcomeOf(const PlanRequest& request, std::optional<SideAssignments>& cases) {
+  if (std::optional<Error> error = CheckSetting(request)) return PassOn(*std::move(error));
+  if (Attempt<Solution> plain = SolvePlainLimits(request); plain.certain && plain.answer.feasible) {
+    Outcome outcome;
+    outcome.best = std::move(plain.answer);
+    return outcome;
+  }
+  if (std::optional<Error> error = CheckLimits(request)) return PassOn(*std::move(error));
+  return SolveAll(cases.emplace(request), request);
+}
+
 }  // namespace
 
-Result<PlanAnswer> Plan(const PlanRequest& request) {
-  if (std::optional<Error> error = CheckSetting(request)) return PassOn(*std::move(error));
-  Outcome outcome;
+std::optional<PlanAnswer> PlanIfAny(const PlanRequest& request) {
   std::optional<SideAssignments> cases;
-  if (Attempt<Solution> plain = SolvePlainLimits(request); plain.certain && plain.answer.feasible) {
-    outcome.best = std::move(plain.answer);
-  } else {
-    if (std::optional<Error> error = CheckLimits(request)) return PassOn(*std::move(error));
-    outcome = SolveAll(cases.emplace(request), request);
-  }
+  const auto outcome = OutcomeOf(request, cases);
+  if (!outcome || !outcome->best) return std::nullopt;
+  PlanAnswer answer;
+  answer.feasible = true;
+  Describe(request, outcome->best->n, outcome->best->e, answer);
+  return answer;
+}
+
+Result<PlanAnswer> Plan(const PlanRequest& request) {
+  std::optional<SideAssignments> cases;
+  auto solved = OutcomeOf(request, cases);
+  if (!solved) return PassOn(solved);
+  const Outcome& outcome = *solved;
   PlanAnswer answer;
   if (outcome.scanned) {
     answer.note =

@@ -119,6 +119,22 @@ Result<PositionPlan> PlanOnPositions(const PlanRequest& request, const LensPosit
   return answer;
 }
 
+std::optional<PositionPlan> PlanOnPositionsIfAny(const PlanRequest& request, const LensPositions& lens,
+                                                 const FocusBlocks& blocks, const DistanceOrigin& origin) {
+  const PositionBlur blur(request, lens, origin);
+  const PositionPair middle{lens.focus.size() / 2, lens.iris.size() / 2, 0.0};
+  if (Check(WithRanges(blur, request, lens, middle))) return std::nullopt;
+  const PositionChoice choice = ChoiceOf(request, lens, blocks, blur);
+  const PositionPair point = BestPair(request, lens, blocks, blur, choice);
+  if (point.ratio > kPositionHolds || !choice.focus_reachable) return std::nullopt;
+  PositionPlan found{.plan = {}, .continuous_feasible = true, .focus = point.focus, .iris = point.iris, .request = {}};
+  found.plan.feasible = true;
+  found.plan.f_number = lens.iris[point.iris].f_number;
+  found.plan.extension = lens.focus[point.focus].extension;
+  found.plan.focal_plane = lens.focus[point.focus].focal_plane;
+  return found;
+}
+
 Result<PlanAnswer> CheckPosition(const PlanRequest& request, const LensPositions& lens, const DistanceOrigin& origin) {
   const PositionBlur blur(request, lens, origin);
   const PlanRequest there = blur.AtPosition(lens.focus.front(), lens.iris.front(), PositionBlur::Limits::Included);

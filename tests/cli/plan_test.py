@@ -61,7 +61,7 @@ class Plan(Case):
 
     def test_infeasible_is_an_answer(self):
         answer = self.answer(*self.LENS, "--sharp", "face=1m:10um", "--blurred", "1.01m:200um", status=1)
-        self.assertEqual(set(answer), {"feasible", "conflict", "relax", "relaxed"})
+        self.assertEqual(set(answer), {"feasible", "conflict", "causes", "relax", "relaxed"})
         self.assertEqual(set(answer["relaxed"]), {"fNumber", "extensionMm", "focalPlaneD"})
         self.assertFalse(answer["feasible"])
         self.assertEqual(set(answer["conflict"]) - {"face", "blurred[0]", "fNumber", "extension"}, set())

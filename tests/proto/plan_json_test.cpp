@@ -158,7 +158,8 @@ TEST(PlanAnswerJson, HasNoNumberThatIsNone) {
   answer.feasible = false;
   answer.conflict = {"focus", "extension"};
   const Json infeasible = PlanAnswerJson({}, answer);
-  EXPECT_EQ(infeasible.size(), 3u);
+  EXPECT_EQ(infeasible.size(), 4u);
+  EXPECT_TRUE(infeasible["causes"].empty());
   EXPECT_EQ(infeasible["conflict"].size(), 2u);
   EXPECT_TRUE(infeasible["relax"].is_null());
 }

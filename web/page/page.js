@@ -915,7 +915,8 @@ function planWords(answer) {
     return `f/${digits(answer.fNumber, 3)} focused at ${distanceText(answer.focalPlaneD)}, extension ${digits(answer.extensionMm, 4)} mm` +
       (answer.worstRatio == null ? "" : `; the tightest limit is used to ${Math.round(100 * answer.worstRatio)} %`) + (answer.note ? `. ${answer.note}` : "");
   }
-  const words = `No setting meets all of this: ${(answer.conflict ?? []).map((name) => givens[name] ?? name).join(", ")} contradict each other; without any one of them there is a plan.`;
+  const causes = (answer.causes ?? []).map((cause) => cause.reason).join("; or ");
+  const words = `No setting meets all of this: ${(answer.conflict ?? []).map((name) => givens[name] ?? name).join(", ")} contradict each other; without any one of them there is a plan.${causes ? ` Possible but for ${causes}.` : ""}`;
   return words + (answer.relax ? ` With every limit eased by a factor of ${digits(answer.relax, 3)} there would be one` +
     (answer.relaxed?.fNumber ? `: f/${digits(answer.relaxed.fNumber, 3)} at ${distanceText(answer.relaxed.focalPlaneD)}.` : ".") : " No easing of the limits helps.");
 }

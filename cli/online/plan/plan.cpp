@@ -49,6 +49,9 @@ optics::PlanAnswer AnswerOf(const Json& json) {
   answer.note = json.value("note", "");
   if (!answer.feasible) {
     answer.conflict = json.value("conflict", std::vector<std::string>{});
+    for (const Json& cause : json.value("causes", Json::array())) {
+      answer.causes.push_back({cause.value("cause", ""), cause.value("reason", "")});
+    }
     if (const double relax = Value(json, "relax"); std::isfinite(relax)) answer.relax = relax;
     if (const auto relaxed = json.find("relaxed"); relaxed != json.end() && relaxed->is_object()) {
       answer.f_number = {Value(*relaxed, "fNumber")};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "base/result.h"
@@ -66,6 +67,11 @@ PlanRequest RequestAtFirst(const PlanRequest& request, const LensPositions& lens
 /// Limits hold to a part in 1e12. `blocks` are those of the positions, made once for many requests. Errors as Plan().
 Result<PositionPlan> PlanOnPositions(const PlanRequest& request, const LensPositions& lens, const FocusBlocks& blocks,
                                      const DistanceOrigin& origin = {});
+
+/// The plan of PlanOnPositions() where there is one, of which the setting alone is told: nothing of its limits. It
+/// takes less time than to say why there is none.
+std::optional<PositionPlan> PlanOnPositionsIfAny(const PlanRequest& request, const LensPositions& lens,
+                                                 const FocusBlocks& blocks, const DistanceOrigin& origin = {});
 
 /// How the limits fare at the first position of focus and iris; feasible where all of them hold. Errors as Plan().
 Result<PlanAnswer> CheckPosition(const PlanRequest& request, const LensPositions& lens,

@@ -114,6 +114,12 @@ struct LimitAnswer {
   double ratio = 0;  ///< worst/limit, or limit/worst (at most 1e9) for a blurred limit: holds when at most 1
 };
 
+/// One thing that alone prevents a plan.
+struct PlanCause {
+  std::string cause;   ///< PlanCause of io.lensd.Lens: "fNumber", "sensorTolerance", "focusUncertainty", ...
+  std::string reason;  ///< for people, after "possible but for": "the fixed aperture f/1.8: f/4 would do"
+};
+
 /// The f-number and extension, or why there are none.
 struct PlanAnswer {
   bool feasible = false;
@@ -143,6 +149,8 @@ struct PlanAnswer {
   std::vector<std::string> conflict;
   /// Smallest factor by which multiplying every sharp limit and dividing every blurred one makes it feasible.
   std::optional<double> relax;
+  /// All that alone prevents the plan; Plan() leaves it empty: see optics/plan_causes.h.
+  std::vector<PlanCause> causes;
 
   /// Something the reader should know: for instance that diffraction made the feasible set non-convex and it was
   /// scanned. Empty otherwise.

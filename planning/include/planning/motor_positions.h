@@ -47,6 +47,9 @@ class MotorPositionsCache {
   mutable std::shared_ptr<const Worked> last_;
 };
 
+/// The positions as MotorPositionsCache has them, worked out anew.
+MotorPositions MotorPositionsOf(const Planning& planning, const rig::Status& now);
+
 /// Relative: how far the focal length may be off with the zoom where it stands.
 double ZoomErrorNow(const rig::OpticsTable& optics, const rig::Status& now);
 /// What a focal length that may be off by a ratio does to the plane in focus.

@@ -48,6 +48,9 @@ optics::FocusScale ScaleUnder(const rig::OpticsTable& optics, const rig::RigConf
 /// Nothing where the optics are not known. On the rig's thread.
 std::optional<Planning> PlanningOf(const rig::Rig& rig, const rig::RigConfig& config);
 
+/// Half a step of its positions, and what calibration leaves open of them, as the defaults of their tolerances.
+void StateTolerances(Planning& planning);
+
 /// The lens under its conditions.
 Planning PlanningUnder(PlannedLens lens, const rig::RigConfig& config);
 
