@@ -247,8 +247,11 @@ std::string MetricsText(const Json& metrics) {
 
 std::string MoveText(const Json& move) {
   std::string line = TextOf(move, "lens") + ": " + TextOf(move, "axis");
-  line += True(move, "reached") ? " at " : " NOT at its target but at ";
-  line += NumberText(move, "position", 8, "") + FocusText(move);
+  // Of a motor whose mechanism may hang behind, only the motor is where it is verified to be.
+  const bool hangs = True(move, "reached") && TextOf(move, "cause") == "backlash";
+  const std::string verified = True(move, "verified") ? "verified" : "not verified";
+  line += True(move, "reached") ? hangs ? " motor at " : " at " : " NOT at its target but at ";
+  line += NumberText(move, "position", 8, "") + (hangs ? " (" + verified + ")" : "") + FocusText(move);
   if (Has(move, "extensionMm")) line += ", extension " + NumberText(move, "extensionMm", 6, " mm");
   if (Has(move, "fNumber")) line += ", f/" + NumberText(move, "fNumber", 4, "");
   if (Has(move, "focalLengthMm")) {
@@ -260,7 +263,7 @@ std::string MoveText(const Json& move) {
   } else if (Has(move, "positionBound") && !Has(move, "focalLengthMm")) {
     line += " within " + NumberText(move, "positionBound", 3, " steps");
   }
-  line += True(move, "verified") ? ", verified" : ", not verified";
+  if (!hangs) line += ", " + verified;
   if (Has(move, "trackingBoundUm")) {
     line += ", in focus during the whole move within " + NumberText(move, "trackingBoundUm", 3, " um");
   }

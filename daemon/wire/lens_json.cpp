@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "daemon/wire/json_values.h"
+#include "planning/plan_causes.h"
 
 namespace lensd::daemon {
 namespace {
@@ -240,6 +241,9 @@ Json MoveJson(const std::string& name, const rig::MoveOutcome& outcome) {
             {"cause", MoveCauseName(outcome.cause)},
             {"reason", TextOrNull(outcome.reason)},
             {"elapsedMs", Milliseconds(outcome.elapsed)}};
+  if (outcome.reason.ends_with("backlash is not known")) {
+    move["reason"] = outcome.reason + ": " + BacklashAdvice(name, outcome.axis);
+  }
   if (outcome.kept) move["kept"] = *outcome.kept;
   if (outcome.axis == Axis::Focus) move["vergenceD"] = Optional(outcome.vergence);
   if (outcome.axis == Axis::Iris) move["fNumber"] = Optional(outcome.f_number);

@@ -362,13 +362,19 @@ bool AxisMotion::Measured(const drivers::AxisState& state) const {
 
 /// What a reader of a good result should know all the same.
 Trouble AxisMotion::Remark(const drivers::AxisState& state) const {
+  std::ostringstream behind;
+  if (!setup_.backlash_known && !homing() && track_.slack().residue() > 0.0) {
+    behind << "; the mechanism may be up to " << std::ceil(track_.slack().residue()) << " "
+           << drivers::NativeUnitName(setup_.can.unit) << " behind the motor, whose backlash is not known";
+  }
   if (!setup_.can.follows()) {
     const bool echo = setup_.can.feedback == drivers::Feedback::Echo;
     return {
         MoveCause::NoFeedback,
         std::string("no position feedback") + (echo ? ": the device repeats its target" : "") +
             (setup_.speed || setup_.settle > Duration::zero() ? ""
-                                                              : ", and no speed is known: it may still be on its way")};
+                                                              : ", and no speed is known: it may still be on its way") +
+            behind.str()};
   }
   if (track_.lost()) {
     return {MoveCause::PositionUnknown, LostText(setup_, "it counts from wherever it was")};
@@ -379,19 +385,15 @@ Trouble AxisMotion::Remark(const drivers::AxisState& state) const {
   if (state.assumed) {
     return {MoveCause::NoFeedback, "nothing has shown that it moved: the position may repeat the target"};
   }
-  std::ostringstream remark;
-  if (!Measured(state)) remark << "steps counted, not measured";
-  if (homing() || track_.slack().residue() <= 0.0) {
-    return {Measured(state) ? MoveCause::None : MoveCause::Counted, remark.str()};
-  }
-  if (!Measured(state)) remark << "; ";
+  const bool measured = Measured(state);
+  const std::string counted = measured ? "" : "steps counted, not measured";
+  if (homing() || track_.slack().residue() <= 0.0) return {measured ? MoveCause::None : MoveCause::Counted, counted};
   if (setup_.backlash_known) {
-    remark << track_.slack().residue() << " " << drivers::NativeUnitName(setup_.can.unit)
+    behind << "; " << track_.slack().residue() << " " << drivers::NativeUnitName(setup_.can.unit)
            << " of backlash not taken up: the soft limits leave no room";
-  } else {
-    remark << "backlash not known: the bound allows for 10 % of the range";
   }
-  return {MoveCause::Backlash, remark.str()};
+  constexpr std::size_t kSemicolon = 2;
+  return {MoveCause::Backlash, measured ? behind.str().substr(kSemicolon) : counted + behind.str()};
 }
 
 }  // namespace lensd::rig

@@ -128,7 +128,7 @@ TEST_F(PolicyTest, UnknownBacklashIsNotTakenUpAndWidensTheBound) {
   ASSERT_TRUE(back && back->reached);
   EXPECT_EQ(controls_->moves, 1);
   EXPECT_EQ(back->bound.value, 100.5);
-  EXPECT_NE(back->reason.find("backlash not known"), std::string::npos) << back->reason;
+  EXPECT_NE(back->reason.find("backlash is not known"), std::string::npos) << back->reason;
   const auto far = Move(450);
   ASSERT_TRUE(far);
   EXPECT_EQ(far->bound.value, 0.5) << "150 steps up take up more than any such lens has";
