@@ -1,14 +1,26 @@
 // Finding the lens that a command means in what the daemon lists.
 #include "cli/link/lens_info.h"
 
+#include <algorithm>
 #include <memory>
+#include <thread>
 #include <utility>
+#include <vector>
 
 #include "base/missing_optics.h"
 
 namespace lensd::cli {
 
 using varlink::Json;
+
+namespace {
+
+/// Whether its device was open at least once.
+bool WasOpened(const Json& info) {
+  return info.contains("model") && info["model"].is_string();
+}
+
+}  // namespace
 
 std::expected<Json, Failure> FindInfo(DaemonClient& link, const std::string& lens) {
   auto reply = link.Ask(MethodOfLens("List"), Json::object());
@@ -29,6 +41,47 @@ std::expected<Json, Failure> FindInfo(DaemonClient& link, const std::string& len
   return Refuse(Exit::Usage, "say which lens; see lensctl list");
 }
 
+std::expected<Json, Failure> StatusOnceOpened(DaemonClient& link, const std::string& lens, Duration at_most) {
+  constexpr Duration kAskEvery = std::chrono::milliseconds(50);
+  const Instant deadline = MonotonicClock().Now() + at_most;
+  for (;;) {
+    auto reply = link.Ask(MethodOfLens("Status"), {{"lens", lens}});
+    if (!reply) return PassOn(reply);
+    Json status = (*reply)["lenses"][0];
+    if (status["connection"] != "connecting" || MonotonicClock().Now() >= deadline) return status;
+    std::this_thread::sleep_for(kAskEvery);
+  }
+}
+
+std::expected<Json, Failure> FindInfoOnceOpened(DaemonClient& link, const std::string& lens) {
+  constexpr Duration kAtMost = std::chrono::seconds(5);
+  auto info = FindInfo(link, lens);
+  if (!info || WasOpened(*info)) return info;
+  const std::string name = info->value("name", "");
+  if (auto status = StatusOnceOpened(link, name, kAtMost); !status) return PassOn(status);
+  return FindInfo(link, name);
+}
+
+std::expected<Reloaded, Failure> ReloadAndOpen(DaemonClient& link) {
+  constexpr Duration kReadAtMost = std::chrono::seconds(30), kOpenAtMost = std::chrono::seconds(15);
+  auto reply = link.Ask(MethodOfLens("Reload"), Json::object(), kReadAtMost);
+  if (!reply) return PassOn(reply);
+  const Instant deadline = MonotonicClock().Now() + kOpenAtMost;
+  std::vector<std::string> absent;
+  for (const char* const what : {"added", "reopened"}) {
+    for (const Json& name : (*reply)[what]) {
+      const auto lens = name.get<std::string>();
+      auto status = StatusOnceOpened(link, lens, std::max(Duration{}, deadline - MonotonicClock().Now()));
+      if (!status && status.error().status == Exit::NotFound) continue;  // somebody removed it meanwhile
+      if (!status) return PassOn(status);
+      if ((*status)["connection"] == "connected") continue;
+      const Json& why = (*status)["error"];
+      absent.push_back(lens + " is not open: " + (why.is_string() ? why.get<std::string>() : "lensd does not say why"));
+    }
+  }
+  return Reloaded{*std::move(reply), std::move(absent)};
+}
+
 bool IsLens(const Session& session, const std::string& name) {
   auto link = DaemonClient::Open(session);
   return !name.empty() && link && FindInfo(*link, name);
@@ -36,7 +89,7 @@ bool IsLens(const Session& session, const std::string& name) {
 
 std::optional<Failure> NothingToPlan(const Json& info) {
   const auto optics = info.find("optics");
-  if (optics != info.end() && optics->is_object()) return std::nullopt;
+  if (!WasOpened(info) || (optics != info.end() && optics->is_object())) return std::nullopt;
   return Failure(Exit::Unsupported,
                  OpticsMissing("nothing can be planned: the optics of \"" + info.value("name", "") + "\" are"));
 }

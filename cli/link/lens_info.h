@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/link/daemon_client.h"
 
@@ -10,10 +11,23 @@ namespace lensd::cli {
 
 /// LensInfo of the lens of that name, or of the only one where the name is empty.
 std::expected<varlink::Json, Failure> FindInfo(DaemonClient& link, const std::string& lens);
+/// LensStatus of the lens, once its device has been opened or has failed to open; after `at_most` as it then is.
+std::expected<varlink::Json, Failure> StatusOnceOpened(DaemonClient& link, const std::string& lens, Duration at_most);
+/// As FindInfo, and of a lens whose device is being opened once that has worked or failed, or after some seconds.
+std::expected<varlink::Json, Failure> FindInfoOnceOpened(DaemonClient& link, const std::string& lens);
+/// What Reload has answered, and the lenses that are not open after it.
+struct Reloaded {
+  varlink::Json reply;
+  std::vector<std::string> absent;  ///< one sentence each: "NAME is not open: WHY"
+};
+/// Asks the daemon to read its configuration again, then waits, 15 s at most, until every lens that it opens is open or
+/// has failed to open.
+std::expected<Reloaded, Failure> ReloadAndOpen(DaemonClient& link);
 /// Whether the daemon has a lens of this name; false where it is not there.
 bool IsLens(const Session& session, const std::string& name);
 
-/// Why nothing can be planned for it: a hole without a lens, or a lens whose optics were not stated.
+/// Why nothing can be planned for it: its optics were not configured. Nothing of a lens that has not been open yet,
+/// whose optics lensd does not say: its methods refuse it with the reason.
 std::optional<Failure> NothingToPlan(const varlink::Json& info);
 
 }  // namespace lensd::cli

@@ -74,11 +74,12 @@ struct FocusText {
 std::expected<Json, Failure> HyperfocalTarget(Session& session, const Json& lens, const std::string& blur_limit) {
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
-  const auto info = FindInfo(*link, lens.is_null() ? "" : lens.get<std::string>());
+  const auto info = FindInfoOnceOpened(*link, lens.is_null() ? "" : lens.get<std::string>());
   if (!info) return PassOn(info);
   const auto status = link->Ask(MethodOfLens("Status"), {{"lens", (*info)["name"]}});
   if (!status) return PassOn(status);
   const Json& now = (*status)["lenses"][0];
+  if (!now.value("connected", false)) return Refuse(Exit::Unavailable, TextOf(now, "error"));
   if (!now["focalLengthMm"].is_number() || !now["fNumber"].is_number()) {
     return Refuse(Exit::Unsupported,
                   OpticsMissing("there is no hyperfocal distance: the focal length or f-number of this lens is"));

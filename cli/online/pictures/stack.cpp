@@ -77,7 +77,7 @@ Outcome RunStackOnline(PlanText text, const MergeText& merge, const std::string&
   if (auto good = CheckMerge(merge); !good) return PassOn(good);
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
-  const auto info = FindInfo(*link, lens);
+  const auto info = FindInfoOnceOpened(*link, lens);
   if (!info) return PassOn(info);
   if (auto lensless = NothingToPlan(*info)) return PassOn(*std::move(lensless));
   auto request = TypedRequest(text, session.globals().from);

@@ -169,7 +169,7 @@ Outcome RunPlanOnline(const PlanText& text, const std::string& lens, bool apply,
   if (auto good = CheckPlanPlots(text); !good) return PassOn(good);
   auto link = DaemonClient::Open(session);
   if (!link) return PassOn(link);
-  const auto info = FindInfo(*link, lens);
+  const auto info = FindInfoOnceOpened(*link, lens);
   if (!info) return PassOn(info);
   if (auto lensless = NothingToPlan(*info)) return PassOn(*std::move(lensless));
   auto request = TypedRequest(text, session.globals().from);

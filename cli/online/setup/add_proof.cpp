@@ -2,7 +2,6 @@
 #include "cli/online/setup/add_proof.h"
 
 #include <numeric>
-#include <thread>
 #include <vector>
 
 #include "cli/link/lens_info.h"
@@ -16,19 +15,11 @@ using varlink::Json;
 
 /// Once it is known whether its device is there.
 std::expected<void, Failure> Opened(DaemonClient& link, const std::string& lens) {
-  constexpr Duration kAtMost = std::chrono::seconds(30), kAskEvery = std::chrono::milliseconds(50);
-  const Instant deadline = MonotonicClock().Now() + kAtMost;
-  for (;;) {
-    auto reply = link.Ask(MethodOfLens("Status"), {{"lens", lens}});
-    if (!reply) return PassOn(reply);
-    const Json status = (*reply)["lenses"][0];
-    if (status["connection"] == "connected") return {};
-    if (status["connection"] != "connecting" || MonotonicClock().Now() >= deadline) {
-      const std::string why = TextOf(status, "error");
-      return Refuse(Exit::Unavailable, why.empty() ? "lensd could not open it within 30 s" : why);
-    }
-    std::this_thread::sleep_for(kAskEvery);
-  }
+  const auto status = StatusOnceOpened(link, lens, std::chrono::seconds(30));
+  if (!status) return PassOn(status);
+  if ((*status)["connection"] == "connected") return {};
+  const std::string why = TextOf(*status, "error");
+  return Refuse(Exit::Unavailable, why.empty() ? "lensd could not open it within 30 s" : why);
 }
 
 /// Mean of 0 to 255 and sharpness of one frame.

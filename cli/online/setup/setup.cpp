@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <thread>
 #include <utility>
 
 #include "cli/link/arguments.h"
@@ -209,17 +208,6 @@ std::expected<Json, Failure> StatusOf(DaemonClient& link, const std::string& len
   return (*reply)["lenses"][0];
 }
 
-/// The same, once it is known whether the device is there: lensd may have just begun.
-std::expected<Json, Failure> StatusOnceOpened(DaemonClient& link, const std::string& lens) {
-  constexpr Duration kAtMost = std::chrono::seconds(15), kAskEvery = std::chrono::milliseconds(50);
-  const Instant deadline = MonotonicClock().Now() + kAtMost;
-  for (;;) {
-    auto status = StatusOf(link, lens);
-    if (!status || (*status)["connection"] != "connecting" || MonotonicClock().Now() >= deadline) return status;
-    std::this_thread::sleep_for(kAskEvery);
-  }
-}
-
 /// Finds the references. The iris goes back to its f-number: pictures that were well exposed stay so.
 std::expected<void, Failure> GoHome(Session& session, DaemonClient& link, const std::string& lens,
                                     const Json& f_number) {
@@ -305,7 +293,7 @@ std::expected<Json, Failure> Begin(Session& session, DaemonClient& link, const S
   found.info = *std::move(info);
   const std::string lens = TextOf(found.info, "name");
   link.WatchSignals([&session, lens] { StopAndTell(session, lens, nullptr); });
-  auto status = StatusOnceOpened(link, lens);
+  auto status = StatusOnceOpened(link, lens, std::chrono::seconds(15));  // lensd may have just begun
   if (!status) return PassOn(status);
   if (auto opened = FindInfo(link, lens)) found.info = *std::move(opened);  // as its device says
   if (auto not_now = NotNow(*status, found.info, text.home)) return std::unexpected(*std::move(not_now));
@@ -364,8 +352,7 @@ Outcome Setup(Session& session, const SetupOptions& text) {
   if (text.save) {
     auto saved = SaveSetup(*link, file, found);
     if (!saved) return PassOn(saved);
-    session.Remark(*saved ? "saved speed and backlash in " + file + ", and lensd has read it"
-                          : "nothing new to save: " + file + " stays as it is");
+    session.Remark(*saved);
   }
   return AllWell(found) ? Exit::Done : Exit::No;
 }

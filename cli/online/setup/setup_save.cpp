@@ -10,6 +10,7 @@
 #include <sstream>
 #include <vector>
 
+#include "cli/link/lens_info.h"
 #include "cli/online/setup/lens_file.h"
 #include "cli/text/texts.h"
 #include "io/atomic_file.h"
@@ -101,24 +102,34 @@ std::expected<std::string, Failure> OwnFileOf(DaemonClient& link, const std::str
   return path;
 }
 
-std::expected<bool, Failure> SaveSetup(DaemonClient& link, const std::string& file, const SetupFindings& found) {
+std::expected<std::string, Failure> SaveSetup(DaemonClient& link, const std::string& file, const SetupFindings& found) {
   const auto before = ReadText(file);
   if (!before) return Refuse(Exit::NoInput, file + ": " + std::strerror(errno));
-  std::string text = *before;
+  std::string text = *before, saved;  // what is new, as in "speed and backlash"
+  const auto save = [&](const std::string& axis, const std::string& key, const std::string& value) {
+    const std::string with = WithAxisKey(text, axis, key, value);
+    if (with == text) return;
+    text = with;
+    if (!saved.contains(key)) saved += (saved.empty() ? "" : " and ") + key;
+  };
   for (const Json& axis : found.axes) {
     const std::string name = TextOf(axis, "axis");
     if (axis.contains("speed") && axis["speed"].is_object()) {
-      text = WithAxisKey(text, name, "speed", NumberText(axis["speed"], "value", 4, ""));
+      save(name, "speed", NumberText(axis["speed"], "value", 4, ""));
     }
     if (name == "focus" && found.backlash.is_object() && found.backlash.value("known", false)) {
       const auto backlash = std::lround(std::ceil(found.backlash["sizeHigh"].get<double>()));
-      text = WithAxisKey(text, name, "backlash", std::to_string(backlash));
+      save(name, "backlash", std::to_string(backlash));
     }
   }
-  if (text == *before) return false;
+  if (text == *before) return "nothing new to save: " + file + " stays as it is";
   if (auto written = io::WriteFileAtomically(file, text); !written) return RefuseOutput(written);
-  auto reloaded = link.Ask(MethodOfLens("Reload"), Json::object(), std::chrono::seconds(30));
-  if (reloaded) return true;
+  const auto reloaded = ReloadAndOpen(link);
+  if (reloaded) {
+    std::string line = "saved " + saved + " in " + file + ", and lensd has read it";
+    for (const std::string& absent : reloaded->absent) line += "; " + absent;
+    return line;
+  }
   const auto back = io::WriteFileAtomically(file, *before);
   return Refuse(reloaded.error().status, "nothing was saved: lensd refused the configuration: " +
                                              reloaded.error().message + (back ? "" : "; and " + back.error().message));

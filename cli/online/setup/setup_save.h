@@ -17,8 +17,8 @@ std::string WithAxisKey(const std::string& text, const std::string& axis, const 
 /// its own there, or shares it. CannotWrite, NotPermitted: this user may not change it. Changes nothing.
 std::expected<std::string, Failure> OwnFileOf(DaemonClient& link, const std::string& lens);
 
-/// Writes speeds and backlash into the file and has lensd read it. The file is as before where lensd refuses it.
-/// False: nothing of it was measured, and the file stays as it is.
-std::expected<bool, Failure> SaveSetup(DaemonClient& link, const std::string& file, const SetupFindings& found);
+/// Writes speeds and backlash into the file, has lensd read it, and waits until the lens is open again or has failed to
+/// open. Returns the line to print: what was saved, or that nothing was. The file is as before where lensd refuses it.
+std::expected<std::string, Failure> SaveSetup(DaemonClient& link, const std::string& file, const SetupFindings& found);
 
 }  // namespace lensd::cli

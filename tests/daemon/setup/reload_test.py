@@ -1,14 +1,20 @@
 """The configuration read again: by HUP, by lensctl, with mistakes in it, and while things go on."""
 import base64
+import contextlib
 import json
 import os
+import re
+import select
 import signal
+import socket
+import subprocess
 import sys
+import threading
 import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from harness import HERE, LENS, PATIENCE, Daemon, DaemonTest  # noqa: E402
+from harness import BIN, HERE, LENS, PATIENCE, Daemon, DaemonTest  # noqa: E402
 
 SCENE = os.path.join(HERE, "small.toml")
 
@@ -169,6 +175,105 @@ class ReloadTest(DaemonTest):
             self.assertEqual(self.reload()[0], 0)
         self.wait_connected("a", "b")
         self.assertEqual(self.daemon.lensctl("focus", "a", "@2000").returncode, 0)
+
+
+class Late:
+    """A TCP port in front of another one, which answers nothing until a second after the first connection to it."""
+
+    def __init__(self, port):
+        self.port_behind, self.open, self.begun = port, threading.Event(), False
+        self.listening = socket.create_server(("127.0.0.1", 0))
+        self.port = self.listening.getsockname()[1]
+        threading.Thread(target=self.accept, daemon=True).start()
+
+    def accept(self):
+        with contextlib.suppress(OSError):
+            while True:
+                client, _ = self.listening.accept()
+                if not self.begun:
+                    threading.Timer(1, self.open.set).start()
+                self.begun = True
+                threading.Thread(target=self.serve, args=(client,), daemon=True).start()
+
+    def serve(self, client):
+        self.open.wait()
+        with contextlib.suppress(OSError), client, socket.create_connection(("127.0.0.1", self.port_behind)) as behind:
+            while True:
+                for ready in select.select([client, behind], [], [])[0]:
+                    data = ready.recv(4096)
+                    if not data:
+                        return
+                    (behind if ready is client else client).sendall(data)
+
+
+NEED_OPTICS = (("plan", "ring", "--sharp", "0.8m..1.6m:60um"), ("plan", "ring", "--stack", "--sharp", "1m..1.2m:60um"),
+               ("stack", "ring", "--sharp", "1m..1.2m:60um", "-o", "/dev/null/s"), ("focus", "ring", "hyperfocal", "--blur-limit", "60um"))
+
+
+class SlowAndAway(unittest.TestCase):
+    """What needs the optics of a lens says the truth while its device is not open: they are configured."""
+
+    def start(self, port=None):
+        self.daemon = Daemon(config="version = 1\n" + (ring(port) if port else ""))
+        self.addCleanup(self.daemon.stop)
+        return self.daemon
+
+    def said(self, *words):
+        done = self.daemon.lensctl(*words, "--json")
+        return done.returncode, json.loads(done.stdout or "{}").get("message"), done.stderr
+
+    def test_away_they_say_what_focus_says(self):
+        self.start(port=1)
+        status, why, _ = self.said("focus", "ring", "1m")
+        self.assertEqual(status, 69)
+        for words in NEED_OPTICS:
+            with self.subTest(words=words):
+                self.assertEqual(self.said(*words)[:2], (69, why))
+
+    def test_reload_waits_until_a_slow_device_is_open(self):
+        with subprocess.Popen([os.path.join(BIN, "sim-modbus-drive"), "--tcp", "0", "--unit", "1", "--unit", "2"],
+                              stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as drives:
+            try:
+                port = int(re.search(r"(\d+)\s*$", drives.stdout.readline()).group(1))
+                daemon = self.start()
+                for words in NEED_OPTICS[:3]:
+                    late = Late(port)
+                    with open(daemon.config, "w", encoding="utf-8") as file:
+                        file.write("version = 1\n" + ring(late.port))
+                    if words is NEED_OPTICS[0]:
+                        reloaded = daemon.lensctl("reload")
+                        self.assertEqual(reloaded.returncode, 0, reloaded.stderr)
+                        with daemon.client() as client:
+                            state = client.call(LENS + "Status")["parameters"]["lenses"][0]
+                        self.assertEqual((state["connection"], reloaded.stderr), ("connected", ""))
+                        self.assertEqual(self.said(*words)[0], 0)
+                    else:
+                        with daemon.client() as client:
+                            client.call(LENS + "Reload")
+                        with self.subTest(words=words):
+                            self.assertNotIn("not known", self.said(*words)[2])
+                    late.listening.close()
+            finally:
+                drives.stdin.write("quit\n")
+                drives.stdin.close()
+                drives.wait(timeout=30 * PATIENCE)
+
+    def test_reload_names_a_lens_that_is_not_there(self):
+        daemon = self.start()
+        with open(daemon.config, "a", encoding="utf-8") as file:
+            file.write(ring(1))
+        done = daemon.lensctl("reload")
+        self.assertEqual(done.returncode, 0)
+        self.assertIn("added: ring", done.stdout)
+        self.assertIn("ring is not open: ", done.stderr)
+
+
+def ring(port):
+    return (f'[[bus]]\nname = "b"\ndriver = "modbus"\nhost = "127.0.0.1:{port}"\nresponse_timeout_ms = 10000\n'
+            '[[lens]]\nname = "ring"\ndriver = "modbus"\nbus = "b"\n'
+            '[lens.optics]\nfocal_length_mm = 25\nf_number = [1.4, 16]\nclosest_m = 0.42\n[lens.focus]\ndirection = "near-positive"\n'
+            + "".join(f'[lens.drives.{axis}]\nunit = {unit}\nprofile = "oriental-az"\nrange = [0, 4000]\nhoming = "not-needed"\n'
+                      for unit, axis in enumerate(("focus", "iris"), 1)))
 
 
 if __name__ == "__main__":
