@@ -219,13 +219,18 @@ std::expected<void, Failure> GoHome(Session& session, DaemonClient& link, const 
   return {};
 }
 
+/// What ends setup at once, and is no finding: Control-C, a stop, or a newer command for the lens.
+bool EndsSetup(const Failure& failure) {
+  return failure.status == Exit::Interrupted || failure.status == Exit::Stopped || failure.status == Exit::Superseded;
+}
+
 /// A long call of `parameters` and the region. Nothing: it was refused, and why is among the remarks.
 std::expected<std::optional<Json>, Failure> Measure(DaemonClient& link, const char* what, std::string_view method,
                                                     Json parameters, const Json& region, SetupFindings& found) {
   if (!region.is_null()) parameters["region"] = region;
   auto reply = link.Follow(MethodOfLens(method), std::move(parameters), [](const Json&) { return true; });
   if (reply) return *std::move(reply);
-  if (reply.error().status == Exit::Interrupted) return PassOn(reply);
+  if (EndsSetup(reply.error())) return PassOn(reply);
   found.remarks.push_back(std::string(what) + ": " + reply.error().message);
   return std::nullopt;
 }
@@ -257,7 +262,7 @@ std::expected<void, Failure> SetUpBlur(DaemonClient& link, const std::string& le
   const Json* const axis = FocusOf(found.info);
   if (axis == nullptr) return {};
   auto slope = MeasureBlurSlope(link, lens, *axis, region, found.autofocus["position"].get<double>());
-  if (!slope && slope.error().status == Exit::Interrupted) return PassOn(slope);
+  if (!slope && EndsSetup(slope.error())) return PassOn(slope);
   if (!slope) {
     found.slope.why_not = slope.error().message;
     return {};
@@ -307,6 +312,30 @@ std::expected<Json, Failure> Begin(Session& session, DaemonClient& link, const S
   return StatusOf(link, lens);
 }
 
+/// Every axis in turn, then what the camera shows of focus.
+std::expected<void, Failure> MeasureAll(Session& session, DaemonClient& link, const Json& status, const Json& region,
+                                        std::optional<double> vergence, SetupFindings& found) {
+  const std::string lens = TextOf(found.info, "name");
+  const ActivityLine line(session, lens);
+  for (std::size_t i = 0; i < found.info["axes"].size(); ++i) {
+    auto axis = SetUpAxis(link, lens, found.info["axes"][i], status["axes"][i]);
+    if (!axis) return PassOn(axis);
+    found.axes.push_back(*std::move(axis));
+    SayHowLong(session, found.axes.back());
+  }
+  if (found.info["camera"].is_null()) return {};
+  if (auto done = SetUpFocus(link, lens, region, vergence, found); !done) return done;
+  return SetUpBlur(link, lens, region, vergence, found);
+}
+
+/// Of what ended setup: that it has ended, and that nothing is saved.
+Failure Ended(Failure failure, const std::string& lens, bool save) {
+  if (failure.status != Exit::Superseded && failure.status != Exit::Stopped) return failure;
+  const std::string why = failure.status == Exit::Stopped ? lens + " was stopped" : "another command moved " + lens;
+  failure.message = "setup ended, since " + why + " (" + failure.message + ")" + (save ? "; nothing was saved" : "");
+  return failure;
+}
+
 Outcome Setup(Session& session, const SetupOptions& text) {
   Json region;
   std::optional<double> vergence;
@@ -334,18 +363,8 @@ Outcome Setup(Session& session, const SetupOptions& text) {
     if (!own) return PassOn(own);
     file = *std::move(own);
   }
-  {
-    const ActivityLine line(session, lens);
-    for (std::size_t i = 0; i < found.info["axes"].size(); ++i) {
-      auto axis = SetUpAxis(*link, lens, found.info["axes"][i], (*status)["axes"][i]);
-      if (!axis) return PassOn(axis);
-      found.axes.push_back(*std::move(axis));
-      SayHowLong(session, found.axes.back());
-    }
-    if (!found.info["camera"].is_null()) {
-      if (auto done = SetUpFocus(*link, lens, region, vergence, found); !done) return PassOn(done);
-      if (auto done = SetUpBlur(*link, lens, region, vergence, found); !done) return PassOn(done);
-    }
+  if (auto done = MeasureAll(session, *link, *status, region, vergence, found); !done) {
+    return std::unexpected(Ended(std::move(done).error(), lens, text.save));
   }
   const double elapsed_ms = std::chrono::duration<double, std::milli>(MonotonicClock().Now() - began).count();
   session.json() ? session.PrintJson(SetupJson(found, elapsed_ms)) : session.PrintText(SetupText(found));

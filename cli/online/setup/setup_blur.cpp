@@ -26,11 +26,18 @@ class Looker {
   Looker(DaemonClient& link, const std::string& lens, Json region)
       : link_(link), lens_(lens), region_(std::move(region)) {}
 
-  /// Where it then is.
+  /// Where it then is. Superseded: another command has moved the focus since it was there last. A lens with a
+  /// thermometer may be moved by lensd itself, and is not looked at for that.
   std::expected<double, Failure> Go(double position) {
+    auto before = Sent();
+    if (!before) return PassOn(before);
+    if (sent_ && *before && **before != *sent_) return Refuse(Exit::Superseded, "focus was sent elsewhere");
     auto reply = link_.Follow(MethodOfLens("Move"),
                               {{"lens", lens_}, {"axis", "focus"}, {"target", {{"position", position}}}}, nullptr);
     if (!reply) return PassOn(reply);
+    auto after = Sent();
+    if (!after) return PassOn(after);
+    sent_ = *after;
     return (*reply)["move"]["position"].get<double>();
   }
 
@@ -65,9 +72,22 @@ class Looker {
   }
 
  private:
+  /// Where focus was sent by the last command. Nothing: lensd corrects focus by the temperature.
+  std::expected<std::optional<double>, Failure> Sent() {
+    auto reply = link_.Ask(MethodOfLens("Status"), {{"lens", lens_}});
+    if (!reply) return PassOn(reply);
+    const Json& status = (*reply)["lenses"][0];
+    if (status["temperatureC"].is_number()) return std::nullopt;
+    for (const Json& axis : status["axes"]) {
+      if (axis["axis"] == "focus") return axis["target"].get<double>();
+    }
+    return std::nullopt;
+  }
+
   DaemonClient& link_;
   const std::string lens_;
   const Json region_;
+  std::optional<double> sent_;  ///< by the last Go
 };
 
 /// The part of the range that is gone to.

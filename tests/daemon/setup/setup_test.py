@@ -14,7 +14,7 @@ import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from harness import BIN, HERE, PATIENCE, Daemon  # noqa: E402
+from harness import BIN, HERE, LENS, PATIENCE, Daemon  # noqa: E402
 
 LONG = os.environ.get("LENSD_TEST_LEVEL") == "long"
 SCENES = os.path.realpath(os.path.join(HERE, "../../scenes"))
@@ -68,6 +68,10 @@ class Lens:
     def __exit__(self, *unused):
         self.daemon.stop()
         self.folder.cleanup()
+
+    def status(self):
+        with self.daemon.client() as client:
+            return client.call(LENS + "Status")["parameters"]["lenses"][0]
 
     def setup(self, *options):
         done = self.daemon.lensctl("--json", "setup", "cam", *options)
@@ -244,6 +248,27 @@ class Setup(unittest.TestCase):
             beyond = lens.daemon.lensctl("setup", "cam", "--roi", "0.5,0.5,0.6,0.1")
             self.assertEqual((beyond.returncode, "not within the frame" in beyond.stderr), (64, True), beyond.stderr)
             self.assertEqual(lens.daemon.lensctl("setup", "cam", "--at", "near").returncode, 64)
+
+
+class Yields(unittest.TestCase):
+    def test_setup_ends_where_another_command_takes_the_lens(self):
+        """While it searches, and while it measures backlash: the newest command wins, and the lens stays where that has put it."""
+        draw = random.Random(20261128)
+        for activity in ("autofocus", "backlash"):
+            with Lens(**{**QUICK, "rate": 100}) as lens, subprocess.Popen(
+                    [os.path.join(BIN, "lensctl"), "--socket", lens.daemon.socket, "setup", "cam"], stdin=subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+                while lens.status()["activity"] != activity and process.poll() is None:
+                    time.sleep(0.005)
+                place = draw.randrange(200, 3800)
+                with lens.daemon.client() as client, self.subTest(activity=activity):
+                    moved = client.call(LENS + "Move", {"lens": "cam", "axis": "focus", "target": {"position": place}})
+                    self.assertTrue(moved["parameters"]["move"]["reached"], moved)
+                    said = process.stderr.read()
+                    self.assertEqual(process.wait(timeout=60 * PATIENCE), 3, said)
+                    self.assertIn("another command moved cam", said)
+                    focus = next(axis for axis in lens.status()["axes"] if axis["axis"] == "focus")
+                    self.assertEqual(focus["target"], place)
 
 
 if __name__ == "__main__":
