@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <utility>
 
 #include "base/quantity_text.h"
@@ -38,6 +39,18 @@ std::string Asked(const Target& target, const std::string& unit) {
   return Short(InUnitOf(target, unit), 6) + " " + unit + of;
 }
 
+/// The end of a range in so many digits, rounded to the inside of the range: whoever types it again is not refused.
+std::string InsideText(double end, int digits, bool is_minimum) {
+  const auto beyond = [&](double value) {
+    const double by = is_minimum ? end - value : value - end;
+    return by > 1e-12 * std::abs(end);
+  };
+  const double rounded = std::strtod(Short(end, digits).c_str(), nullptr);
+  if (!beyond(rounded)) return Short(end, digits);
+  const double last_digit = std::pow(10.0, std::floor(std::log10(std::abs(end))) + 1.0 - digits);
+  return Short(rounded + (is_minimum ? last_digit : -last_digit), digits);
+}
+
 /// "0.943 m to infinity", in as many digits as tell the end that `wish` lies beyond from the wish. Six are shown at
 /// most: where they are too few, the difference is added.
 std::string ReachText(const ErrorFacts& reach, double wish) {
@@ -48,7 +61,7 @@ std::string ReachText(const ErrorFacts& reach, double wish) {
   int digits = kFewestDigits;
   while (passed && digits < kMostDigits && Short(*passed, digits) == typed) ++digits;
   const auto text = [&](const std::optional<double>& end) {
-    return end ? before + Short(*end, digits) + after : "infinity";
+    return end ? before + InsideText(*end, digits, end == reach.minimum) + after : "infinity";
   };
   std::string reached = text(reach.minimum) + " to " + text(reach.maximum);
   if (passed && Short(*passed, digits) == typed) {

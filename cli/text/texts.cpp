@@ -101,8 +101,10 @@ std::string InfoText(const Json& info) {
   }
   if (Has(info, "optics")) {
     const Json& optics = info["optics"];
-    line += ", " + NumberText(optics, "focalLengthMm", 6, " mm") + " f/" + NumberText(optics, "fNumberMin", 4, "") +
-            ".." + NumberText(optics, "fNumberMax", 4, "");
+    const std::string widest = NumberText(optics, "fNumberMin", 4, ""),
+                      smallest = NumberText(optics, "fNumberMax", 4, "");
+    line += ", " + NumberText(optics, "focalLengthMm", 6, " mm") + " f/" + widest;
+    if (smallest != widest) line += ".." + smallest;
   }
   if (Has(info, "optics") && Has(info["optics"], "grade")) {
     line += ", " + TextOf(info["optics"], "grade");

@@ -26,6 +26,19 @@ void SayOrigin(DaemonClient& link, const Json& lens) {
   if (TextOf((*info)["optics"], "distanceFrom") != "lens") SayWhereDistancesStart();
 }
 
+/// The end of a range of distances in the unit in which the person types, rounded to the inside of the range: whoever
+/// types it again is not refused.
+std::string ReachableText(double end_m, bool is_minimum) {
+  constexpr double kStep = 2e-5;  // relative; DistanceText shows four digits or five
+  constexpr int kSteps = 100;
+  for (int i = 0; i < kSteps; ++i) {
+    std::string text = DistanceText({end_m * (1.0 + (is_minimum ? i : -i) * kStep)});
+    const auto read = ParseDepth(text, "");
+    if (read && read->IsDistance() && (is_minimum ? read->value >= end_m : read->value <= end_m)) return text;
+  }
+  return DistanceText({end_m});
+}
+
 /// A distance that is out of reach, and what is in reach, in the unit in which the person types; lensd says metres.
 void SayInTypedUnit(double wish_m, Failure& failure) {
   const DistanceUnit unit = ShownDistanceUnit();
@@ -34,7 +47,7 @@ void SayInTypedUnit(double wish_m, Failure& failure) {
   if (failure.message.find(" is outside what focus may reach: ") == std::string::npos) return;
   const auto end = [&](const char* key) {
     const Json number = failure.details->value(key, Json());
-    return number.is_number() ? DistanceText({number.get<double>()}) : "infinity";
+    return number.is_number() ? ReachableText(number.get<double>(), key == std::string_view("minimum")) : "infinity";
   };
   failure.message =
       DistanceText({wish_m}) + " is outside what focus may reach: " + end("minimum") + " to " + end("maximum");
@@ -95,6 +108,16 @@ std::expected<Json, Failure> HyperfocalTarget(Session& session, const Json& lens
   return Json{{"distanceM", optics::thin_lens::Hyperfocal(f, now["fNumber"].get<double>(), *limit->Nearest())}};
 }
 
+/// A distance as lensctl prints it, "1.2 m from the sensor": the distance, and the parameter that says where it starts.
+std::pair<std::string, Json> WithoutOrigin(const std::string& text) {
+  constexpr std::pair<std::string_view, const char*> kEnds[] = {{" from the lens centre", "lens"},
+                                                                {" from the sensor", "sensor"}};
+  for (const auto& [end, origin] : kEnds) {
+    if (text.ends_with(end)) return {text.substr(0, text.size() - end.size()), {{"distanceFrom", origin}}};
+  }
+  return {text, Json::object()};
+}
+
 Outcome Focus(Session& session, const FocusText& text) {
   const NameAndValue given = SplitNameAndValue(text.words);
   if (given.value == "hyperfocal") {
@@ -103,7 +126,8 @@ Outcome Focus(Session& session, const FocusText& text) {
     return Move(session, given.lens, "focus", *std::move(target), {{"distanceFrom", "lens"}});
   }
   if (!text.blur_limit.empty()) return Refuse(Exit::Usage, "--blur-limit belongs to the target hyperfocal only");
-  auto target = ParseFocusTarget(given.value);
+  const auto [place, origin] = WithoutOrigin(given.value);
+  auto target = ParseFocusTarget(place);
   const auto reads = [](std::string_view word) { return word == "hyperfocal" || ParseFocusTarget(word).has_value(); };
   const auto meant = MeantByTwoWords(text.words, "focus", reads);
   if (!target && meant) return Refuse(Exit::Usage, *meant);
@@ -113,7 +137,7 @@ Outcome Focus(Session& session, const FocusText& text) {
                                    " 1.2m");
   }
   if (!target) return PassOn(target);
-  return Move(session, given.lens, "focus", *std::move(target));
+  return Move(session, given.lens, "focus", *std::move(target), origin);
 }
 
 Outcome Aperture(Session& session, const std::vector<std::string>& words, bool keep_brightness) {

@@ -10,7 +10,7 @@ import unittest
 from fractions import Fraction
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from harness import BIN, HERE, LENS, PATIENCE, Daemon  # noqa: E402
+from harness import BIN, HERE, LENS, PATIENCE, Daemon, quick_scene  # noqa: E402
 
 SCENE = os.path.join(HERE, "small.toml")
 LENSES = os.path.join(HERE, "..", "..", "lenses")
@@ -104,6 +104,35 @@ class Closest(unittest.TestCase):
             with self.subTest(f_mm=f_mm, closest=closest):
                 self.assertEqual(done.returncode, 78, done.stderr)
                 self.assertIn("within the focal length", done.stderr)
+
+    def test_the_near_end_that_is_printed_can_be_reached(self):
+        """In each unit: what a refusal calls the nearest distance is not refused, and is within a thousandth of the nearest."""
+        draw = random.Random(231)
+        metres = {"m": 1, "mm": 1e-3, "ft": 0.3048, "in": 0.0254}
+        closest = {f"l{index}": round(draw.uniform(0.15, 40), draw.choice([2, 5])) for index in range(4 if COUNT == 12 else 48)}
+        with tempfile.TemporaryDirectory() as folder:
+            text = "".join(lens(name, "", f"focal_length_mm = 25\nf_number = [2.8, 2.8]\nclosest_m = {near}\n")
+                           for name, near in closest.items()).replace(SCENE, quick_scene(folder))
+            daemon = Daemon(config="version = 1\n" + text)
+            try:
+                listed_text = daemon.lensctl("list").stdout
+                self.assertIn(" f/2.8,", listed_text)
+                self.assertNotIn("..2.8", listed_text)
+                for name, near in closest.items():
+                    for unit, size in metres.items():
+                        refused = daemon.lensctl("focus", name, f"{0.9 * near / size:.6f}{unit}")
+                        self.assertEqual(refused.returncode, 6, refused.stderr)
+                        printed = re.search(r"may reach: ([0-9.]+) (\w+) to infinity", refused.stderr)
+                        with self.subTest(near=near, said=refused.stderr):
+                            self.assertNotEqual(daemon.lensctl("focus", name, printed.group(1) + printed.group(2)).returncode, 6)
+                            self.assertAlmostEqual(float(printed.group(1)) * metres[printed.group(2)] / near, 1, delta=2e-3)
+                # A distance as it is printed, with where it starts.
+                for words, origin in (("the lens centre", "lens"), ("the sensor", "sensor")):
+                    place = [json.loads(daemon.lensctl("focus", "l0", *how, "--json").stdout)["vergenceD"]
+                             for how in ((f"60 m (0.0167 D) from {words}",), ("60m", "--from", origin))]
+                    self.assertEqual(place[0], place[1])
+            finally:
+                self.assertEqual(daemon.stop(), 0)
 
     def test_what_cannot_be_is_refused_with_the_key(self):
         for optics, words in (("closest_m = 0.02\n", "within the focal length"),
