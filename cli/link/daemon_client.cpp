@@ -55,14 +55,19 @@ bool TakesLease(std::string_view method) {
 
 }  // namespace
 
-/// Becomes readable on Control-C or SIGTERM while it lives.
+/// Becomes readable on Control-C or SIGTERM while it lives; with `hang_up` also when the terminal goes, unless nohup
+/// has that ignored.
 class SignalWatch {
  public:
-  SignalWatch() {
+  explicit SignalWatch(bool hang_up = false) {
     sigset_t watched;
     sigemptyset(&watched);
     sigaddset(&watched, SIGINT);
     sigaddset(&watched, SIGTERM);
+    struct sigaction on_hang_up{};
+    if (hang_up && sigaction(SIGHUP, nullptr, &on_hang_up) == 0 && on_hang_up.sa_handler != SIG_IGN) {
+      sigaddset(&watched, SIGHUP);
+    }
     sigprocmask(SIG_BLOCK, &watched, &before_);
     descriptor_ = signalfd(-1, &watched, SFD_CLOEXEC | SFD_NONBLOCK);
   }
@@ -124,7 +129,7 @@ std::expected<Json, Failure> DaemonClient::Ask(std::string_view method, Json par
 }
 
 void DaemonClient::WatchSignals(std::function<void()> interrupted) {
-  signals_ = std::make_shared<const SignalWatch>();
+  signals_ = std::make_shared<const SignalWatch>(true);
   interrupted_ = std::move(interrupted);
   client_.SetInterrupt(signals_->descriptor());
 }

@@ -87,6 +87,35 @@ bool IsLens(const Session& session, const std::string& name) {
   return !name.empty() && link && FindInfo(*link, name);
 }
 
+std::string RefusedReload(const Failure& failure) {
+  return (failure.status == Exit::Config ? "lensd refused the configuration: " : "") + failure.message;
+}
+
+std::vector<LensRemark> RemarksOn(const Json& info) {
+  std::vector<LensRemark> remarks;
+  const Json optics = info.value("optics", Json());
+  if (!optics.is_object()) return remarks;
+  const Json axes = info.value("axes", Json::array());
+  const auto axis = [&](const char* name) {
+    return std::ranges::find_if(axes, [&](const Json& one) { return one["axis"] == name; });
+  };
+  const auto focus = axis("focus");
+  if (focus != axes.end() && focus->contains("direction") && focus->at("direction").is_null()) {
+    const std::string by_hand = "say direction = \"near-positive\" or \"near-negative\" in [lens.focus]";
+    remarks.push_back({"the direction of its focus is not known: distances, applied plans and stacks are refused",
+                       info.value("camera", Json()).is_object()
+                           ? "put a subject at a known distance before it, then: lensctl setup " +
+                                 info.value("name", "") + " --at DISTANCE; or " + by_hand
+                           : by_hand + ", then: lensctl reload"});
+  }
+  if (optics.value("focalLengthMaxMm", Json()).is_number() && axis("zoom") == axes.end()) {
+    remarks.push_back({"its focal length is configured as a range, and it has no motorised zoom",
+                       "give focal_length_mm in [lens.optics] the one focal length that it is set to, then: lensctl "
+                       "reload"});
+  }
+  return remarks;
+}
+
 std::optional<Failure> NothingToPlan(const Json& info) {
   const auto optics = info.find("optics");
   if (!WasOpened(info) || (optics != info.end() && optics->is_object())) return std::nullopt;

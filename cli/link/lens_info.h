@@ -26,6 +26,15 @@ std::expected<Reloaded, Failure> ReloadAndOpen(DaemonClient& link);
 /// Whether the daemon has a lens of this name; false where it is not there.
 bool IsLens(const Session& session, const std::string& name);
 
+/// Why lensd did not read the configuration again: what is wrong with the file, or with the caller.
+std::string RefusedReload(const Failure& failure);
+
+/// What is missing or contradicts itself in the configuration of an open lens whose optics are known, and what to do.
+struct LensRemark {
+  std::string what, remedy;
+};
+std::vector<LensRemark> RemarksOn(const varlink::Json& info);
+
 /// Why nothing can be planned for it: its optics were not configured. Nothing of a lens that has not been open yet,
 /// whose optics lensd does not say: its methods refuse it with the reason.
 std::optional<Failure> NothingToPlan(const varlink::Json& info);

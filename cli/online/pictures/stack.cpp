@@ -84,7 +84,7 @@ Outcome RunStackOnline(PlanText text, const MergeText& merge, const std::string&
   if (!request) return RefuseInput(request);
   const Json name = (*info)["name"];
   const auto reply = link->Ask(MethodOfLens("Plan"), {{"lens", name}, {"request", *std::move(request)}});
-  if (!reply) return PassOn(reply);
+  if (!reply) return std::unexpected(InWordsOfOptions(reply.error()));
   Json plan = (*reply)["plan"];
   if (!plan.value("feasible", false)) {
     session.json() ? session.PrintJson(plan) : session.PrintText(StackText(plan));

@@ -181,7 +181,7 @@ Outcome RunPlanOnline(const PlanText& text, const std::string& lens, bool apply,
                   {"showRequest", text.plot.wanted() || text.rays.wanted()}};
   const auto reply = apply ? Drive(session, *link, MethodOfLens("Plan"), std::move(parameters))
                            : link->Ask(MethodOfLens("Plan"), std::move(parameters));
-  if (!reply) return PassOn(reply);
+  if (!reply) return std::unexpected(InWordsOfOptions(reply.error()));
   if (auto drawn = DrawReply(text, *reply, name.get<std::string>()); !drawn) return PassOn(drawn);
   Print(session, *reply, TypedUnits(text, *info));
   return StatusOf(*reply);

@@ -169,4 +169,12 @@ Result<Json> TypedRequest(const PlanText& text, std::optional<From> from) {
   return typed.Take();
 }
 
+Failure InWordsOfOptions(Failure refused) {
+  constexpr std::string_view kField = "give pixelUm";
+  if (const std::size_t at = refused.message.find(kField); at != std::string::npos) {
+    refused.message.replace(at, kField.size(), "give --pixel, or pixel_um of its camera in the configuration");
+  }
+  return refused;
+}
+
 }  // namespace lensd::cli

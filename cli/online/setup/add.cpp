@@ -1,8 +1,6 @@
 // add: a lens of one's own, from what is plugged in to a picture, without a file to edit.
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdio>
-#include <iostream>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -22,46 +20,33 @@ namespace {
 
 using varlink::Json;
 
-/// The option's text; where it was left out the person's answer. Empty: not known.
-std::expected<std::string, Failure> Answer(const Session& session, const std::string& given, const std::string& option,
-                                           const std::string& question, const std::string& example) {
-  std::string text = given;
-  if (text.empty() && !SomebodyIsThere(session)) {
-    return Refuse(Exit::Usage, question + " of this lens: say " + option + " " + example + ", or " + option + " " +
-                                   kUnknown + "; --model MODEL names a lens of docs/lenses.md");
-  }
-  if (text.empty()) {
-    std::fprintf(stderr, "%s, as in %s, or %s: ", question.c_str(), example.c_str(), kUnknown);
-    if (!std::getline(std::cin, text)) return Refuse(Exit::Usage, "the answers ended; nothing was added");
-  }
-  return text == kUnknown ? std::string() : text;
+bool IsGiven(const std::string& text) {
+  return !text.empty() && text != kUnknown;
 }
 
 /// Focal length, f-numbers and closest distance belong together: with one of them unknown the others stay as a comment.
 std::expected<void, Failure> AskOptics(const Session& session, const AddOptions& options, NewLens& lens) {
-  if (!options.model.empty()) {
-    if (options.model != kUnknown) lens.keys += "optics = " + QuotedToml(options.model) + "\n";
+  if (IsGiven(options.model)) {
+    lens.keys += "optics = " + QuotedToml(options.model) + "\n";
     return {};
   }
+  const bool left_out = options.focal_length.empty() && options.f_number.empty() && options.closest.empty();
+  if (!options.model.empty() && left_out) return {};
   bool all = true;
   std::string lines;
-  const auto add = [&](const std::string& given, const char* option, const char* question, const char* example,
+  const auto add = [&](const std::string& given, const Question& question,
                        const auto& line_of) -> std::expected<void, Failure> {
-    const auto text = Answer(session, given, option, question, example);
-    if (!text) return PassOn(text);
-    all = all && !text->empty();
-    if (text->empty()) return {};
-    auto line = line_of(*text);
+    const auto line = AnsweredLine(session, given, question, line_of);
     if (!line) return PassOn(line);
+    all = all && !line->empty();
     lines += *line;
     return {};
   };
-  if (auto done = add(options.focal_length, "--focal-length", "focal length", "25mm", FocalLengthLine); !done) {
-    return done;
-  }
-  if (auto done = add(options.f_number, "--f-number", "f-numbers", "1.4..16", FNumberLine); !done) return done;
   const auto closest = [&](const std::string& text) { return ClosestLine(text, options.closest_from); };
-  if (auto done = add(options.closest, "--closest", "closest distance", "0.3m", closest); !done) return done;
+  if (auto done = add(options.focal_length, {"--focal-length", "focal length", "25mm"}, FocalLengthLine); !done)
+    return done;
+  if (auto done = add(options.f_number, {"--f-number", "f-numbers", "1.4..16"}, FNumberLine); !done) return done;
+  if (auto done = add(options.closest, {"--closest", "closest distance", "0.3m"}, closest); !done) return done;
   if (all) {
     lens.optics = lines;
     return {};
@@ -72,10 +57,6 @@ std::expected<void, Failure> AskOptics(const Session& session, const AddOptions&
   return {};
 }
 
-bool IsGiven(const std::string& text) {
-  return !text.empty() && text != kUnknown;
-}
-
 /// Options of the optics that would have no effect beside the others.
 std::expected<void, Failure> CheckOptics(const AddOptions& options) {
   const bool simulated = options.driver == "sim";
@@ -83,8 +64,8 @@ std::expected<void, Failure> CheckOptics(const AddOptions& options) {
       {"--focal-length", &options.focal_length}, {"--f-number", &options.f_number}, {"--closest", &options.closest},
       {"--closest-from", &options.closest_from}, {"--pixel", &options.pixel},       {"--model", &options.model}};
   for (const auto& [option, text] : optics) {
-    if (!IsGiven(*text)) continue;
-    if (simulated) {
+    if (text->empty()) continue;
+    if (simulated && IsGiven(*text)) {
       return Refuse(Exit::Usage, std::string(option) +
                                      ": a simulated lens takes its optics and its pixels from its scene: leave this "
                                      "option out, or change the scene");
@@ -92,6 +73,10 @@ std::expected<void, Failure> CheckOptics(const AddOptions& options) {
     if (IsGiven(options.model) && text != &options.model && text != &options.pixel) {
       return Refuse(Exit::Usage, std::string(option) + ": --model names the optics already: give one of the two");
     }
+  }
+  if (!options.closest_from.empty() && options.closest == kUnknown) {
+    return Refuse(Exit::Usage,
+                  "--closest-from says where --closest starts, and that is unknown: leave one of them out");
   }
   return {};
 }
@@ -102,6 +87,7 @@ std::expected<void, Failure> CheckOptions(const AddOptions& options) {
   if (IsGiven(options.focal_length)) lines.push_back(FocalLengthLine(options.focal_length));
   if (IsGiven(options.f_number)) lines.push_back(FNumberLine(options.f_number));
   if (IsGiven(options.closest)) lines.push_back(ClosestLine(options.closest, options.closest_from));
+  if (IsGiven(options.pixel)) lines.push_back(PixelLine(options.pixel));
   for (const auto& line : lines) {
     if (!line) return PassOn(line);
   }
@@ -124,9 +110,9 @@ std::expected<void, Failure> CheckOptions(const AddOptions& options) {
 
 std::expected<NewLens, Failure> Describe(const Session& session, const AddOptions& options, const Json& devices) {
   NewLens lens;
-  auto proposed = AddDevice(session, options, devices, lens);
-  if (!proposed) return PassOn(proposed);
-  lens.name = options.name.empty() ? *proposed : options.name;
+  const auto device = AddDevice(session, options, devices, lens);
+  if (!device) return PassOn(device);
+  lens.name = options.name.empty() ? device->name : options.name;
   const std::string bus_name = QuotedToml("bus-" + lens.name);
   if (const std::size_t at = lens.keys.find("bus = @"); at != std::string::npos)
     lens.keys.replace(at, 7, "bus = " + bus_name);
@@ -136,6 +122,7 @@ std::expected<NewLens, Failure> Describe(const Session& session, const AddOption
   }
   if (options.driver == "sim") return lens;  // its scene knows its optics
   if (auto asked = AskOptics(session, options, lens); !asked) return PassOn(asked);
+  if (auto asked = AddPixel(session, options, *device, lens); !asked) return PassOn(asked);
   return lens;
 }
 

@@ -18,6 +18,13 @@ namespace {
 
 using varlink::Json;
 
+constexpr int kAskedAtMost = 3;  ///< times: whoever has given three wrong answers needs the documents
+
+/// Drivers whose cameras do not report how large their pixels are.
+bool ReportsPixel(const std::string& driver) {
+  return driver != "v4l2" && driver != "uvc";
+}
+
 /// The keys of a found device, without the head that `devices` proposes.
 std::string KeysOf(const Json& device) {
   const std::string config = TextOf(device, "config");
@@ -71,10 +78,15 @@ std::expected<Json, Failure> ChooseDevice(const Session& session, const Json& de
   }
   const std::string list = ListText(devices);
   if (SomebodyIsThere(session) && !devices.empty()) {
-    std::fprintf(stderr, "%snumber of the device: ", list.c_str());
-    std::string text;
-    if (!std::getline(std::cin, text)) return Refuse(Exit::Usage, "no device was chosen; nothing was added");
-    return DeviceOf(devices, std::atoi(text.c_str()), "device");
+    std::fputs(list.c_str(), stderr);
+    for (int asked = 1;; ++asked) {
+      std::fputs("number of the device: ", stderr);
+      std::string text;
+      if (!std::getline(std::cin, text)) return Refuse(Exit::Usage, "no device was chosen; nothing was added");
+      auto device = DeviceOf(devices, std::atoi(text.c_str()), "device");
+      if (device || asked == kAskedAtMost) return device;
+      std::fprintf(stderr, "%s\n", device.error().message.c_str());
+    }
   }
   if (lenses.size() == 1) return DeviceOf(devices, lenses[0], "device");
   if (lenses.empty()) {
@@ -92,16 +104,44 @@ bool SomebodyIsThere(const Session& session) {
   return !session.json() && isatty(STDIN_FILENO) == 1 && isatty(STDERR_FILENO) == 1;
 }
 
-std::expected<std::string, Failure> AddDevice(const Session& session, const AddOptions& options, const Json& devices,
+std::expected<std::string, Failure> AnsweredLine(
+    const Session& session, const std::string& given, const Question& question,
+    const std::function<Result<std::string>(const std::string&)>& line_of) {
+  const auto line = [&](const std::string& text) {
+    return text == kUnknown ? Result<std::string>(std::string()) : line_of(text);
+  };
+  if (!given.empty()) {
+    auto said = line(given);
+    if (!said) return PassOn(said);
+    return *std::move(said);
+  }
+  if (!SomebodyIsThere(session)) {
+    return Refuse(Exit::Usage, std::string(question.text) + " of this lens: say " + question.option + " " +
+                                   question.example + ", or " + question.option + " " + kUnknown +
+                                   "; --model MODEL names a lens of docs/lenses.md");
+  }
+  for (int asked = 1;; ++asked) {
+    std::fprintf(stderr, "%s, as in %s, or %s: ", question.text, question.example, kUnknown);
+    std::string text;
+    if (!std::getline(std::cin, text)) return Refuse(Exit::Usage, "the answers ended; nothing was added");
+    auto said = line(text);
+    if (said) return *std::move(said);
+    if (asked == kAskedAtMost) return PassOn(said);
+    std::fprintf(stderr, "%s\n", said.error().message.c_str());
+  }
+}
+
+std::expected<AddedDevice, Failure> AddDevice(const Session& session, const AddOptions& options, const Json& devices,
                                               NewLens& lens) {
-  std::string model = options.driver, bus = options.bus;
+  std::string model = options.driver, bus = options.bus, driver = options.driver;
   bool takes_pictures = options.driver == "aravis" || options.driver == "v4l2" || options.driver == "uvc";
   if (options.driver.empty() && (bus.empty() || options.number != 0)) {
     auto device = ChooseDevice(session, devices, options.number);
     if (!device) return PassOn(device);
     model = TextOf(*device, "model");
     takes_pictures = device->value("camera", false);
-    if (TextOf(*device, "driver") == "modbus")
+    driver = TextOf(*device, "driver");
+    if (driver == "modbus")
       bus = TextOf(*device, "node");
     else
       lens.keys = KeysOf(*device);
@@ -134,15 +174,23 @@ std::expected<std::string, Failure> AddDevice(const Session& session, const AddO
     if (!camera) return PassOn(camera);
     if (!camera->value("camera", false)) return Refuse(Exit::Usage, TextOf(*camera, "model") + " takes no pictures");
     lens.camera = KeysOf(*camera);
+    driver = TextOf(*camera, "driver");
+    takes_pictures = true;
   }
-  if (!options.pixel.empty() && options.pixel != kUnknown) {
-    auto pixel = ParsePositiveLength(options.pixel, "--pixel");
-    if (!pixel) return PassOn(pixel);
-    if (!takes_pictures && lens.camera.empty()) return Refuse(Exit::Usage, "--pixel: this lens has no camera");
-    const double um = pixel->Nearest().value_or(0.0) * 1e6;
-    (lens.camera.empty() ? lens.keys : lens.camera) += "pixel_um = " + NumberTextOf(um) + "\n";
-  }
-  return ProposedName(model);
+  const bool given = !options.pixel.empty() && options.pixel != kUnknown;
+  if (given && !takes_pictures) return Refuse(Exit::Usage, "--pixel: this lens has no camera");
+  return AddedDevice{ProposedName(model), takes_pictures, ReportsPixel(driver)};
+}
+
+std::expected<void, Failure> AddPixel(const Session& session, const AddOptions& options, const AddedDevice& device,
+                                      NewLens& lens) {
+  const bool asks = device.takes_pictures && !device.reports_pixel && SomebodyIsThere(session);
+  if (options.pixel.empty() && !asks) return {};
+  const auto line =
+      AnsweredLine(session, options.pixel, {"--pixel", "size of a pixel of its camera", "3um"}, PixelLine);
+  if (!line) return PassOn(line);
+  (lens.camera.empty() ? lens.keys : lens.camera) += *line;
+  return {};
 }
 
 }  // namespace lensd::cli

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cstdio>
 #include <filesystem>
+#include <string_view>
 
 #include "cli/online/setup/lens_file.h"
 #include "cli/text/quantity.h"
@@ -37,6 +38,18 @@ Result<std::string> FocalLengthLine(const std::string& text) {
 }
 
 Result<std::string> FNumberLine(const std::string& text) {
+  if (text.contains(',')) {
+    const auto parts = SplitAtCommas(text);
+    const auto one = parts.size() == 2 ? ParseFNumber(std::string(parts[0]) + "." + std::string(parts[1]), "")
+                                       : Result<Decimal>(Fail(Code::InvalidArgument, ""));
+    const auto all = ParseFNumbers(text, "--f-number");
+    const auto number = [](const Decimal& decimal) { return NumberTextOf(decimal.Nearest().value_or(0.0)); };
+    std::string write = one ? number(*one) : "";
+    if (all) write += (one ? " or " : "") + number(all->range.low) + ".." + number(all->range.high);
+    return Wrong("--f-number", text,
+                 "one number or a range belongs here, and a decimal has a point, not a comma: write " +
+                     (write.empty() ? "2.8 or 1.4..16" : write));
+  }
   auto openings = ParseFNumbers(text, "--f-number");
   if (!openings) return PassOn(openings);
   return "f_number = [" + openings->range.low.Text() + ", " + openings->range.high.Text() + "]\n";
@@ -49,6 +62,12 @@ Result<std::string> ClosestLine(const std::string& text, const std::string& from
   if (!(vergence > 0.0)) return Wrong("--closest", text, "the closest distance in focus is a distance, as in 0.3m");
   const double metres = depth->IsDistance() ? depth->value : 1.0 / vergence;
   return "closest_m = " + NumberTextOf(metres) + "\nclosest_from = \"" + (from.empty() ? "lens" : from) + "\"\n";
+}
+
+Result<std::string> PixelLine(const std::string& text) {
+  const auto pixel = ParsePositiveLength(text, "--pixel");
+  if (!pixel) return PassOn(pixel);
+  return "pixel_um = " + NumberTextOf(pixel->Nearest().value_or(0.0) * 1e6) + "\n";
 }
 
 std::expected<std::string, Failure> DriveTable(const std::string& text) {
@@ -90,8 +109,10 @@ std::expected<std::string, Failure> KeyLine(const std::string& text) {
                                    ": this key names a program; "
                                    "write it into the configuration yourself");
   std::error_code none;
-  const bool as_it_is =
-      ParseNumber(value, key) || value == "true" || value == "false" || value[0] == '[' || value[0] == '"';
+  constexpr std::array<std::string_view, 8> kTexts = {"serial", "id",      "address", "id_path",
+                                                      "name",   "product", "sensor",  "chip"};
+  const bool number = ParseNumber(value, key).has_value() && std::ranges::find(kTexts, key) == kTexts.end();
+  const bool as_it_is = number || value == "true" || value == "false" || value[0] == '[' || value[0] == '"';
   if (as_it_is && value.find('\n') == std::string::npos) return key + " = " + value + "\n";
   if (std::filesystem::is_regular_file(value, none)) value = std::filesystem::absolute(value, none).string();
   return key + " = " + QuotedToml(value) + "\n";

@@ -52,21 +52,22 @@ std::expected<Json, Failure> PictureNumbers(const Session& session, const std::s
 std::expected<void, Failure> StartAdded(DaemonClient& link, const Session& session, LensFile& file,
                                         const std::string& lens) {
   if (auto placed = file.Place(); !placed) return PassOn(placed);
-  auto reloaded = link.Ask(MethodOfLens("Reload"), Json::object(), std::chrono::seconds(30));
-  if (!reloaded) {
-    file.TakeAway();
-    return Refuse(reloaded.error().status,
-                  "nothing was added: lensd refused the configuration: " + reloaded.error().message);
-  }
-  const auto opened = Opened(link, lens);
+  const auto reloaded = link.Ask(MethodOfLens("Reload"), Json::object(), std::chrono::seconds(30));
+  const auto opened =
+      reloaded ? Opened(link, lens)
+               : std::expected<void, Failure>(Refuse(reloaded.error().status, RefusedReload(reloaded.error())));
   if (opened) return {};
   file.TakeAway();
   std::string message = "nothing was added: " + opened.error().message;
+  // A call that was broken off may have been obeyed.
+  const Exit status = opened.error().status;
+  const bool read = reloaded || status == Exit::Interrupted || status == Exit::Timeout;
+  if (!read) return Refuse(status, message);
   auto again = DaemonClient::Open(session);
   const auto removed = again ? again->Ask(MethodOfLens("Reload"), Json::object(), std::chrono::seconds(30))
                              : std::expected<Json, Failure>(PassOn(again));
   if (!removed) message += "; lensd has still read the file that is gone: lensctl reload";
-  return Refuse(opened.error().status, message);
+  return Refuse(status, message);
 }
 
 Outcome ReportAdded(Session& session, const LensFile& file, const std::string& lens, DaemonClient& link) {
@@ -82,6 +83,7 @@ Outcome ReportAdded(Session& session, const LensFile& file, const std::string& l
                        {"optics", optics},
                        {"picture", numbers ? *numbers : Json()},
                        {"reason", numbers ? Json() : Json(numbers.error().message)}});
+    for (const LensRemark& remark : RemarksOn(*info)) session.Remark(remark.what + ": " + remark.remedy);
   } else {
     session.PrintText("added " + lens + ": " + file.path());
     session.PrintText(InfoText(*info));
@@ -89,6 +91,12 @@ Outcome ReportAdded(Session& session, const LensFile& file, const std::string& l
       session.PrintText(
           "its optics are not known: it moves in steps only; add [lens.optics] to this file "
           "(docs/lenses.md), then: lensctl reload");
+    }
+    for (const LensRemark& remark : RemarksOn(*info)) session.PrintText(remark.what + ": " + remark.remedy);
+    if (camera && !(*info)["camera"]["pixelUm"].is_number()) {
+      session.PrintText(
+          "the size of its pixels is not known: limits in pixels are refused; say it as pixel_um of its camera in this "
+          "file, then: lensctl reload");
     }
     session.PrintText(numbers ? "picture: mean " + NumberText(*numbers, "mean", 3, " of 255, sharpness ") +
                                     NumberText(*numbers, "sharpness", 3, "")

@@ -15,6 +15,7 @@
 #include "base/missing_optics.h"
 #include "cli/link/daemon_client.h"
 #include "cli/link/daemon_program.h"
+#include "cli/link/lens_info.h"
 #include "cli/online/commands.h"
 #include "cli/online/setup/doctor_machine.h"
 #include "cli/text/texts.h"
@@ -227,10 +228,14 @@ bool CheckParts(const Json& lens, Findings& findings) {
   return parts.empty();
 }
 
-/// What most people miss first: without optics no distance, plan or f-number is possible.
+/// What most people miss first: without optics no distance, plan or f-number is possible, and without the direction of
+/// focus no distance.
 bool CheckOptics(const std::string& name, const Json& infos, Findings& findings) {
   const auto info = std::ranges::find_if(infos, [&](const Json& one) { return TextOf(one, "name") == name; });
-  if (info == infos.end() || !info->contains("optics") || !(*info)["optics"].is_null()) return true;
+  if (info == infos.end() || !info->contains("optics")) return true;
+  const auto remarks = RemarksOn(*info);
+  for (const LensRemark& remark : remarks) findings.Warn("lens " + name, remark.what, remark.remedy);
+  if (!(*info)["optics"].is_null()) return remarks.empty();
   const Json axes = info->value("axes", Json::array());
   if (std::ranges::none_of(axes, [](const Json& axis) { return axis["axis"] == "focus"; })) return true;
   findings.Warn("lens " + name, "its optics are not known: it moves in steps, without distances, plans and f-numbers",

@@ -58,12 +58,17 @@ std::string DropInFolder(const std::string& configuration) {
 
 std::expected<void, Failure> MayWriteInto(const std::string& folder) {
   std::error_code none;
+  if (std::filesystem::exists(folder, none) && !std::filesystem::is_directory(folder, none)) {
+    return Refuse(Exit::CannotWrite,
+                  folder + " is no folder, and lensd reads the files *.toml of a folder of this name: rename it");
+  }
   const std::string first =
       std::filesystem::exists(folder, none) ? folder : std::filesystem::path(folder).parent_path().string();
   if (access(first.c_str(), W_OK | X_OK) == 0) return {};
   const bool forbidden = errno == EACCES || errno == EPERM;
+  const bool other_user = forbidden && geteuid() != 0;
   return Refuse(forbidden ? Exit::NotPermitted : Exit::CannotWrite,
-                WhyNot(first) + (forbidden ? ": this user may not write there: run sudo lensctl add" : ""));
+                WhyNot(first) + (other_user ? ": this user may not write there: run sudo lensctl add" : ""));
 }
 
 std::expected<LensFile, Failure> LensFile::Prepare(const std::string& folder, const std::string& name,

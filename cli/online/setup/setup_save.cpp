@@ -131,8 +131,8 @@ std::expected<std::string, Failure> SaveSetup(DaemonClient& link, const std::str
     return line;
   }
   const auto back = io::WriteFileAtomically(file, *before);
-  return Refuse(reloaded.error().status, "nothing was saved: lensd refused the configuration: " +
-                                             reloaded.error().message + (back ? "" : "; and " + back.error().message));
+  return Refuse(reloaded.error().status, "nothing was saved: " + RefusedReload(reloaded.error()) +
+                                             (back ? "" : "; and " + back.error().message));
 }
 
 }  // namespace lensd::cli

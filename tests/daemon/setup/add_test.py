@@ -7,6 +7,7 @@ import pty
 import random
 import re
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -125,11 +126,7 @@ class FirstHour(AddCase):
     def test_v4l2(self):
         """A webcam of the kernel with motorised focus. No search finds a played node, since it is a file."""
         with tempfile.TemporaryDirectory(prefix="lensd-played-") as folder:
-            node, table = os.path.join(folder, "video0"), os.path.join(folder, "table.ctl")
-            with open(node, "w", encoding="utf-8"), open(table, "w", encoding="utf-8") as file:
-                file.write("009a090a 1 0 250 1 0 40 0\n009a090c 2 0 1 1 0 1 0\n")
-            played = {"FAKE_NODE": node, "FAKE_CTL": table, "FAKE_FMT": "320 240 GREY 30"}
-            self.start(preload=played_node(folder), environment=played)
+            node = self.played(folder)
             text = self.done("add", "--driver", "v4l2", "--set", "device=" + node, "--name", "desk", "--focal-length", "4mm",
                              "--f-number", "2.0", "--closest", "0.1m", "--pixel", "3um", "--direction", "near-positive").stdout
             self.assertRegex(text, r"picture: mean [0-9.]+ of 255, sharpness [0-9.e-]+")
@@ -148,23 +145,82 @@ class FirstHour(AddCase):
             self.assertIn("[lens.optics]", doctor[0]["remedy"])
 
     def test_a_person_is_asked(self):
+        """Again where an answer cannot be read, with what is wrong, and the answers before it count."""
         with running("sim-modbus-drive", "--tcp", "0", "--unit", "1", ready=r"(\d+)\s*$") as port:
-            daemon = self.start()
-            leader, follower = pty.openpty()
-            with subprocess.Popen([os.path.join(BIN, "lensctl"), "--socket", daemon.socket, "add", "--bus", "127.0.0.1:" + port,
-                                   "--drive", "focus=1,oriental-az,0..4000", "--name", "ring"],
-                                  stdin=follower, stdout=subprocess.PIPE, stderr=follower, text=True) as process:
-                os.close(follower)
-                said = ""
-                for question, answer in (("focal length", "25mm"), ("f-numbers", "1.4..16"), ("closest distance", "0.42m")):
-                    while question not in said:
-                        said += os.read(leader, 4096).decode()
-                    said = ""
-                    os.write(leader, (answer + "\n").encode())
-                text = process.stdout.read()
-                self.assertEqual(process.wait(timeout=60 * PATIENCE), 0)
-            os.close(leader)
+            self.start()
+            status, text = self.asked(("--bus", "127.0.0.1:" + port, "--drive", "focus=1,oriental-az,0..4000", "--name", "ring"),
+                                      ("focal length, as", "25"), ("a bare number.*focal length, as", "25mm"),
+                                      ("f-numbers, as", "1,4"), ("a point, not a comma.*f-numbers, as", "zero"),
+                                      ("f-numbers, as", "1.4..16"), ("closest distance, as", "0.42m"))
+            self.assertEqual(status, 0, text)
             self.assertIn("added ring: " + os.path.join(self.folder, "ring.toml"), text)
+            # A blur in pixels needs their size, and the refusal says the option and the key.
+            said = self.done("plan", "ring", "--sharp", "0.8m..1.6m:1px", status=64).stderr
+            self.assertIn("--pixel", said)
+            self.assertIn("pixel_um", said)
+            self.assertNotIn("pixelUm", said)
+
+    def test_three_wrong_answers_end_it_and_nothing_is_left(self):
+        self.start()
+        draw = random.Random(3)
+        at = draw.randrange(3)
+        questions = (("focal length, as", "25mm", "25px"), ("f-numbers, as", "2.8", "f/zero"), ("closest distance, as", "0.3m", "inf"))
+        asked = [(question, good) for question, good, _ in questions[:at]] + [(questions[at][0], questions[at][2])] * 3
+        status, text = self.asked(("--bus", "127.0.0.1:1", "--drive", "focus=1,oriental-az,0..4000", "--name", "ring"), *asked)
+        self.assertEqual(status, 64, text)
+        self.untouched()
+
+    def test_a_person_is_asked_for_the_pixel_that_a_webcam_does_not_report(self):
+        with tempfile.TemporaryDirectory(prefix="lensd-played-") as folder:
+            node = self.played(folder)
+            optics = ("--driver", "v4l2", "--set", "device=" + node, "--direction", "near-positive")
+            status, text = self.asked((*optics, "--name", "desk"), ("focal length, as", "4mm"), ("f-numbers, as", "2.0"),
+                                      ("closest distance, as", "0.1m"), ("size of a pixel.*, as", "3um"))
+            self.assertEqual(status, 0, text)
+            with self.daemon.client() as client:
+                info = client.call(LENS + "List")["parameters"]["lenses"][0]
+            self.assertAlmostEqual(info["camera"]["pixelUm"], 3)
+
+    def test_what_does_not_fit_is_said_by_add_and_doctor(self):
+        """A range of focal lengths without a zoom, and a direction that nobody knows: each alone and both, or neither."""
+        draw = random.Random(48)
+        for zoom, unknown in draw.sample([(True, True), (True, False), (False, True), (False, False)], 4):
+            with running("sim-modbus-drive", "--tcp", "0", "--unit", "1", ready=r"(\d+)\s*$") as port:
+                self.start()
+                direction = () if unknown else ("--direction", draw.choice(["near-positive", "near-negative"]))
+                text = self.done("add", "--bus", "127.0.0.1:" + port, "--drive", "focus=1,oriental-az,0..4000", "--name", "ring",
+                                 "--focal-length", "8mm..48mm" if zoom else "25mm", *OPTICS[2:], *direction).stdout
+                doctor = [one for one in json.loads(self.daemon.lensctl("doctor", "--json").stdout) if one["check"] == "lens ring"]
+                for said in (text, " ".join(one["message"] + " " + str(one["remedy"]) for one in doctor)):
+                    self.assertEqual("no motorised zoom" in said, zoom, said)
+                    self.assertEqual("direction of its focus is not known" in said, unknown, said)
+                    self.assertEqual("[lens.focus]" in said, unknown, said)
+                self.daemon.stop()
+
+    def played(self, folder):
+        """lensd with a webcam of the kernel, and the path of its node."""
+        node, table = os.path.join(folder, "video0"), os.path.join(folder, "table.ctl")
+        with open(node, "w", encoding="utf-8"), open(table, "w", encoding="utf-8") as file:
+            file.write("009a090a 1 0 250 1 0 40 0\n009a090c 2 0 1 1 0 1 0\n")
+        self.start(preload=played_node(folder), environment={"FAKE_NODE": node, "FAKE_CTL": table, "FAKE_FMT": "320 240 GREY 30"})
+        return node
+
+    def asked(self, words, *questions):
+        """lensctl add at a terminal: for each of `questions` (a pattern) it waits, then gives the answer."""
+        leader, follower = pty.openpty()
+        with subprocess.Popen([os.path.join(BIN, "lensctl"), "--socket", self.daemon.socket, "add", *words],
+                              stdin=follower, stdout=subprocess.PIPE, stderr=follower, text=True) as process:
+            os.close(follower)
+            said = ""
+            for question, answer in questions:
+                while not re.search(question + r"[^\n]*: $", said, re.DOTALL):
+                    said += os.read(leader, 4096).decode()
+                said = ""
+                os.write(leader, (answer + "\n").encode())
+            text = process.stdout.read()
+            status = process.wait(timeout=60 * PATIENCE)
+        os.close(leader)
+        return status, text
 
 
 class Saved(AddCase):
@@ -184,7 +240,8 @@ class Saved(AddCase):
         self.done("reload")
         done = daemon.lensctl("setup", "bench", "--save", "--json")
         self.assertIn(done.returncode, (0, 1), done.stderr)
-        self.assertIn("saved speed and backlash in " + path, done.stderr)
+        what = "speed and backlash" if (json.loads(done.stdout)["backlash"] or {}).get("known") else "speed"
+        self.assertIn(f"saved {what} in {path}", done.stderr)
         found = {axis["axis"]: axis for axis in json.loads(done.stdout)["axes"]}
         with open(path, encoding="utf-8") as file:
             text = file.read()
@@ -249,6 +306,67 @@ class Refused(AddCase):
             with self.subTest(words=words):
                 self.assertIn(part, self.done("add", *words, status=status).stderr)
                 self.untouched()
+
+    def test_a_list_of_f_numbers_is_no_range(self):
+        """Since 2,8 is how many people write 2.8. What to write instead is said for both meanings."""
+        draw = random.Random(28)
+        self.start()
+        for _ in range(COUNT):
+            low, high = sorted(draw.sample(range(1, 40), 2))
+            first, second = draw.choice([(low, high), (high, low)])
+            said = self.done("add", *LENSCONNECT, "--name", "a", *OPTICS[:2], "--f-number", f"{first},{second}", status=64).stderr
+            with self.subTest(first=first, second=second):
+                written = re.search(r"write ([0-9.]+) or (\d+)\.\.(\d+)", said)
+                self.assertIsNotNone(written, said)
+                self.assertEqual([float(one) for one in written.groups()], [float(f"{first}.{second}"), low, high])
+        self.untouched()
+
+    def test_no_option_beside_a_model_is_dropped(self):
+        self.start()
+        draw = random.Random(8)
+        for _ in range(COUNT):
+            option, value = draw.choice([("--focal-length", "25mm"), ("--f-number", "2.8"), ("--closest", "0.3m"), ("--closest-from", "sensor")])
+            value = value if option == "--closest-from" else draw.choice([value, "unknown"])
+            said = self.done("add", *LENSCONNECT, "--name", "a", "--model", "hasselblad-hcd-50-ii", option, value, status=64).stderr
+            with self.subTest(option=option, value=value):
+                self.assertIn(option + ": --model names the optics already", said)
+        self.untouched()
+
+    def test_numbers_are_text_where_every_driver_takes_text(self):
+        """Then the device is looked for, and is not there; a configuration with a number would be refused."""
+        self.start()
+        draw = random.Random(40123456)
+        for _ in range(3):
+            number = draw.choice(["40123456", "007", "4e7", "-5", "1.5"])
+            said = self.done("add", "--driver", "v4l2", "--set", draw.choice(["serial", "id_path"]) + "=" + number, *OPTICS, status=69).stderr
+            self.assertIn("nothing was added", said)
+            self.untouched()
+
+    def test_a_file_where_the_folder_belongs(self):
+        daemon = self.start()
+        with open(self.folder, "w", encoding="utf-8") as file:
+            file.write("mine")
+        self.assertIn("is no folder", self.done("add", "--driver", "sim", "--set", "scene=" + quick_scene(daemon.folder.name), status=73).stderr)
+        with open(self.folder, encoding="utf-8") as file:
+            self.assertEqual(file.read(), "mine")
+
+    def test_a_terminal_that_goes_takes_the_file_with_it(self):
+        """The device is being opened just then: it takes the connection and does not answer."""
+        with socket.create_server(("127.0.0.1", 0)) as silent:
+            daemon = self.start()
+            with subprocess.Popen([os.path.join(BIN, "lensctl"), "--socket", daemon.socket, "add", "--bus",
+                                   f"127.0.0.1:{silent.getsockname()[1]}", "--drive", "focus=1,oriental-az,0..4000", "--name", "ring",
+                                   "--set", "response_timeout_ms=3000", *OPTICS], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+                silent.settimeout(60 * PATIENCE)
+                taken = silent.accept()[0]
+                while not os.path.exists(os.path.join(self.folder, "ring.toml")):  # that was the check before
+                    taken.close()
+                    taken = silent.accept()[0]
+                with taken:
+                    process.send_signal(signal.SIGHUP)
+                    said = process.stderr.read().decode()
+                    self.assertEqual(process.wait(timeout=60 * PATIENCE), 130, said)
+            self.untouched()
 
     def test_doctor_names_the_command(self):
         self.start()
