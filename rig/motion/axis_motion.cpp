@@ -363,7 +363,8 @@ bool AxisMotion::Measured(const drivers::AxisState& state) const {
 /// What a reader of a good result should know all the same.
 Trouble AxisMotion::Remark(const drivers::AxisState& state) const {
   std::ostringstream behind;
-  if (!setup_.backlash_known && !homing() && track_.slack().residue() > 0.0) {
+  const bool counts = setup_.can.feedback != drivers::Feedback::None;
+  if (counts && !setup_.backlash_known && !homing() && track_.slack().residue() > 0.0) {
     behind << "; the mechanism may be up to " << std::ceil(track_.slack().residue()) << " "
            << drivers::NativeUnitName(setup_.can.unit) << " behind the motor, whose backlash is not known";
   }
