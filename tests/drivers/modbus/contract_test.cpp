@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "drivers/process/process.h"
 #include "modbus_bench.h"
 #include "stand.h"
 
@@ -130,6 +131,30 @@ class AzOnRtu final : public RtuStand {
   }
 };
 
+/// The driver in a process of its own.
+class AzInProcess final : public contract::RealStand {
+ public:
+  Result<Device> Open() override {
+    const auto settings =
+        io::ParseToml("[bus]\nname = \"bench\"\ndevice = \"" + bench_.port() + "\"\n" + kPatient + "\n" +
+                          TwoDrives("oriental-az",
+                                    "range = [-500, 10000]\n"
+                                    "parameters = { speed = 50000, start_rate = 1000000, stop_rate = 1000000 }\n"),
+                      "bench.toml");
+    if (!settings) return PassOn(settings);
+    return process::OpenInProcess({.command = {LENSD_BINARY_DIR "/bin/lensd-driver", "modbus"}, .driver = "modbus"},
+                                  WithShippedProfiles(*settings), clock());
+  }
+  bool Unplug() override {
+    bench_.wire.Unplug();
+    return true;
+  }
+  void Plug() override { bench_.Plug(); }
+
+ private:
+  Bench bench_{true, {"oriental-az", "oriental-az"}};
+};
+
 class LeadshineOnRtu final : public RtuStand {
  public:
   LeadshineOnRtu() : RtuStand("leadshine-rs", "range = [0, 10000]\nparameters = { speed = 400 }\n") {}
@@ -149,6 +174,7 @@ using namespace drivers::modbus;
 
 INSTANTIATE_TEST_SUITE_P(MoonsOnTcp, LensContract, contract::Stands<MoonsOnTcp>());
 INSTANTIATE_TEST_SUITE_P(AzOnRtu, LensContract, contract::Stands<AzOnRtu>());
+INSTANTIATE_TEST_SUITE_P(AzInProcess, LensContract, contract::Stands<AzInProcess>());
 INSTANTIATE_TEST_SUITE_P(LeadshineOnRtu, LensContract, contract::Stands<LeadshineOnRtu>());
 INSTANTIATE_TEST_SUITE_P(GenericOnTcp, LensContract, contract::Stands<GenericOnTcp>());
 
