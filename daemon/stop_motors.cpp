@@ -13,6 +13,7 @@
 #include "base/guarded.h"
 #include "daemon/events/log.h"
 #include "daemon/methods/lenses.h"
+#include "daemon/methods/open_driver.h"
 
 namespace lensd::daemon {
 namespace {
@@ -20,7 +21,7 @@ namespace {
 constexpr auto kAtMost = std::chrono::seconds(2);
 
 Result<void> StopLens(const LensConfig& config, const Clock& clock) {
-  auto device = config.device.driver->open(config.device.settings, clock);
+  auto device = OpenDriver(config.device, clock);
   if (!device) return PassOn(device);
   if (!device->lens) return {};
   Result<void> stopped;

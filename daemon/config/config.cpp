@@ -20,9 +20,9 @@ namespace lensd::daemon {
 namespace {
 
 /// Keys of [[lens]] that are not the driver's.
-constexpr std::array<std::string_view, 14> kOwnKeys = {"name",  "driver",      "start",      "distance_from", "optics",
-                                                       "focus", "iris",        "zoom",       "filter",        "camera",
-                                                       "bus",   "temperature", "on_failure", "refocus"};
+constexpr std::array<std::string_view, 15> kOwnKeys = {
+    "name",   "driver", "start", "distance_from", "optics",     "focus",   "iris",   "zoom",
+    "filter", "camera", "bus",   "temperature",   "on_failure", "refocus", "process"};
 /// Of these keys none is needed to open a lens.
 constexpr std::array<std::string_view, 1> kBesideTheLens = {"on_failure"};
 
@@ -76,6 +76,10 @@ Settings Without(const Settings& table, std::span<const std::string_view> taken)
 DeviceConfig ReadDevice(SettingsReader& read, const Settings& table, std::span<const std::string_view> own_keys) {
   const std::string name = read.RequiredText("driver");
   DeviceConfig device{FindDriver(name), Without(table, own_keys)};
+  device.own_process = read.Choice("process", {"inside", "own"}, 0) == 1;
+  if (device.own_process && device.driver != nullptr && device.driver->simulated) {
+    read.Reject("process", "is of drivers of real hardware: the simulator always runs inside lensd");
+  }
   if (device.driver == nullptr) {
     if (!name.empty()) read.Reject("driver", WhyNoDriver(name));
     LeaveDriversKeys(read, device.settings, own_keys);
@@ -88,7 +92,7 @@ DeviceConfig ReadDevice(SettingsReader& read, const Settings& table, std::span<c
 
 Result<DeviceConfig> ReadCamera(const Settings& table) {
   SettingsReader read(table, "[lens.camera]");
-  constexpr std::array<std::string_view, 1> kCameraKeys = {"driver"};
+  constexpr std::array<std::string_view, 2> kCameraKeys = {"driver", "process"};
   DeviceConfig camera = ReadDevice(read, table, kCameraKeys);
   if (auto done = read.Finish(); !done) return PassOn(done);
   return camera;
@@ -154,6 +158,7 @@ class LensReading {
     const Settings* camera = read_.Table("camera");
     lens.on_failure = ReadCommand(read_, "on_failure");
     Good(read_.Finish());
+    lens.device.lens = lens.name;
     PutReferences(lens.device, bus);
     if (camera != nullptr) AddCamera(*camera, lens);
     lens.files = MarksOfFilesIn(Without(table_, kBesideTheLens));
@@ -173,11 +178,15 @@ class LensReading {
   void PutReferences(DeviceConfig& device, const Settings* bus) {
     if (device.driver == nullptr) return;
     if (OnFaultyBus(bus, faults_) || !Good(Resolve(device, bus, buses_))) device.driver = nullptr;
+    const auto* name = bus == nullptr ? nullptr : std::get_if<std::string>(&bus->value());
+    if (name != nullptr) device.shares = "bus " + *name;
   }
 
   void AddCamera(const Settings& table, LensConfig& lens) {
     auto camera = ReadCamera(table);
-    if (Good(camera)) lens.camera = *std::move(camera);
+    if (!Good(camera)) return;
+    lens.camera = *std::move(camera);
+    lens.camera->lens = lens.name;
   }
 
   const Settings& table_;
@@ -212,6 +221,22 @@ Result<AccessConfig> ReadAccess(const Settings& table) {
   return access;
 }
 
+/// A bus has one master: its lenses are inside lensd, or together in one process.
+void CheckProcessOfBus(const LensConfig& lens, const Config& config, ConfigFaults& faults) {
+  const auto differs = [&](const LensConfig& other) {
+    return other.device.shares == lens.device.shares && other.device.own_process != lens.device.own_process;
+  };
+  const auto other = std::ranges::find_if(config.lenses, differs);
+  if (lens.device.shares.empty() || other == config.lenses.end()) return;
+  const auto word = [](const LensConfig& one) { return one.device.own_process ? "\"own\"" : "\"inside\""; };
+  const auto place = lens.table.AsTable()->find("process");
+  const Location& where = place == lens.table.AsTable()->end() ? lens.where : place->second.where();
+  faults.Keep({Code::BadData, where.Text() + ": lenses on one bus have the same process: lens \"" + lens.name +
+                                  "\" has " + word(lens) + ", and lens \"" + other->name + "\" on this bus has " +
+                                  word(*other)});
+  faults.lenses.push_back(lens.where);
+}
+
 void AddLens(const Settings& written, Config& config, ConfigFaults& faults) {
   const auto resolved = WithLensModel(written);
   if (!resolved) {
@@ -223,6 +248,7 @@ void AddLens(const Settings& written, Config& config, ConfigFaults& faults) {
   LensConfig lens = LensReading(table, config.buses, faults).Read();
   const bool twice = !lens.name.empty() && std::ranges::count(config.lenses, lens.name, &LensConfig::name) > 0;
   if (twice) faults.Keep({Code::BadData, lens.where.Text() + ": there is another lens \"" + lens.name + "\""});
+  CheckProcessOfBus(lens, config, faults);
   config.lenses.push_back(std::move(lens));
 }
 

@@ -18,7 +18,10 @@ namespace lensd::daemon {
 /// Which driver opens a device, and the keys meant for it.
 struct DeviceConfig {
   const drivers::Driver* driver = nullptr;
-  Settings settings;  ///< what remains of the table without the daemon's own keys
+  Settings settings;         ///< what remains of the table without the daemon's own keys
+  std::string lens{};        ///< whose device it is
+  bool own_process = false;  ///< process = "own": the driver runs in a process of its own
+  std::string shares{};      ///< devices with the same text share this process; empty: none
 };
 
 /// One [[lens]].

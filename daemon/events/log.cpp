@@ -84,6 +84,8 @@ const char* MessageId(Event event) {
       return "a7e2409d5c1b4f83960d7be4f1c8a352";
     case Event::PartLeftOut:
       return "38c5f1a06e9d4b72a1f3e70d9b24c6d8";
+    case Event::DriverPrinted:
+      return "d3a7f05c18be4e92b6c41d7f90a85e23";
   }
   return "";
 }
@@ -226,11 +228,11 @@ void OnFailure(std::function<void(Failure)> told) {
 }
 
 std::string_view EventName(Event event) {
-  static constexpr std::array<std::string_view, 22> kNames = {
-      "started",      "reloaded",       "stopping",         "lensReady",       "lensLost",  "calibrationMissing",
-      "stateDamaged", "notHomed",       "lensFailed",       "moveFailed",      "axisFault", "autofocusRefused",
-      "dropped",      "callFailed",     "motorsNotStopped", "notKept",         "notParked", "failureNotTold",
-      "refocused",    "slopeForgotten", "partLeftOut",      "thermometerFault"};
+  static constexpr std::array<std::string_view, 23> kNames = {
+      "started",      "reloaded",       "stopping",         "lensReady",        "lensLost",     "calibrationMissing",
+      "stateDamaged", "notHomed",       "lensFailed",       "moveFailed",       "axisFault",    "autofocusRefused",
+      "dropped",      "callFailed",     "motorsNotStopped", "notKept",          "notParked",    "failureNotTold",
+      "refocused",    "slopeForgotten", "partLeftOut",      "thermometerFault", "driverPrinted"};
   return kNames[static_cast<std::size_t>(event)];
 }
 

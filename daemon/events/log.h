@@ -31,7 +31,8 @@ enum class Event {
   Refocused,
   SlopeForgotten,
   PartLeftOut,
-  ThermometerFault
+  ThermometerFault,
+  DriverPrinted
 };
 
 enum class Severity { Info, Warning, Error };

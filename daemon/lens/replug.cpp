@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/guarded.h"
+#include "daemon/threads/growing_pauses.h"
 #include "daemon/threads/retry.h"
 
 namespace lensd::daemon {
@@ -31,6 +32,16 @@ bool SameAxes(const drivers::Capabilities& before, const drivers::Findings& find
   return true;
 }
 
+/// What a process that ended has left moving.
+void StopWhatMoves(drivers::Lens& lens) {
+  const auto state = lens.Read();
+  for (const Axis axis : drivers::kAxes) {
+    const auto& can = lens.capabilities().axes[axis];
+    const bool moves = state && state->axes[axis] && state->axes[axis]->moving;
+    if (moves && can && can->can_stop) (void)lens.Stop(axis);  // that it moves on is seen in what it reads later
+  }
+}
+
 drivers::Counters Sum(drivers::Counters sum, const drivers::Counters& more) {
   sum.frames += more.frames;
   sum.frames_lost += more.frames_lost;
@@ -46,8 +57,8 @@ drivers::Counters Sum(drivers::Counters sum, const drivers::Counters& more) {
 /// What lens and camera share. The worker's thread calls everything but Interrupt() and what Retry runs.
 class Slot {
  public:
-  Slot(drivers::Device device, std::function<Result<drivers::Device>()> open, PlugSignal& signal)
-      : device_(std::move(device)), open_(std::move(open)), signal_(signal) {
+  Slot(drivers::Device device, std::function<Result<drivers::Device>()> open, PlugSignal& signal, ComesBack comes_back)
+      : device_(std::move(device)), comes_back_(comes_back), open_(std::move(open)), signal_(signal) {
     first_.findings = device_.findings;
     if (device_.lens) first_.lens = device_.lens->capabilities();
     if (device_.camera) first_.camera = device_.camera->capabilities();
@@ -58,14 +69,16 @@ class Slot {
     const std::lock_guard lock(mutex_);
     if (back_) {
       device_ = *std::exchange(back_, std::nullopt);
-      present_ = true;
+      gone_.reset();
+      pauses_.Works(MonotonicClock().Now());
       ++generation_;
     }
-    if (!present_) return PassOn(why_);
+    if (gone_) return PassOn(*gone_);
     return &device_;
   }
   /// How often it has come back.
   int generation() const { return generation_; }
+  bool reference_comes_back() const { return comes_back_.reference; }
 
   /// Passes a call's answer on, and closes the device where the answer is that it is gone.
   template <class T>
@@ -77,16 +90,14 @@ class Slot {
   /// From any thread.
   /// What the device says of itself, closed ones included; the worker's thread.
   drivers::Counters camera_counts() const {
-    return Sum(closed_.camera, present_ && device_.camera ? device_.camera->counters() : drivers::Counters{});
+    return Sum(closed_.camera, !gone_ && device_.camera ? device_.camera->counters() : drivers::Counters{});
   }
-  std::uint64_t lens_errors() const {
-    return closed_.lens + (present_ && device_.lens ? device_.lens->bus_errors() : 0);
-  }
+  std::uint64_t lens_errors() const { return closed_.lens + (!gone_ && device_.lens ? device_.lens->bus_errors() : 0); }
 
   template <class Call>
   void Interrupt(Call call) {
     const std::lock_guard lock(mutex_);
-    if (present_) call(device_);
+    if (!gone_) call(device_);
   }
 
  private:
@@ -98,13 +109,13 @@ class Slot {
     {
       const std::lock_guard lock(mutex_);
       std::swap(*lost, device_);
-      present_ = false;
-      why_ = std::move(why);
+      gone_ = std::move(why);
     }
-    retry_.emplace(signal_, [this, lost] {
+    const auto close_and_try = [this, lost] {
       *lost = {};
       return TryToOpen();
-    });
+    };
+    retry_.emplace(signal_, close_and_try, comes_back_.process ? pauses_.Next(MonotonicClock().Now()) : Duration{});
   }
 
   bool TryToOpen() {
@@ -119,9 +130,10 @@ class Slot {
       why = {Code::WrongDevice, std::move(misfit)};
       opened = PassOn(why);
     }
+    if (opened && comes_back_.process && opened->lens) StopWhatMoves(*opened->lens);
     const std::lock_guard lock(mutex_);
     if (!opened) {
-      why_ = std::move(why);
+      gone_ = std::move(why);
       return false;
     }
     back_ = *std::move(opened);
@@ -172,9 +184,10 @@ class Slot {
   std::mutex mutex_;
   drivers::Device device_;               // replaced under mutex_, used by the worker's thread
   std::optional<drivers::Device> back_;  // guarded by mutex_
-  bool present_ = true;                  // guarded by mutex_
-  Error why_;                            // guarded by mutex_
+  std::optional<Error> gone_;            // why there is none; guarded by mutex_
   int generation_ = 0;
+  GrowingPauses pauses_{MonotonicClock().Now()};
+  const ComesBack comes_back_;
   struct {
     drivers::Counters camera;
     std::uint64_t lens = 0;
@@ -200,7 +213,8 @@ class ReplugLens final : public drivers::Lens {
     if (!device) return PassOn(device);
     if (std::exchange(generation_, slot_->generation()) != generation_) {
       for (const Axis axis : drivers::kAxes)
-        unknown_[axis] = capabilities().axes[axis] && capabilities().axes[axis]->can_home;
+        unknown_[axis] =
+            !slot_->reference_comes_back() && capabilities().axes[axis] && capabilities().axes[axis]->can_home;
     }
     return slot_->Judge(call(*(*device)->lens));
   }
@@ -316,7 +330,7 @@ class ReplugCamera final : public drivers::Camera {
 }  // namespace
 
 drivers::Device SurviveUnplugging(drivers::Device device, std::function<Result<drivers::Device>()> open,
-                                  PlugSignal& signal) {
+                                  PlugSignal& signal, ComesBack comes_back) {
   drivers::Device outer;
   outer.optics = device.optics;
   outer.findings = device.findings;
@@ -324,7 +338,7 @@ drivers::Device SurviveUnplugging(drivers::Device device, std::function<Result<d
   std::optional<drivers::CameraCapabilities> camera;
   if (device.lens) lens = device.lens->capabilities();
   if (device.camera) camera = device.camera->capabilities();
-  auto slot = std::make_shared<Slot>(std::move(device), std::move(open), signal);
+  auto slot = std::make_shared<Slot>(std::move(device), std::move(open), signal, comes_back);
   if (lens) outer.lens = std::make_unique<ReplugLens>(slot, *std::move(lens));
   if (camera) outer.camera = std::make_unique<ReplugCamera>(slot, *std::move(camera));
   return outer;

@@ -13,6 +13,7 @@
 #include "base/settings_problems.h"
 #include "daemon/config/config_faults.h"
 #include "daemon/lens/replug.h"
+#include "daemon/methods/open_driver.h"
 
 namespace lensd::daemon {
 namespace {
@@ -30,7 +31,7 @@ Error AtLens(const LensConfig& config, const Error& error) {
 
 /// A camera whose lens was left out still shows pictures: then the lens has no axes.
 Result<drivers::Device> OpenOnce(const DeviceConfig& config, const Clock& clock) {
-  auto device = config.driver->open(config.settings, clock);
+  auto device = OpenDriver(config, clock);
   if (!device || device->lens || !device->camera) return device;
   if (std::ranges::none_of(drivers::kAxes, [&](Axis axis) { return device->findings.Of(AxisName(axis)) != nullptr; })) {
     return device;
@@ -44,9 +45,12 @@ Result<drivers::Device> OpenOnce(const DeviceConfig& config, const Clock& clock)
 /// With `signal`, a device that is opened anew when it vanishes.
 Result<drivers::Device> OpenOne(const DeviceConfig& config, const Clock& clock, PlugSignal* signal) {
   auto device = OpenOnce(config, clock);
-  if (!device || signal == nullptr || !config.driver->reopen) return device;
+  const bool reopens = config.driver->reopen || config.own_process;  // a process that ended is no device any more
+  if (!device || signal == nullptr || !reopens) return device;
   const auto open = [config, &clock] { return OpenOnce(config, clock); };
-  return SurviveUnplugging(*std::move(device), open, *signal);
+  // A driver that finds its device again by itself reads from it what is homed.
+  return SurviveUnplugging(*std::move(device), open, *signal,
+                           {.process = config.own_process, .reference = !config.driver->reopen});
 }
 
 /// Where these settings name a part: by a table of its name, or by a key that begins with it, such as "zoom_scale".

@@ -8,6 +8,7 @@
 #include <random>
 #include <thread>
 
+#include "daemon/threads/growing_pauses.h"
 #include "daemon/threads/retry.h"
 
 namespace lensd::daemon {
@@ -25,6 +26,8 @@ struct Desk {
   std::atomic<bool> garbled{false};
   std::atomic<bool> lame{false};   ///< its iris is left out
   std::atomic<bool> blind{false};  ///< its camera is left out
+  std::atomic<bool> moving{false};
+  std::atomic<int> stops{0};
 };
 
 class TestLens final : public drivers::Lens {
@@ -46,11 +49,15 @@ class TestLens final : public drivers::Lens {
   }
   Result<void> DoStartHome(Axis) override { return Answer(); }
   Result<void> DoStartMove(Axis, Native) override { return Answer(); }
-  Result<void> DoStop(Axis) override { return Answer(); }
+  Result<void> DoStop(Axis) override {
+    ++desk_->stops;
+    desk_->moving = false;
+    return Answer();
+  }
   Result<drivers::LensState> DoRead() override {
     if (auto answer = Answer(); !answer) return PassOn(answer);
     drivers::LensState state;
-    state.axes[Axis::Focus] = drivers::AxisState{.fault = {}};
+    state.axes[Axis::Focus] = drivers::AxisState{.moving = desk_->moving, .fault = {}};
     state.axes[Axis::Iris] = drivers::AxisState{.fault = {}};
     return state;
   }
@@ -95,8 +102,16 @@ class ReplugTest : public ::testing::Test {
     if (desk_->blind) device.findings.LeaveOut("camera", {Code::Busy, "it is dark"});
     return device;
   }
-  void Open() {
-    device_ = SurviveUnplugging(*OpenAtDesk(), [this] { return OpenAtDesk(); }, signal_);
+  void Open(ComesBack comes_back = {}) {
+    device_ = SurviveUnplugging(*OpenAtDesk(), [this] { return OpenAtDesk(); }, signal_, comes_back);
+  }
+  /// The device is gone, and comes back.
+  void Replug() {
+    desk_->plugged = false;
+    EXPECT_EQ(ReadCode(), Code::Disconnected);
+    desk_->plugged = true;
+    signal_.Raise();
+    EXPECT_TRUE(Eventually([&] { return device_.lens->Read().has_value(); }));
   }
   template <class Condition>
   static bool Eventually(Condition condition) {
@@ -116,6 +131,49 @@ class ReplugTest : public ::testing::Test {
   PlugSignal signal_;
   drivers::Device device_;
 };
+
+TEST_F(ReplugTest, WhatAProcessLeftMovingIsStoppedAndNothingElse) {
+  for (const bool process : {false, true}) {
+    for (const bool moving : {false, true}) {
+      Open({.process = process});
+      desk_->moving = moving;
+      desk_->stops = 0;
+      Replug();
+      EXPECT_EQ(desk_->stops, process && moving ? 1 : 0);
+      device_ = {};
+    }
+  }
+}
+
+TEST_F(ReplugTest, AnAxisIsHomedAsReadWhereItsReferenceComesBack) {
+  for (const bool reference : {false, true}) {
+    Open({.process = true, .reference = reference});
+    Replug();
+    const auto state = device_.lens->Read();
+    ASSERT_TRUE(state.has_value());
+    EXPECT_EQ(state->axes[Axis::Focus]->homed, reference);
+    const auto moved = device_.lens->StartMove(Axis::Focus, Native{5.0});
+    EXPECT_EQ(moved ? Code::Internal : moved.error().code, reference ? Code::Internal : Code::NotHomed);
+    device_ = {};
+  }
+}
+
+TEST(GrowingPauses, DoubleUpToTheLongestAndBeginAnewOnceADeviceHasWorked) {
+  Instant now{std::chrono::hours(1)};
+  GrowingPauses pauses(now);
+  Duration expected{};
+  for (int deaths = 0; deaths < 12; ++deaths) {
+    now += GrowingPauses::kWorks - 1ns;
+    EXPECT_EQ(pauses.Next(now), expected);
+    pauses.Works(now);
+    expected = expected == Duration{} ? Retry::kFirstPause : std::min<Duration>(2 * expected, Retry::kLongestPause);
+  }
+  EXPECT_EQ(expected, Retry::kLongestPause);
+  now += GrowingPauses::kWorks;
+  EXPECT_EQ(pauses.Next(now), Duration{});
+  pauses.Works(now);
+  EXPECT_EQ(pauses.Next(now), Retry::kFirstPause);
+}
 
 /// What was left out is not missed when the device comes back, whether it works by then or not.
 TEST_F(ReplugTest, PartsThatWereLeftOutMayComeBackOrNot) {

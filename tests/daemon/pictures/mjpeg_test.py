@@ -12,7 +12,7 @@ import unittest
 import zlib
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from harness import BIN, HERE, LENS, PATIENCE, Daemon, played_node  # noqa: E402
+from harness import BIN, HERE, LENS, PATIENCE, Daemon, driver_processes, played_node  # noqa: E402
 
 JPEGS = os.path.join(HERE, "..", "drivers", "pixels", "jpegs")
 CONTROLS = "009a090a 1 0 250 5 0 0 0\n"
@@ -57,7 +57,7 @@ class MjpegTest(unittest.TestCase):
         with open(os.path.join(JPEGS, name + ".jpg"), "rb") as file:
             return file.read()
 
-    def play(self, pictures=PICTURES, jpeg=True):
+    def play(self, pictures=PICTURES, jpeg=True, process="inside"):
         for name, text in (("video0", ""), ("table.ctl", CONTROLS)):
             with open(self.path(name), "w", encoding="utf-8") as file:
                 file.write(text)
@@ -65,7 +65,7 @@ class MjpegTest(unittest.TestCase):
         if jpeg:
             environment["FAKE_JPEG"] = self.path("shown.jpg")
         daemon = Daemon(config=f'version = 1\n[[lens]]\nname = "cam"\ndriver = "v4l2"\ndevice = "{self.path("video0")}"\n'
-                               'parts = "both"\n', preload=self.library, environment=environment)
+                               f'parts = "both"\nprocess = "{process}"\n', preload=self.library, environment=environment)
         self.addCleanup(daemon.stop)
         return daemon
 
@@ -108,6 +108,25 @@ class MjpegTest(unittest.TestCase):
         self.assertEqual(counters["busErrors"], 0)
         self.show(self.jpeg("good"))
         self.assertEqual(self.snapshot(daemon), good)
+
+    def test_through_a_process_of_its_own_it_goes_as_inside(self):
+        self.show(self.jpeg("good"))
+        inside = self.play()
+        good = self.snapshot(inside)
+        inside.stop()
+        self.assertEqual(driver_processes(inside), [])
+        daemon = self.play(process="own")
+        self.assertEqual(len(driver_processes(daemon)), 1)
+        self.assertEqual(self.snapshot(daemon), good)
+        before = self.metrics(daemon)["framesFlawed"]
+        self.show(self.jpeg("one-extra"))
+        self.assertEqual(self.snapshot(daemon), good)
+        self.assertGreater(self.metrics(daemon)["framesFlawed"], before)
+        self.show(self.jpeg("cut"))
+        done = daemon.lensctl("snapshot", "-o", self.path("y.png"))
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn(CUT, done.stdout + done.stderr)
+        self.assertGreater(self.metrics(daemon)["counters"]["framesDamaged"], 0)
 
     def test_a_bad_one_now_and_then_is_waited_out(self):
         draw = random.Random(8)

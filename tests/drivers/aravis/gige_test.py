@@ -12,7 +12,7 @@ import unittest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", "..", "daemon"))
-from harness import BIN, PATIENCE, Daemon  # noqa: E402
+from harness import BIN, PATIENCE, Daemon, driver_processes  # noqa: E402
 from own_network import Turn  # noqa: E402
 
 QUICK = os.path.join(HERE, "quick.toml")
@@ -133,6 +133,19 @@ class GigeTest(unittest.TestCase):
         self.assertIsNone(self.daemon.process.poll(), "the daemon was not restarted")
         self.focus_on_the_wall()
 
+    def test_a_driver_in_a_process_of_its_own_and_its_end(self):
+        self.start(config=lens('process = "own"\n'))
+        self.focus_on_the_wall()
+        host, = driver_processes(self.daemon)
+        os.kill(host, signal.SIGKILL)
+        picture = os.path.join(self.daemon.folder.name, "a.png")
+        deadline = time.monotonic() + 30 * PATIENCE
+        while host in driver_processes(self.daemon) or self.daemon.lensctl("snapshot", "-o", picture).returncode != 0:
+            self.assertLess(time.monotonic(), deadline, "it never came back: " + self.daemon.log())
+            time.sleep(0.1)
+        self.assertIn("the driver ended: signal 9 in ", self.daemon.log())
+        self.focus_on_the_wall()
+
     def test_it_is_listed(self):
         self.start()
         listed = self.daemon.lensctl("devices")
@@ -228,6 +241,7 @@ class LiquidLensTest(GigeTest):
         self.assertNotEqual(refused.returncode, 0)
 
     test_with_lost_packets_and_no_resends = None
+    test_a_driver_in_a_process_of_its_own_and_its_end = None
     test_a_camera_that_goes_away_and_comes_back = None
     test_it_is_listed = None
     test_without_a_daemon_its_lens_is_found_and_configured = None
@@ -333,6 +347,7 @@ resend = false
         self.start("--lose", "0.01")
         self.focus_on_the_wall()
 
+    test_a_driver_in_a_process_of_its_own_and_its_end = None
     test_a_camera_that_goes_away_and_comes_back = None
     test_it_is_listed = None
     test_without_a_daemon_its_lens_is_found_and_configured = None
