@@ -124,8 +124,8 @@ drivers::Frame PartOf(const drivers::Frame& frame, const Window& window) {
 
 }  // namespace
 
-FrameGate::Light FrameGate::LightOf(const drivers::Frame& frame, const Window& window) {
-  Light light{.mean = 0.0, .least = 65535, .most = 0};
+LightOfPart FrameGate::LightOf(const drivers::Frame& frame, const Window& window) {
+  LightOfPart light{.mean = 0.0, .least = 65535, .most = 0};
   std::uint64_t sum = 0;
   for (int y = 0; y < window.height; ++y) {
     for (const std::uint16_t sample : RowOf(frame, window, y)) {
@@ -138,7 +138,7 @@ FrameGate::Light FrameGate::LightOf(const drivers::Frame& frame, const Window& w
   return light;
 }
 
-bool FrameGate::IsMuchDarker(const Light& dark, const Light& light, double full) {
+bool FrameGate::IsMuchDarker(const LightOfPart& dark, const LightOfPart& light, double full) {
   return dark.most < light.mean && dark.mean < kDarkRatio * light.mean && light.mean - dark.mean > kShowing * full;
 }
 
@@ -187,7 +187,7 @@ bool FrameGate::IsOfTheSearchBefore(const Seen& now) const {
   return !ChangeBetween(PartOf(now.frame, before_->window), before_->part, all).shows;
 }
 
-std::optional<FrameGate::LastFrame> FrameGate::last_frame() const {
+std::optional<LastFrame> FrameGate::last_frame() const {
   if (!used_ || !used_->frame.samples) return std::nullopt;
   const drivers::Frame& frame = used_->frame;
   const Window window = MiddleOf(used_->window);
@@ -207,13 +207,13 @@ bool FrameGate::IsStale(const Seen& now) const {
 
 /// Nothing: as a frame after the one before may look.
 std::optional<FrameGate::Doubt> FrameGate::DoubtOf(const Seen& now) const {
-  const Light& light = now.light;
+  const LightOfPart& light = now.light;
   const double full = FullScale(now.frame);
   const bool flat = light.least == light.most;
   // Points of light on black are rounded away out of focus.
   if (!used_ && flat && light.most > 0) return Doubt::Flat;
   if (!used_) return IsOfTheSearchBefore(now) ? std::optional(Doubt::Stale) : std::nullopt;
-  const Light& before = used_->light;
+  const LightOfPart& before = used_->light;
   if (flat && before.least != before.most) {
     const bool clips = light.most == 0 || light.most >= full;
     if (!clips || std::abs(before.mean - light.mean) > kShowing * full) return Doubt::Flat;

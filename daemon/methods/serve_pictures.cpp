@@ -43,7 +43,7 @@ class PictureDesk {
   TaskThread& snapshots() { return snapshots_; }
 
   /// Null: there are too many.
-  std::shared_ptr<View> Open(const ExchangePointer& exchange, PictureWish wish, PictureWay way, FramesKept kept) {
+  std::shared_ptr<View> Open(const ExchangePointer& exchange, PictureWish wish, PictureWay way) {
     std::erase_if(views_, [](const std::weak_ptr<View>& one) {
       const auto view = one.lock();
       return !view || view->ended();
@@ -53,7 +53,7 @@ class PictureDesk {
     const std::size_t processors = std::thread::hardware_concurrency();
     auto& thread = threads_[next_++ % (std::clamp<std::size_t>(processors, 2, kMostThreads + 1) - 1)];
     if (!thread) thread.emplace();
-    auto view = std::make_shared<View>(View::Surroundings{loop_, *thread, loans_}, exchange, wish, way, kept);
+    auto view = std::make_shared<View>(View::Surroundings{loop_, *thread, loans_}, exchange, wish, way);
     view->Begin();
     views_.push_back(view);
     return view;
@@ -122,13 +122,13 @@ void ViewFrames(LensService& service, PictureDesk& desk, const ExchangePointer& 
   if (!wish) return Refuse(exchange, wish.error());
   const auto period = PeriodOf(exchange);
   if (!period) return Refuse(exchange, period.error());
-  const auto way = Says(exchange, "fd", false) ? PictureWay::File : PictureWay::Inline;
-  const auto kept = Says(exchange, "keepFrames", false) ? FramesKept::All : FramesKept::Newest;
-  if (way == PictureWay::File && kept == FramesKept::All) {
+  const bool all = Says(exchange, "keepFrames", false);
+  const auto way = Says(exchange, "fd", false) ? PictureWay::File : all ? PictureWay::InlineAll : PictureWay::Inline;
+  if (way == PictureWay::File && all) {
     return Refuse(exchange, Wrong("keepFrames is for pictures in replies: leave out keepFrames or fd",
                                   {.parameter = "keepFrames"}));
   }
-  const auto view = desk.Open(exchange, *wish, way, kept);
+  const auto view = desk.Open(exchange, *wish, way);
   if (!view) {
     return Refuse(exchange,
                   {Code::Busy, std::to_string(PictureDesk::kMostViews) + " views are open already; close one"});

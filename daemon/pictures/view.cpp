@@ -24,12 +24,10 @@ Json AboutPicture(const rig::LensedFrame& frame, const Picture& picture, std::in
 
 }  // namespace
 
-View::View(const Surroundings& surroundings, ExchangePointer exchange, PictureWish wish, PictureWay way,
-           FramesKept kept)
+View::View(const Surroundings& surroundings, ExchangePointer exchange, PictureWish wish, PictureWay way)
     : surroundings_(surroundings),
       exchange_(std::move(exchange)),
       way_(way),
-      kept_(kept),
       borrower_(surroundings.loans.NewBorrower()),
       maker_(wish) {}
 
@@ -72,7 +70,7 @@ bool View::Offer(const Result<rig::LensedFrame>& frame) {
 void View::MakeRoom() {
   auto& frames = waiting_.frames;
   const auto has_room = [&] {
-    if (kept_ == FramesKept::Newest || frames.empty()) return frames.empty();
+    if (way_ != PictureWay::InlineAll || frames.empty()) return frames.empty();
     return (frames.size() + 1) * frames.back().frame.samples->size() <= kMostSamples;
   };
   while (!has_room()) {
@@ -86,7 +84,7 @@ void View::GoOn() {
   auto& frames = waiting_.frames;
   if (waiting_.working || frames.empty()) return;
   waiting_.working = !ended_ && !Full() && surroundings_.pictures.Submit([self = shared_from_this()] { self->Work(); });
-  if (waiting_.working || kept_ == FramesKept::All) return;
+  if (waiting_.working || way_ == PictureWay::InlineAll) return;
   frames.clear();
   ++waiting_.dropped;
 }
@@ -114,7 +112,7 @@ void View::MakeOne(const rig::LensedFrame& frame, std::int64_t dropped) {
     return surroundings_.loop.Post([self = shared_from_this(), error] { self->End(error); });
   }
   Json about = AboutPicture(frame, *picture, dropped);
-  if (way_ == PictureWay::Inline) {
+  if (way_ != PictureWay::File) {
     ++inline_;
     return surroundings_.loop.Post(
         [self = shared_from_this(), pieces = PiecesOf(*picture, std::move(about))]() mutable {

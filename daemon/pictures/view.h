@@ -18,12 +18,13 @@
 
 namespace lensd::daemon {
 
-/// Whether pictures go into the replies or beside them, as open files.
-enum class PictureWay { Inline, File };
-
-/// Which frames wait while a picture is being made or its client has as much as it may: the newest alone, and none
-/// while the client is full; or all that there is room for.
-enum class FramesKept { Newest, All };
+/// How pictures reach the client, and which frames wait while one is being made or the client has as much as it may:
+/// the newest alone, and none while the client is full; or all that there is room for.
+enum class PictureWay {
+  Inline,     ///< in the replies; the newest frame waits
+  InlineAll,  ///< in the replies; all frames wait that there is room for
+  File,       ///< beside the replies, as open files; the newest frame waits
+};
 
 /// Never holds up who gives it frames: those that there is no room for are dropped, the oldest first.
 class View : public Waiter, public std::enable_shared_from_this<View> {
@@ -34,7 +35,7 @@ class View : public Waiter, public std::enable_shared_from_this<View> {
     TaskThread& pictures;
     FrameLoans& loans;
   };
-  View(const Surroundings& surroundings, ExchangePointer exchange, PictureWish wish, PictureWay way, FramesKept kept);
+  View(const Surroundings& surroundings, ExchangePointer exchange, PictureWish wish, PictureWay way);
   /// Hears of its client from now on. From the event loop.
   void Begin();
 
@@ -55,7 +56,7 @@ class View : public Waiter, public std::enable_shared_from_this<View> {
   /// What a client may have unread when a picture is sent: more would make pictures old before they are seen.
   static constexpr std::size_t kFewUnread = std::size_t{64} << 10;
   static constexpr Duration kAgain = std::chrono::milliseconds(5);
-  /// What FramesKept::All has room for: samples of all frames that wait.
+  /// What PictureWay::InlineAll has room for: samples of all frames that wait.
   static constexpr std::size_t kMostSamples = std::size_t{32} << 20;
 
   void Work();
@@ -69,7 +70,6 @@ class View : public Waiter, public std::enable_shared_from_this<View> {
   const Surroundings surroundings_;
   const ExchangePointer exchange_;
   const PictureWay way_;
-  const FramesKept kept_;
   const std::uint64_t borrower_;
   PictureMaker maker_;  // the pictures' thread
   std::atomic<bool> ended_ = false;

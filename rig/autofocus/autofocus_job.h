@@ -62,7 +62,7 @@ class AutofocusJob final : private FocusActuator {
   void RequestFrame(LensMotion lens, ObservationCallback done) override;
   Instant Now() const override { return means_.clock.Now(); }
   std::optional<int> lag_frames() const override;
-  std::optional<autofocus::FrameGate::LastFrame> last_frame() const override {
+  std::optional<autofocus::LastFrame> last_frame() const override {
     return external_ ? last_frame_ : std::nullopt;
   }
   autofocus::FrameGate::Source source() const override {
@@ -102,7 +102,7 @@ class AutofocusJob final : private FocusActuator {
   AutofocusCallback done_;
   std::shared_ptr<ProgressCallback> progress_;
   std::shared_ptr<LearnedLag> lags_ = std::make_shared<LearnedLag>();
-  std::optional<autofocus::FrameGate::LastFrame> last_frame_;  ///< of the newest run with frames from outside
+  std::optional<autofocus::LastFrame> last_frame_;  ///< of the newest run with frames from outside
   std::function<void(const AutofocusOutcome&)> tell_;
   std::uint64_t number_ = 0;  ///< of the run: answers of an earlier one never reach a later one
 };

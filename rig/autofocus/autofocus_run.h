@@ -69,7 +69,7 @@ class AutofocusRun {
   /// Of the newest search: as later ones are to take it; nothing: not known.
   std::optional<int> lag_frames() const { return search_.gate.lag(); }
   /// Of the newest search, for the next run; nothing: no picture was used.
-  std::optional<autofocus::FrameGate::LastFrame> last_frame() const { return search_.gate.last_frame(); }
+  std::optional<autofocus::LastFrame> last_frame() const { return search_.gate.last_frame(); }
   /// It tracks, and waits for the scene to change.
   bool holding() const { return tracking_ && tracking_->holding; }
   const std::vector<drivers::Region>& regions() const { return search_.plan.regions->regions(); }

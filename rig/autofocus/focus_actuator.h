@@ -39,7 +39,7 @@ class FocusActuator {
   /// By so many frames the camera's picture is late, as earlier runs have shown; nothing: not known.
   virtual std::optional<int> lag_frames() const = 0;
   /// Of the run before, with frames of a client as well; nothing: there was none.
-  virtual std::optional<autofocus::FrameGate::LastFrame> last_frame() const = 0;
+  virtual std::optional<autofocus::LastFrame> last_frame() const = 0;
   /// Where the frames come from.
   virtual autofocus::FrameGate::Source source() const = 0;
   /// Device motions of the focus axis so far.

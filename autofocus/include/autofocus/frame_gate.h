@@ -49,18 +49,25 @@ struct Judgement {
   std::string before_is_bad;
 };
 
+/// What a search leaves of its last frame for the search after it.
+struct LastFrame {
+  drivers::Frame part;              ///< the samples of `window` alone
+  Window window;                    ///< of the whole picture; at most 256 px each way
+  int width_px = 0, height_px = 0;  ///< of the whole picture
+  double position = 0.0;            ///< as those of Setup
+};
+
+/// What one part of a picture shows of light, in samples.
+struct LightOfPart {
+  double mean = 0.0;
+  std::uint16_t least = 0, most = 0;
+};
+
 /// Of one search. Looks at the rectangle about all regions.
 class FrameGate {
  public:
   /// Inside: frames of lensd's own camera, whose driver says when each was exposed. Outside: a client says so.
   enum class Source { Inside, Outside };
-  /// What a search leaves of its last frame for the search after it.
-  struct LastFrame {
-    drivers::Frame part;              ///< the samples of `window` alone
-    Window window;                    ///< of the whole picture; at most 256 px each way
-    int width_px = 0, height_px = 0;  ///< of the whole picture
-    double position = 0.0;            ///< as those of Setup
-  };
   /// `lag`: by how many frames the camera's picture is late; nothing: not known. `before`: of the search before, with
   /// the same camera as far as is known; nothing: there was none, or its last frame is not to be looked at.
   FrameGate(const Setup& setup, std::optional<int> lag, Source source, std::optional<LastFrame> before)
@@ -82,15 +89,11 @@ class FrameGate {
 
  private:
   enum class Doubt { Flat, Dark, Bright, Missing, Torn, Stale };
-  struct Light {
-    double mean = 0.0;
-    std::uint16_t least = 0, most = 0;
-  };
   struct Seen {
     drivers::Frame frame;
     Window window;
     double position = 0.0;
-    Light light;
+    LightOfPart light;
   };
 
   std::optional<Doubt> DoubtOf(const Seen& now) const;
@@ -104,8 +107,8 @@ class FrameGate {
   Judgement AgreesAtTheEnd(const Seen& now);
   Judgement Used(const Seen& now, Judgement judged);
   static std::string ReasonOf(Doubt doubt);
-  static Light LightOf(const drivers::Frame& frame, const Window& window);
-  static bool IsMuchDarker(const Light& dark, const Light& light, double full);
+  static LightOfPart LightOf(const drivers::Frame& frame, const Window& window);
+  static bool IsMuchDarker(const LightOfPart& dark, const LightOfPart& light, double full);
 
   Setup setup_;
   Source source_;
