@@ -149,9 +149,9 @@ spdlog::logger MakeLogger(bool journal) {
   return logger;
 }
 
-class Writer {
+class LogWriter {
  public:
-  explicit Writer(bool journal) : logger_(MakeLogger(journal)), thread_([this] { Run(); }) {}
+  explicit LogWriter(bool journal) : logger_(MakeLogger(journal)), thread_([this] { Run(); }) {}
 
   void Add(Line line) {
     {
@@ -213,13 +213,13 @@ class Writer {
 };
 
 /// Lives until the process ends.
-Writer* writer = nullptr;
+LogWriter* writer = nullptr;
 std::function<void(Failure)>* failure_listener = nullptr;
 
 }  // namespace
 
 void OpenLog() {
-  writer = new Writer(StderrIsJournal());
+  writer = new LogWriter(StderrIsJournal());
   std::atexit(FlushLog);
 }
 

@@ -1,7 +1,6 @@
 // The parts of the autofocus command.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>

@@ -46,7 +46,7 @@ std::string ProposedName(const std::string& model) {
   return name.empty() || isalpha(static_cast<unsigned char>(name[0])) == 0 ? "lens" : name;
 }
 
-std::string ListText(const Json& devices) {
+std::string DeviceTable(const Json& devices) {
   std::string text;
   int number = 0;
   for (const Json& device : devices) text += std::to_string(++number) + "  " + DeviceLine(device) + "\n";
@@ -57,7 +57,7 @@ std::string ListText(const Json& devices) {
 std::expected<Json, Failure> DeviceOf(const Json& devices, int number, const char* what) {
   if (number < 1 || static_cast<std::size_t>(number) > devices.size()) {
     return Refuse(Exit::NotFound, "there is no " + std::string(what) + " " + std::to_string(number) + ": " +
-                                      std::to_string(devices.size()) + " found\n" + ListText(devices));
+                                      std::to_string(devices.size()) + " found\n" + DeviceTable(devices));
   }
   Json device = devices[static_cast<std::size_t>(number) - 1];
   if (device["usedBy"].is_string()) {
@@ -76,7 +76,7 @@ std::expected<Json, Failure> ChooseDevice(const Session& session, const Json& de
   for (std::size_t i = 0; i < devices.size(); ++i) {
     if (devices[i].value("lens", false) && !devices[i]["usedBy"].is_string()) lenses.push_back(static_cast<int>(i) + 1);
   }
-  const std::string list = ListText(devices);
+  const std::string list = DeviceTable(devices);
   if (SomebodyIsThere(session) && !devices.empty()) {
     std::fputs(list.c_str(), stderr);
     for (int asked = 1;; ++asked) {

@@ -26,9 +26,9 @@ double MillisecondsSince(Instant began) {
 }
 
 /// What the reports of one move say of its beginning and its end.
-class Watch {
+class MoveReports {
  public:
-  Watch(double from, double resolution) : from_(from), near_(0.75 * resolution) {}
+  MoveReports(double from, double resolution) : from_(from), near_(0.75 * resolution) {}
 
   void See(double position, double at_ms) {
     if (started_ms_ == 0.0) {
@@ -82,7 +82,7 @@ std::optional<Measured> Between(const std::vector<TimedMove>& moves, double Time
 std::expected<void, Failure> MoveOnce(DaemonClient& link, const std::string& lens, const Json& info, double& position,
                                       double target, AxisMotion& motion) {
   const Json& axis = info["axis"];
-  Watch watch(position, info["resolution"].get<double>());
+  MoveReports watch(position, info["resolution"].get<double>());
   const Instant began = MonotonicClock().Now();
   const auto see = [&](const Json& part) {
     if (part.contains("progress") && part["progress"].is_object()) {
