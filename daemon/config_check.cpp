@@ -56,6 +56,27 @@ void CheckRefocus(const LensConfig& lens, const drivers::Device& device, Setting
   }
 }
 
+/// Focus that lensd could not keep, since nothing tells where it stands.
+void CheckKeep(const LensConfig& lens, const drivers::Device& device, SettingsProblems& problems) {
+  if (!lens.rig.axes[drivers::Axis::Focus].keep) return;
+  const std::string why = rig::WhyFocusIsNotKept(device.lens->capabilities());
+  if (why.empty()) return;
+  const Location where = lens.table.AsTable()->find("focus")->second.where();
+  problems.Add(where.Text() + ": lens \"" + lens.name + "\": " + why, where);
+}
+
+/// Places that nobody would remember from one start to the next.
+void CheckStarts(const Config& config, SettingsProblems& problems) {
+  for (const LensConfig& lens : config.lenses) {
+    if (!lens.start_last && lens.start_preset.empty()) continue;
+    const Location where = lens.table.AsTable()->find("start")->second.where();
+    problems.Add(where.Text() + ": lens \"" + lens.name +
+                     "\": start: without a state folder neither presets nor the last place outlive lensd: start lensd "
+                     "with --state DIR, and name it here too",
+                 where);
+  }
+}
+
 /// What would keep a lens waiting that is configured well.
 std::vector<std::string> OpenLenses(const Config& config, const ConfigFaults& faults, const Clock& clock,
                                     SettingsProblems& problems) {
@@ -65,6 +86,7 @@ std::vector<std::string> OpenLenses(const Config& config, const ConfigFaults& fa
     const auto opened = OpenDevice(lens, clock);
     if (opened) {
       CheckRefocus(lens, *opened, problems);
+      CheckKeep(lens, *opened, problems);
       for (const drivers::LeftOut& one : opened->findings.left_out()) {
         waiting.push_back(lens.where.Text() + ": lens \"" + lens.name + "\": " + one.part +
                           " is left out: " + one.reason);
@@ -100,11 +122,12 @@ std::string Summary(const std::string& path, const Config& config) {
 
 }  // namespace
 
-int CheckConfiguration(const std::string& path, const Clock& clock) {
+int CheckConfiguration(const std::string& path, const std::string& state, const Clock& clock) {
   SettingsProblems problems;
   ConfigFaults faults;
   const Config config = ReadPastFaults(path, faults);
   const std::vector<std::string> waiting = OpenLenses(config, faults, clock, problems);
+  if (state.empty()) CheckStarts(config, problems);
   CheckCalibrations(config, problems);
   const std::vector<SettingsProblem> found = InOrder(problems.all(), faults);
   for (const SettingsProblem& problem : found) std::fprintf(stderr, "%s\n", problem.message.c_str());

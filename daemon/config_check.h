@@ -9,8 +9,8 @@ namespace lensd::daemon {
 
 /// Reads the file, its drop-ins and what they name, and opens the devices of the lenses that have no mistake. Prints
 /// each mistake to stderr as "file:line: what, why", in the order of the files and their lines, and nothing else; of a
-/// configuration without any, one line to stdout, and to stderr what would keep a lens waiting. Returns the exit
-/// status.
-int CheckConfiguration(const std::string& path, const Clock& clock);
+/// configuration without any, one line to stdout, and to stderr what would keep a lens waiting. `state`: the folder for
+/// what outlives lensd; empty: there is none. Returns the exit status.
+int CheckConfiguration(const std::string& path, const std::string& state, const Clock& clock);
 
 }  // namespace lensd::daemon

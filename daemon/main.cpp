@@ -73,8 +73,15 @@ Result<Config> ConfigOf(const Options& options) {
   return config;
 }
 
+constexpr const char* kUsualState = "/var/lib/lensd";  ///< of the service
+
 int CheckConfig(const Options& options, const Clock& clock) {
-  if (options.config) return CheckConfiguration(*options.config, clock);
+  if (options.config) {
+    // A person who checks a file means the service, which has its folder there.
+    std::error_code none;
+    const bool usual = options.state.empty() && std::filesystem::exists(kUsualState, none);
+    return CheckConfiguration(*options.config, usual ? kUsualState : options.state, clock);
+  }
   std::fputs("lensd: --check-config needs a file to check: lensd --check-config --config /etc/lensd/lensd.toml\n",
              stderr);
   return EX_USAGE;

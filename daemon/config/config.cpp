@@ -15,6 +15,7 @@
 #include "daemon/config/lens_models.h"
 #include "daemon/config/references.h"
 #include "io/lenient_toml.h"
+#include "rig/presets.h"
 
 namespace lensd::daemon {
 namespace {
@@ -148,13 +149,12 @@ class LensReading {
     const bool is_text = name != nullptr && std::holds_alternative<std::string>(name->value());
     if (const std::string why = WhyNotAName(lens.name); is_text && !why.empty()) read_.Reject("name", why);
     lens.device = ReadDevice(read_, table_, kOwnKeys);
-    const std::size_t start = read_.Choice("start", {"keep", "home", "on-demand"}, 0);
-    lens.home_at_start = start == 1;
+    const bool on_demand = ReadStart(lens);
     const Settings* bus = read_.Any("bus");
     const bool simulated = lens.device.driver != nullptr && lens.device.driver->simulated;
     const auto nominal = simulated ? rig::NominalFrom::Driver : rig::NominalFrom::Configuration;
     if (auto rig = rig::ReadRigConfig(read_, nominal); Good(rig)) lens.rig = *std::move(rig);
-    for (const drivers::Axis axis : drivers::kAxes) lens.rig.axes[axis].home_on_demand = start == 2;
+    for (const drivers::Axis axis : drivers::kAxes) lens.rig.axes[axis].home_on_demand = on_demand;
     const Settings* camera = read_.Table("camera");
     lens.on_failure = ReadCommand(read_, "on_failure");
     Good(read_.Finish());
@@ -173,6 +173,23 @@ class LensReading {
     if (!read) faults_.Keep(read.error(), table_.where());
     sound_ = sound_ && read.has_value();
     return read.has_value();
+  }
+
+  /// Where the lens goes at the start. The answer: whether it searches its reference on demand.
+  bool ReadStart(LensConfig& lens) {
+    constexpr std::string_view kPreset = "preset:";
+    const Settings* given = read_.Any("start");
+    const auto* text = given == nullptr ? nullptr : std::get_if<std::string>(&given->value());
+    if (text != nullptr && text->starts_with(kPreset)) {
+      lens.start_preset = text->substr(kPreset.size());
+      if (!rig::IsPresetLabel(lens.start_preset))
+        read_.Reject("start", "must name a preset after \"preset:\", as in \"preset:desk\"");
+      return false;
+    }
+    const std::size_t start = read_.Choice("start", {"keep", "home", "on-demand", "last", "preset:NAME"}, 0);
+    lens.home_at_start = start == 1;
+    lens.start_last = start == 3;
+    return start == 2;
   }
 
   void PutReferences(DeviceConfig& device, const Settings* bus) {

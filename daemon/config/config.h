@@ -32,6 +32,8 @@ struct LensConfig {
   DeviceConfig device;
   std::optional<DeviceConfig> camera;  ///< [lens.camera]
   bool home_at_start = false;          ///< start = "home"
+  bool start_last = false;             ///< start = "last"
+  std::string start_preset;            ///< start = "preset:NAME"; empty: none
   rig::RigConfig rig;
   std::vector<std::string> on_failure;  ///< program and arguments that are told of failures; empty: none
   std::vector<FileMark> files;          ///< that it names, as they were when this was read, but for the calibration

@@ -36,7 +36,7 @@ constexpr std::size_t kMostLines = 1000;  ///< that wait to be written
 constexpr int kMostInPeriod = 100;        ///< of one kind
 constexpr auto kPeriod = std::chrono::seconds(10);
 constexpr auto kFlushAtMost = std::chrono::milliseconds(200);
-constexpr std::size_t kKinds = 24;
+constexpr std::size_t kKinds = 26;
 
 const char* MessageId(Event event) {
   switch (event) {
@@ -86,6 +86,10 @@ const char* MessageId(Event event) {
       return "38c5f1a06e9d4b72a1f3e70d9b24c6d8";
     case Event::DriverPrinted:
       return "d3a7f05c18be4e92b6c41d7f90a85e23";
+    case Event::MovedExternally:
+      return "6fb09d3e8c1a47d5b2e4907fa35c81d6";
+    case Event::BroughtBack:
+      return "d1847ac05e2f4b93a6c07e19f8d3b524";
   }
   return "";
 }
@@ -228,11 +232,12 @@ void OnFailure(std::function<void(Failure)> told) {
 }
 
 std::string_view EventName(Event event) {
-  static constexpr std::array<std::string_view, 23> kNames = {
-      "started",      "reloaded",       "stopping",         "lensReady",        "lensLost",     "calibrationMissing",
-      "stateDamaged", "notHomed",       "lensFailed",       "moveFailed",       "axisFault",    "autofocusRefused",
-      "dropped",      "callFailed",     "motorsNotStopped", "notKept",          "notParked",    "failureNotTold",
-      "refocused",    "slopeForgotten", "partLeftOut",      "thermometerFault", "driverPrinted"};
+  static constexpr std::array<std::string_view, 25> kNames = {
+      "started",      "reloaded",       "stopping",         "lensReady",        "lensLost",      "calibrationMissing",
+      "stateDamaged", "notHomed",       "lensFailed",       "moveFailed",       "axisFault",     "autofocusRefused",
+      "dropped",      "callFailed",     "motorsNotStopped", "notKept",          "notParked",     "failureNotTold",
+      "refocused",    "slopeForgotten", "partLeftOut",      "thermometerFault", "driverPrinted", "external",
+      "broughtBack"};
   return kNames[static_cast<std::size_t>(event)];
 }
 

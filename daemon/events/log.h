@@ -32,7 +32,9 @@ enum class Event {
   SlopeForgotten,
   PartLeftOut,
   ThermometerFault,
-  DriverPrinted
+  DriverPrinted,
+  MovedExternally,
+  BroughtBack
 };
 
 enum class Severity { Info, Warning, Error };

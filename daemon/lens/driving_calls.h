@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,6 +27,13 @@ class DrivingCalls {
   void Note(const ExchangePointer& call, Instant now) {
     std::erase_if(calls_, [](const DrivingCall& each) { return each.call.expired(); });
     calls_.push_back({call, call->caller(), now});
+    ++noted_;
+  }
+  /// How many calls have driven the lens so far.
+  std::uint64_t noted() const { return noted_; }
+  /// Whether one does now.
+  bool any() const {
+    return std::ranges::any_of(calls_, [](const DrivingCall& each) { return !each.call.expired(); });
   }
   /// Of the calls that drive the lens, but for this one, the one that has done so for longest.
   std::optional<DrivingCall> But(const Exchange& call) const {
@@ -46,6 +54,7 @@ class DrivingCalls {
 
  private:
   std::vector<DrivingCall> calls_;  // oldest first
+  std::uint64_t noted_ = 0;
 };
 
 }  // namespace lensd::daemon

@@ -57,6 +57,7 @@ ServedLens::ServedLens(LensConfig config, const LensSurroundings& surroundings, 
                                          [this](const Json& change) { TellLease(change); })) {
   users_->refocus = std::make_unique<LensRefocus>(*this);
   users_->slope = std::make_unique<LensSlope>(*this);
+  users_->stay = std::make_unique<LensStay>(*this);
   shown_.info = varlink::WriteJson(AbsentInfoJson(config_.name, config_.device.driver->name));
   shown_.told_connection = "connecting";
   if (before != nullptr) {
@@ -165,8 +166,11 @@ void ServedLens::StartRig(Made made, Result<std::vector<rig::Preset>> presets) {
   std::unique_ptr<rig::Rig> rig = std::move(made.rig);
   simulation_ = std::move(made.simulation);
   shown_.notes = std::move(made.notes);
-  const FileNotes& notes = shown_.notes;
+  FileNotes& notes = shown_.notes;
   if (!notes.of_calibration.empty()) Log(Severity::Warning, Event::StateUnreadable, notes.of_calibration, name());
+  if (config_.rig.axes[drivers::Axis::Focus].keep) {
+    if (std::string why = rig::WhyFocusIsNotKept(rig->lens()); !why.empty()) notes.warnings.push_back(std::move(why));
+  }
   for (const std::string& warning : notes.warnings) Log(Severity::Warning, Event::StateUnreadable, warning, name());
   TellLeftOut();
   kept_.calibration = std::move(made.calibration);
@@ -195,10 +199,11 @@ void ServedLens::StartRig(Made made, Result<std::vector<rig::Preset>> presets) {
   worker_ = std::make_unique<Worker>(std::move(rig), surroundings_.clock, stop_signal_, std::move(listener));
   ++users_->work.openings;
   users_->holds = {};
-  users_->refocus->Opened(std::move(made.drift));
-  users_->slope->Opened(std::move(made.slopes), SlopeFile(config_, surroundings_.state, serial));
+  users_->refocus->Opened(std::move(made.memory.drift));
+  users_->slope->Opened(std::move(made.memory.slopes), SlopeFile(config_, surroundings_.state, serial));
   KeepUnwritten(std::move(made.unwritten));
   if (config_.home_at_start) HomeAtStart();
+  users_->stay->Opened(std::move(made.memory.last));
 }
 
 /// Told to end, or because something threw: then the device is opened anew, the later the more often that happened.
@@ -265,11 +270,18 @@ void ServedLens::Update(std::shared_ptr<const rig::Status> status, std::string t
     if (shown_.status->connected) {
       Log(Severity::Info, Event::LensReady, "the lens answers", name());
       if (config_.home_at_start && FirstUnhomed(*shown_.status)) HomeAtStart();
+      users_->stay->Back();
     } else {
       Log(Severity::Warning, Event::LensLost, shown_.status->problem, name());
     }
   }
+  // So short without power that only its references are gone.
+  const bool idle = shown_.status->activity.kind == rig::Activity::Kind::Idle;
+  if (idle && before->connected && shown_.status->connected && !FirstUnhomed(*before) && FirstUnhomed(*shown_.status)) {
+    users_->stay->Back();
+  }
   users_->refocus->Look();
+  users_->stay->Look();
   if (before->unkept.has_value() != shown_.status->unkept.has_value()) TellKept("its positions", shown_.status->unkept);
   if (!changed) return;
   TellChange();

@@ -21,6 +21,7 @@
 #include "daemon/lens/refocus.h"
 #include "daemon/lens/seen_direction.h"
 #include "daemon/lens/state_history.h"
+#include "daemon/lens/stay.h"
 #include "daemon/lens/stop_latch.h"
 #include "daemon/lens/tenure.h"
 #include "daemon/lens/worker.h"
@@ -72,6 +73,7 @@ struct LensUsers {
   std::optional<FocusFound> found{};  ///< by the newest autofocus that was sure; event loop thread
   std::unique_ptr<LensRefocus> refocus{};
   std::unique_ptr<LensSlope> slope{};
+  std::unique_ptr<LensStay> stay{};
   SeenDirection direction{};
 };
 
@@ -81,6 +83,13 @@ struct FileNotes {
   std::vector<std::string> warnings;  ///< of the others
   drivers::Findings devices;          ///< parts of its devices that were left out
   std::optional<rig::Unkept> calibration_unkept;
+};
+
+/// What was kept of a lens, beside its calibration and its presets.
+struct LensMemory {
+  Result<std::vector<rig::DriftSample>> drift{};
+  Result<std::vector<rig::SlopeRun>> slopes{};
+  std::optional<rig::Preset> last{};  ///< where the lens was left
 };
 
 class ServedLens;
@@ -265,9 +274,8 @@ class ServedLens {
     std::unique_ptr<rig::Rig> rig;
     std::shared_ptr<drivers::Simulation> simulation;
     FileNotes notes;
-    FileMark calibration;                                    ///< as it was before it was read
-    Result<std::vector<rig::DriftSample>> drift{};           ///< that was learned
-    Result<std::vector<rig::SlopeRun>> slopes{};             ///< likewise
+    FileMark calibration;  ///< as it was before it was read
+    LensMemory memory{};
     std::optional<UnwrittenCalibration::Content> unwritten;  ///< in force, whatever the file says
   };
   /// The command that has the rig answer.

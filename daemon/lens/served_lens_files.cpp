@@ -97,8 +97,13 @@ void ServedLens::LoadLearned(Made& made) const {
     learned = kept ? Result<Content>(std::move(kept->content)) : PassOn(kept);
   };
   const std::string& state = surroundings_.state;
-  if (config_.rig.refocus) take(LoadFocusDrift(RefocusFile(config_, state)), made.drift);
-  take(LoadLearnedSlope(SlopeFile(config_, state, made.rig->lens().serial)), made.slopes);
+  if (config_.rig.refocus) take(LoadFocusDrift(RefocusFile(config_, state)), made.memory.drift);
+  if (config_.start_last) {
+    Result<std::vector<rig::Preset>> last;
+    take(LoadPresets(LastFile(config_, state)), last);
+    if (last && !last->empty()) made.memory.last = std::move(last->front());
+  }
+  take(LoadLearnedSlope(SlopeFile(config_, state, made.rig->lens().serial)), made.memory.slopes);
 }
 
 Result<ServedLens::Made> ServedLens::RigOf(drivers::Device device,

@@ -16,6 +16,7 @@ Json ServedLens::StateJson(const rig::Status& status) const {
   json["warnings"] = notes.warnings;
   for (const std::string& doubt : notes.devices.doubts()) json["warnings"].push_back(doubt);
   json["leftOut"] = LeftOutJson(notes.devices);
+  if (std::string problem = users_->stay->problem(); !problem.empty()) json["warnings"].push_back(std::move(problem));
   if (!notes.of_calibration.empty()) json["warnings"].insert(json["warnings"].begin(), notes.of_calibration);
   if (!status.direction.warning.empty()) json["warnings"].push_back(status.direction.warning);
   if (notes.calibration_unkept) json["unwritten"].push_back(UnwrittenJson("calibration", *notes.calibration_unkept));
@@ -74,6 +75,7 @@ void ServedLens::TellLease(const Json& change) {
   Show(shown_.status, std::move(shown_.rig), std::string(shown_.connection));  // the state tells of it too
   watchers().Tell(*this);
   watchers().Announce(*this, "lease", change);
+  users_->stay->Look();
 }
 
 /// What axes and the thermometer complain of now and did not before, and the other way round.

@@ -29,6 +29,12 @@ class StopLatch {
   }
   void Unlatch() { latched_ = false; }
   bool latched() const { return latched_; }
+  /// The number of the newest call that stopped an axis; 0: none did.
+  std::uint64_t newest() const {
+    std::uint64_t newest = 0;
+    for (const drivers::Axis axis : drivers::kAxes) newest = std::max(newest, number_[axis]);
+    return newest;
+  }
   /// Why a call may not move an axis, or any of them: a stop came after it, or holds.
   std::optional<Error> WhyStopped(std::uint64_t number, std::optional<drivers::Axis> axis) const {
     if (latched_) return Error{Code::Cancelled, "lens \"" + lens_ + "\" was stopped for good: reset its faults first"};

@@ -78,6 +78,10 @@ std::string PresetsFile(const LensConfig& config, const std::string& state) {
   return state.empty() ? "" : (std::filesystem::path(state) / (config.name + ".presets.toml")).string();
 }
 
+std::string LastFile(const LensConfig& config, const std::string& state) {
+  return state.empty() ? "" : (std::filesystem::path(state) / (config.name + ".last.toml")).string();
+}
+
 std::string RefocusFile(const LensConfig& config, const std::string& state) {
   return state.empty() ? "" : (std::filesystem::path(state) / (config.name + ".refocus.toml")).string();
 }

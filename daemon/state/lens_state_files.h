@@ -22,6 +22,8 @@ std::string CalibrationFile(const LensConfig& config, const std::string& state, 
 /// NAME.presets.toml in the state folder; empty without one.
 std::string PresetsFile(const LensConfig& config, const std::string& state);
 
+/// NAME.last.toml there: one preset, where the lens was left.
+std::string LastFile(const LensConfig& config, const std::string& state);
 /// NAME.refocus.toml there.
 std::string RefocusFile(const LensConfig& config, const std::string& state);
 /// NAME[-SERIAL].slope.toml there.

@@ -65,6 +65,7 @@ Result<AxisConfig> ReadAxis(const Settings& table, Axis axis) {
     const std::vector<std::string_view> directions(drivers::kDirectionNames.begin(), drivers::kDirectionNames.end());
     if (read.Has("direction"))
       config.direction = static_cast<drivers::Direction>(read.Choice("direction", directions, 0));
+    config.keep = read.Boolean("keep", false);
     if (read.Has("approach")) config.approach_near = read.Choice("approach", {"near", "far"}, 0) == 0;
   }
   config.backlash = ReadBacklash(read);
@@ -271,6 +272,14 @@ Result<RigConfig> ReadRigConfig(SettingsReader& lens, NominalFrom nominal) {
   }
   if (!first) return PassOn(first);
   return config;
+}
+
+std::string WhyFocusIsNotKept(const drivers::Capabilities& lens) {
+  const auto& focus = lens.axes[Axis::Focus];
+  if (!focus) return "keep: this lens has no motorised focus";
+  if (focus->feedback != drivers::Feedback::None) return "";
+  return "keep: the position of focus cannot be read back from this device, so that lensd cannot notice that another "
+         "program has moved it";
 }
 
 }  // namespace lensd::rig

@@ -82,8 +82,9 @@ std::expected<void, Failure> Judge(const Backup& backup, const std::string& file
   const TemporaryFolder folder;
   if (folder.path().empty()) return Refuse(Exit::CannotWrite, "the temporary folder has no room to check it");
   if (auto unpacked = UnpackBackup(backup, folder.path()); !unpacked) return RefuseOutput(unpacked);
-  const auto [status, said] =
-      RunDaemonProgram({"--check-config", "--config", folder.path() + "/config/" + kConfigName}, STDERR_FILENO);
+  const auto [status, said] = RunDaemonProgram(
+      {"--check-config", "--config", folder.path() + "/config/" + kConfigName, "--state", folder.path() + "/state"},
+      STDERR_FILENO);
   if (status == 127) return Refuse(Exit::Unavailable, "lensd is not installed here, so nothing can be restored");
   constexpr int kWrongConfiguration = 78;
   if (status != kWrongConfiguration) return {};

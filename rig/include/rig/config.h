@@ -42,6 +42,7 @@ struct AxisConfig {
   std::optional<double> sag;    ///< native units, without feedback only: how far from the command; default `tolerance`
   Duration latency = Duration::zero();  ///< readings may be this much older than they say
   Restore restore = Restore::Never;
+  bool keep = false;           ///< of focus: brought back where another program moved it; for who drives the rig
   std::optional<Native> park;  ///< where it goes when lensd ends; default nowhere
   Shaper shaper = Shaper::None;
   double ring_hz = 0.0;       ///< of the actuator, damping included; above 0 where there is a shaper
@@ -83,6 +84,9 @@ struct RigConfig {
   std::optional<RefocusConfig> refocus;  ///< for who drives the rig
   drivers::PerAxis<AxisConfig> axes;
 };
+
+/// Why it would go unnoticed that another program has moved focus of this lens (AxisConfig::keep); empty: it would not.
+std::string WhyFocusIsNotKept(const drivers::Capabilities& lens);
 
 /// Who has to say what optics a lens has: [lens.optics], where there is one, or the driver, which knows.
 enum class NominalFrom { Configuration, Driver };

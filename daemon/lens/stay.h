@@ -1,0 +1,66 @@
+// Where a lens is to stand: `start` puts it there when its device comes or comes back, and `keep` of [lens.focus]
+// brings focus back where another program has moved it.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "base/clock.h"
+#include "base/result.h"
+#include "rig/presets.h"
+
+namespace lensd::daemon {
+
+class ServedLens;
+
+/// Of one lens. Event loop thread only, but for problem(). Nothing of this moves a lens that is leased, was stopped for
+/// good, or does not know where it stands; any other command ends it.
+class LensStay {
+ public:
+  static constexpr Duration kBetweenReturns = std::chrono::seconds(2);  ///< at least, by `keep`
+
+  explicit LensStay(ServedLens& lens);
+
+  /// The lens was opened (anew). `last`: where it was left before lensd started; nothing: not known, or of no use.
+  void Opened(std::optional<rig::Preset> last);
+  /// The device of an open lens answers again.
+  void Back();
+  /// The lens' state is new.
+  void Look();
+  /// From any thread: why the lens is not where it is to stand; empty: nothing is wrong.
+  std::string problem() const;
+
+ private:
+  struct Order;
+
+  std::uint64_t Commands() const;
+  void Start();
+  void Keep();
+  void Note();
+  void Take(const rig::Preset& here);
+  void Go(Order order);
+  void Ended(const Order& order, const Result<rig::RecallOutcome>& outcome);
+  bool MayMove() const;
+  bool AtRest() const;
+  bool NotMissingAnyMore() const;
+  void Complain(const std::string& problem);
+
+  ServedLens& lens_;
+  std::optional<rig::Preset> last_{};   ///< where clients, or `start`, have left it
+  std::optional<std::uint64_t> due_{};  ///< a start that has not begun: the commands of clients before it
+  /// What moves the lens must begin no further move once this is true; null: nothing is under way.
+  std::shared_ptr<std::atomic<bool>> under_way_{};
+  bool moved_ = true;       ///< by a command, since last_ was taken
+  bool taking_ = false;     ///< last_ is being taken
+  std::uint64_t seen_ = 0;  ///< commands of clients, when last_ was to be taken
+  bool missing_ = false;    ///< there was no such preset when the lens was to go there
+  Instant returned_at_{};
+  mutable std::mutex mutex_;
+  std::string problem_{};  ///< guarded by mutex_
+};
+
+}  // namespace lensd::daemon
