@@ -32,8 +32,8 @@ constexpr int kBackupVersion = 1;
 constexpr std::string_view kBefore = ".before-restore";
 constexpr std::string_view kStaged = ".restoring";
 constexpr std::size_t kLargestFile = std::size_t{64} << 20;
-constexpr std::array<std::string_view, 5> kStateFiles = {".position.json", ".calibration.toml", ".presets.toml",
-                                                         ".refocus.toml", ".slope.toml"};
+constexpr std::array<std::string_view, 6> kStateFiles = {".position.json", ".calibration.toml", ".presets.toml",
+                                                         ".refocus.toml",  ".slope.toml",       ".last.toml"};
 
 bool IsStateFile(const std::string& name) {
   return std::ranges::any_of(kStateFiles, [&](std::string_view end) { return name.ends_with(end); });
