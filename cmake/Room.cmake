@@ -1,6 +1,6 @@
-# ctest has 14 places (CMakePresets.json; 16 in the release build) for two processors, since most tests wait for motors and use an eighth
-# of one. A test that fills a processor, or judges time, takes this many (PROCESSORS); one with devices that must answer within
-# milliseconds takes 3, any other 1. So two that compute run at a time, with up to four or six that wait beside them.
+# ctest has 14 places (CMakePresets.json) for two processors, since most tests wait for motors and use a twentieth of one. A test that
+# fills a processor, or judges time, takes this many (PROCESSORS); one with devices that must answer within milliseconds takes 3, any
+# other 1. So two that compute run at a time, with up to four that wait beside them.
 set(LENSD_ONE_PROCESSOR 5)
 # A first run, as CI's is, knows no test's time: ctest then begins those of the greatest COST. It is 100 a place, because what waits fits
 # into the places that what computes leaves, and not the other way round, and the seconds of a test that takes more than twenty.
