@@ -186,7 +186,14 @@ bool LensStay::NotMissingAnyMore() const {
   return std::ranges::find(presets, lens_.config().start_preset, &rig::Preset::label) != presets.end();
 }
 
+/// Whether the configuration asks for any of this.
+bool LensStay::Wanted() const {
+  const LensConfig& config = lens_.config();
+  return config.start_last || !config.start_preset.empty() || config.rig.axes[Axis::Focus].keep;
+}
+
 void LensStay::Look() {
+  if (!Wanted()) return;
   if (under_way_) {
     if (!MayMove()) *under_way_ = true;
     return;
@@ -265,7 +272,11 @@ void LensStay::Keep() {
   const bool automatic = focus->fault == drivers::kOwnAutofocusOn;
   // What another program does just after a motion of ours is not always told from that motion; the place tells.
   const double off = std::abs((focus->position - *last_->native[Axis::Focus]).value);
-  if (!automatic && off <= (focus->moved_by_another ? 0.0 : focus->bound.value)) return;
+  if (!automatic && off <= (focus->moved_by_another ? 0.0 : focus->bound.value)) {
+    // A try that failed while the other program went on may have brought it there all the same.
+    if (focus->fault.empty() && problem().starts_with("keep: ")) Complain("");
+    return;
+  }
   if ((!automatic && !focus->fault.empty()) || !AtRest() || !MayMove()) return;
   const Instant now = lens_.surroundings().clock.Now();
   if (returned_at_ != Instant{} && now - returned_at_ < kBetweenReturns) return;

@@ -44,6 +44,7 @@ class LensStay {
   void Take(const rig::Preset& here);
   void Go(Order order);
   void Ended(const Order& order, const Result<rig::RecallOutcome>& outcome);
+  bool Wanted() const;
   bool MayMove() const;
   bool AtRest() const;
   bool NotMissingAnyMore() const;
