@@ -247,8 +247,9 @@ class CauseSearch {
     const rig::OpticsTable& optics = *refused_.planning.lens.optics;
     if (!optics.has_zoom() || !optics.conditions().zoom || stop_.stop_requested()) return;
     proto::LensRequest free = refused_.asked;
-    const bool chosen = free.focal_lengths || free.field;
-    free.field.reset();
+    const bool chosen = free.focal_lengths.has_value();
+    // Who fixes the frame wants no other one; and looking through a zoom takes up to a second.
+    if (free.field || (chosen && free.focal_lengths->first == free.focal_lengths->second)) return;
     free.focal_lengths = std::pair(Metres{0.0}, Metres{std::numeric_limits<double>::infinity()});
     const auto zoomed = PlanningForZoom(refused_.planning.lens, refused_.config, free, refused_.now, stop_);
     if (!zoomed) return;
