@@ -3,12 +3,14 @@
 #include "planning/plan_causes.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
 
+#include "base/clock.h"
 #include "base/quantity_text.h"
 #include "optics/conjugates.h"
 #include "optics/plan_causes.h"
@@ -76,11 +78,13 @@ class CauseSearch {
 
  private:
   const PlanRequest& asked() const { return refused_.asked.plan; }
+  /// A client waits for its refusal: what has not been tried by then is not named.
+  bool Over() const { return stop_.stop_requested() || MonotonicClock().Now() >= until_; }
   void Add(const char* cause, std::string reason) { causes_.push_back({cause, std::move(reason)}); }
 
   std::optional<optics::PositionPlan> Find(const PlanRequest& request, const LensPositions& lens,
                                            const optics::FocusBlocks& blocks) const {
-    if (stop_.stop_requested()) return std::nullopt;
+    if (Over()) return std::nullopt;
     return optics::PlanOnPositionsIfAny(request, lens, blocks, OriginOf(refused_.planning.scale, refused_.asked));
   }
   std::optional<optics::PositionPlan> Find(const PlanRequest& request, const LensPositions& lens) const {
@@ -139,7 +143,7 @@ class CauseSearch {
   /// Apertures that the lens has not, where the request does not leave them out itself.
   void LiftApertures() {
     if (!asked().stops.empty()) return;
-    constexpr double kSame = 1.001, kLeastRatio = 1.002, kFixedRatio = 1.01;
+    constexpr double kSame = 1.001, kLeastRatio = 1.02, kFixedRatio = 1.02;
     LensPositions lens = real_->lens;
     std::vector<IrisPosition>& iris = lens.iris;
     const IrisPosition widest = iris.front(), smallest = iris.back();
@@ -223,7 +227,7 @@ class CauseSearch {
 
   void LiftTravel() {
     const std::vector<FocusPosition>& focus = real_->lens.focus;
-    if (real_->lens.liquid || stop_.stop_requested()) return;
+    if (real_->lens.liquid || Over()) return;
     PlanRequest request = asked();
     const auto& own = refused_.asked.own;
     if (own.extension_low) request.extensions.low = std::min(request.extensions.low.value, 0.0);
@@ -245,7 +249,7 @@ class CauseSearch {
 
   void LiftZoom() {
     const rig::OpticsTable& optics = *refused_.planning.lens.optics;
-    if (!optics.has_zoom() || !optics.conditions().zoom || stop_.stop_requested()) return;
+    if (!optics.has_zoom() || !optics.conditions().zoom || Over()) return;
     proto::LensRequest free = refused_.asked;
     const bool chosen = free.focal_lengths.has_value();
     // Who fixes the frame wants no other one; and looking through a zoom takes up to a second.
@@ -264,6 +268,7 @@ class CauseSearch {
 
   const RefusedPlan& refused_;
   const std::stop_token& stop_;
+  const Instant until_ = MonotonicClock().Now() + std::chrono::seconds(3);
   const std::shared_ptr<const MotorPositions> real_;
   std::vector<optics::PlanCause> causes_;
 };

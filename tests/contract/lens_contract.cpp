@@ -203,10 +203,10 @@ TEST_P(LensContract, GoneMeansUnknown) {
   const Axis axis = Axes().front();
   ASSERT_NO_FATAL_FAILURE(MoveAndRest(axis, TargetAt(axis, 0.0)));
   const Native far = TargetAt(axis, 1.0);
+  std::optional<Code> ended;  // outlives the rig, which answers as it goes
   auto made = rig::Rig::Create({}, std::move(device_), stand_->clock());
   ASSERT_TRUE(made) << made.error().message;
   rig::Rig& rig = **made;
-  std::optional<Code> ended;
   rig.Move(axis, {.kind = rig::Target::Kind::Native, .value = far.value, .from = {}, .take_up = {}},
            [&](Result<rig::MoveOutcome> end) { ended = end ? Code::Internal : end.error().code; });
   rig.Step(stand_->clock().Now());
