@@ -5,9 +5,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <condition_variable>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <stop_token>
+#include <thread>
 #include <utility>
 
 #include "base/clock.h"
@@ -255,7 +259,15 @@ class CauseSearch {
     // Who fixes the frame wants no other one; and looking through a zoom takes up to a second.
     if (free.field || (chosen && free.focal_lengths->first == free.focal_lengths->second)) return;
     free.focal_lengths = std::pair(Metres{0.0}, Metres{std::numeric_limits<double>::infinity()});
-    const auto zoomed = PlanningForZoom(refused_.planning.lens, refused_.config, free, refused_.now, stop_);
+    std::stop_source over;
+    const std::stop_callback at_the_end(stop_, [&over] { over.request_stop(); });
+    const std::jthread timer([&over, left = until_ - MonotonicClock().Now()](const std::stop_token& done) {
+      std::mutex mutex;
+      std::unique_lock lock(mutex);
+      std::condition_variable_any().wait_for(lock, done, left, [] { return false; });
+      over.request_stop();
+    });
+    const auto zoomed = PlanningForZoom(refused_.planning.lens, refused_.config, free, refused_.now, over.get_token());
     if (!zoomed) return;
     free.plan = zoomed->request;
     const auto motors = MotorPositionsOf(zoomed->planning, refused_.now);
