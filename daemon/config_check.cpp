@@ -56,7 +56,7 @@ void CheckRefocus(const LensConfig& lens, const drivers::Device& device, Setting
   }
 }
 
-/// Focus that lensd could not keep, since nothing tells where it stands.
+/// Focus that lensd could not keep, since its position cannot be read.
 void CheckKeep(const LensConfig& lens, const drivers::Device& device, SettingsProblems& problems) {
   if (!lens.rig.axes[drivers::Axis::Focus].keep) return;
   const std::string why = rig::WhyFocusIsNotKept(device.lens->capabilities());

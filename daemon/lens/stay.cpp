@@ -270,7 +270,7 @@ void LensStay::Keep() {
   const auto& focus = lens_.status().axes[Axis::Focus];
   if (!lens_.config().rig.axes[Axis::Focus].keep || !focus || !last_ || !last_->native[Axis::Focus]) return;
   const bool automatic = focus->fault == drivers::kOwnAutofocusOn;
-  // What another program does just after a motion of ours is not always told from that motion; the place tells.
+  // Just after a motion of ours, a motion by another program may be taken for ours: so the position decides.
   const double off = std::abs((focus->position - *last_->native[Axis::Focus]).value);
   if (!automatic && off <= (focus->moved_by_another ? 0.0 : focus->bound.value)) {
     // A try that failed while the other program went on may have brought it there all the same.

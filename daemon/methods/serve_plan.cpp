@@ -172,7 +172,7 @@ bool ComputeElsewhere(ServedLens& lens, const ExchangePointer& exchange, std::mo
       });
 }
 
-/// The same where it does not keep others waiting.
+/// Runs `work` at once where it is short, else on the thread of plans.
 void Compute(ServedLens& lens, const ExchangePointer& exchange, std::move_only_function<Task()> work) {
   if (!MayTakeLong(exchange)) return work()();
   if (!ComputeElsewhere(lens, exchange, std::move(work))) {

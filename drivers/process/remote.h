@@ -30,7 +30,7 @@ class Remote {
   Result<wire::Json> Call(By by, std::string_view method, wire::Json parameters = wire::Json::object(), int pass = -1);
   /// A call under way ends soon. Harmless when none is.
   void Interrupt() { urgent_->Interrupt(); }
-  /// The same of a call of Read alone.
+  /// Ends the wait of a call of Read, and of no other call.
   void CutReadShort() { urgent_->CutReadShort(); }
   /// As the driver counts them, and replies that were wrong.
   std::uint64_t bus_errors() const { return bus_errors_ + wrong_replies_; }

@@ -34,7 +34,7 @@ class Urgent {
 
   /// The call under way ends soon. Harmless when none is.
   void Interrupt();
-  /// The same of a call of Read alone.
+  /// Ends the wait of a call of Read, and of no other call.
   void CutReadShort();
 
  private:
