@@ -293,9 +293,10 @@ void LensStay::Go(Order order) {
   const auto go = [to = order.to, over = under_way_](rig::Rig& rig, auto done) {
     std::make_shared<StayRun>(rig, to, over, std::move(done))->Begin();
   };
-  lens_.Ask<rig::RecallOutcome>(go, [this, order, mine = under_way_](const Result<rig::RecallOutcome>& outcome) {
-    if (under_way_ == mine) Ended(order, outcome);
-  });
+  lens_.Ask<rig::RecallOutcome>(
+      go, [this, order = std::move(order), mine = under_way_](const Result<rig::RecallOutcome>& outcome) {
+        if (under_way_ == mine) Ended(order, outcome);
+      });
 }
 
 void LensStay::Ended(const Order& order, const Result<rig::RecallOutcome>& outcome) {
