@@ -1,4 +1,5 @@
-// The connection of one bus: libmodbus behind Result, with none of its own recovery.
+// The connection of one bus: libmodbus behind Result, with none of its own recovery. Readings and moves are repeated by
+// the rig (rig/common/retries.h), stops by bus.cpp, opening by driver.cpp.
 #pragma once
 
 #include <cstdint>

@@ -14,7 +14,7 @@ namespace lensd::rig {
 
 /// A sensor that came loose, was reset or is read wrongly reports numbers like any other. A reading that is outside the
 /// configured range, or that the temperature cannot have reached since an earlier one that was believed, is left out;
-/// what was believed before it holds on.
+/// what was believed before it holds on, without limit of age; after 30 s of silence `fault()` says so.
 class Thermometer {
  public:
   explicit Thermometer(const TemperatureConfig& config) : config_(config) {}

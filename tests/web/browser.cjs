@@ -180,6 +180,39 @@ async function applyPlan(page) {
   measured.blur = (await text(page, "limits")).match(/measured .* px/)[0];
 }
 
+/** The page's upper part, held against docs/images/live-page.jpg, which README shows: as 32 by 20 fields, each of which may differ
+ * by letters and readings. LENSD_WRITE_GOLDENS writes it anew. */
+async function portrait(page) {
+  const file = path.join(__dirname, "..", "..", "docs", "images", "live-page.jpg");
+  await page.setViewport({ width: 1280, height: 900 });
+  await page.evaluate(() => scrollTo(0, 0));
+  const { exposureMs } = (await ask(page, "GetExposure", {})).exposure;
+  await ask(page, "SetExposure", { exposureMs: 4 });
+  await page.waitForFunction(() => document.getElementById("nopicture").hidden && / 4 ms · f\/1\.\d+ · sharpness/.test(document.getElementById("frametext").textContent),
+                             { timeout: limit });
+  const seen = await page.screenshot({ type: "jpeg", quality: 80, encoding: "base64" });
+  await ask(page, "SetExposure", { exposureMs });
+  if (process.env.LENSD_WRITE_GOLDENS) return fs.writeFileSync(file, Buffer.from(seen, "base64"));
+  const coarse = (picture) => page.evaluate(async (data) => {
+    const image = new Image();
+    image.src = `data:image/jpeg;base64,${data}`;
+    await image.decode();
+    const canvas = new OffscreenCanvas(image.width, image.height), pen = canvas.getContext("2d");
+    pen.drawImage(image, 0, 0);
+    const { data: bytes } = pen.getImageData(0, 0, image.width, image.height), fields = new Float64Array(32 * 20);
+    for (let y = 0; y < image.height; ++y) {
+      for (let x = 0; x < image.width; ++x) {
+        fields[Math.floor(y * 20 / image.height) * 32 + Math.floor(x * 32 / image.width)] += bytes[4 * (y * image.width + x)];
+      }
+    }
+    return [...fields].map((sum) => sum * fields.length / (image.width * image.height));
+  }, picture);
+  const [shown, promised] = [await coarse(seen), await coarse(fs.readFileSync(file).toString("base64"))];
+  const mean = shown.reduce((sum, value, at) => sum + Math.abs(value - promised[at]), 0) / shown.length;
+  measured.besideReadme = mean;
+  assert.ok(mean < 12, `docs/images/live-page.jpg shows another page (differs by ${mean} of 255); LENSD_WRITE_GOLDENS=1 writes it anew`);
+}
+
 /** A stack of what must be sharp, as a strip of pictures. */
 async function takeStack(page) {
   await page.evaluate(() => { Object.assign(plan.limits[0], { farD: 0.2, nearD: 0.6, limitPx: 0.4 }); planChanged(); });
@@ -477,7 +510,7 @@ async function restart(browser) {
 async function controls(browser) {
   const page = await open(browser);
   measured.rateAtRest = await rate(page, 2);
-  for (const step of [moveLens, stopLens, findFocus, dragLimit, applyPlan, takeStack, enlarge, overview, look]) {
+  for (const step of [moveLens, stopLens, findFocus, dragLimit, applyPlan, portrait, takeStack, enlarge, overview, look]) {
     const began = Date.now();
     try {
       await step(page);
