@@ -281,7 +281,7 @@ std::vector<Verdict> GoalVerdicts(const Evidence& rows) {
                       .ours = "not run",
                       .goal = "97 % within, refused 2 %, false 0, 3 frames",
                       .kind = Kind::Open,
-                      .words = "a learned slope does not spare frames on these stacks (docs/autofocus.md)"});
+                      .words = "a learned slope does not spare frames on these stacks (docs/autofocus-measured.md)"});
   return verdicts;
 }
 

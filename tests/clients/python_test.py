@@ -289,12 +289,14 @@ class Ends(unittest.TestCase):
 
 
 class Page(unittest.TestCase):
-    """docs/clients.md."""
+    """docs/clients.md and docs/autofocus.md."""
 
     def test_its_python_runs_as_it_stands(self):
-        with open(os.path.join(ROOT, "docs", "clients.md"), encoding="utf-8") as file:
-            blocks = [block.split("```")[0] for block in file.read().split("```python\n")[1:]]
-        self.assertGreater(len(blocks), 2)
+        blocks = []
+        for page in ("clients.md", "autofocus.md"):
+            with open(os.path.join(ROOT, "docs", page), encoding="utf-8") as file:
+                blocks += [block.split("```")[0] for block in file.read().split("```python\n")[1:]]
+        self.assertEqual(len(blocks), 4)
         daemon = Daemon(("cam",))
         os.environ["LENSD_SOCKET"] = daemon.socket
         try:

@@ -175,7 +175,7 @@ REFERENCES = {
     "drivers/modbus/profiles/generic.toml": ["drivers/modbus/profile.cpp"],
     "docs/calibration.md": ["rig/calibration/calibration.cpp", "rig/calibration/focus_shift.cpp", "rig/calibration/focus_at_file.cpp"],
     "docs/refocus.md": ["rig/procedures/focus_drift.cpp"],
-    "docs/autofocus.md": ["rig/autofocus/learned_slope.cpp"],
+    "docs/autofocus-measured.md": ["rig/autofocus/learned_slope.cpp"],
     "scenes/README.md": ["sim/scene/scene.cpp", "sim/scene/scene_lens.cpp", "sim/scene/scene_surfaces.cpp", "sim/scene/scene_parts.h"],
 }
 # Read from files that lensd alone writes, or between rooms of lensd.

@@ -1,5 +1,5 @@
 // The frames of one autofocus in a folder, and what a replay of them needs to know of the lens
-// (docs/autofocus.md, "Recording and replaying").
+// (docs/autofocus-measured.md, "Recordings and replays").
 #pragma once
 
 #include <condition_variable>

@@ -185,7 +185,7 @@ class Session(DaemonTest):
         self.assertNotIn("both frames look the same", result["reason"])
 
     def test_the_example_of_the_manual_works(self):
-        with open(os.path.join(HERE, "..", "..", "docs", "autofocus.md"), encoding="utf-8") as file:
+        with open(os.path.join(HERE, "..", "..", "docs", "interface.md"), encoding="utf-8") as file:
             example = file.read().split("```python\n")[1].split("```")[0]
         names = {}
         exec(example.replace("/run/lensd/io.lensd.Lens", self.daemon.socket)  # pylint: disable=exec-used
