@@ -57,6 +57,35 @@ IrisPosition OtherAperture(const IrisPosition& position, double f_number) {
   return {position.f_number * ratio, position.lowest * ratio, position.highest * ratio};
 }
 
+/// A share of the way from one position to the next, as uncertain as the worse of both.
+FocusPosition Between(const FocusPosition& from, const FocusPosition& to, double share) {
+  FocusPosition there = from;
+  there.focal_length = Metres{std::lerp(from.focal_length.value, to.focal_length.value, share)};
+  there.extension = Metres{std::lerp(from.extension.value, to.extension.value, share)};
+  there.sensor_distance = Metres{std::lerp(from.sensor_distance.value, to.sensor_distance.value, share)};
+  there.focal_plane = Dioptres{std::lerp(from.focal_plane.value, to.focal_plane.value, share)};
+  there.bound = std::max(from.bound, to.bound);
+  return there;
+}
+IrisPosition BetweenApertures(const IrisPosition& from, const IrisPosition& to, double share) {
+  const auto between = [share](FNumber a, FNumber b) { return FNumber{std::lerp(a.value, b.value, share)}; };
+  return {between(from.f_number, to.f_number), between(from.lowest, to.lowest), between(from.highest, to.highest)};
+}
+
+/// `positions` with `finer` - 1 others between two neighbours.
+template <class Position, class Middle>
+std::vector<Position> Finer(const std::vector<Position>& positions, std::size_t finer, const Middle& between) {
+  std::vector<Position> all;
+  all.reserve((positions.size() - 1) * finer + 1);
+  for (std::size_t i = 0; i + 1 < positions.size(); ++i) {
+    for (std::size_t k = 0; k < finer; ++k) {
+      all.push_back(between(positions[i], positions[i + 1], static_cast<double>(k) / static_cast<double>(finer)));
+    }
+  }
+  all.push_back(positions.back());
+  return all;
+}
+
 class CauseSearch {
  public:
   CauseSearch(const RefusedPlan& refused, const std::stop_token& stop)
@@ -71,9 +100,7 @@ class CauseSearch {
       return found ? std::optional(std::move(found->plan)) : std::nullopt;
     };
     for (auto& cause : optics::CausesInRequest(asked(), on_real)) causes_.push_back(std::move(cause));
-    if (refused_.answer.continuous_feasible) {
-      Add("positions", "the places at which its motors can stand: a setting between them would do, see the nearest");
-    }
+    LiftPositions();
     LiftApertures();
     LiftTravel();
     LiftZoom();
@@ -136,6 +163,20 @@ class CauseSearch {
         "the error of the calibration (" + AsExtension(there, there.bound) + "): lensctl calibrate " + refused_.lens);
   }
 
+  /// Places between those at which the motors can stand, as uncertain as these; none beyond them, which backlash keeps
+  /// from the ends of the travel.
+  void LiftPositions() {
+    if (!refused_.answer.continuous_feasible) return;
+    if (!asked().focus) {
+      constexpr std::size_t kFiner = 64, kMostFocus = 200'000, kMostIris = 2'000;
+      LensPositions lens = real_->lens;
+      lens.focus = Finer(lens.focus, std::clamp<std::size_t>(kMostFocus / lens.focus.size(), 1, kFiner), Between);
+      lens.iris = Finer(lens.iris, std::clamp<std::size_t>(kMostIris / lens.iris.size(), 1, kFiner), BetweenApertures);
+      if (!Find(asked(), lens)) return;
+    }
+    Add("positions", "the places at which its motors can stand: a setting between them would do, see the nearest");
+  }
+
   /// The f-numbers asked for, low and high.
   std::pair<double, double> AskedFNumbers() const {
     const auto f_number = [&](const optics::Number& given) {
@@ -144,7 +185,8 @@ class CauseSearch {
     return std::minmax({f_number(asked().f_numbers.low), f_number(asked().f_numbers.high)});
   }
 
-  /// Apertures that the lens has not, where the request does not leave them out itself.
+  /// Apertures that the lens has not, where the request does not leave them out itself: it does if its range ends
+  /// before or beyond the lens' own.
   void LiftApertures() {
     if (!asked().stops.empty()) return;
     constexpr double kSame = 1.001, kLeastRatio = 1.02, kFixedRatio = 1.02;
@@ -157,13 +199,13 @@ class CauseSearch {
     const double wider = ratio(0), smaller = ratio(std::max<std::size_t>(iris.size(), 2) - 2);
     auto [low, high] = AskedFNumbers();
     if (high * kSame >= smallest.f_number.value) {
-      high = optics::kSmallestFNumber;
+      if (high <= smallest.f_number.value * kSame) high = optics::kSmallestFNumber;
       for (double n = smallest.f_number.value * smaller; n <= high; n *= smaller) {
         iris.push_back(OtherAperture(smallest, n));
       }
     }
     if (low <= widest.f_number.value * kSame) {
-      low = optics::kWidestFNumber;
+      if (low * kSame >= widest.f_number.value) low = optics::kWidestFNumber;
       std::vector<IrisPosition> added;
       for (double n = widest.f_number.value / wider; n >= low; n /= wider) added.push_back(OtherAperture(widest, n));
       iris.insert(iris.begin(), added.rbegin(), added.rend());

@@ -182,7 +182,7 @@ class Draws {
     lens.steps = static_cast<int>(Log(20, 300));
     made.place = std::floor(Uniform(0, lens.steps - 1));
     if (Chance(0.4)) made.backlash = std::round(0.1 * lens.steps);
-    if (Chance(0.3)) made.iris_backlash = std::ceil(Uniform(0.1, 0.5) * lens.iris_steps);
+    if (Chance(0.5)) made.iris_backlash = std::ceil(Uniform(0.1, 0.5) * lens.iris_steps);
     if (Chance(0.3)) made.curve_error = 1e-3 * lens.max_extension_mm * Log(0.003, 0.1);
     return made;
   }
@@ -214,7 +214,8 @@ class Draws {
     if (Chance(0.5)) asked.f_number_tolerance = Chance(0.5) ? 0.0 : Uniform(0.01, 0.4);
     if (Chance(0.25)) {
       const double low = Log(lens.min_f_number, lens.max_f_number);
-      asked.f_numbers = {low, Log(low, lens.max_f_number)};
+      asked.f_numbers = {low, Chance(0.5) ? Log(low, lens.max_f_number) : lens.max_f_number * Uniform(1.1, 3.0)};
+      if (Chance(0.3)) asked.f_numbers->first = lens.min_f_number / Uniform(1.1, 3.0);
     }
     if (Chance(0.2)) {
       const double low = Uniform(1e-3 * lens.min_extension_mm, travel);
@@ -242,7 +243,9 @@ class Draws {
       const auto found = reasons.find(cause);
       if ((found != reasons.end()) == (verdict == Verdict::Possible)) return;
       ++wrong;
-      std::printf("%s in refusal %d%s: %s\n", cause.c_str(), refused, asked.focus ? " of a fixed focus" : "",
+      const auto [low, high] = asked.f_numbers.value_or(std::pair(0.0, 0.0));
+      std::printf("%s in refusal %d%s, asked for f/%g to f/%g: %s\n", cause.c_str(), refused,
+                  asked.focus ? " of a fixed focus" : "", low, high,
                   found == reasons.end() ? "not named" : found->second.c_str());
     };
     const auto twin = [&](const std::string& cause, const auto& lift) {
@@ -265,9 +268,9 @@ class Draws {
     without("fNumber", [](Asked& other) { other.f_numbers.reset(); });
     without("extension", [](Asked& other) { other.extensions.reset(); });
     if (!made.lens.zooms()) {
-      if (made.backlash == 0.0 && made.iris_backlash == 0.0) JudgeSteps(made, lens, asked, expect);
+      JudgeSteps(made, lens, asked, expect);
       JudgeTravel(made, asked, expect);
-      if (!asked.f_numbers) JudgeAperture(made, lens, asked, reasons, expect);
+      JudgeAperture(made, lens, asked, reasons, expect);
     } else {
       JudgeZoom(made, lens, asked, reasons, expect);
     }
@@ -280,6 +283,8 @@ class Draws {
     Made other = made;
     other.rest_steps = kFiner;
     other.place *= kFiner;
+    other.backlash *= kFiner;
+    other.iris_backlash *= kFiner;
     other.lens.steps = (made.lens.steps - 1) * kFiner + 1;
     other.lens.iris_steps = (made.lens.iris_steps - 1) * kFiner + 1;
     const optics::PlanRequest& own = lens.planning.defaults;
@@ -306,8 +311,9 @@ class Draws {
   }
 
   /// Of a lens without an iris twins have other apertures; of one with an iris the twin has many more, as far apart.
+  /// An end that is the lens' own counts as not asked for.
   template <class Expect>
-  static void JudgeAperture(const Made& made, const Lens& lens, const Asked& asked,
+  static void JudgeAperture(const Made& made, const Lens& lens, Asked asked,
                             const std::map<std::string, std::string>& reasons, const Expect& expect) {
     if (made.lens.min_f_number < made.lens.max_f_number) {
       const double ratio = std::log(made.lens.max_f_number / made.lens.min_f_number) / (made.lens.iris_steps - 1.0);
@@ -320,6 +326,11 @@ class Draws {
       if (other.iris_backlash > 0.0) return;  // where its iris stands differs
       return expect("aperture", Judge(Build(other), asked));
     }
+    const double own = made.lens.min_f_number;
+    double least = 0.5, most = 128.0;
+    if (asked.f_numbers && std::abs(asked.f_numbers->first / own - 1.0) > 1e-3) least = asked.f_numbers->first;
+    if (asked.f_numbers && std::abs(asked.f_numbers->second / own - 1.0) > 1e-3) most = asked.f_numbers->second;
+    if (asked.f_numbers) asked.f_numbers = {least, most};
     const auto has = [&](double f_number, double wider) {
       Lens other = lens;
       const FNumber n{f_number};
@@ -328,9 +339,12 @@ class Draws {
       return AnswerOf(other, asked, wider).possible();
     };
     if (const auto found = reasons.find("aperture"); found != reasons.end()) {
-      return expect("aperture", has(NumberIn(found->second, "f/"), kHair) ? Verdict::Possible : Verdict::Impossible);
+      const double said = NumberIn(found->second, "f/");
+      EXPECT_GE(said, least / 1.03) << found->second;
+      EXPECT_LE(said, most * 1.03) << found->second;
+      return expect("aperture", has(said, kHair) ? Verdict::Possible : Verdict::Impossible);
     }
-    for (double n = 0.5; n < 128.0; n *= 1.15) {
+    for (double n = least; n <= most; n *= 1.15) {
       if (has(n, 1.0 / kHair)) return expect("aperture", Verdict::Possible);
     }
     expect("aperture", Verdict::Impossible);
