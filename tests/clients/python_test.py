@@ -206,7 +206,7 @@ class Behaviour(unittest.TestCase):
             self.assertEqual(target, lensd.Target(**dict([told])), text)
         self.assertEqual(quantities.aperture_target("f/2.8"), lensd.Target(f_number=2.8))
         self.assertEqual(quantities.zoom_target("35mm"), lensd.Target(focal_length_mm=35.0))
-        for wrong in ("+100mm", "5", "", "2 m", "-1m", "0m", "@", "near:x", "f/0"):
+        for wrong in ("+100mm", "5", "", "2 x", "-1m", "0m", "@", "near:x", "f/0"):
             with self.assertRaises(ValueError, msg=wrong):
                 quantities.focus_target(wrong)
 
@@ -302,8 +302,10 @@ class Page(unittest.TestCase):
         try:
             for block in blocks:
                 done = subprocess.run([sys.executable, "-W", "error", "-c", block], capture_output=True, text=True, check=False,
-                                      timeout=60 * PATIENCE, env={**os.environ, "PYTHONPATH": PACKAGE})
+                                      timeout=60 * PATIENCE, env={**os.environ, "PYTHONPATH": PACKAGE}, cwd=daemon.folder.name)
                 self.assertEqual((done.returncode, done.stderr), (0, ""), block)
+            self.assertIn("a.png", os.listdir(daemon.folder.name))
+            self.assertIn("shot-1.png", os.listdir(daemon.folder.name))
         finally:
             del os.environ["LENSD_SOCKET"]
             self.assertEqual(daemon.stop(), 0)

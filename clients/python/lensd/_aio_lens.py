@@ -1,20 +1,21 @@
 """A lens of lensd, asyncio."""
 from __future__ import annotations
 
+import dataclasses
 import math
 import time
-from typing import Any, Awaitable, Callable, List, Optional, Sequence, TypeVar, Union
+from typing import Any, Awaitable, Callable, List, Mapping, Optional, Sequence, Tuple, TypeVar, Union
 
 from . import calls, quantities
 from ._aio_connection import Connection, result_of
 from ._aio_pool import Pool, ask
 from ._aio_streams import Stream, View
 from ._protocol import MOTION_S, QUESTION_S, SEARCH_S, Call, Deadline, socket_path
-from .client_errors import BrokenReply
-from .pictures import Assembly, Frame, Picture, Score, calls_of
-from .types import (AutofocusProgress, AutofocusResult, AutofocusStep, Axis, BlurLimit, DistanceFrom, Encoding, Event,
-                    FocusMapResult, FocusRange, FocusStep, LensInfo, LensStatus, MoveProgress, MoveResult, PlanRequest, Policy,
-                    Region, Size, Target)
+from .client_errors import BrokenReply, NotReached
+from .pictures import Assembly, Frame, Picture, Score, Stack, calls_of
+from .types import (AutofocusProgress, AutofocusResult, AutofocusStep, Axis, BlurLimit, CalibrationPoint, DistanceFrom, Encoding,
+                    Event, ExposureInfo, FocusMapResult, FocusRange, FocusStep, LensInfo, LensStatus, MoveProgress, MoveResult,
+                    PlanRequest, Policy, Preset, RecallResult, Region, Size, StackShot, Target, UndoResult)
 
 R = TypeVar("R")
 Grab = Callable[[AutofocusStep], Union[Frame, Score, Awaitable[Union[Frame, Score]]]]
@@ -50,6 +51,29 @@ class Lease:
             await connection.close()
 
 
+class Presets:
+    """States of a lens under a label, as `lens.presets`."""
+
+    def __init__(self, lens: Lens) -> None:
+        self._lens = lens
+
+    async def list(self) -> List[Preset]:
+        """Every preset of the lens, by its label."""
+        return (await self._lens.call(calls.preset_list())).presets
+
+    async def save(self, label: str) -> calls.PresetSaveReply:
+        """Saves focus, iris, zoom and filter as they are, in place of what was there; `note` says where it would not last."""
+        return await self._lens.call(calls.preset_save(label=label))
+
+    async def recall(self, label: str, *, timeout_s: float = MOTION_S) -> RecallResult:
+        """Brings the saved optical state back; whether it did is in `reached`."""
+        return (await self._lens.call(calls.preset_recall(label=label), timeout_s=timeout_s)).recall
+
+    async def remove(self, label: str) -> None:
+        """Forgets a preset."""
+        await self._lens.call(calls.preset_remove(label=label))
+
+
 class Lens:
     """One lens of lensd, by name; without a name the only one there is.
 
@@ -64,6 +88,7 @@ class Lens:
         self.name, self.timeout_s = name, timeout_s
         self.key: Optional[str] = None  # of the lease this client has
         self.pool = Pool(socket_path(path, rig))
+        self.presets = Presets(self)
 
     async def __aenter__(self) -> Lens:
         return self
@@ -156,30 +181,37 @@ class Lens:
                     nearer: Optional[float] = None, distance_from: Optional[DistanceFrom] = None,
                     progress: Optional[Callable[[MoveProgress], Any]] = None, timeout_s: float = MOTION_S) -> MoveResult:
         """Moves focus to what lensctl would read ("2m", "1.2D", "inf", "@1200", "+50", "near:10") or to one number by its unit."""
-        target = quantities.focus_target(where) if where is not None else Target(
-            distance_m=distance_m, vergence_d=vergence_d, extension_mm=extension_mm, position=position, relative=relative, nearer=nearer)
-        return await self.move("focus", target, distance_from=distance_from, progress=progress, timeout_s=timeout_s)
+        text, origin = quantities.without_origin(where) if isinstance(where, str) else (where, None)
+        target = quantities.target_of("focus", text, quantities.focus_target, "2m", distance_m=distance_m, vergence_d=vergence_d,
+                                      extension_mm=extension_mm, position=position, relative=relative, nearer=nearer)
+        return await self.move("focus", target, distance_from=origin or distance_from, progress=progress, timeout_s=timeout_s)
 
-    async def aperture(self, where: Optional[str] = None, *, f_number: Optional[float] = None, position: Optional[float] = None,
-                       relative: Optional[float] = None, keep_brightness: Optional[bool] = None,
+    async def aperture(self, where: Union[str, float, None] = None, *, f_number: Optional[float] = None,
+                       position: Optional[float] = None, relative: Optional[float] = None, keep_brightness: Optional[bool] = None,
                        progress: Optional[Callable[[MoveProgress], Any]] = None, timeout_s: float = MOTION_S) -> MoveResult:
-        """Moves the iris: "f/2.8", "2.8", "@12", or one number by its name."""
-        target = quantities.aperture_target(where) if where is not None else Target(
-            f_number=f_number, position=position, relative=relative)
+        """Moves the iris: "f/2.8", "2.8", 2.8, "@12", or one number by its name."""
+        text = f"f/{where}" if isinstance(where, (int, float)) and not isinstance(where, bool) else where
+        target = quantities.target_of("aperture", text, quantities.aperture_target, "f/2.8", f_number=f_number, position=position,
+                                      relative=relative)
         return await self.move("iris", target, keep_brightness=keep_brightness, progress=progress, timeout_s=timeout_s)
 
     async def zoom(self, where: Optional[str] = None, *, focal_length_mm: Optional[float] = None, position: Optional[float] = None,
                    relative: Optional[float] = None, keep_focus: Optional[bool] = None, tracking_tolerance_um: Optional[float] = None,
                    progress: Optional[Callable[[MoveProgress], Any]] = None, timeout_s: float = MOTION_S) -> MoveResult:
         """Moves the zoom: "35mm", "@120", or one number by its name. With keep_focus the plane in focus stays."""
-        target = quantities.zoom_target(where) if where is not None else Target(
-            focal_length_mm=focal_length_mm, position=position, relative=relative)
+        target = quantities.target_of("zoom", where, quantities.zoom_target, "35mm", focal_length_mm=focal_length_mm,
+                                      position=position, relative=relative)
         return await self.move("zoom", target, keep_focus=keep_focus, tracking_tolerance_um=tracking_tolerance_um, progress=progress,
                                timeout_s=timeout_s)
 
     async def home(self, axis: Optional[Axis] = None, *, timeout_s: float = MOTION_S) -> List[MoveResult]:
         """Searches for the reference of one axis, or of all that have one."""
         return (await self.call(calls.home(axis=axis), timeout_s=timeout_s)).moves
+
+    async def undo(self, *, timeout_s: float = MOTION_S) -> UndoResult:
+        """Brings the lens back to where it was before the last command that moved it, by any client; a second undo reverts the
+        first. Whether it did is in `undone`."""
+        return (await self.call(calls.undo(), timeout_s=timeout_s)).undo
 
     async def stop(self, axis: Optional[Axis] = None, *, latch: Optional[bool] = None, timeout_s: Optional[float] = None) -> None:
         """Stops the lens (without a name: every lens), whatever other calls wait for: on a connection of its own."""
@@ -199,6 +231,65 @@ class Lens:
         """What setting keeps every limit (`lensd.sharp`, `lensd.blurred`); with `apply` the lens goes there."""
         request = wanted if isinstance(wanted, PlanRequest) else PlanRequest(limits=[*wanted])
         return await self.call(calls.plan(request=request, apply=apply, show_request=show_request), timeout_s=timeout_s)
+
+    async def stack(self, wanted: Union[PlanRequest, Sequence[BlurLimit]], *, keep_brightness: Optional[bool] = None,
+                    region: Optional[Region] = None, encoding: Encoding = "raw", timeout_s: float = MOTION_S) -> Stack:
+        """Takes the fewest pictures that together keep every limit (`lensd.sharp`), and puts the lens back where it stood; there
+        are none where `plan.feasible` is false. An error (NotReached: an axis missed the place of a shot) leaves the lens where it
+        is. `timeout_s` is for each move."""
+        request = wanted if isinstance(wanted, PlanRequest) else PlanRequest(limits=[*wanted])
+        framing = (request.focal_length_mm, request.focal_length_min_mm, request.focal_length_max_mm, request.field)
+        if any(each is not None for each in framing):
+            raise ValueError("a stack is taken at the focal length at which the lens stands: move the zoom first, and leave focal "
+                             "length and field out of the request")
+        plan = (await self.plan(dataclasses.replace(request, stack=True))).plan
+        if not plan.feasible:
+            return Stack(plan, [], [])
+        before = {axis.axis: axis.position for axis in (await self.status()).axes}
+        light = await self.exposure() if keep_brightness else None
+        pictures, moved = [], {}
+        for shot in plan.shots or []:
+            for axis, position in _places_of(shot):
+                moved[axis] = await self.move(axis, Target(position=position), timeout_s=timeout_s,
+                                              keep_brightness=keep_brightness if axis == "iris" else None)
+                if not moved[axis].reached:
+                    raise NotReached.of(moved[axis])
+            pictures.append(await self.snapshot(region=region, encoding=encoding))
+        back = []
+        for axis in moved:
+            back.append(await self.move(axis, Target(position=before[axis]), timeout_s=timeout_s))
+        if light is not None and light.can_set_exposure and light.exposure_ms is not None:
+            await self.exposure(exposure_ms=light.exposure_ms, gain=light.gain if light.can_set_gain else None)
+        return Stack(plan, pictures, back)
+
+    # Camera and calibration.
+
+    async def exposure(self, duration: Optional[str] = None, *, exposure_ms: Optional[float] = None, gain: Optional[float] = None,
+                       timeout_s: Optional[float] = None) -> ExposureInfo:
+        """Exposure time and gain of the lens' camera. Sets first what is given, "8ms" or "1/250s" or a number by its name, for the
+        frames that start from then on; the camera may round, and the answer is what it reports."""
+        exposure_ms = quantities.exposure_of(duration, exposure_ms)
+        if exposure_ms is None and gain is None:
+            return (await self.call(calls.get_exposure(), timeout_s=timeout_s)).exposure
+        return (await self.call(calls.set_exposure(exposure_ms=exposure_ms, gain=gain), timeout_s=timeout_s)).exposure
+
+    async def calibrate(self, points: Union[Mapping[float, str], Sequence[CalibrationPoint], None] = None, *,
+                        toml: Optional[str] = None, remove: bool = False, keep_measured: bool = True,
+                        distance_from: Optional[DistanceFrom] = None, error_um: Optional[float] = None,
+                        approximate: Optional[bool] = None, made: Optional[str] = None,
+                        timeout_s: Optional[float] = None) -> calls.CalibrateReply:
+        """Says which distance each focus position focuses at: `{812: "0.8m", 1630: "2m", 2400: "inf"}`, or CalibrationPoints where
+        one position has several depths. Or by `toml`, a whole calibration file; or with `remove` back to the nominal figures
+        (`keep_measured`: without losing backlash, focus shifts and the samples of focus-at)."""
+        ways = (points is not None) + (toml is not None) + remove
+        if ways != 1:
+            raise TypeError("calibrate() takes one of points ({812: '0.8m', 2400: 'inf'}), toml (the text of a calibration file) and "
+                            "remove=True; the calibration in use is lens.call(lensd.calls.get_calibration())")
+        if isinstance(points, Mapping):
+            points = [quantities.calibration_point(position, where) for position, where in points.items()]
+        call = calls.calibrate(toml=toml, points=None if points is None else [*points], distance_from=distance_from, error_um=error_um,
+                               approximate=approximate, made=made, remove=remove or None, keep_measured=keep_measured if remove else None)
+        return await self.call(call, timeout_s=timeout_s)
 
     # Focus by pictures.
 
@@ -258,8 +349,9 @@ class Lens:
     # Pictures.
 
     async def snapshot(self, *, in_motion: Optional[bool] = None, region: Optional[Region] = None, scale_to: Optional[Size] = None,
-                       encoding: Encoding = "gray8", timeout_s: Optional[float] = None) -> Picture:
-        """One new frame. `encoding` "png" or "jpeg" gives the bytes of a file."""
+                       encoding: Encoding = "raw", timeout_s: Optional[float] = None) -> Picture:
+        """One new frame, with all its bits and in colour where there is any; `encoding` asks for less ("gray8", "rgb8"), or for the
+        bytes of a file ("png", "jpeg")."""
         assembly, picture = Assembly(), None
         call = calls.snapshot(in_motion=in_motion, region=region, scale_to=scale_to, encoding=encoding)
         async with self.stream(call, timeout_s=self.timeout_s if timeout_s is None else timeout_s) as replies:
@@ -277,6 +369,12 @@ class Lens:
         call = calls.view(max_rate_hz=max_rate_hz, region=region, scale_to=scale_to, encoding=encoding, in_motion=in_motion,
                           fd=True if files else None)
         return View(self.stream(call, timeout_s=self.timeout_s if timeout_s is None else timeout_s))
+
+
+def _places_of(shot: StackShot) -> List[Tuple[Axis, float]]:
+    """Where the motors go for a shot, in this order."""
+    places: List[Tuple[Axis, Optional[float]]] = [("iris", shot.iris_position), ("focus", shot.focus_position)]
+    return [(axis, position) for axis, position in places if position is not None]
 
 
 class Events:

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from .errors import LensdError
 from .lens_errors import NotPermitted, Timeout
+from .types import MoveResult
 
 
 class Unavailable(LensdError):
@@ -32,6 +33,21 @@ class BrokenReply(LensdError):
 
     code = "protocol"
     exit_status = 76
+
+
+class NotReached(LensdError):
+    """An axis did not arrive where a stack needed it. `move` is the move that missed."""
+
+    code = "unavailable"
+    exit_status = 69
+    move: MoveResult
+
+    @classmethod
+    def of(cls, move: MoveResult) -> NotReached:
+        """For a move that is not reached."""
+        error = cls(f"{move.lens}: {move.axis} did not arrive, so that there is no picture as planned: {move.reason}")
+        error.lens, error.axis, error.move = move.lens, move.axis, move
+        return error
 
 
 class UnknownError(LensdError):
