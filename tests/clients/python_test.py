@@ -296,7 +296,7 @@ class Page(unittest.TestCase):
         for page in ("clients.md", "autofocus.md"):
             with open(os.path.join(ROOT, "docs", page), encoding="utf-8") as file:
                 blocks += [block.split("```")[0] for block in file.read().split("```python\n")[1:]]
-        self.assertEqual(len(blocks), 4)
+        self.assertEqual(len(blocks), 5)
         daemon = Daemon(("cam",))
         os.environ["LENSD_SOCKET"] = daemon.socket
         try:
