@@ -1,6 +1,7 @@
 """liblensd against a real lensd: what `client_probe` says of it is judged here; its examples; and what is installed of it."""
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -191,15 +192,16 @@ class Library(unittest.TestCase):
             examples = os.path.join(prefix, "share", "doc", "liblensd-dev", "examples")
             os.mkdir(project)
             shutil.copy(os.path.join(examples, "list_and_status.cpp"), project)
+            with open(os.path.join(ROOT, "docs", "clients.md"), encoding="utf-8") as page:
+                shown, = re.findall(r"^```cmake\n(.*?)^```", page.read(), re.M | re.S)
             with open(os.path.join(project, "CMakeLists.txt"), "w", encoding="utf-8") as file:
                 file.write("cmake_minimum_required(VERSION 3.13)\nproject(outside CXX)\nset(CMAKE_CXX_STANDARD 17)\n"
-                           "find_package(lensd 1 REQUIRED)\nadd_executable(outside list_and_status.cpp)\n"
-                           "target_link_libraries(outside lensd::lensd)\n")
+                           "add_executable(mine list_and_status.cpp)\n" + shown)
             flags = os.environ.get("LENSD_CLIENT_FLAGS", "")
             self.run_well("cmake", "-S", project, "-B", os.path.join(project, "build"), f"-DCMAKE_PREFIX_PATH={prefix}",
                           f"-DCMAKE_CXX_COMPILER={os.environ.get('LENSD_CXX', 'c++')}", f"-DCMAKE_CXX_FLAGS={flags}")
             self.run_well("cmake", "--build", os.path.join(project, "build"))
-            self.says_what_is_wrong(os.path.join(project, "build", "outside"), {})
+            self.says_what_is_wrong(os.path.join(project, "build", "mine"), {})
             found = [os.path.join(at, "lensd.pc") for at, _, files in os.walk(prefix) if "lensd.pc" in files]
             self.assertEqual(len(found), 1)
             with open(found[0], encoding="utf-8") as file:

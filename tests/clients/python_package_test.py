@@ -1,6 +1,9 @@
 """Every way to the Python package gives all of it, though the repository keeps no generated file: the build folder,
-script/client-types, the source archive, and the wheel of the checkout and of the archive."""
+script/client-types, the source archive, and the wheel of the checkout and of the archive; pip installs both, script/package makes them."""
+import base64
+import hashlib
 import importlib.util
+import io
 import os
 import shutil
 import subprocess
@@ -10,11 +13,10 @@ import tempfile
 import unittest
 import zipfile
 
-from situations import PACKAGE, PATIENCE, ROOT
+from situations import PACKAGE, PATIENCE, ROOT, Daemon
 
 WRITTEN = "Written by script/client-types"
-HAS_SETUPTOOLS = importlib.util.find_spec("setuptools") is not None
-HAS_WHEEL = HAS_SETUPTOOLS and importlib.util.find_spec("wheel") is not None
+HAS_PIP = importlib.util.find_spec("pip") is not None and importlib.util.find_spec("venv") is not None
 
 
 def methods_of_the_interface():
@@ -27,6 +29,7 @@ def checkout(folder):
     for path in ("clients", "proto", "docs", "script"):
         shutil.copytree(os.path.join(ROOT, path), os.path.join(folder, path),
                         ignore=shutil.ignore_patterns("__pycache__", "build", "dist", "*.egg-info", "evidence"))
+    shutil.copy(os.path.join(ROOT, "LICENSE"), folder)
     return os.path.join(folder, "clients", "python")
 
 
@@ -80,37 +83,89 @@ class Ways(unittest.TestCase):
         done = subprocess.run([script, "/proc/nowhere"], capture_output=True, text=True, check=False)
         self.assertEqual((done.returncode, done.stderr.count("\n")), (73, 1), done.stderr)
 
-    @unittest.skipUnless(HAS_SETUPTOOLS, "setuptools is not installed")
-    def test_archive_and_wheel(self):
-        project = checkout(os.path.join(self.folder, "clone"))
-        out = os.path.join(self.folder, "out")
-        build = "import setuptools.build_meta as backend, sys; print(getattr(backend, sys.argv[1])(sys.argv[2]))"
-        self.run_well(sys.executable, "-c", build, "build_sdist", out, cwd=project)
-        archive, = os.listdir(out)
-        with tarfile.open(os.path.join(out, archive)) as tar:
-            tar.extractall(self.folder, filter="data") if hasattr(tarfile, "data_filter") else tar.extractall(self.folder)
-        unpacked = os.path.join(self.folder, archive.removesuffix(".tar.gz"))
-        self.is_whole(unpacked)
-        for source in (project, unpacked):
-            built = os.path.join(self.folder, "built")
-            shutil.rmtree(built, ignore_errors=True)
-            self.run_well(sys.executable, "setup.py", "-q", "build", "--build-base", built, "--build-lib", built, cwd=source)
-            self.is_whole(built)
-            if HAS_WHEEL:
-                wheels = os.path.join(self.folder, "wheels")
-                shutil.rmtree(wheels, ignore_errors=True)
-                self.run_well(sys.executable, "-c", build, "build_wheel", wheels, cwd=source)
-                wheel, = os.listdir(wheels)
-                unzipped = os.path.join(wheels, "unzipped")
-                with zipfile.ZipFile(os.path.join(wheels, wheel)) as file:
-                    file.extractall(unzipped)
-                self.is_whole(unzipped)
+    def build(self, project, out, what):
+        """By the backend that pip calls; the path of what it made."""
+        made = self.run_well(sys.executable, "-B", "-c", "import backend, sys; print(getattr(backend, sys.argv[1])(sys.argv[2]))", what, out,
+                             cwd=project)
+        return os.path.join(out, made.strip())
 
-    @unittest.skipUnless(HAS_SETUPTOOLS, "setuptools is not installed")
+    def test_archive_and_wheel(self):
+        """Of one checkout, and of the archive made of it, the wheel is one to the byte; its list of files has each with its digest."""
+        project = checkout(os.path.join(self.folder, "clone"))
+        archive = self.build(project, os.path.join(self.folder, "out"), "build_sdist")
+        with tarfile.open(archive) as tar:
+            tar.extractall(self.folder, filter="data") if hasattr(tarfile, "data_filter") else tar.extractall(self.folder)
+        unpacked = os.path.join(self.folder, os.path.basename(archive).removesuffix(".tar.gz"))
+        self.is_whole(unpacked)
+        wheels = []
+        for number, source in enumerate((project, unpacked)):
+            out = os.path.join(self.folder, f"wheel-{number}")
+            with open(self.build(source, out, "build_wheel"), "rb") as file:
+                wheels.append(file.read())
+            unzipped = os.path.join(out, "unzipped")
+            with zipfile.ZipFile(io.BytesIO(wheels[-1])) as file:
+                file.extractall(unzipped)
+                names = set(file.namelist())
+                about, = {name.split("/")[0] for name in names} - {"lensd"}
+                record = file.read(f"{about}/RECORD").decode().splitlines()
+                for name, digest, size in (line.split(",") for line in record if not line.startswith(f"{about}/RECORD,")):
+                    data = file.read(name)
+                    self.assertEqual((digest, int(size)), ("sha256=" + base64.urlsafe_b64encode(hashlib.sha256(data).digest()).decode().rstrip("="),
+                                                           len(data)), name)
+                self.assertEqual({line.split(",")[0] for line in record}, names)
+            self.assertIn("lensd/py.typed", names)
+            self.is_whole(unzipped)
+        self.assertEqual(wheels[0], wheels[1])
+
+    def install(self, what):
+        """By pip into a fresh environment without a network, where no program but Python is found; its Python."""
+        fresh = os.path.join(self.folder, "fresh-" + os.path.basename(what))
+        self.run_well(sys.executable, "-m", "venv", "--without-pip", fresh)
+        python = os.path.join(fresh, "bin", "python")
+        self.run_well(sys.executable, "-m", "pip", "--python", python, "install", "-q", "--no-index", "--disable-pip-version-check", what,
+                      cwd=self.folder, PATH=os.path.join(fresh, "bin"), PIP_NO_INDEX="1", PIP_FIND_LINKS="", PIP_CONFIG_FILE="/dev/null")
+        return python
+
+    @unittest.skipUnless(HAS_PIP, "pip is not installed")
+    def test_pip_installs_without_network_and_without_cmake(self):
+        made = os.path.join(self.folder, "made")
+        project = checkout(os.path.join(self.folder, "clone"))
+        daemon = Daemon(("cam",))
+        try:
+            for what in (self.build(project, made, "build_wheel"), self.build(project, made, "build_sdist")):
+                with self.subTest(what=os.path.basename(what)):
+                    python = self.install(what)
+                    program = ("import importlib.metadata, lensd, os, sys; print(importlib.metadata.version('lensd'))\n"
+                               "print(os.path.exists(os.path.join(os.path.dirname(lensd.__file__), 'py.typed')), lensd.__file__)\n"
+                               "print(lensd.Lens(sys.argv[1]).status().name, *dir(lensd.calls))")
+                    version, file, names = self.run_well(python, "-I", "-c", program, daemon.socket).strip().split("\n")
+                    self.assertEqual(version, "0.1.0")
+                    self.assertRegex(file, "^True " + os.path.dirname(os.path.dirname(python)))
+                    self.assertEqual(names.split()[0], "cam")
+                    self.assertEqual([name for name in methods_of_the_interface() if name + "Reply" not in names.split()], [])
+        finally:
+            self.assertEqual(daemon.stop(), 0)
+
+    @unittest.skipUnless(os.path.exists(os.path.join(ROOT, ".git")), "no repository here")
+    def test_script_package_makes_both(self):
+        clone = os.path.join(self.folder, "repository")
+        self.run_well("git", "clone", "-q", "--shared", ROOT, clone)
+        made = self.run_well(os.path.join(clone, "script", "package"), "--python").splitlines()
+        self.assertEqual([os.path.dirname(path) for path in made], [os.path.join(clone, "build", "package-python")] * 2)
+        commit = self.run_well("git", "-C", clone, "rev-parse", "HEAD")
+        for path in made:
+            self.assertRegex(os.path.basename(path), rf"^lensd-\d+\.\d+\.\d+\+git\d{{8}}\.\d{{6}}\.{commit[:7]}[0-9a-f]*(\.tar\.gz|-py3-none-any\.whl)$")
+        with zipfile.ZipFile(made[1]) as wheel:
+            wheel.extractall(os.path.join(self.folder, "wheel"))
+        self.is_whole(os.path.join(self.folder, "wheel"))
+        for wrong in (["--python", "HEAD", "HEAD"], ["--pyhton"], ["--python", "no-such-commit"]):
+            done = subprocess.run([os.path.join(clone, "script", "package"), *wrong], capture_output=True, text=True, check=False, timeout=60)
+            self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (64, "", 1), done.stderr)
+
     def test_a_folder_without_the_generator_says_what_to_do(self):
         project = checkout(os.path.join(self.folder, "clone"))
         shutil.rmtree(os.path.join(os.path.dirname(project), "generate"))
-        done = subprocess.run([sys.executable, "setup.py", "-q", "build"], capture_output=True, text=True, check=False, cwd=project)
+        done = subprocess.run([sys.executable, "-B", "backend.py", self.folder], capture_output=True, text=True, check=False, cwd=project)
         self.assertNotEqual(done.returncode, 0)
         self.assertIn("take all of the repository", done.stderr.splitlines()[-1])
 
