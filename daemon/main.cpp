@@ -96,7 +96,8 @@ Result<void> MakeStateFolder(const std::string& folder) {
   return {};
 }
 
-constexpr Duration kDeviceAtMost = std::chrono::milliseconds(1500);
+/// Longer than a worker waits for its lens to stand still (worker.cpp).
+constexpr Duration kDeviceAtMost = std::chrono::milliseconds(3000);
 
 /// How long the end may take at most.
 struct Ends {

@@ -213,7 +213,9 @@ void ServedLens::WorkerEnded(std::optional<Error> why) {
     if (PositionsWait(*shown_.status)) {
       const auto& unkept = shown_.status->unkept;
       Log(Severity::Error, Event::StateNotKept,
-          "its positions are not on disk, and lensd tries no more" + (unkept ? ": " + unkept->reason : ""), name());
+          "its positions are not on disk, and lensd tries no more: " +
+              (unkept ? unkept->reason : "an axis did not come to rest, and is not known at the next start"),
+          name());
     }
     opening_.life = Life::Ended;
     return;

@@ -11,8 +11,10 @@
 namespace lensd::daemon {
 namespace {
 
-/// How long a lens may take to stand still before it is closed.
-constexpr Duration kRestAtMost = std::chrono::milliseconds(500);
+/// How long a lens may take to stand still before it is closed: a motor is stopped as soon as a silent device answers,
+/// and whether one stands that was just commanded shows only after half a second. lensd itself waits a little longer
+/// (main.cpp).
+constexpr Duration kRestAtMost = std::chrono::milliseconds(2500);
 /// How long its positions may take to get to the disk after that. When lensd ends it may be over before.
 constexpr Duration kKeptAtMost = std::chrono::seconds(12);
 

@@ -45,6 +45,7 @@ class CountingDrive:
         self.registers = [0] * 16
         self.registers[4] = 1000
         self.dark = False
+        self.silent_until = 0.0
         self.connections = []
         self.listener = socket.socket()
         self.listener.bind(("127.0.0.1", 0))
@@ -76,6 +77,10 @@ class CountingDrive:
                 with contextlib.suppress(OSError):
                     connection.shutdown(socket.SHUT_RDWR)
             self.connections = []
+
+    def hold_answers(self, seconds):
+        """It goes on, and answers nothing for so long."""
+        self.silent_until = time.monotonic() + seconds
 
     def get_power(self, count=0):
         """It answers again, and calls where it stands so."""
@@ -128,6 +133,8 @@ class CountingDrive:
         with contextlib.suppress(OSError), connection:
             while len(head := connection.recv(6, socket.MSG_WAITALL)) == 6:
                 body = connection.recv(struct.unpack(">H", head[4:])[0], socket.MSG_WAITALL)
+                if time.monotonic() < self.silent_until:
+                    continue
                 with self.lock:
                     if self.dark:
                         return

@@ -3,8 +3,10 @@ elsewhere, `here` says where it stands, and that lasts."""
 import json
 import os
 import random
+import signal
 import sys
 import tempfile
+import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
@@ -12,6 +14,7 @@ from counting_drive import PROFILE, CountingDrive  # noqa: E402
 from harness import LENS, Daemon  # noqa: E402
 
 OUTAGES = {"fast": 3, "ci": 4, "long": 200}[os.environ.get("LENSD_TEST_LEVEL", "ci")]
+ENDS = {"fast": 2, "ci": 4, "long": 200}[os.environ.get("LENSD_TEST_LEVEL", "ci")]
 CONFIG = """version = 1
 [[bus]]
 name = "b"
@@ -198,6 +201,28 @@ class CountedTest(unittest.TestCase):
             client.send(LENS + "Status", {"lens": "cam"}, more=True)
             while not client.receive()["parameters"]["lenses"][0]["axes"][0]["moving"]:
                 pass
+
+    def test_an_end_just_after_a_command_keeps_the_place(self):
+        """SIGTERM at any instant of a move: the motor stands when lensd has ended, and the next start knows where."""
+        chance = random.Random(12)
+        for number in range(ENDS):
+            self.start()
+            with self.daemon.client() as client:
+                client.send(LENS + "Move", {"lens": "cam", "axis": "focus", "target": {"position": chance.choice([20000 + 37 * number, 3000])}})
+                time.sleep(chance.choice([0.0, 0.05, 0.3]) * chance.random())
+                silent = chance.choice([0.0, 0.2, 0.6]) * chance.random()
+                self.drive.hold_answers(silent)
+                self.daemon.process.send_signal(signal.SIGTERM)
+                self.assertEqual(self.daemon.process.wait(timeout=60), 0)
+            self.assertNotIn("tries no more", self.daemon.log())
+            place = self.drive.shaft()
+            time.sleep(0.05)
+            self.assertEqual(self.drive.shaft(), place, "the motor stands")
+            self.kill()
+            self.drive.hold_answers(0.0)
+            self.start()
+            self.assertEqual(self.status()[1]["position"], place)
+            self.kill()
 
     def test_who_may_say_it_and_what(self):
         self.start()
