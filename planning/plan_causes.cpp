@@ -72,17 +72,18 @@ IrisPosition BetweenApertures(const IrisPosition& from, const IrisPosition& to, 
   return {between(from.f_number, to.f_number), between(from.lowest, to.lowest), between(from.highest, to.highest)};
 }
 
-/// `positions` with `finer` - 1 others between two neighbours.
+/// Up to `around` positions on both sides of one, with 63 others between two neighbours.
 template <class Position, class Middle>
-std::vector<Position> Finer(const std::vector<Position>& positions, std::size_t finer, const Middle& between) {
+std::vector<Position> Finer(const std::vector<Position>& positions, std::size_t middle, std::size_t around,
+                            const Middle& between) {
+  constexpr int kFiner = 64;
+  const std::size_t first = middle - std::min(middle, around);
+  const std::size_t last = std::min(middle + around, positions.size() - 1);
   std::vector<Position> all;
-  all.reserve((positions.size() - 1) * finer + 1);
-  for (std::size_t i = 0; i + 1 < positions.size(); ++i) {
-    for (std::size_t k = 0; k < finer; ++k) {
-      all.push_back(between(positions[i], positions[i + 1], static_cast<double>(k) / static_cast<double>(finer)));
-    }
+  for (std::size_t i = first; i < last; ++i) {
+    for (int k = 0; k < kFiner; ++k) all.push_back(between(positions[i], positions[i + 1], k / double{kFiner}));
   }
-  all.push_back(positions.back());
+  all.push_back(positions[last]);
   return all;
 }
 
@@ -163,15 +164,14 @@ class CauseSearch {
         "the error of the calibration (" + AsExtension(there, there.bound) + "): lensctl calibrate " + refused_.lens);
   }
 
-  /// Places between those at which the motors can stand, as uncertain as these; none beyond them, which backlash keeps
-  /// from the ends of the travel.
+  /// Places between those at which the motors can stand, near the best of these and as uncertain; none beyond them,
+  /// which backlash keeps from the ends of the travel.
   void LiftPositions() {
     if (!refused_.answer.continuous_feasible) return;
     if (!asked().focus) {
-      constexpr std::size_t kFiner = 64, kMostFocus = 200'000, kMostIris = 2'000;
       LensPositions lens = real_->lens;
-      lens.focus = Finer(lens.focus, std::clamp<std::size_t>(kMostFocus / lens.focus.size(), 1, kFiner), Between);
-      lens.iris = Finer(lens.iris, std::clamp<std::size_t>(kMostIris / lens.iris.size(), 1, kFiner), BetweenApertures);
+      lens.focus = Finer(lens.focus, refused_.answer.focus, 32, Between);
+      lens.iris = Finer(lens.iris, refused_.answer.iris, 16, BetweenApertures);
       if (!Find(asked(), lens)) return;
     }
     Add("positions", "the places at which its motors can stand: a setting between them would do, see the nearest");
