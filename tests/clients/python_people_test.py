@@ -251,6 +251,16 @@ class Camera(unittest.TestCase):
                 self.assertEqual((picture.frame.moving, picture.info.encoding, picture.info.bits), (False, "raw", 12))
 
     @of_both
+    async def test_a_stack_that_keeps_the_brightness_gives_the_exposure_back(self, lens):
+        await lens.exposure("1ms")
+        await lens.aperture(1.4)
+        stack = await lens.stack([lensd.sharp("0.9m..1.5m", "8um")], keep_brightness=True)
+        self.assertGreater(len(stack.pictures), 0)
+        for picture in stack.pictures:  # longer, as far as the frame time goes, which at 200 Hz is 5 ms
+            self.assertGreater(picture.frame.exposure_ms, 2)
+        self.assertEqual((stack.returned, self.raw("GetExposure")["exposure"]["exposureMs"]), (True, 1))
+
+    @of_both
     async def test_a_stack_that_cannot_be_takes_nothing(self, lens):
         before = self.raw("Status")["lenses"][0]["axes"]
         stack = await lens.stack([lensd.sharp("0.1m..0.2m", "5um")])

@@ -273,17 +273,27 @@ def zoom_target(text: str) -> Target:
     return Target(focal_length_mm=float(length * 1000))
 
 
+def _seconds_of_fraction(text: str) -> Optional[Exact]:
+    """"1/250s", as cameras show it; None for anything else."""
+    above, slash, below = text.partition("/")
+    whole, divisor = _measure(above), _take(_ascii(below))
+    if not slash or whole is None or whole.kind != "plain" or divisor is None or divisor[0] <= 0:
+        return None
+    kind, factor = _UNITS.get(divisor[1].lstrip(" "), ("", "0"))
+    if kind != "time":
+        return None
+    try:
+        _nearest(divisor[0], text)
+        _nearest(whole.value * Exact(factor), text)
+    except ValueError:
+        return None
+    return whole.value * Exact(factor) / divisor[0]
+
+
 def milliseconds(text: str) -> float:
     """"8ms", "1/250s", rounded to a nanosecond."""
-    above, slash, below = text.partition("/")
-    whole, divisor = _measure(above), _take(_ascii(below)) if slash else None
-    if slash and whole is not None and whole.kind == "plain" and divisor is not None and divisor[0] > 0:
-        kind, factor = _UNITS.get(divisor[1].lstrip(" "), ("", "0"))
-        seconds = whole.value * Exact(factor) / divisor[0] if kind == "time" else None
-    else:
-        seconds = None
-    if seconds is None:
-        seconds = _parse(text, ("time",), _TIMES).value
+    fraction = _seconds_of_fraction(text)
+    seconds = _parse(text, ("time",), _TIMES).value if fraction is None else fraction
     if not Exact("0.5e-9") <= seconds <= Exact("9e9"):
         _refuse(text, "must be between 1ns and 9e9s")
     return math.floor(seconds * 10 ** 9 + Exact(1, 2)) / 1e6
