@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 
 #include "base/clock.h"
 #include "daemon/threads/retry.h"
@@ -19,14 +21,14 @@ class GrowingPauses {
   void Works(Instant now) { works_since_ = now; }
   /// It has failed at `now`.
   Duration Next(Instant now) {
-    if (now - works_since_ >= kWorks) next_ = {};
+    if (works_since_ && now - *std::exchange(works_since_, std::nullopt) >= kWorks) next_ = {};
     const Duration pause = next_;
     next_ = pause == Duration{} ? Retry::kFirstPause : std::min(2 * pause, Retry::kLongestPause);
     return pause;
   }
 
  private:
-  Instant works_since_;
+  std::optional<Instant> works_since_;  ///< nothing: it has failed since
   Duration next_{};
 };
 

@@ -173,6 +173,9 @@ TEST(GrowingPauses, DoubleUpToTheLongestAndBeginAnewOnceADeviceHasWorked) {
   EXPECT_EQ(pauses.Next(now), Duration{});
   pauses.Works(now);
   EXPECT_EQ(pauses.Next(now), Retry::kFirstPause);
+  // One that fails before anything works with it has not worked, however long the pause was.
+  now += GrowingPauses::kWorks;
+  EXPECT_EQ(pauses.Next(now), 2 * Retry::kFirstPause);
 }
 
 /// What was left out is not missed when the device comes back, whether it works by then or not.
