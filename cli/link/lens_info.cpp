@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -121,6 +122,27 @@ std::optional<Failure> NothingToPlan(const Json& info) {
   if (!WasOpened(info) || (optics != info.end() && optics->is_object())) return std::nullopt;
   return Failure(Exit::Unsupported,
                  OpticsMissing("nothing can be planned: the optics of \"" + info.value("name", "") + "\" are"));
+}
+
+std::optional<Failure> WhereUnknown(const Json& info, const Json& status, const std::string& what) {
+  if (!info.value("optics", Json()).is_object()) return std::nullopt;
+  const std::string name = info.value("name", "");
+  for (const char* const needed : {"iris", "zoom"}) {
+    const auto is_needed = [needed](const Json& axis) { return axis["axis"] == needed; };
+    const Json axes = info.value("axes", Json::array()), states = status.value("axes", Json::array());
+    const auto axis = std::ranges::find_if(axes, is_needed), state = std::ranges::find_if(states, is_needed);
+    if (axis == axes.end() || state == states.end()) continue;
+    const bool lost = state->value("positionUnknown", Json()) == true;
+    if (!lost && state->value("homed", false)) continue;
+    const bool iris = std::string_view(needed) == "iris";
+    std::string why = what;
+    why.append(": where the ").append(needed).append(" stands is not known, and so neither is the ");
+    why.append(iris ? "f-number. " : "focal length. ");
+    why.append(lost ? "Say where it stands: lensctl here " : "Search its reference: lensctl home ").append(name);
+    if (lost) why.append(" ").append(needed).append(" @N");
+    return Failure(Exit::NotHomed, why);
+  }
+  return std::nullopt;
 }
 
 }  // namespace lensd::cli

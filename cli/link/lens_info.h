@@ -39,4 +39,8 @@ std::vector<LensRemark> RemarksOn(const varlink::Json& info);
 /// whose optics lensd does not say: its methods refuse it with the reason.
 std::optional<Failure> NothingToPlan(const varlink::Json& info);
 
+/// Why the f-number or the focal length of a lens whose optics are known is not: `what` ("there is no ..."), then the
+/// axes whose position is not known, and what to do. Nothing where every axis knows its position. NotHomed.
+std::optional<Failure> WhereUnknown(const varlink::Json& info, const varlink::Json& status, const std::string& what);
+
 }  // namespace lensd::cli

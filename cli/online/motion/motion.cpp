@@ -94,6 +94,8 @@ std::expected<Json, Failure> HyperfocalTarget(Session& session, const Json& lens
   const Json& now = (*status)["lenses"][0];
   if (!now.value("connected", false)) return Refuse(Exit::Unavailable, TextOf(now, "error"));
   if (!now["focalLengthMm"].is_number() || !now["fNumber"].is_number()) {
+    if (auto lost = WhereUnknown(*info, now, "there is no hyperfocal distance"))
+      return std::unexpected(*std::move(lost));
     return Refuse(Exit::Unsupported,
                   OpticsMissing("there is no hyperfocal distance: the focal length or f-number of this lens is"));
   }

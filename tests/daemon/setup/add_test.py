@@ -120,7 +120,13 @@ class FirstHour(AddCase):
                              "--drive", "iris=2,oriental-az,0..2000", "--direction", "near-positive", "--name", "ring",
                              "--set", "response_timeout_ms=500", *OPTICS).stdout
             self.assertIn("no picture: it has no camera", text)
+            # Its optics are known, but not yet where its iris stands.
+            said = self.done("focus", "ring", "hyperfocal", "--blur-limit", "60um", status=7).stderr
+            self.assertIn("where the iris stands is not known", said)
+            self.assertIn("lensctl home ring", said)
+            self.assertNotIn("[lens.optics]", said)
             self.done("home", "ring")
+            self.done("focus", "ring", "hyperfocal", "--blur-limit", "60um")
             self.plan_holds("ring")
 
     def test_v4l2(self):
