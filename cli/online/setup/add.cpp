@@ -20,6 +20,8 @@ namespace {
 
 using varlink::Json;
 
+constexpr Duration kOthersAtMost = std::chrono::minutes(2);  ///< that another program is waited for, which adds a lens
+
 bool IsGiven(const std::string& text) {
   return !text.empty() && text != kUnknown;
 }
@@ -145,8 +147,11 @@ Outcome Add(Session& session, const AddOptions& options) {
   if (IsLens(session, lens->name)) {
     return Refuse(Exit::Usage, "there is a lens \"" + lens->name + "\" already: choose another name with --name");
   }
-  auto file = LensFile::Prepare(folder, lens->name, LensFileText(*lens));
+  auto file = LensFile::Prepare(folder, lens->name, LensFileText(*lens), kOthersAtMost);
   if (!file) return PassOn(file);
+  if (IsLens(session, lens->name)) {  // another program has added it meanwhile
+    return Refuse(Exit::Usage, "there is a lens \"" + lens->name + "\" by now: choose another name with --name");
+  }
   link->WatchSignals({});  // from here on Control-C ends a call, and what was begun is undone
   if (auto started = StartAdded(*link, session, *file, lens->name); !started) return PassOn(started);
   file->Keep();

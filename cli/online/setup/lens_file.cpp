@@ -2,6 +2,7 @@
 #include "cli/online/setup/lens_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -9,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include "cli/link/daemon_program.h"
@@ -72,13 +74,9 @@ std::expected<void, Failure> MayWriteInto(const std::string& folder) {
 }
 
 std::expected<LensFile, Failure> LensFile::Prepare(const std::string& folder, const std::string& name,
-                                                   const std::string& text) {
+                                                   const std::string& text, Duration patience) {
   LensFile file(folder, (std::filesystem::path(folder) / (name + ".toml")).string());
-  if (mkdir(folder.c_str(), 0755) == 0) {
-    file.created_ = true;
-  } else if (errno != EEXIST) {
-    return Refuse(Exit::CannotWrite, WhyNot(folder));
-  }
+  if (auto locked = file.LockFolder(patience); !locked) return PassOn(locked);
   if (access(file.path_.c_str(), F_OK) == 0) {
     return Refuse(Exit::CannotWrite, file.path_ + " is there already and stays: choose another --name, or remove it");
   }
@@ -95,15 +93,42 @@ std::expected<LensFile, Failure> LensFile::Prepare(const std::string& folder, co
   return file;
 }
 
+// Another program may take the folder away again that it has created: then there is a new one to lock.
+std::expected<void, Failure> LensFile::LockFolder(Duration patience) {
+  constexpr Duration kTryEvery = std::chrono::milliseconds(50);
+  const Instant deadline = MonotonicClock().Now() + patience;
+  for (;;) {
+    if (mkdir(folder_.c_str(), 0755) == 0) {
+      created_ = true;
+    } else if (errno != EEXIST) {
+      return Refuse(Exit::CannotWrite, WhyNot(folder_));
+    }
+    lock_ = open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (lock_ < 0 && errno != ENOENT) return Refuse(Exit::CannotWrite, WhyNot(folder_));
+    struct stat locked{}, named{};
+    if (lock_ >= 0 && flock(lock_, LOCK_EX | LOCK_NB) == 0 && fstat(lock_, &locked) == 0 &&
+        stat(folder_.c_str(), &named) == 0 && locked.st_dev == named.st_dev && locked.st_ino == named.st_ino) {
+      return {};
+    }
+    if (lock_ >= 0) close(std::exchange(lock_, -1));
+    if (MonotonicClock().Now() >= deadline) {
+      return Refuse(Exit::Busy, folder_ + ": another lensctl add is still under way: try again when it has ended");
+    }
+    std::this_thread::sleep_for(kTryEvery);
+  }
+}
+
 LensFile::LensFile(LensFile&& other) noexcept
     : folder_(std::move(other.folder_)),
       path_(std::move(other.path_)),
       draft_(std::exchange(other.draft_, {})),
       placed_(std::exchange(other.placed_, false)),
-      created_(std::exchange(other.created_, false)) {}
+      created_(std::exchange(other.created_, false)),
+      lock_(std::exchange(other.lock_, -1)) {}
 
 LensFile::~LensFile() {
   TakeAway();
+  if (lock_ >= 0) close(lock_);
 }
 
 std::expected<void, Failure> LensFile::Place() {

@@ -31,11 +31,12 @@ std::expected<void, Failure> MayWriteInto(const std::string& folder);
 class LensFile {
  public:
   /// Writes `text` beside the place of the file, under a name that lensd does not read, and has lensd's program check
-  /// it alone (with the rest would open devices that are in use: Reload checks that). Creates the folder. CannotWrite:
-  /// there is such a file already, or it cannot be written; Config: the mistakes that lensd finds. Nothing stays after
-  /// a failure.
+  /// it alone (with the rest would open devices that are in use: Reload checks that). Creates the folder, and keeps it
+  /// locked while the object lives, so that one program after the other adds: `patience` long it waits for another.
+  /// CannotWrite: there is such a file already, or it cannot be written; Config: the mistakes that lensd finds; Busy:
+  /// another program is still adding. Nothing stays after a failure.
   static std::expected<LensFile, Failure> Prepare(const std::string& folder, const std::string& name,
-                                                  const std::string& text);
+                                                  const std::string& text, Duration patience);
 
   LensFile(LensFile&& other) noexcept;
   LensFile(const LensFile&) = delete;
@@ -55,12 +56,14 @@ class LensFile {
 
  private:
   LensFile(std::string folder, std::string path) : folder_(std::move(folder)), path_(std::move(path)) {}
+  std::expected<void, Failure> LockFolder(Duration patience);
 
   std::string folder_;
   std::string path_;
   std::string draft_;     ///< empty: there is none
   bool placed_ = false;   ///< under its name, and not kept for good
   bool created_ = false;  ///< the folder
+  int lock_ = -1;         ///< the folder, open and locked; -1: not
 };
 
 }  // namespace lensd::cli

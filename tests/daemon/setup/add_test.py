@@ -1,6 +1,7 @@
 """lensctl add: from an empty configuration to a plan that holds, in at most four commands and without a file edited; and nothing is
 left behind where something is wrong."""
 import contextlib
+import fcntl
 import json
 import os
 import pty
@@ -275,6 +276,50 @@ class Saved(AddCase):
         self.assertIn("of this lens alone", self.done("setup", "a", "--save", status=68).stderr)
         with open(os.path.join(folder, "a.toml"), encoding="utf-8") as file:
             self.assertEqual(file.read(), text)
+
+
+class SideBySide(AddCase):
+    """Two people add a lens at once: one after the other is served, and both see a picture."""
+
+    def begin(self, scene, name):
+        return subprocess.Popen([os.path.join(BIN, "lensctl"), "--socket", self.daemon.socket, "add", "--driver", "sim", "--set",
+                                 "scene=" + scene, "--name", name, "--json"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True)
+
+    def ends_well(self, process, name):
+        said, complained = process.communicate(timeout=120 * PATIENCE)
+        self.assertEqual(process.returncode, 0, complained)
+        answer = json.loads(said)
+        self.assertEqual((answer["name"], answer["reason"]), (name, None))
+        self.assertTrue(0 < answer["picture"]["mean"] < 255, answer)
+
+    def test_all_are_added(self):
+        draw = random.Random(20261128)
+        for _ in range(9 if COUNT > 8 else 1):
+            daemon = self.start()
+            scene = quick_scene(daemon.folder.name)
+            names = [f"cam-{number}" for number in draw.sample(range(100), draw.choice([2, 3]))]
+            begun = [(self.begin(scene, name), name) for name in names]
+            for process, name in begun:
+                self.ends_well(process, name)
+            self.assertEqual(sorted(self.names()), sorted(names))
+            self.assertEqual(sorted(os.listdir(self.folder)), sorted(name + ".toml" for name in names))
+            daemon.stop()
+
+    def test_one_waits_for_the_folder(self):
+        daemon = self.start()
+        scene = quick_scene(daemon.folder.name)
+        os.mkdir(self.folder)
+        folder = os.open(self.folder, os.O_RDONLY)
+        try:
+            fcntl.flock(folder, fcntl.LOCK_EX)
+            process = self.begin(scene, "cam")
+            with self.assertRaises(subprocess.TimeoutExpired):
+                process.wait(timeout=2)
+            self.assertEqual(os.listdir(self.folder), [])
+        finally:
+            os.close(folder)
+        self.ends_well(process, "cam")
 
 
 class Refused(AddCase):
