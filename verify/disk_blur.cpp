@@ -1,6 +1,6 @@
 // The plane is continued by its mirror image, transformed once, and multiplied by the disk's response for every
 // diameter asked for.
-#include "disk_blur.h"
+#include "verify/disk_blur.h"
 
 #include <kissfft/kiss_fftnd.h>
 

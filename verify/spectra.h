@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "disk_blur.h"
+#include "verify/disk_blur.h"
 
 namespace lensd::verify {
 

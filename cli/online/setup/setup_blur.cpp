@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cli/online/pictures/picture_blur.h"
 #include "cli/online/pictures/pictures.h"
 
 namespace lensd::cli {
@@ -14,21 +13,26 @@ namespace {
 
 using varlink::Json;
 
-constexpr int kSharpPictures = 4;         ///< averaged: their noise would pass for detail
+constexpr int kSharpPictures = 4;         ///< their differences tell the noise, which would pass for detail
 constexpr double kFirstPart = 1.0 / 128;  ///< of the range: the first step away from focus
 constexpr double kClearPx = 2.5;          ///< of blur: what is clearly more than that of the best focus
-constexpr double kWantedPx[] = {-6.0, -5.0, -4.0, -3.0, 3.0, 4.0, 5.0, 6.0};
-constexpr double kDiskError = 0.02;  ///< of the slope: what a disk is not, and the blur of the sharp picture
+constexpr double kWanted[] = {-6.0 / 6, -5.0 / 6, -4.0 / 6, -3.0 / 6, 3.0 / 6, 4.0 / 6, 5.0 / 6, 6.0 / 6};
+constexpr double kWidestPx = 6.0;      ///< of blur in these pictures
+constexpr double kWide = 0.05;         ///< half an interval over its blur: more blur tells more
+constexpr double kOfLargest = 0.8;     ///< of what is looked for, the most that is wanted
+constexpr double kTooWide = 0.2;       ///< half an interval over its slope: nothing is said
+constexpr double kMostClipped = 0.01;  ///< of the pixels of a picture
+constexpr double kDiskError = 0.02;    ///< of the slope: what a disk is not, and the blur of the sharp picture
 
-/// Moves and looks.
-class Looker {
+/// By lensd.
+class Looker : public FocusPictures {
  public:
   Looker(DaemonClient& link, const std::string& lens, Json region)
       : link_(link), lens_(lens), region_(std::move(region)) {}
 
   /// Where it then is. Superseded: another command has moved the focus since it was there last. A lens with a
   /// thermometer may be moved by lensd itself, and is not looked at for that.
-  std::expected<double, Failure> Go(double position) {
+  std::expected<double, Failure> Go(double position) override {
     auto before = Sent();
     if (!before) return PassOn(before);
     if (sent_ && *before && **before != *sent_) return Refuse(Exit::Superseded, "focus was sent elsewhere");
@@ -41,7 +45,7 @@ class Looker {
     return (*reply)["move"]["position"].get<double>();
   }
 
-  std::expected<LightPicture, Failure> Look() {
+  std::expected<LightPicture, Failure> Look() override {
     auto taken = TakeSnapshot(link_, {{"lens", lens_}, {"region", region_}, {"encoding", "raw"}});
     if (!taken) return PassOn(taken);
     const Json& shown = taken->frame["picture"];
@@ -59,16 +63,6 @@ class Looker {
       return Refuse(Exit::Protocol, "a picture has another size than it says");
     }
     return picture;
-  }
-
-  std::expected<LightPicture, Failure> LookOften() {
-    auto sum = Look();
-    for (int i = 1; sum && i < kSharpPictures; ++i) {
-      const auto next = Look();
-      if (!next) return PassOn(next);
-      std::ranges::transform(sum->light, next->light, sum->light.begin(), std::plus());
-    }
-    return sum;
   }
 
  private:
@@ -90,57 +84,82 @@ class Looker {
   std::optional<double> sent_;  ///< by the last Go
 };
 
-/// The part of the range that is gone to.
-struct Reach {
-  double low, high, resolution;
-  bool Has(double position) const { return position >= low && position <= high; }
-  double OnGrid(double position) const { return low + std::round((position - low) / resolution) * resolution; }
+/// Several pictures of one place.
+std::expected<std::vector<LightPicture>, Failure> LookOften(FocusPictures& pictures) {
+  std::vector<LightPicture> alike;
+  for (int i = 0; i < kSharpPictures; ++i) {
+    auto picture = pictures.Look();
+    if (!picture) return PassOn(picture);
+    alike.push_back(*std::move(picture));
+  }
+  return alike;
+}
+
+bool Has(const FocusReach& reach, double position) {
+  return position >= reach.low && position <= reach.high;
+}
+
+double OnGrid(const FocusReach& reach, double position) {
+  return reach.low + std::round((position - reach.low) / reach.resolution) * reach.resolution;
+}
+
+/// A blur that is clearly more than that of the best focus, and how far from focus it is.
+struct ClearBlur {
+  double away = 0.0;  ///< native units
+  DiskBetween blur;
 };
 
-/// Px a native unit, roughly: steps away from focus, each twice the one before, until the blur is clear; 0: it never
-/// is.
-std::expected<double, Failure> RoughSlope(Looker& looker, const SharpPicture& sharp, const Reach& reach, double focus) {
+/// Goes away from focus by steps, each twice the one before, until the blur is clear. Nothing: it never is.
+std::expected<std::optional<ClearBlur>, Failure> FirstClearBlur(FocusPictures& pictures, const SharpPicture& sharp,
+                                                                const FocusReach& reach, double focus) {
   const double side = focus - reach.low > reach.high - focus ? -1.0 : 1.0;
+  std::optional<ClearBlur> seen;
   double away = std::max(2.0 * reach.resolution, kFirstPart * (reach.high - reach.low));
-  double seen = 0.0;
-  for (; reach.Has(focus + side * away); away *= 2.0) {
-    if (auto moved = looker.Go(reach.OnGrid(focus + side * away)); !moved) return PassOn(moved);
-    const auto picture = looker.Look();
+  for (; Has(reach, focus + side * away); away *= 2.0) {
+    const auto there = pictures.Go(OnGrid(reach, focus + side * away));
+    if (!there) return PassOn(there);
+    const auto picture = pictures.Look();
     if (!picture) return PassOn(picture);
     const auto blur = sharp.BlurOf(*picture);
     if (!blur) break;
-    seen = *blur / away;
-    if (*blur > kClearPx) return seen;
+    if (blur->low > 0.0 && *there != focus) seen = ClearBlur{std::abs(*there - focus), *blur};
+    if (blur->low > kClearPx) break;
   }
   return seen;
 }
 
-/// Where pictures are taken, lowest first.
-std::vector<double> Places(const Reach& reach, double focus, double slope, double largest) {
+/// Where pictures are taken, lowest first. Where the blur that was seen is told by its contrast alone, wider disks tell
+/// more.
+std::vector<double> Places(const FocusReach& reach, double focus, const ClearBlur& clear, double largest) {
   std::vector<double> places;
-  for (const double blur : kWantedPx) {
-    const double place = reach.OnGrid(focus + std::min(1.0, 0.8 * largest / 6.0) * blur / slope);
-    if (reach.Has(place) && std::abs(place - focus) >= reach.resolution) places.push_back(place);
+  const bool wide = clear.blur.high - clear.blur.low > 2.0 * kWide * clear.blur.px;
+  const double most = wide ? kOfLargest * largest : std::min(kWidestPx, kOfLargest * largest);
+  for (const double part : kWanted) {
+    const double place = OnGrid(reach, focus + part * most * clear.away / clear.blur.px);
+    if (Has(reach, place) && std::abs(place - focus) >= reach.resolution) places.push_back(place);
   }
   const auto same = std::ranges::unique(places);
   places.erase(same.begin(), same.end());
   return places;
 }
 
-/// What one pass over the focus has shown: position and px of blur, with the sign of the side.
-using Blurs = std::vector<std::pair<double, double>>;
+/// What one picture has shown.
+struct BlurAt {
+  double position = 0.0;
+  DiskBetween blur;
+};
 
 /// Takes one picture at every place, and the sharp ones on the way.
-std::expected<Blurs, Failure> Pass(Looker& looker, const std::vector<double>& places, const Reach& reach,
-                                   double focus) {
-  Blurs seen;
+std::expected<std::vector<BlurAt>, Failure> Pass(FocusPictures& pictures, const std::vector<double>& places,
+                                                 const FocusReach& reach, double focus) {
+  std::vector<BlurAt> seen;
   const double before = std::max(reach.low, places.front() - 0.25 * (places.back() - places.front()));
-  if (auto moved = looker.Go(reach.OnGrid(before)); !moved) return PassOn(moved);
+  if (auto moved = pictures.Go(OnGrid(reach, before)); !moved) return PassOn(moved);
   std::optional<SharpPicture> sharp;
-  std::vector<std::pair<double, LightPicture>> pictures;
+  std::vector<std::pair<double, LightPicture>> taken;
   const auto look_sharply = [&]() -> std::expected<void, Failure> {
-    if (auto moved = looker.Go(focus); !moved) return PassOn(moved);
-    const auto picture = looker.LookOften();
+    if (auto moved = pictures.Go(focus); !moved) return PassOn(moved);
+    const auto picture = LookOften(pictures);
     if (!picture) return PassOn(picture);
     sharp.emplace(*picture);
     return {};
@@ -149,80 +168,106 @@ std::expected<Blurs, Failure> Pass(Looker& looker, const std::vector<double>& pl
     if (place > focus && !sharp) {
       if (auto looked = look_sharply(); !looked) return PassOn(looked);
     }
-    const auto there = looker.Go(place);
+    const auto there = pictures.Go(place);
     if (!there) return PassOn(there);
-    auto picture = looker.Look();
+    auto picture = pictures.Look();
     if (!picture) return PassOn(picture);
-    pictures.emplace_back(*there, *std::move(picture));
+    taken.emplace_back(*there, *std::move(picture));
   }
   if (!sharp) {
     if (auto looked = look_sharply(); !looked) return PassOn(looked);
   }
-  for (const auto& [place, picture] : pictures) {
-    if (const auto blur = sharp->BlurOf(picture)) seen.emplace_back(place, place < focus ? -*blur : *blur);
+  for (const auto& [place, picture] : taken) {
+    // A picture that may as well be sharp says nothing of a slope.
+    if (const auto blur = sharp->BlurOf(picture); blur && blur->low > 0.0) seen.push_back({place, *blur});
   }
   return seen;
 }
 
-BlurSlope SlopeOf(const Blurs& seen, double focus) {
+/// The line through the blurs, one of `of` of each, with the sign of the side. Nothing: there are too few.
+std::optional<Line> LineThrough(const std::vector<BlurAt>& seen, double focus, double DiskBetween::* of) {
+  std::vector<std::pair<double, double>> points;
+  const auto side = [focus](double place, double blur) { return place < focus ? -blur : blur; };
+  for (const BlurAt& one : seen) points.emplace_back(one.position, side(one.position, one.blur.*of));
+  auto line = FitLine(points);
+  if (!line || line->slope <= 0.0) return line;
+  // The picture that counts as sharp was itself a little beside the focus: such a disk takes its square from the
+  // others.
+  const double own = line->At(focus);
+  for (auto& [place, blur] : points) blur = side(place, std::hypot(blur, own));
+  return FitLine(points);
+}
+
+BlurSlope SlopeOf(const std::vector<BlurAt>& seen, double focus) {
   BlurSlope slope;
   slope.pictures = static_cast<int>(seen.size());
-  auto line = FitLine(seen);
-  if (line && line->slope > 0.0) {
-    // The picture that counts as sharp was itself a little beside the focus: such a disk takes its square from the
-    // others.
-    const double own = line->At(focus);
-    std::vector<std::pair<double, double>> whole = seen;
-    for (auto& [place, blur] : whole) blur = std::copysign(std::hypot(blur, own), blur);
-    line = FitLine(whole);
-  }
-  if (!line) {
+  const auto line = LineThrough(seen, focus, &DiskBetween::px);
+  const auto least = LineThrough(seen, focus, &DiskBetween::low), most = LineThrough(seen, focus, &DiskBetween::high);
+  if (!line || !least || !most) {
     slope.why_not = "fewer than four pictures show a blur that a disk explains";
     return slope;
   }
+  // The pictures' own intervals count in full: what makes one too large, such as other light, makes all so.
   const double half = std::hypot(line->slope_half, kDiskError * line->slope);
-  if (line->slope <= half) {
+  const double low = std::min(line->slope, least->slope) - half, high = std::max(line->slope, most->slope) + half;
+  if (low <= 0.0) {
     slope.why_not = "the blur does not grow with the distance from focus";
     return slope;
   }
-  slope.px_per_step = Measured{line->slope, line->slope - half, line->slope + half};
+  if (high - low > 2.0 * kTooWide * line->slope) {
+    slope.why_not =
+        "the pictures leave it open by more than a fifth: the texture repeats or is faint, the light changes, or "
+        "the region shows things at several distances; more detail in the picture, or another --roi, is needed";
+    return slope;
+  }
+  slope.px_per_step = Measured{line->slope, low, high};
   slope.focus = -line->at_zero / line->slope;
   return slope;
 }
 
 }  // namespace
 
-std::expected<BlurSlope, Failure> MeasureBlurSlope(DaemonClient& link, const std::string& lens, const Json& info,
-                                                   const Json& region, double focus) {
-  const double minimum = info["minimum"].get<double>(), range = info["maximum"].get<double>() - minimum;
-  const Reach reach{minimum + kSetupMargin * range, minimum + (1.0 - kSetupMargin) * range,
-                    info["resolution"].get<double>()};
+std::expected<BlurSlope, Failure> MeasureBlurSlope(FocusPictures& pictures, const FocusReach& reach, double focus) {
   BlurSlope none;
   const auto because = [&](const char* why) {
     none.why_not = why;
     return none;
   };
-  if (!reach.Has(focus)) return because("focus is in the last tenth of the travel, which setup does not enter");
-  Looker looker(link, lens, region.is_null() ? Json{{"x", 0.3}, {"y", 0.3}, {"w", 0.4}, {"h", 0.4}} : region);
-  const auto first = looker.LookOften();
+  if (!Has(reach, focus)) return because("focus is in the last tenth of the travel, which setup does not enter");
+  const auto first = LookOften(pictures);
   if (!first) return PassOn(first);
-  if (std::min(first->width, first->height) < SharpPicture::kSmallest) {
+  if (std::min(first->front().width, first->front().height) < SharpPicture::kSmallest) {
     return because("the region is smaller than 32 px: give a larger one with --roi");
   }
+  if (first->front().Clipped() > kMostClipped) {
+    return because("parts of the region are too bright for the sensor: less light or a shorter exposure is needed");
+  }
   const SharpPicture sharp(*first);
-  const auto rough = RoughSlope(looker, sharp, reach, focus);
-  if (!rough) return PassOn(rough);
-  const auto places = *rough > 0.0 ? Places(reach, focus, *rough, sharp.largest()) : std::vector<double>();
-  std::expected<Blurs, Failure> seen;
-  if (places.size() >= 4) seen = Pass(looker, places, reach, focus);
+  const auto clear = FirstClearBlur(pictures, sharp, reach, focus);
+  if (!clear) return PassOn(clear);
+  std::vector<double> places;
+  if (*clear) places = Places(reach, focus, **clear, sharp.largest());
+  std::expected<std::vector<BlurAt>, Failure> seen;
+  if (places.size() >= 4) seen = Pass(pictures, places, reach, focus);
   if (!seen) return PassOn(seen);
-  if (auto back = looker.Go(focus); !back) return PassOn(back);
-  if (*rough == 0.0)
+  if (auto back = pictures.Go(focus); !back) return PassOn(back);
+  if (!*clear) {
     return because(
         "no blur was seen on either step from focus: more light, a wider opening or more detail in the picture is "
         "needed");
+  }
   if (places.size() < 4) return because("too few steps make a blur that can be measured");
   return SlopeOf(*seen, focus);
+}
+
+std::expected<BlurSlope, Failure> MeasureBlurSlope(DaemonClient& link, const std::string& lens, const Json& info,
+                                                   const Json& region, double focus) {
+  const double minimum = info["minimum"].get<double>(), range = info["maximum"].get<double>() - minimum;
+  Looker looker(link, lens, region.is_null() ? Json{{"x", 0.3}, {"y", 0.3}, {"w", 0.4}, {"h", 0.4}} : region);
+  return MeasureBlurSlope(
+      looker,
+      {minimum + kSetupMargin * range, minimum + (1.0 - kSetupMargin) * range, info["resolution"].get<double>()},
+      focus);
 }
 
 NominalCurve CurveOf(const CurveFacts& facts, const Measured& px_per_step) {

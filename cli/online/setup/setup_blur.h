@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "cli/online/pictures/picture_blur.h"
 #include "cli/online/setup/setup_motion.h"
 
 namespace lensd::cli {
@@ -15,9 +16,28 @@ struct BlurSlope {
   std::string why_not;                  ///< empty: it was measured
 };
 
-/// Takes pictures of `region` (null: the middle) at `focus`, where the lens is in focus, and on both sides of it, all
-/// reached moving the same way, within the middle four fifths of the range of `info` (an AxisInfo); then goes back to
-/// where it was. No optics are asked for. Failure: the daemon is gone or refused, or Control-C.
+/// Moves the focus of one lens and takes pictures. A failure ends what is measured: the daemon is gone or refused, or
+/// Control-C.
+class FocusPictures {
+ public:
+  virtual ~FocusPictures() = default;
+  /// Where focus then is, native units.
+  virtual std::expected<double, Failure> Go(double position) = 0;
+  virtual std::expected<LightPicture, Failure> Look() = 0;
+};
+
+/// The positions of focus that are gone to, native units.
+struct FocusReach {
+  double low = 0.0, high = 0.0;
+  double resolution = 1.0;
+};
+
+/// Takes pictures at `focus`, where the lens is in focus, and on both sides of it, all reached moving the same way and
+/// within `reach`; then goes back to `focus`. No optics are asked for.
+std::expected<BlurSlope, Failure> MeasureBlurSlope(FocusPictures& pictures, const FocusReach& reach, double focus);
+
+/// The same by lensd: pictures of `region` (null: the middle), within the middle four fifths of the range of `info` (an
+/// AxisInfo).
 std::expected<BlurSlope, Failure> MeasureBlurSlope(DaemonClient& link, const std::string& lens,
                                                    const varlink::Json& info, const varlink::Json& region,
                                                    double focus);

@@ -157,6 +157,32 @@ class Setup(unittest.TestCase):
         print(f"slopes of blur {cases}, of which {covered} lie in the interval told; {points} points of curves, all within theirs")
         self.assertEqual(covered, cases)
 
+    @unittest.skipUnless(LONG, "half a minute; cli.SetupBlur judges the same pictures without a daemon")
+    def test_stripes_of_one_period_are_measured_by_their_contrast(self):
+        """The wall of the examples has one period alone, whose shape is that of every blur: 0.0249 px a step by its scene."""
+        folder = os.path.realpath(os.path.join(HERE, "../../systemd/examples"))
+        with open(os.path.join(folder, "wall.toml"), encoding="utf-8") as file:
+            text = file.read()
+        quick = "steps = 4096\nspeed_steps_per_s = 40000\nacceleration_steps_per_s2 = 40000000\nsettle_ms = 2\n"
+        text = text.replace("steps = 4096\n", quick).replace("[camera]\n", "[camera]\nframe_rate_hz = 400\nexposure_ms = 2\n")
+        with tempfile.TemporaryDirectory(prefix="lensd-wall-") as own:
+            scene = os.path.join(own, "wall.toml")
+            with open(scene, "w", encoding="utf-8") as file:
+                file.write(text)
+            daemon = Daemon(config=f'version = 1\n[[lens]]\nname = "cam"\ndriver = "sim"\nscene = "{scene}"\n')
+            try:
+                done = daemon.lensctl("--json", "setup", "cam", "--at", "1.2m")
+            finally:
+                daemon.stop()
+        said = json.loads(done.stdout)
+        truth = 1.0 / 4095 * (25.0 / 2.8) / (25.0 + 25.0 ** 2 / (1200.0 - 25.0)) / 3.45e-3
+        slope = said["blurSlope"]
+        self.assertIsNotNone(slope, said)
+        print(f"wall.toml: {slope['value']:.5f} ({slope['low']:.5f} to {slope['high']:.5f}) px a step, in truth {truth:.5f}")
+        self.assertLessEqual(slope["low"], 1.01 * truth)  # the iris stands within a hundredth of its f-number
+        self.assertGreaterEqual(slope["high"], 0.99 * truth)
+        self.assertLess(slope["high"] - slope["low"], 0.4 * truth)
+
     @unittest.skipUnless(LONG, "half a minute")
     def test_optics_that_are_configured_wrongly_show(self):
         """The slope is that of the pictures: a lens that is said to extend twice as far shows it does not."""
