@@ -56,5 +56,27 @@ TEST(SetupMotion, ASpeedThatIsNeverReachedIsNotTold) {
   EXPECT_TRUE(motion.overhead_ms);
 }
 
+TEST(SetupMotion, ASearchHasTheTimeThatASlowLensNeeds) {
+  std::mt19937_64 random(20261129);
+  std::uniform_real_distribution<double> uniform;
+  for (int i = 0; i < 1000; ++i) {
+    // A sweep of the whole range: 34 frames, each after a move, and the travel there and back twice.
+    const double steps = std::pow(10, 2.5 + 2 * uniform(random)), travel_s = std::pow(10, -1.0 + 2.5 * uniform(random));
+    const double overhead_ms = std::pow(10, 1.0 + 2.5 * uniform(random));
+    const double sweep_ms = 34 * (overhead_ms + 17.0) + 4e3 * travel_s;
+    const double speed = steps / travel_s;
+    const varlink::Json iris{{"axis", "iris"}, {"speed", nullptr}, {"overheadMs", {{"high", 1e6}}}};
+    const varlink::Json focus{{"axis", "focus"},
+                              {"minimum", 100.0},
+                              {"maximum", 100.0 + steps},
+                              {"speed", {{"low", 0.97 * speed}, {"value", speed}}},
+                              {"overheadMs", {{"value", overhead_ms}, {"high", 1.03 * overhead_ms}}}};
+    const double at_most = SearchAtMostMs(varlink::Json::array({iris, focus}));
+    EXPECT_GT(at_most, 1.5 * sweep_ms) << overhead_ms << " ms a move, " << travel_s << " s for the travel";
+    EXPECT_LT(at_most, 30e3 + 3.0 * sweep_ms);
+  }
+  EXPECT_EQ(SearchAtMostMs(varlink::Json::array()), 30e3);
+}
+
 }  // namespace
 }  // namespace lensd::cli

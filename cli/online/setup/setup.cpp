@@ -25,7 +25,6 @@ namespace {
 using varlink::Json;
 
 constexpr Duration kFocusBudget = std::chrono::seconds(25), kOtherBudget = std::chrono::seconds(10);
-constexpr double kSearchAtMostMs = 30e3;
 constexpr int kPairs = 3;             ///< of sweeps: enough for an interval
 constexpr double kOpticsApart = 0.1;  ///< beyond the interval of the blur: optics are told in round numbers
 
@@ -238,8 +237,8 @@ std::expected<std::optional<Json>, Failure> Measure(DaemonClient& link, const ch
 /// Focus by the camera, what a reversal loses there, and which way it turns.
 std::expected<void, Failure> SetUpFocus(DaemonClient& link, const std::string& lens, const Json& region,
                                         std::optional<double> vergence, SetupFindings& found) {
-  auto focused =
-      Measure(link, "autofocus", "Autofocus", {{"lens", lens}, {"deadlineMs", kSearchAtMostMs}}, region, found);
+  auto focused = Measure(link, "autofocus", "Autofocus", {{"lens", lens}, {"deadlineMs", SearchAtMostMs(found.axes)}},
+                         region, found);
   if (!focused) return PassOn(focused);
   if (!*focused) return {};
   found.autofocus = (**focused)["autofocus"];

@@ -250,4 +250,19 @@ std::expected<AxisMotion, Failure> MeasureMotion(DaemonClient& link, const std::
   return motion;
 }
 
+double SearchAtMostMs(const Json& axes) {
+  constexpr double kQuickLensMs = 30e3, kLongestMs = 3600e3;
+  constexpr double kMoves = 60.0, kTravels = 8.0;  // twice those of a sweep of the whole range with a second, fine one
+  const auto focus = std::ranges::find_if(axes, [](const Json& axis) { return axis["axis"] == "focus"; });
+  if (focus == axes.end()) return kQuickLensMs;
+  const auto measured = [&](const char* key) { return focus->contains(key) && focus->at(key).is_object(); };
+  double whole = kQuickLensMs;
+  if (measured("overheadMs")) whole += kMoves * focus->at("overheadMs")["high"].get<double>();
+  if (measured("speed")) {
+    const double range = focus->at("maximum").get<double>() - focus->at("minimum").get<double>();
+    whole += kTravels * 1e3 * range / std::max(focus->at("speed")["low"].get<double>(), 1e-3);
+  }
+  return std::min(whole, kLongestMs);
+}
+
 }  // namespace lensd::cli

@@ -66,4 +66,8 @@ std::vector<double> MotionTargets(double low, double span, double resolution);
 /// Student's t. Fewer than four moves, one length alone, or a speed that may never have been reached tell none.
 void FitMoves(AxisMotion& motion);
 
+/// How long a search for focus may take, ms: a slow lens has more time, by the speed and the overhead that SetupJson
+/// gives of its focus, one of `axes`.
+double SearchAtMostMs(const varlink::Json& axes);
+
 }  // namespace lensd::cli
