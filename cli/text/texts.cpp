@@ -44,6 +44,11 @@ std::string PartsText(const Json& lens) {
   return lines;
 }
 
+/// Of a driver that has a process of its own.
+std::string ProcessText(const Json& info, const char* key) {
+  return Has(info, key) ? " (driver in process " + NumberText(info, key, 9, "") + ")" : "";
+}
+
 }  // namespace
 
 std::string LagsText(const Json& learned) {
@@ -91,7 +96,8 @@ std::string FocusDirectionText(const Json& axis) {
 }
 
 std::string InfoText(const Json& info) {
-  std::string line = TextOf(info, "name") + ": " + TextOf(info, "driver") + " " + TextOf(info, "model");
+  std::string line =
+      TextOf(info, "name") + ": " + TextOf(info, "driver") + " " + TextOf(info, "model") + ProcessText(info, "process");
   for (const Json& axis : info["axes"]) {
     line += ", " + TextOf(axis, "axis") + " " + NumberText(axis, "minimum", 8, "") + ".." +
             NumberText(axis, "maximum", 8, " ") +
@@ -114,7 +120,8 @@ std::string InfoText(const Json& info) {
   }
   if (Has(info, "camera")) {
     const Json& camera = info["camera"];
-    line += ", camera " + NumberText(camera, "widthPx", 6, "x") + NumberText(camera, "heightPx", 6, " px");
+    line += ", camera " + NumberText(camera, "widthPx", 6, "x") + NumberText(camera, "heightPx", 6, " px") +
+            ProcessText(info, "cameraProcess");
   }
   return line + PartsText(info) + LagsText(info);
 }

@@ -77,8 +77,8 @@ Settings Without(const Settings& table, std::span<const std::string_view> taken)
 DeviceConfig ReadDevice(SettingsReader& read, const Settings& table, std::span<const std::string_view> own_keys) {
   const std::string name = read.RequiredText("driver");
   DeviceConfig device{FindDriver(name), Without(table, own_keys)};
-  device.own_process = read.Choice("process", {"inside", "own"}, 0) == 1;
-  if (device.own_process && device.driver != nullptr && device.driver->simulated) {
+  if (read.Choice("process", {"inside", "own"}, 0) == 1) device.process = std::make_shared<std::atomic<int>>(0);
+  if (device.process && device.driver != nullptr && device.driver->simulated) {
     read.Reject("process", "is of drivers of real hardware: the simulator always runs inside lensd");
   }
   if (device.driver == nullptr) {
@@ -241,11 +241,12 @@ Result<AccessConfig> ReadAccess(const Settings& table) {
 /// A bus has one master: its lenses are inside lensd, or together in one process.
 void CheckProcessOfBus(const LensConfig& lens, const Config& config, ConfigFaults& faults) {
   const auto differs = [&](const LensConfig& other) {
-    return other.device.shares == lens.device.shares && other.device.own_process != lens.device.own_process;
+    return other.device.shares == lens.device.shares &&
+           (other.device.process == nullptr) != (lens.device.process == nullptr);
   };
   const auto other = std::ranges::find_if(config.lenses, differs);
   if (lens.device.shares.empty() || other == config.lenses.end()) return;
-  const auto word = [](const LensConfig& one) { return one.device.own_process ? "\"own\"" : "\"inside\""; };
+  const auto word = [](const LensConfig& one) { return one.device.process ? "\"own\"" : "\"inside\""; };
   const auto place = lens.table.AsTable()->find("process");
   const Location& where = place == lens.table.AsTable()->end() ? lens.where : place->second.where();
   faults.Keep({Code::BadData, where.Text() + ": lenses on one bus have the same process: lens \"" + lens.name +

@@ -1,6 +1,8 @@
 // The daemon's configuration file: which lenses there are, and how each is set up.
 #pragma once
 
+#include <atomic>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,10 +20,12 @@ namespace lensd::daemon {
 /// Which driver opens a device, and the keys meant for it.
 struct DeviceConfig {
   const drivers::Driver* driver = nullptr;
-  Settings settings;         ///< what remains of the table without the daemon's own keys
-  std::string lens{};        ///< whose device it is
-  bool own_process = false;  ///< process = "own": the driver runs in a process of its own
-  std::string shares{};      ///< devices with the same text share this process; empty: none
+  Settings settings;   ///< what remains of the table without the daemon's own keys
+  std::string lens{};  ///< whose device it is
+  /// process = "own": the number of the process in which the driver runs, 0 while it has none. Copies share it, any
+  /// thread. nullptr: the driver runs inside lensd.
+  std::shared_ptr<std::atomic<int>> process{};
+  std::string shares{};  ///< devices with the same text share this process; empty: none
 };
 
 /// One [[lens]].

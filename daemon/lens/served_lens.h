@@ -163,7 +163,7 @@ class ServedLens {
   /// Its device is being opened for the first time: runs `task` when that has worked or not, or takes long. False:
   /// it is past that.
   bool OnceTried(Task task);
-  const std::string& info() const { return shown_.info; }  ///< LensInfo, serialised
+  std::string info() const;                                ///< LensInfo, serialised
   const std::string& text() const { return shown_.text; }  ///< LensStatus, serialised
   const rig::Status& status() const { return *shown_.status; }
   const std::shared_ptr<const rig::Status>& shared_status() const { return shown_.status; }
@@ -310,6 +310,7 @@ class ServedLens {
   void RunParked();
   varlink::Json StateJson(const rig::Status& status) const;
   std::string StatusText(varlink::Json json, std::string_view connection, const rig::Status& status) const;
+  std::string ProcessesText() const;
   void Show(std::shared_ptr<const rig::Status> status, std::string text, std::string_view connection);
   void ShowAbsent(std::string_view connection, std::string problem);
   void TellChange();

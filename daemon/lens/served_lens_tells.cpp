@@ -43,14 +43,30 @@ std::string ServedLens::StatusText(Json json, std::string_view connection, const
   return varlink::WriteJson(json);
 }
 
-/// From now on this is the state: `text` is LensStatus but for the lease, which the rig does not know.
+/// From now on this is the state: `text` is LensStatus but for the lease and the processes, which the rig does not
+/// know.
 void ServedLens::Show(std::shared_ptr<const rig::Status> status, std::string text, std::string_view connection) {
   shown_.connection = connection;
   shown_.status = std::move(status);
   shown_.rig = std::move(text);
   shown_.text = shown_.rig;
   shown_.text.back() = ',';
-  shown_.text.append("\"lease\":").append(varlink::WriteJson(LeaseJson(users_->lease.now()))).append("}");
+  shown_.text.append("\"lease\":").append(varlink::WriteJson(LeaseJson(users_->lease.now())));
+  shown_.text.append(",").append(ProcessesText()).append("}");
+}
+
+std::string ServedLens::info() const {
+  return shown_.info.substr(0, shown_.info.size() - 1) + "," + ProcessesText() + "}";
+}
+
+/// The two fields of feature "process", serialised.
+std::string ServedLens::ProcessesText() const {
+  const auto number = [this](const DeviceConfig* device) {
+    const int process = device != nullptr && device->process && shown_.status->connected ? device->process->load() : 0;
+    return process > 0 ? std::to_string(process) : "null";
+  };
+  return "\"process\":" + number(&config_.device) +
+         ",\"cameraProcess\":" + number(config_.camera ? &*config_.camera : nullptr);
 }
 
 void ServedLens::ShowAbsent(std::string_view connection, std::string problem) {

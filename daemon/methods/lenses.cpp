@@ -45,12 +45,12 @@ Result<drivers::Device> OpenOnce(const DeviceConfig& config, const Clock& clock)
 /// With `signal`, a device that is opened anew when it vanishes.
 Result<drivers::Device> OpenOne(const DeviceConfig& config, const Clock& clock, PlugSignal* signal) {
   auto device = OpenOnce(config, clock);
-  const bool reopens = config.driver->reopen || config.own_process;  // a process that ended is no device any more
+  const bool reopens = config.driver->reopen || config.process;  // a process that ended is no device any more
   if (!device || signal == nullptr || !reopens) return device;
   const auto open = [config, &clock] { return OpenOnce(config, clock); };
   // A driver that finds its device again by itself reads from it what is homed.
   return SurviveUnplugging(*std::move(device), open, *signal,
-                           {.process = config.own_process, .reference = !config.driver->reopen});
+                           {.process = config.process != nullptr, .reference = !config.driver->reopen});
 }
 
 /// Where these settings name a part: by a table of its name, or by a key that begins with it, such as "zoom_scale".

@@ -23,14 +23,18 @@ std::string DriverProgram() {
 }  // namespace
 
 Result<drivers::Device> OpenDriver(const DeviceConfig& config, const Clock& clock) {
-  if (!config.own_process) return config.driver->open(config.settings, clock);
+  if (!config.process) return config.driver->open(config.settings, clock);
   const std::string name(config.driver->name);
   const auto log = [lens = config.lens, name](std::string_view line) {
     Log(Severity::Info, Event::DriverPrinted, "driver " + name + ": " + std::string(line), lens);
   };
+  const auto runs = [process = config.process](int number, bool opened) {
+    if (opened) *process = number;
+    if (!opened) process->compare_exchange_strong(number, 0);  // another one may have been opened before this one left
+  };
   return drivers::process::OpenInProcess(
-      {.command = {DriverProgram(), name}, .driver = name, .shares = config.shares, .log = log}, config.settings,
-      clock);
+      {.command = {DriverProgram(), name}, .driver = name, .shares = config.shares, .log = log, .runs = runs},
+      config.settings, clock);
 }
 
 }  // namespace lensd::daemon

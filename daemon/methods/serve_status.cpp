@@ -40,7 +40,7 @@ void ListAsKnown(LensService& service, const ExchangePointer& exchange) {
   // What was added since 1.0, each under a name that the comment of what was added gives.
   exchange->Finish(
       reply + R"(],"instance":")" + service.watchers().instance() +
-      R"(","features":["badFrames","direction","focusAt","focusMap","hold","lag","learned","learnedSides","leftOut","refocus","searchConditions","setPosition","stars","stateBounds","undo"]})");
+      R"(","features":["badFrames","direction","focusAt","focusMap","hold","lag","learned","learnedSides","leftOut","process","refocus","searchConditions","setPosition","stars","stateBounds","undo"]})");
 }
 
 void List(LensService& service, const ExchangePointer& exchange) {

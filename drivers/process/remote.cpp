@@ -30,14 +30,15 @@ std::string InSeconds(Duration duration) {
 }  // namespace
 
 Remote::Remote(const Program& program, std::shared_ptr<SharedProcess> shared, SharedProcess::Connected connected)
-    : call_at_most_(program.call_at_most),
-      open_at_most_(program.open_at_most),
+    : program_(program),
       shared_(std::move(shared)),
       process_(std::move(connected.process)),
       device_(NewName()),
       lens_(std::make_unique<Link>(std::move(connected.connections[0]))),
       camera_(std::make_unique<Link>(std::move(connected.connections[1]))),
-      urgent_(std::make_unique<Urgent>(std::make_unique<Link>(std::move(connected.connections[2])), device_)) {}
+      urgent_(std::make_unique<Urgent>(std::make_unique<Link>(std::move(connected.connections[2])), device_)) {
+  if (program_.runs) program_.runs(process_->process(), true);
+}
 
 Result<std::shared_ptr<Remote>> Remote::Open(const Program& program, const Settings& settings) {
   auto sent = wire::SettingsJson(settings);
@@ -53,6 +54,7 @@ Result<std::shared_ptr<Remote>> Remote::Open(const Program& program, const Setti
 }
 
 Remote::~Remote() {
+  if (program_.runs) program_.runs(process_->process(), false);
   if (!lost_) {
     const Instant deadline = MonotonicClock().Now() + kCloseAtMost;
     const auto number = lens_->Send("Close", {{"device", device_}}, deadline);
@@ -76,10 +78,10 @@ Result<Json> Remote::Call(By by, std::string_view method, Json parameters, int p
   const std::lock_guard calling(calling_);
   if (lost_) return PassOn(*lost_);
   if (by != By::Urgent) {
-    auto settled = urgent_->Settle(MonotonicClock().Now() + call_at_most_);
-    if (!settled) return Judge(method, PassOn(settled), call_at_most_);
+    auto settled = urgent_->Settle(MonotonicClock().Now() + program_.call_at_most);
+    if (!settled) return Judge(method, PassOn(settled), program_.call_at_most);
   }
-  const Duration at_most = method == "Open" ? open_at_most_ : call_at_most_;
+  const Duration at_most = method == "Open" ? program_.open_at_most : program_.call_at_most;
   parameters["device"] = device_;
   urgent_->Begin(method == "Read");
   auto reply = Converse(by, method, std::move(parameters), pass, MonotonicClock().Now() + at_most);

@@ -45,7 +45,7 @@ class Remote {
   Result<wire::Json> Judge(std::string_view method, Result<varlink::Reply> reply, Duration after);
   Error Lose(Error why);
 
-  const Duration call_at_most_, open_at_most_;
+  const Program program_;
   const std::shared_ptr<SharedProcess> shared_;
   std::shared_ptr<HostProcess> process_;
   const std::string device_;  ///< how the process calls it

@@ -149,12 +149,18 @@ class OwnProcessTest(unittest.TestCase):
     def test_a_lens_in_a_process_goes_like_one_inside(self):
         drives = {"one": Drive(), "inner": Drive()}
         daemon = self.start(drives, {"one"})
-        self.host()
+        self.wait_until_connected("one")
         with daemon.client() as client:
             listed = {lens["name"]: lens for lens in client.call(LENS + "List")["parameters"]["lenses"]}
         self.assertEqual(set(listed), set(drives))
         for what in ("driver", "model", "axes"):
             self.assertEqual(listed["one"][what], listed["inner"][what])
+        for lens, process in (("one", self.host()), ("inner", None)):
+            for said in (listed[lens], self.status(lens)):
+                self.assertEqual((said["process"], said["cameraProcess"]), (process, None))
+        lines = daemon.lensctl("list").stdout.splitlines()
+        self.assertEqual([f"(driver in process {self.host()})" in line for line in lines],
+                         [line.startswith("one:") for line in lines])
         self.home("one", "inner")
         for lens, drive in drives.items():
             moved = self.move(lens, 321)["move"]
@@ -195,12 +201,15 @@ class OwnProcessTest(unittest.TestCase):
             self.begin(other, "inner", 3000)
             self.begin(mover, "one", FAR)
             self.wait_for(lambda: drives["one"].place() > 50)
-            os.kill(self.host(), signal.SIGKILL)
+            dead = self.host()
+            os.kill(dead, signal.SIGKILL)
             answer = mover.receive()
             self.assertEqual(answer["error"], LENS + "Disconnected")
             self.assertIn("the driver ended: signal 9 in ", answer["parameters"]["message"])
             self.assertEqual(events.of("list", change="gone")["connection"], "absent")
             events.of("list", change="opened")
+            self.assertEqual(self.status("one")["process"], self.host())
+            self.assertNotEqual(self.host(), dead)
             # Its motor ran on, and the next process has stopped it; where it stands the drive knows.
             self.assertGreater(self.rests_short_of_the_target(drives["one"]), 50)
             self.assertTrue(self.move("one", 10)["move"]["reached"])

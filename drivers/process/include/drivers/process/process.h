@@ -22,6 +22,8 @@ struct Program {
   std::string shares = {};
   /// Gets each line that the process prints, without its end, from a thread of its own, at most 100 a second.
   std::function<void(std::string_view line)> log = {};
+  /// Gets the number of the process in which a device is opened (true), and which it leaves (false). Any thread.
+  std::function<void(int process, bool opened)> runs = {};
   Duration call_at_most = std::chrono::seconds(8);   ///< then the process is ended
   Duration open_at_most = std::chrono::seconds(14);  ///< the same of opening a device
 };
