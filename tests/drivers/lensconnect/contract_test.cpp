@@ -1,7 +1,9 @@
 // The contract suite over the driver on the simulated lens.
 #include "lensconnect_lens.h"
+#include "model_in_process.h"
 #include "model_transport.h"
 #include "stand.h"
+#include "test_level.h"
 
 namespace lensd {
 namespace {
@@ -25,6 +27,17 @@ class LensConnectStand final : public contract::SteppedStand {
   drivers::Findings findings_;
 };
 
+struct LensConnectInProcess final : contract::ModelInProcess {
+  LensConnectInProcess() : ModelInProcess("lensconnect-model-driver", "lensconnect") {}
+};
+
+/// Opening one takes seconds of waiting, so CI runs the driver in a process in the virtual machine alone.
+std::vector<contract::MakeStand> InProcess() {
+  if (testing::ByLevel(0, 0, 1) == 0) return {};
+  return {[]() -> std::unique_ptr<contract::Stand> { return std::make_unique<LensConnectInProcess>(); }};
+}
+
+INSTANTIATE_TEST_SUITE_P(LensConnectInProcess, LensContract, ::testing::ValuesIn(InProcess()));
 INSTANTIATE_TEST_SUITE_P(LensConnect, LensContract, contract::Stands<LensConnectStand>());
 
 }  // namespace

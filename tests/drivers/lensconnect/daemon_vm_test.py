@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """In the virtual machine: lensd with a LensConnect lens on uhid that comes, goes in mid-move and comes back, beside a lens
-that is always there."""
+that is always there. Its driver runs in a process of its own."""
 import json
 import os
 import subprocess
@@ -20,6 +20,7 @@ CONFIG = f"""version = 1
 [[lens]]
 name = "usb"
 driver = "lensconnect"
+process = "own"
 serial = "A123"
 [[lens]]
 name = "here"

@@ -1,4 +1,4 @@
-// The simulated lens behind the driver's transport seam, on a clock that moves only as reports go to and fro.
+// The simulated lens behind the driver's transport seam: on a stepped clock time passes only as reports go to and fro.
 #pragma once
 
 #include <algorithm>
@@ -19,9 +19,10 @@ struct ModelLens {
   std::atomic<bool> plugged{true};
 };
 
-class ModelTransport final : public drivers::lensconnect::Transport {
+template <class ItsClock>
+class TransportOn final : public drivers::lensconnect::Transport {
  public:
-  ModelTransport(std::shared_ptr<ModelLens> model, SteppedClock& clock) : model_(std::move(model)), clock_(clock) {}
+  TransportOn(std::shared_ptr<ModelLens> model, ItsClock& clock) : model_(std::move(model)), clock_(clock) {}
 
   Result<void> Write(std::span<const std::uint8_t> report) override {
     clock_.Advance(kFrame);
@@ -63,8 +64,9 @@ class ModelTransport final : public drivers::lensconnect::Transport {
   static Result<void> Gone() { return Fail(Code::Disconnected, "unplugged"); }
 
   std::shared_ptr<ModelLens> model_;
-  SteppedClock& clock_;
+  ItsClock& clock_;
   std::atomic<bool> interrupted_{false};
 };
+using ModelTransport = TransportOn<SteppedClock>;
 
 }  // namespace lensd::testing

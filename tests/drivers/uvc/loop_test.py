@@ -1,5 +1,5 @@
 """Inside the virtual machine: lensd on the simulated USB camera, through libusb (driver uvc) or through the kernel's uvcvideo
-(driver v4l2). Autofocus closes the loop on streamed pictures; the plug is pulled in mid-move. Order and state are asserted,
+(driver v4l2), each in a process of its own. Autofocus closes the loop on streamed pictures; the plug is pulled in mid-move. Order and state are asserted,
 never time.
 
 usage: loop_test.py BIN_FOLDER SIM_UVC uvc|v4l2"""
@@ -17,8 +17,8 @@ SUBJECT_D = 1 / 1.2
 HALF_DEPTH_D = 2 * 13.8e-6 * 2.8 / (0.025 * 0.0255)
 
 CONFIG = {
-    "uvc": 'driver = "uvc"\nserial = "LOOP"\nfeedback = "counts"\ntimeout_ms = 5000\nframe_timeout_ms = 20000\npixel_um = 13.8\n',
-    "v4l2": 'driver = "v4l2"\nserial = "LOOP"\npixel_um = 13.8\ngamma = 1.0\nformat = "YUYV"\n'
+    "uvc": 'driver = "uvc"\nprocess = "own"\nserial = "LOOP"\nfeedback = "counts"\ntimeout_ms = 5000\nframe_timeout_ms = 20000\npixel_um = 13.8\n',
+    "v4l2": 'driver = "v4l2"\nprocess = "own"\nserial = "LOOP"\npixel_um = 13.8\ngamma = 1.0\nformat = "YUYV"\n'
             'focus_speed = 1500\nfocus_settle_ms = 300\niris_unit = "f-number"\niris_scale = 0.01\n',
 }
 OPTICS = """[lens.optics]

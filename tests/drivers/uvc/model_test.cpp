@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "frame_assembler.h"
+#include "model_in_process.h"
 #include "model_transport.h"
 #include "stand.h"
 
@@ -71,6 +72,10 @@ struct RelativeStand : ModelStand {
 };
 struct MjpegStand : ModelStand {
   MjpegStand() : ModelStand({.isochronous = true}) { config_.camera_config.format = PixelFormat::Mjpeg; }
+};
+
+struct UvcInProcess final : contract::ModelInProcess {
+  UvcInProcess() : ModelInProcess("uvc-model-driver", "uvc") {}
 };
 
 class UvcModelTest : public ::testing::Test {
@@ -294,6 +299,8 @@ INSTANTIATE_TEST_SUITE_P(UvcFeedback, LensContract, contract::Stands<FeedbackSta
 INSTANTIATE_TEST_SUITE_P(UvcEcho, LensContract, contract::Stands<EchoStand>());
 INSTANTIATE_TEST_SUITE_P(UvcAsynchronous, LensContract, contract::Stands<AsynchronousStand>());
 INSTANTIATE_TEST_SUITE_P(UvcRelative, LensContract, contract::Stands<RelativeStand>());
+INSTANTIATE_TEST_SUITE_P(UvcInProcess, LensContract, contract::Stands<UvcInProcess>());
+INSTANTIATE_TEST_SUITE_P(UvcInProcess, CameraContract, contract::Stands<UvcInProcess>());
 INSTANTIATE_TEST_SUITE_P(UvcBulk, CameraContract, contract::Stands<FeedbackStand>());
 INSTANTIATE_TEST_SUITE_P(UvcMjpeg, CameraContract, contract::Stands<MjpegStand>());
 

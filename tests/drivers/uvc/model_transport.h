@@ -1,4 +1,4 @@
-// The simulated camera at the other end of a wire that takes no real time: every transfer steps the clock.
+// The simulated camera at the other end of a wire: on a stepped clock every transfer steps it, and takes no real time.
 #pragma once
 
 #include <atomic>
@@ -15,12 +15,13 @@
 
 namespace lensd::drivers::uvc {
 
-class ModelTransport final : public Transport {
+template <class ItsClock>
+class TransportOn : public Transport {
  public:
   using Model = sim::devices::UvcModel;
   static constexpr Duration kTransfer = std::chrono::microseconds(250);
 
-  ModelTransport(SteppedClock& clock, Model& model) : clock_(clock), model_(model), stream_(model) {}
+  TransportOn(ItsClock& clock, Model& model) : clock_(clock), model_(model), stream_(model) {}
 
   Reply Control(const Setup& setup, std::span<const std::uint8_t> out, Duration timeout) override {
     using Outcome = Reply::Outcome;
@@ -83,7 +84,7 @@ class ModelTransport final : public Transport {
   sim::devices::UvcStream& stream() { return stream_; }
 
  private:
-  SteppedClock& clock_;
+  ItsClock& clock_;
   Model& model_;
   sim::devices::UvcStream stream_;
   std::atomic<bool> unplugged_ = false;
@@ -94,10 +95,11 @@ class ModelTransport final : public Transport {
   StreamPipe pipe_;
   PayloadSink* sink_ = nullptr;
 };
+using ModelTransport = TransportOn<SteppedClock>;
 
 /// The whole driver on that wire.
-inline Result<Device> OpenOnModel(const std::shared_ptr<ModelTransport>& transport, sim::devices::UvcModel& model,
-                                  SteppedClock& clock, const UvcConfig& config) {
+inline Result<Device> OpenOnModel(const std::shared_ptr<Transport>& transport, sim::devices::UvcModel& model,
+                                  const Clock& clock, const UvcConfig& config) {
   const auto configuration = model.Configuration();
   auto selection = Select(configuration, config);
   if (!selection) return PassOn(selection);
