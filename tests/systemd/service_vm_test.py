@@ -6,6 +6,7 @@ import grp
 import http.client
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -26,6 +27,7 @@ scene = "/etc/lensd/small.toml"
 [[lens]]
 name = "usb"
 driver = "lensconnect"
+process = "own"
 serial = "SERVICE1"
 focus_pps = 400
 """
@@ -163,6 +165,21 @@ class Service(unittest.TestCase):
         self.assertEqual(moved.returncode, 0, moved.stderr + said())
         self.assertTrue(json.loads(moved.stdout)["reached"])
         self.assertEqual(self.tell("position 1"), "1000")
+
+    def test_4b_its_driver_is_a_confined_process(self):
+        number = status("usb")["process"]
+        with open(f"/proc/{number}/status", encoding="ascii") as file:
+            about = dict(line.rstrip("\n").split(":\t", 1) for line in file)
+        self.assertEqual((about["Name"], about["PPid"], about["NoNewPrivs"], about["Seccomp"]),
+                         ("lensd-driver", str(main_pid()), "1", "2"))
+        # One filter more than lensd itself has.
+        with open(f"/proc/{main_pid()}/status", encoding="ascii") as file:
+            of_lensd = dict(line.rstrip("\n").split(":\t", 1) for line in file)
+        self.assertEqual(int(about["Seccomp_filters"]), int(of_lensd["Seccomp_filters"]) + 1)
+        self.assertNotIn("not confined: ", must("journalctl", "--output=cat", "--unit=lensd"))
+        self.assertEqual((shown("KillMode"), shown("OOMPolicy")), ("mixed", "continue"))
+        exposure = must("systemd-analyze", "security", "--no-pager", "lensd.service").splitlines()[-1]
+        self.assertLessEqual(float(re.search(r"([0-9.]+) [A-Z]+", exposure)[1]), 1.4, exposure)
 
     def test_5_the_journal_has_lines_with_fields(self):
         lines = [line for line in journal() if line.get("SYSLOG_IDENTIFIER") == "lensd" and "MESSAGE_ID" in line]
