@@ -49,6 +49,18 @@ const drivers::Driver* FindDriver(std::string_view name) {
   return found == std::end(kDrivers) ? nullptr : found;
 }
 
+const DriverNeeds& NeedsOf(std::string_view driver) {
+  static const std::vector<DriverNeeds> table = {
+      {"v4l2", {"char-video4linux", "char-media", "char-i2c"}, {"video", "v4l-subdev", "media", "i2c-"}},
+      {"uvc", {"char-usb_device"}, {"bus/usb"}},
+      {"lensconnect", {"char-hidraw"}, {"hidraw"}},
+      {"modbus", {"char-ttyS", "char-ttyUSB", "char-ttyACM"}, {}, true},
+      {"aravis", {"char-usb_device"}, {"bus/usb"}, true}};
+  static const DriverNeeds nothing;
+  const auto found = std::ranges::find(table, driver, &DriverNeeds::driver);
+  return found == table.end() ? nothing : *found;
+}
+
 std::string DriverNames() {
   std::string names;
   for (const drivers::Driver& driver : kDrivers) names += (names.empty() ? "" : ", ") + std::string(driver.name);

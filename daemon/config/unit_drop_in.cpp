@@ -1,33 +1,17 @@
-// What each driver opens, as systemd names classes of devices.
+// What the configured drivers open, as systemd names classes of devices.
 #include "daemon/config/unit_drop_in.h"
 
-#include <algorithm>
 #include <set>
-#include <span>
 #include <string_view>
-#include <vector>
+
+#include "daemon/config/drivers_table.h"
 
 namespace lensd::daemon {
 namespace {
 
-struct Needs {
-  std::string_view driver;
-  std::vector<std::string_view> classes;
-};
-
-const std::vector<Needs>& Table() {
-  static const std::vector<Needs> table = {{"sim", {}},
-                                           {"v4l2", {"char-video4linux", "char-media", "char-i2c"}},
-                                           {"uvc", {"char-usb_device"}},
-                                           {"lensconnect", {"char-hidraw"}},
-                                           {"modbus", {"char-ttyS", "char-ttyUSB", "char-ttyACM"}},
-                                           {"aravis", {"char-usb_device"}}};
-  return table;
-}
-
 void Add(const DeviceConfig& device, std::set<std::string_view>& classes) {
-  const auto found = std::ranges::find(Table(), device.driver->name, &Needs::driver);
-  if (found != Table().end()) classes.insert(found->classes.begin(), found->classes.end());
+  const DriverNeeds& needs = NeedsOf(device.driver->name);
+  classes.insert(needs.classes.begin(), needs.classes.end());
 }
 
 }  // namespace

@@ -5,6 +5,9 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
 
 #include "daemon/events/log.h"
 #include "drivers/process/process.h"
@@ -20,6 +23,18 @@ std::string DriverProgram() {
   return (folder.parent_path() / "lib" / "lensd" / "drivers" / "lensd-driver").string();
 }
 
+/// Each absolute path that a driver's settings name.
+void AddPaths(const Settings& settings, std::vector<std::string>& paths) {
+  if (const auto* table = settings.AsTable()) {
+    for (const auto& [key, value] : *table) AddPaths(value, paths);
+  } else if (const auto* array = settings.AsArray()) {
+    for (const Settings& value : *array) AddPaths(value, paths);
+  } else if (const auto* text = std::get_if<std::string>(&settings.value());
+             text != nullptr && text->starts_with('/')) {
+    paths.push_back(*text);
+  }
+}
+
 }  // namespace
 
 Result<drivers::Device> OpenDriver(const DeviceConfig& config, const Clock& clock) {
@@ -32,8 +47,10 @@ Result<drivers::Device> OpenDriver(const DeviceConfig& config, const Clock& cloc
     if (opened) *process = number;
     if (!opened) process->compare_exchange_strong(number, 0);  // another one may have been opened before this one left
   };
+  std::vector<std::string> command = {DriverProgram(), name};
+  AddPaths(config.settings, command);
   return drivers::process::OpenInProcess(
-      {.command = {DriverProgram(), name}, .driver = name, .shares = config.shares, .log = log, .runs = runs},
+      {.command = std::move(command), .driver = name, .shares = config.shares, .log = log, .runs = runs},
       config.settings, clock);
 }
 

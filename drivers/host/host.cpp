@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "confinement.h"
 #include "proto/driver_interface.h"
 #include "session.h"
 
@@ -146,7 +147,7 @@ int Serve(const Driver& driver, daemon::Descriptor listening, const Clock& clock
 
 }  // namespace
 
-void RunHost(const Driver& driver) {
+void RunHost(const Driver& driver, const Confinement& confinement) {
   static const MonotonicClock clock;
   auto listening = InheritedSocket();
   if (!listening) {
@@ -155,6 +156,7 @@ void RunHost(const Driver& driver) {
   }
   LeaveSignalsToLensd();
   setvbuf(stdout, nullptr, _IOLBF, 0);
+  Confine(confinement);
   const int status = Serve(driver, *std::move(listening), clock);
   std::fflush(nullptr);
   _exit(status);  // a call that hangs in the driver is not waited for

@@ -17,8 +17,11 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <set>
 #include <utility>
 #include <vector>
+
+#include "drivers/wire/wire.h"
 
 namespace lensd::drivers::process {
 namespace {
@@ -89,6 +92,20 @@ class Words {
   std::vector<char*> argument_pointers_;
   std::vector<char*> environment_pointers_;
 };
+
+/// What the kernel cannot refuse is printed by every process of a driver: one of these lines is enough.
+std::function<void(std::string_view)> EachLackOnce(const Program& program) {
+  if (!program.log) return {};
+  return [log = program.log, driver = program.driver](std::string_view line) {
+    static std::mutex mutex;
+    static std::set<std::string> said;
+    {
+      const std::lock_guard lock(mutex);
+      if (line.starts_with(wire::kNotConfined) && !said.insert(driver + ": " + std::string(line)).second) return;
+    }
+    log(line);
+  };
+}
 
 /// In the child, until it is another program.
 [[noreturn]] void Become(Words& words, int nothing, int output, int listening) {
@@ -168,6 +185,8 @@ std::string PrintedLines::Last() {
   for (const std::string& line : last_) text += (text.empty() ? "; it printed last: " : " | ") + line;
   return text;
 }
+
+HostProcess::HostProcess(const Program& program) : printed_(EachLackOnce(program)) {}
 
 // ---- its life -------------------------------------------------------------------------------------------------------
 

@@ -69,7 +69,7 @@ class HostProcess {
   Error KilledBecause(const std::string& why);
 
  private:
-  explicit HostProcess(const Program& program) : printed_(program.log) {}
+  explicit HostProcess(const Program& program);
   Result<daemon::Descriptor> Listen();
   Result<void> Spawn(const Program& program, const daemon::Descriptor& listening);
   void ReadPrinted();

@@ -142,8 +142,9 @@ class AzInProcess final : public contract::RealStand {
                                     "parameters = { speed = 50000, start_rate = 1000000, stop_rate = 1000000 }\n"),
                       "bench.toml");
     if (!settings) return PassOn(settings);
-    return process::OpenInProcess({.command = {LENSD_BINARY_DIR "/bin/lensd-driver", "modbus"}, .driver = "modbus"},
-                                  WithShippedProfiles(*settings), clock());
+    return process::OpenInProcess(
+        {.command = {LENSD_BINARY_DIR "/bin/lensd-driver", "modbus", bench_.port()}, .driver = "modbus"},
+        WithShippedProfiles(*settings), clock());
   }
   bool Unplug() override {
     bench_.wire.Unplug();

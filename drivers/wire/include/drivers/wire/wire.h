@@ -59,6 +59,9 @@ Json ErrorJson(const Error& error);
 /// Of codes that it does not know, Internal.
 Error ErrorFrom(const Json& parameters);
 
+/// How a line begins that a driver's process prints where the kernel cannot refuse it something.
+inline constexpr std::string_view kNotConfined = "not confined: ";
+
 double Milliseconds(Duration duration);
 Duration FromMilliseconds(double ms);
 
