@@ -180,7 +180,7 @@ void ServedLens::StartRig(Made made, Result<std::vector<rig::Preset>> presets) {
   plans_.planning = SharedPlanning(*rig, config_.rig);
   shown_.info = varlink::WriteJson(InfoJson(name(), *rig, config_.rig, plans_.planning.get(), kept_.calibration.path));
   const rig::Status now = rig->GetStatus();
-  const std::string serial = rig->lens().serial;
+  const drivers::Capabilities lens = rig->lens();
   const std::string_view connection = ConnectionOf(now);
   Show(std::make_shared<const rig::Status>(now), StatusText(StateJson(now), connection, now), connection);
   opening_.left_moving = false;
@@ -200,10 +200,10 @@ void ServedLens::StartRig(Made made, Result<std::vector<rig::Preset>> presets) {
   ++users_->work.openings;
   users_->holds = {};
   users_->refocus->Opened(std::move(made.memory.drift));
-  users_->slope->Opened(std::move(made.memory.slopes), SlopeFile(config_, surroundings_.state, serial));
+  users_->slope->Opened(std::move(made.memory.slopes), SlopeFile(config_, surroundings_.state, lens.serial));
   KeepUnwritten(std::move(made.unwritten));
   if (config_.home_at_start) HomeAtStart();
-  users_->stay->Opened(std::move(made.memory.last));
+  users_->stay->Opened(std::move(made.memory.last), lens);
 }
 
 /// Told to end, or because something threw: then the device is opened anew, the later the more often that happened.

@@ -36,6 +36,29 @@ void CopyAxis(Axis axis, const rig::Preset& from, rig::Preset& to) {
   to.grade = from.grade;
 }
 
+/// The lens as `status` has it.
+rig::Preset PlaceIn(const rig::Status& status) {
+  rig::Preset here;
+  here.label = "last";
+  here.temperature = status.temperature;
+  for (const Axis axis : drivers::kAxes) {
+    if (status.axes[axis]) here.native[axis] = status.axes[axis]->position;
+  }
+  if (const auto& focus = status.axes[Axis::Focus]) here.approach_up = focus->arrival.upward;
+  here.vergence = status.vergence;
+  here.vergence_bound = status.vergence_bound;
+  here.extension = status.extension;
+  here.f_number = status.f_number;
+  here.grade = status.grade;
+  if (status.optics) here.focal_length = status.optics->focal_length();
+  return here;
+}
+
+/// Of all commands for the focus those that are no stops: one of these says where focus is to stand.
+std::uint64_t Sendings(const rig::CommandCount& commands) {
+  return commands.given - commands.stops;
+}
+
 rig::Preset OnlyAxis(Axis axis, const rig::Preset& preset) {
   rig::Preset one;
   one.label = preset.label;
@@ -43,13 +66,24 @@ rig::Preset OnlyAxis(Axis axis, const rig::Preset& preset) {
   return one;
 }
 
-/// On the worker's thread: to a preset, each axis homed first where that is needed.
+/// What a run does.
+struct RunOrder {
+  rig::Preset to;
+  bool homes = false;                ///< axes without their reference are homed first; else they do not move
+  rig::CommandCount focus_commands;  ///< that had come when the run was decided on: one that came since goes first
+};
+
+Error NoReference(Axis axis) {
+  return {Code::NotHomed, std::string(drivers::AxisName(axis)) + " has no reference: home it first (lensctl home)"};
+}
+
+/// On the worker's thread: to a preset.
 class StayRun : public std::enable_shared_from_this<StayRun> {
  public:
   using Done = std::move_only_function<void(Result<rig::RecallOutcome>)>;
-  StayRun(rig::Rig& rig, rig::Preset preset, std::shared_ptr<const std::atomic<bool>> over, Done done)
+  StayRun(rig::Rig& rig, RunOrder order, std::shared_ptr<const std::atomic<bool>> over, Done done)
       : rig_(rig),
-        preset_(std::move(preset)),
+        order_(std::move(order)),
         over_(std::move(over)),
         mine_(rig.commands_given({})),
         done_(std::move(done)) {}
@@ -57,21 +91,28 @@ class StayRun : public std::enable_shared_from_this<StayRun> {
   /// Where one axis stands that is not known, none moves.
   void Begin() {
     const rig::Status status = rig_.GetStatus();
+    if (status.focus_commands != order_.focus_commands) return done_(PassOn(TookOver()));
     if (auto busy = rig_.WhyNotAtRest()) return done_(PassOn(*std::move(busy)));
     for (const Axis axis : kGoingOrder) {
       if (!Moves(axis)) continue;
       if (auto lost = rig::WhyLost(axis, status.axes[axis])) return done_(PassOn(*std::move(lost)));
+      if (!order_.homes && Unhomed(axis)) return done_(PassOn(NoReference(axis)));
     }
     Next();
   }
 
  private:
-  bool Moves(Axis axis) const { return preset_.native[axis] && rig_.lens().axes[axis]; }
+  static Error TookOver() { return {Code::Superseded, "another command for this lens took over"}; }
+  bool Moves(Axis axis) const { return order_.to.native[axis] && rig_.lens().axes[axis]; }
+  bool Unhomed(Axis axis) const {
+    const auto now = rig_.GetStatus().axes[axis];
+    return now && !now->homed && rig_.lens().axes[axis]->can_home;
+  }
 
   std::optional<Error> WhyOver() const {
     const rig::CommandCount now = rig_.commands_given({});
     if (now.stops != mine_.stops) return Error{Code::Cancelled, "stopped"};
-    if (now != mine_) return Error{Code::Superseded, "another command for this lens took over"};
+    if (now != mine_) return TookOver();
     if (*over_) return Error{Code::Leased, "the lens was leased meanwhile"};
     return std::nullopt;
   }
@@ -81,8 +122,7 @@ class StayRun : public std::enable_shared_from_this<StayRun> {
     if (step_ == std::size(kGoingOrder)) return done_(std::move(outcome_));
     if (auto over = WhyOver()) return done_(PassOn(*std::move(over)));
     const Axis axis = kGoingOrder[step_++];
-    const auto now = rig_.GetStatus().axes[axis];
-    if (!now || now->homed || !rig_.lens().axes[axis]->can_home) return Recall(axis);
+    if (!Unhomed(axis)) return Recall(axis);
     rig_.Home(axis, [self = shared_from_this(), axis](const Result<rig::MoveOutcome>& homed) {
       if (!homed) return self->done_(PassOn(homed));
       if (!homed->reached) return self->done_(Fail(Code::NotHomed, "not homed: " + homed->reason));
@@ -99,12 +139,12 @@ class StayRun : public std::enable_shared_from_this<StayRun> {
       self->outcome_.reached = self->outcome_.reached && went->reached;
       self->Next();
     };
-    rig::RecallPreset(rig_, OnlyAxis(axis, preset_), end);
+    rig::RecallPreset(rig_, OnlyAxis(axis, order_.to), end);
     mine_ = rig_.commands_given({});
   }
 
   rig::Rig& rig_;
-  const rig::Preset preset_;
+  const RunOrder order_;
   const std::shared_ptr<const std::atomic<bool>> over_;
   rig::CommandCount mine_;
   Done done_;
@@ -153,12 +193,12 @@ std::uint64_t LensStay::Commands() const {
   return lens_.users().driving.noted() + lens_.users().stops.newest();
 }
 
-void LensStay::Opened(std::optional<rig::Preset> last) {
+void LensStay::Opened(std::optional<rig::Preset> last, const drivers::Capabilities& lens) {
   under_way_.reset();
+  for (const Axis axis : drivers::kAxes) homes_[axis] = lens.axes[axis] && lens.axes[axis]->can_home;
   if (!last_) last_ = std::move(last);
-  moved_ = !last_;
-  taking_ = false;
-  seen_ = Commands();
+  drive_ = last_ ? Drive::None : Drive::Asked;
+  seen_ = {.calls = Commands(), .sendings = 0};
   due_ = Commands();
   Look();
 }
@@ -198,14 +238,14 @@ void LensStay::Look() {
     if (!MayMove()) *under_way_ = true;
     return;
   }
-  if (!lens_.status().connected) return;
+  if (!lens_.status().connected || lens_.status().sampled_at == Instant{} || saying_ > 0) return;
   if (due_) return Start();
   if (NotMissingAnyMore()) {
     missing_ = false;
     Complain("");
   }
   Note();
-  if (!under_way_ && !moved_ && !taking_) Keep();
+  if (!under_way_ && drive_ == Drive::None) Keep();
 }
 
 void LensStay::Start() {
@@ -231,44 +271,77 @@ void LensStay::Start() {
            "\" makes one of where the lens stands");
 }
 
+/// Whether its position means something.
+bool LensStay::Known(Axis axis) const {
+  const auto& now = lens_.status().axes[axis];
+  return now && !now->lost && (now->homed || !homes_[axis]);
+}
+
 /// Where a command has brought the lens is where it is to stay.
 void LensStay::Note() {
   using Kind = rig::Activity::Kind;
-  const Kind kind = lens_.status().activity.kind;
-  if (std::exchange(seen_, Commands()) != Commands()) moved_ = true;
-  if (kind == Kind::Moving || kind == Kind::Homing || kind == Kind::Autofocus || kind == Kind::Backlash) moved_ = true;
-  if (!moved_ || taking_ || !AtRest()) return;
-  moved_ = false;
-  taking_ = true;
-  lens_.Ask<rig::Preset>([](rig::Rig& rig, auto done) { done(rig::TakePreset(rig, "last")); },
-                         [this](const Result<rig::Preset>& here) {
-                           taking_ = false;
-                           if (here) return Take(*here);
-                           // Where clients have left it is not known then, and what was known before is out of date.
-                           if (here.error().code != Code::Busy) last_.reset();
-                           moved_ = moved_ || here.error().code == Code::Busy;
-                         });
+  const rig::Status& now = lens_.status();
+  const Kind kind = now.activity.kind;
+  const bool sent = Sendings(now.focus_commands) != seen_.sendings;
+  if (std::exchange(seen_.calls, Commands()) != Commands() && drive_ == Drive::None) drive_ = Drive::Asked;
+  if (kind == Kind::Moving || kind == Kind::Homing || kind == Kind::Autofocus || kind == Kind::Backlash || sent) {
+    drive_ = Drive::Driven;
+  }
+  if (drive_ == Drive::None || !AtRest()) return;
+  seen_.sendings = Sendings(now.focus_commands);
+  // What was to be said of the place before is over.
+  if (std::exchange(drive_, Drive::None) == Drive::Driven && !missing_) Complain("");
+  const auto& focus = now.axes[Axis::Focus];
+  if (sent && focus && focus->lost && last_)
+    last_->native[Axis::Focus].reset();  // it is elsewhere, and nobody knows where
+  const auto left_by_command = [&](Axis axis) {
+    const bool by_us = now.axes[axis]->moved_by_us && !now.axes[axis]->moved_by_another;
+    return by_us || !last_ || (axis == Axis::Focus && sent);
+  };
+  drivers::PerAxis<bool> taken;
+  for (const Axis axis : drivers::kAxes) taken[axis] = Known(axis) && left_by_command(axis);
+  Take(taken);
 }
 
-/// Of an axis that no command of a client has moved, or another program since, what was known before stays.
-void LensStay::Take(const rig::Preset& here) {
-  if (moved_) return;  // by a command that came meanwhile
-  rig::Preset next = last_.value_or(here);
+/// These axes are to stay where they stand; of the others what was known before holds.
+void LensStay::Take(const drivers::PerAxis<bool>& axes) {
+  if (std::ranges::none_of(drivers::kAxes, [&](Axis axis) { return axes[axis]; })) return;
+  const rig::Preset here = PlaceIn(lens_.status());
+  rig::Preset next = last_.value_or(rig::Preset{});
+  next.label = here.label;
   for (const Axis axis : drivers::kAxes) {
-    const auto& now = lens_.status().axes[axis];
-    if (now && now->moved_by_us && !now->moved_by_another) CopyAxis(axis, here, next);
+    if (axes[axis]) CopyAxis(axis, here, next);
   }
   next.saved = StateFileMoment();
   const bool same = last_ && last_->native == next.native && last_->vergence == next.vergence;
   last_ = std::move(next);
-  if (!lens_.config().start_last || same) return;
+  if (!same) KeepLast();
+}
+
+void LensStay::KeepLast() {
+  if (!lens_.config().start_last || !last_) return;
   KeepStateFile(lens_, LastFile(lens_.config(), lens_.surroundings().state), rig::PresetsText({*last_}),
                 "where the lens was left", [](const Result<void>&) {});
+}
+
+void LensStay::Said(Axis axis, bool changed) {
+  --saying_;
+  seen_.sendings = Sendings(lens_.status().focus_commands);
+  if (!changed || !Wanted()) return;
+  if (!missing_) Complain("");
+  drivers::PerAxis<bool> said;
+  said[axis] = Known(axis);
+  Take(said);
 }
 
 void LensStay::Keep() {
   const auto& focus = lens_.status().axes[Axis::Focus];
   if (!lens_.config().rig.axes[Axis::Focus].keep || !focus || !last_ || !last_->native[Axis::Focus]) return;
+  if (!Known(Axis::Focus)) {
+    const Error why = rig::WhyLost(Axis::Focus, focus).value_or(NoReference(Axis::Focus));
+    if (problem().empty()) Complain("keep: focus is not brought back: " + why.message);
+    return;
+  }
   const bool automatic = focus->fault == drivers::kOwnAutofocusOn;
   // Just after a motion of ours, a motion by another program may be taken for ours: so the position decides.
   const double off = std::abs((focus->position - *last_->native[Axis::Focus]).value);
@@ -290,8 +363,10 @@ void LensStay::Keep() {
 
 void LensStay::Go(Order order) {
   under_way_ = std::make_shared<std::atomic<bool>>(false);
-  const auto go = [to = order.to, over = under_way_](rig::Rig& rig, auto done) {
-    std::make_shared<StayRun>(rig, to, over, std::move(done))->Begin();
+  const RunOrder run{
+      .to = order.to, .homes = order.by == Order::By::Start, .focus_commands = lens_.status().focus_commands};
+  const auto go = [run, over = under_way_](rig::Rig& rig, auto done) {
+    std::make_shared<StayRun>(rig, run, over, std::move(done))->Begin();
   };
   lens_.Ask<rig::RecallOutcome>(
       go, [this, order = std::move(order), mine = under_way_](const Result<rig::RecallOutcome>& outcome) {
@@ -306,9 +381,10 @@ void LensStay::Ended(const Order& order, const Result<rig::RecallOutcome>& outco
   if (outcome) lens_.watchers().AnnounceMoves(lens_, MovesJson(lens_.name(), outcome->moves));
   if (!outcome && GaveWay(outcome.error())) {
     const Code code = outcome.error().code;
-    moved_ = moved_ || code == Code::Superseded || code == Code::Cancelled;
+    if (code == Code::Superseded || code == Code::Cancelled) drive_ = Drive::Driven;
     return Log(Severity::Info, Event::BroughtBack, what + "given up: " + outcome.error().message, lens_.name());
   }
+  seen_.sendings = Sendings(lens_.status().focus_commands);
   const std::string missed = outcome ? WhyMissed(*outcome) : outcome.error().message;
   if (!missed.empty()) return Complain(what + "the lens is not " + order.where + ": " + missed);
   Complain("");
@@ -322,7 +398,7 @@ void LensStay::Ended(const Order& order, const Result<rig::RecallOutcome>& outco
     if (order.to.native[axis]) CopyAxis(axis, order.to, *last_);
   }
   for (const rig::MoveOutcome& move : outcome->moves) last_->native[move.axis] = move.position;
-  moved_ = false;
+  drive_ = Drive::None;
 }
 
 }  // namespace lensd::daemon

@@ -11,6 +11,7 @@
 
 #include "base/clock.h"
 #include "base/result.h"
+#include "drivers/api/lens.h"
 #include "rig/presets.h"
 
 namespace lensd::daemon {
@@ -26,11 +27,15 @@ class LensStay {
   explicit LensStay(ServedLens& lens);
 
   /// The lens was opened (anew). `last`: where it was left before lensd started; nothing: not known, or of no use.
-  void Opened(std::optional<rig::Preset> last);
+  void Opened(std::optional<rig::Preset> last, const drivers::Capabilities& lens);
   /// The device of an open lens answers again.
   void Back();
   /// The lens' state is new.
   void Look();
+  /// Somebody says where an axis stands: nothing is noted or begun until Said().
+  void Saying() { ++saying_; }
+  /// The lens' state is new, and its position there has changed or not. Nothing has moved: there it is to stay.
+  void Said(drivers::Axis axis, bool changed);
   /// From any thread: why the lens is not where it is to stand; empty: nothing is wrong.
   std::string problem() const;
 
@@ -41,12 +46,14 @@ class LensStay {
   void Start();
   void Keep();
   void Note();
-  void Take(const rig::Preset& here);
+  void Take(const drivers::PerAxis<bool>& axes);
+  void KeepLast();
   void Go(Order order);
   void Ended(const Order& order, const Result<rig::RecallOutcome>& outcome);
   bool Wanted() const;
   bool MayMove() const;
   bool AtRest() const;
+  bool Known(drivers::Axis axis) const;
   bool NotMissingAnyMore() const;
   void Complain(const std::string& problem);
 
@@ -55,10 +62,15 @@ class LensStay {
   std::optional<std::uint64_t> due_{};  ///< a start that has not begun: the commands of clients before it
   /// What moves the lens must begin no further move once this is true; null: nothing is under way.
   std::shared_ptr<std::atomic<bool>> under_way_{};
-  bool moved_ = true;       ///< by a command, since last_ was taken
-  bool taking_ = false;     ///< last_ is being taken
-  std::uint64_t seen_ = 0;  ///< commands of clients, when last_ was to be taken
-  bool missing_ = false;    ///< there was no such preset when the lens was to go there
+  /// What has come since last_ was taken: nothing, a call that may drive the lens, or a command that has.
+  enum class Drive { None, Asked, Driven } drive_ = Drive::Asked;
+  struct Seen {
+    std::uint64_t calls = 0;     ///< of clients
+    std::uint64_t sendings = 0;  ///< of focus
+  } seen_;                       ///< when last_ was to be taken
+  int saying_ = 0;
+  drivers::PerAxis<bool> homes_{};  ///< axes that can search a reference
+  bool missing_ = false;            ///< there was no such preset when the lens was to go there
   Instant returned_at_{};
   mutable std::mutex mutex_;
   std::string problem_{};  ///< guarded by mutex_

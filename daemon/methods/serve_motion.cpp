@@ -148,7 +148,11 @@ void SetPosition(ServedLens& lens, const ExchangePointer& exchange) {
   const Axis axis = AxisOf(exchange->parameters()["axis"]);
   const Native position{exchange->parameters()["position"].get<double>()};
   const auto say = [axis, position](rig::Rig& rig, auto done) { rig.SetPosition(axis, position, std::move(done)); };
-  lens.Ask<void>(say, Acknowledge(lens, exchange));
+  lens.users().stay->Saying();
+  lens.Ask<void>(say, [&lens, axis, answer = Acknowledge(lens, exchange)](const Result<void>& said) {
+    lens.users().stay->Said(axis, said.has_value());
+    answer(said);
+  });
 }
 
 void ResetFaults(ServedLens& lens, const ExchangePointer& exchange) {

@@ -16,6 +16,7 @@ from harness import BIN, HERE, LENS, PATIENCE, Daemon, played_node, quick_scene 
 LONG = os.environ.get("LENSD_TEST_LEVEL") == "long"
 RESTARTS = 100 if LONG else 3
 REOPENED = 5000 if LONG else 100
+SAID = 100 if LONG else 4
 CREEP = 0.1  # steps: a mechanism comes to rest exponentially, a settled move is within this
 FOCUS, AUTOFOCUS = 0x9A090A, 0x9A090C
 # Focus of 0 to 250 which the device's own autofocus takes away while it is on, as the kernel has it.
@@ -150,7 +151,6 @@ class Played(Case):
                 if preset:
                     self.assertEqual(self.daemon.lensctl("preset", "save", "cam", "desk").returncode, 0)
                     self.move(elsewhere)
-                self.wait_for(lambda: preset or self.kept_last() == wanted)
                 self.end()
                 self.plug(reset, automatic=self.draw.randint(0, 1))
                 self.begin(start)
@@ -158,6 +158,37 @@ class Played(Case):
                 self.assertEqual(self.device()[FOCUS], wanted)
                 self.assertEqual(self.status()["warnings"], [])
                 self.end()
+
+    def test_what_another_program_did_is_not_where_it_was_left(self):
+        """Also where lensd is killed then."""
+        self.begin('start = "last"\n')
+        opens = self.other_program()
+        for _ in range(RESTARTS):
+            wanted, elsewhere = self.draw.sample(range(0, 251, 10), 2)
+            self.move(wanted)
+            opens(elsewhere)
+            self.wait_for(lambda: self.focus()["position"] == elsewhere)
+            if follow := self.draw.random() < 0.5:  # a client wants it where the other program has put it
+                self.move(elsewhere)
+            self.wait_for(lambda: self.kept_last() == (elsewhere if follow else wanted))
+            daemon, self.daemon = self.daemon, None
+            daemon.kill()
+            self.begin('start = "last"\n')
+            self.daemon.wait_log("start: the lens is where it was left")
+            self.assertEqual(self.device()[FOCUS], elsewhere if follow else wanted)
+
+    def test_keep_follows_a_client_to_where_another_program_has_put_it(self):
+        self.begin(keep=True)
+        self.move(200)
+        opens = self.other_program()
+        opens(50)
+        self.wait_for(lambda: self.device()[FOCUS] == 200)
+        opens(90)  # less than 2 s later it is not brought back yet
+        self.wait_for(lambda: self.focus()["position"] == 90)
+        self.move(90)
+        self.looked_at()
+        opens(30)
+        self.wait_for(lambda: self.device()[FOCUS] == 90)
 
     def kept_last(self):
         try:
@@ -339,25 +370,93 @@ class Simulated(Case):
 class Counting(Case):
     """A motor that counts its steps and has no reference."""
 
-    def test_one_whose_place_is_not_known_does_not_move(self):
-        drive = CountingDrive(shaft=20000)
-        self.addCleanup(drive.close)
-        drive.get_power(20000)
+    def setUp(self):
+        super().setUp()
+        self.drive = CountingDrive(shaft=20000)
+        self.addCleanup(self.drive.close)
+        self.drive.get_power(20000)
+
+    def begin(self, keys="", keep=False, backlash=0):
         profile = os.path.join(self.folder.name, "drive.toml")
         with open(profile, "w", encoding="utf-8") as file:
             file.write(PROFILE)
-        self.start(f'driver = "modbus"\nbus = "b"\nstart = "last"\n[lens.drives.focus]\nunit = 1\nprofile = "{profile}"\nrange = [0, 30000]\n'
-                   '[lens.focus]\nkeep = true\nbacklash = 0\n',
-                   head=f'[[bus]]\nname = "b"\ndriver = "modbus"\nhost = "127.0.0.1:{drive.port}"\nresponse_timeout_ms = 300\n')
+        self.start(f'driver = "modbus"\nbus = "b"\n{keys}[lens.drives.focus]\nunit = 1\nprofile = "{profile}"\nrange = [0, 30000]\n'
+                   f'[lens.focus]\nkeep = {str(keep).lower()}\nbacklash = {backlash}\n',
+                   head=f'[[bus]]\nname = "b"\ndriver = "modbus"\nhost = "127.0.0.1:{self.drive.port}"\nresponse_timeout_ms = 300\n')
         self.wait_for(lambda: self.status()["connected"])
-        self.move(21000)
-        drive.lose_power()
+
+    def kill(self):
+        daemon, self.daemon = self.daemon, None
+        daemon.kill()
+
+    def loses_power(self):
+        self.drive.lose_power()
         self.wait_for(lambda: not self.status()["connected"])
-        drive.get_power(0)
+        self.drive.get_power(0)
         self.wait_for(lambda: self.status()["connected"])
+
+    def other_program_moves(self, shaft):
+        with self.drive.lock:
+            self.drive.way = (self.drive.place(), float(shaft), time.monotonic())
+
+    def test_one_whose_place_is_not_known_does_not_move(self):
+        self.begin('start = "last"\n', keep=True)
+        self.move(21000)
+        self.loses_power()
         self.wait_for(lambda: any("start" in one for one in self.status()["warnings"]))
         self.assertTrue(self.focus()["positionUnknown"])
-        self.assertAlmostEqual(drive.place(), 21000, delta=1)
+        self.assertAlmostEqual(self.drive.shaft(), 21000, delta=1)
+        self.looked_at()
+        self.assertEqual(self.lines("external"), [])  # nobody has moved it
+
+    def test_where_somebody_says_that_it_stands_it_stays(self):
+        """Whatever was before: nothing moves, what was complained of is over, and `keep` goes by what was said."""
+        for number in range(SAID):
+            start = self.draw.choice(("", 'start = "keep"\n', 'start = "last"\n'))
+            keep, backlash = self.draw.random() < 0.7, self.draw.choice((0, 0, 60))
+            before = self.draw.choice(("nothing", "end", "kill", "power cut", "power cut", "outage"))
+            if number == 0:  # whatever is drawn
+                start, keep, before = 'start = "last"\n', True, "power cut"
+            with self.subTest(number=number, start=start, keep=keep, backlash=backlash, before=before):
+                self.says_where_it_stands(start, keep, backlash, before)
+
+    def says_where_it_stands(self, start, keep, backlash, before):
+        self.begin(start, keep, backlash)
+        self.here(self.draw.randint(9000, 21000))
+        self.move(self.focus()["position"] + self.draw.choice((-1, 1)) * self.draw.randint(500, 4000))
+        if before in ("end", "kill", "power cut"):
+            (self.end if before == "end" else self.kill)()
+            if before == "power cut":
+                self.drive.lose_power()
+                self.drive.get_power(0)
+            self.begin(start, keep, backlash)
+        elif before == "outage":
+            self.loses_power()
+        if "cut" in before or "outage" in before:
+            self.wait_for(lambda: self.focus()["positionUnknown"])
+            if "last" in start:
+                self.wait_for(lambda: any("start" in one for one in self.status()["warnings"]))
+            if self.draw.random() < 0.5:  # a command of a client ends the complaint too
+                self.assertEqual(self.daemon.lensctl("focus", f"{self.draw.choice('+-')}{self.draw.randint(1, 500)}").returncode, 0)
+                self.wait_for(lambda: not self.status()["warnings"])
+        stood, reports = self.drive.shaft(), len(self.lines("external"))
+        self.assertEqual(reports, 0)
+        self.here(said := self.draw.randint(0, 30000))
+        self.looked_at()
+        now = self.focus()
+        self.assertEqual((now["position"], now["homed"], self.drive.shaft(), self.status()["warnings"]), (said, True, stood, []))
+        self.assertEqual(len(self.lines("external")), reports)
+        self.other_program_moves(stood + self.draw.choice((-1, 1)) * self.draw.randint(500, 1000))
+        self.wait_for(lambda: self.focus()["movedBy"] == "external" or self.lines("external"))
+        if keep:
+            self.wait_for(lambda: self.drive.shaft() == stood)
+            self.stands_at(said)
+        self.assertEqual(bool(self.lines("external")), keep)
+        self.end()
+
+    def here(self, place):
+        """Where its count is in doubt, or it has just moved, that is to be said again in a while."""
+        self.wait_for(lambda: self.daemon.lensctl("here", "focus", f"@{place}").returncode == 0)
 
 
 if __name__ == "__main__":
