@@ -10,7 +10,7 @@ namespace lensd::daemon {
 std::optional<StateHistory::Place> StateHistory::PlaceOf(const rig::Rig& rig) {
   auto state = rig::TakePreset(rig, "before");
   if (!state) return std::nullopt;
-  Place place{.state = *std::move(state), .sent = {}, .slack = {}};
+  Place place{.state = *std::move(state), .sent = {}, .slack = {}, .given = rig.commands_given({}).given};
   const rig::Status status = rig.GetStatus();
   for (const drivers::Axis axis : drivers::kAxes) {
     const auto& now = status.axes[axis];
@@ -34,15 +34,30 @@ void StateHistory::Note(const rig::Rig& rig) {
   auto here = PlaceOf(rig);
   if (!here) return;
   const std::lock_guard lock(mutex_);
-  if (last_ && Same(*here, *last_)) return;
-  before_last_ = std::exchange(last_, std::move(here));
+  if (!places_.empty() && Same(*here, places_.back())) return;
+  // From there to here another program has moved it, and not the command before which that place was noted.
+  if (!places_.empty() && places_.back().given == here->given) places_.pop_back();
+  places_.push_back(*std::move(here));
+  if (places_.size() > kMostPlaces) places_.pop_front();
+}
+
+void StateHistory::Disown(const rig::Rig& rig) {
+  const std::lock_guard lock(mutex_);
+  if (!places_.empty() && places_.back().given == rig.commands_given({}).given) places_.pop_back();
+}
+
+void StateHistory::Clear() {
+  const std::lock_guard lock(mutex_);
+  places_.clear();
 }
 
 std::optional<rig::Preset> StateHistory::Before(const rig::Rig& rig) const {
   const auto here = PlaceOf(rig);
   const std::lock_guard lock(mutex_);
-  const auto& place = here && last_ && Same(*here, *last_) ? before_last_ : last_;
-  return place ? std::optional(place->state) : std::nullopt;
+  const bool noted = here && !places_.empty() && Same(*here, places_.back());
+  const std::size_t before = noted ? 1 : 0;
+  if (places_.size() <= before) return std::nullopt;
+  return places_[places_.size() - 1 - before].state;
 }
 
 }  // namespace lensd::daemon

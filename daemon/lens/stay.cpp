@@ -365,7 +365,8 @@ void LensStay::Go(Order order) {
   under_way_ = std::make_shared<std::atomic<bool>>(false);
   const RunOrder run{
       .to = order.to, .homes = order.by == Order::By::Start, .focus_commands = lens_.status().focus_commands};
-  const auto go = [run, over = under_way_](rig::Rig& rig, auto done) {
+  const auto go = [run, over = under_way_, &history = lens_.users().history](rig::Rig& rig, auto done) {
+    history.Disown(rig);
     std::make_shared<StayRun>(rig, run, over, std::move(done))->Begin();
   };
   lens_.Ask<rig::RecallOutcome>(

@@ -150,6 +150,7 @@ void SetPosition(ServedLens& lens, const ExchangePointer& exchange) {
   const auto say = [axis, position](rig::Rig& rig, auto done) { rig.SetPosition(axis, position, std::move(done)); };
   lens.users().stay->Saying();
   lens.Ask<void>(say, [&lens, axis, answer = Acknowledge(lens, exchange)](const Result<void>& said) {
+    if (said) lens.users().history.Clear();
     lens.users().stay->Said(axis, said.has_value());
     answer(said);
   });

@@ -129,11 +129,13 @@ void Remove(ServedLens& lens, const ExchangePointer& exchange) {
 void Undo(ServedLens& lens, const ExchangePointer& exchange) {
   const auto undo = [&history = lens.users().history](rig::Rig& rig, auto done) {
     if (const auto before = history.Before(rig)) return rig::RecallPreset(rig, *before, std::move(done));
-    done(rig::RecallOutcome{.moves = {},
-                            .reached = false,
-                            .vergence_bound = {},
-                            .native_bound = {},
-                            .remark = "there is nothing to undo: no command has moved this lens since lensd started"});
+    done(rig::RecallOutcome{
+        .moves = {},
+        .reached = false,
+        .vergence_bound = {},
+        .native_bound = {},
+        .remark = "there is nothing to undo: no command has moved this lens since lensd started, or since somebody "
+                  "said where it stands"});
   };
   lens.Ask<rig::RecallOutcome>(undo, [exchange, &lens](const Result<rig::RecallOutcome>& outcome) {
     if (!outcome) return Refuse(exchange, lens, outcome.error());

@@ -17,6 +17,7 @@ LONG = os.environ.get("LENSD_TEST_LEVEL") == "long"
 RESTARTS = 100 if LONG else 3
 REOPENED = 5000 if LONG else 100
 SAID = 100 if LONG else 4
+UNDONE = 60 if LONG else 5
 CREEP = 0.1  # steps: a mechanism comes to rest exponentially, a settled move is within this
 FOCUS, AUTOFOCUS = 0x9A090A, 0x9A090C
 # Focus of 0 to 250 which the device's own autofocus takes away while it is on, as the kernel has it.
@@ -189,6 +190,33 @@ class Played(Case):
         self.looked_at()
         opens(30)
         self.wait_for(lambda: self.device()[FOCUS] == 90)
+
+    def test_undo_knows_nothing_of_what_keep_did(self):
+        """Places where clients have left focus, in any order with those of another program."""
+        self.begin(keep=True)
+        opens = self.other_program()
+        places = list(range(0, 251, 10))
+        self.move(before := self.draw.choice(places[2:]))
+        self.move(now := self.draw.choice([place for place in places if place != before]))
+        for _ in range(UNDONE):
+            back = now
+            opens(elsewhere := self.draw.choice([place for place in places if place not in (before, now)]))
+            # A call that moves nothing, before it is brought back or after.
+            calls = self.draw.choices(("", "preset save", "move"), k=2)
+            if calls[0]:  # refused while it moves
+                self.wait_for(lambda: self.daemon.lensctl("preset", "save", "cam", "any").returncode == 0)
+            self.wait_for(lambda: self.device()[FOCUS] == back)
+            self.stands_at(back)
+            if "preset" in calls[1]:
+                self.assertEqual(self.daemon.lensctl("preset", "save", "cam", "any").returncode, 0)
+            if calls[1] == "move":
+                before, now = now, self.draw.choice([place for place in places if place not in (before, now)])
+                self.move(now)
+            with self.subTest(before=before, now=now, elsewhere=elsewhere, calls=calls):
+                with self.daemon.client() as client:
+                    self.assertTrue(client.call(LENS + "Undo", {"lens": "cam"})["parameters"]["undo"]["undone"])
+                self.assertEqual(self.device()[FOCUS], before)
+                before, now = now, before
 
     def kept_last(self):
         try:
