@@ -82,7 +82,9 @@ Result<std::optional<std::string>> ReadKeptFile(const std::string& path) {
 }
 
 void RemoveTemporaries(const std::string& folder) {
-  constexpr std::array<std::string_view, 3> kOurs = {".position.json.", ".calibration.toml.", ".presets.toml."};
+  constexpr std::array<std::string_view, 7> kOurs = {".position.json.", ".calibration.toml.", ".presets.toml.",
+                                                     ".last.toml.",     ".refocus.toml.",     ".slope.toml.",
+                                                     ".direction.toml."};
   std::error_code error;
   std::vector<std::filesystem::path> left;
   for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {

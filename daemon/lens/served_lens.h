@@ -89,7 +89,8 @@ struct FileNotes {
 struct LensMemory {
   Result<std::vector<rig::DriftSample>> drift{};
   Result<std::vector<rig::SlopeRun>> slopes{};
-  std::optional<rig::Preset> last{};  ///< where the lens was left
+  drivers::PerAxis<std::optional<Native>> left{};  ///< where commands have left axes, as the positions' file has it
+  std::optional<rig::Preset> last{};               ///< where the lens was left
 };
 
 class ServedLens;
@@ -295,7 +296,7 @@ class ServedLens {
   void LoadLearned(Made& made) const;
   Result<Made> RigOf(drivers::Device device, std::shared_ptr<const rig::Calibration> calibration) const;
   std::optional<drivers::Direction> SeenOf(const std::string& serial, std::vector<std::string>& warnings) const;
-  std::unique_ptr<rig::PositionMemory> Memory(const std::string& serial, std::vector<std::string>& warnings) const;
+  std::unique_ptr<rig::PositionMemory> Memory(const std::string& serial, Made& made) const;
   void OpenAfter(Duration delay);
   bool TryToOpen(const std::shared_ptr<Tenure>& tenure);
   void TakeOpened(const Tenure& tenure, Result<Made> rig, Result<std::vector<rig::Preset>> presets);

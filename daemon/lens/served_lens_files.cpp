@@ -40,16 +40,16 @@ KeptCalibration CalibrationIn(const std::string& file, Writer writer, const std:
 // ---- opening ------------------------------------------------------------------------------------------------------
 
 /// Null: nothing is to be remembered. A file that cannot be read makes every position unknown, and is told of.
-std::unique_ptr<rig::PositionMemory> ServedLens::Memory(const std::string& serial,
-                                                        std::vector<std::string>& warnings) const {
+std::unique_ptr<rig::PositionMemory> ServedLens::Memory(const std::string& serial, Made& made) const {
   if (surroundings_.state.empty()) return nullptr;
   auto store = std::make_unique<PositionStore>(surroundings_.state, name(), serial, stop_signal_);
   if (auto loaded = store->Load(); !loaded) {
     std::string warning = loaded.error().message + ": no position of this lens is known until it is homed";
     const auto copy = loaded.error().code == Code::BadData ? io::KeepDamaged(store->path()) : Result<std::string>("");
     if (copy && !copy->empty()) warning += "; the file is kept as " + *copy;
-    warnings.push_back(std::move(warning));
+    made.notes.warnings.push_back(std::move(warning));
   }
+  made.memory.left = store->left();
   return store;
 }
 
@@ -101,7 +101,8 @@ void ServedLens::LoadLearned(Made& made) const {
   if (config_.start_last) {
     Result<std::vector<rig::Preset>> last;
     take(LoadPresets(LastFile(config_, state)), last);
-    if (last && !last->empty()) made.memory.last = std::move(last->front());
+    made.memory.last = LastPlace(last && !last->empty() ? std::optional(std::move(last->front())) : std::nullopt,
+                                 made.memory.left, *made.rig);
   }
   take(LoadLearnedSlope(SlopeFile(config_, state, made.rig->lens().serial)), made.memory.slopes);
 }
@@ -109,7 +110,7 @@ void ServedLens::LoadLearned(Made& made) const {
 Result<ServedLens::Made> ServedLens::RigOf(drivers::Device device,
                                            std::shared_ptr<const rig::Calibration> calibration) const {
   Made made;
-  auto memory = Memory(device.lens->capabilities().serial, made.notes.warnings);
+  auto memory = Memory(device.lens->capabilities().serial, made);
   made.simulation = device.simulation;
   rig::RigConfig config = config_.rig;
   config.axes[drivers::Axis::Focus].seen = SeenOf(device.lens->capabilities().serial, made.notes.warnings);

@@ -174,6 +174,23 @@ struct LensStay::Order {
   std::string where{};  ///< for people
 };
 
+std::optional<rig::Preset> LastPlace(std::optional<rig::Preset> kept,
+                                     const drivers::PerAxis<std::optional<Native>>& left, const rig::Rig& rig) {
+  rig::Preset there;
+  there.label = "last";
+  there.native = left;
+  there.approach_up = rig.approaches_up(Axis::Focus);
+  for (const Axis axis : drivers::kAxes) {
+    const auto& can = rig.lens().axes[axis];
+    if (!can || !left[axis]) continue;
+    const auto before = kept ? kept->native[axis] : std::nullopt;
+    if (before && std::abs((*before - *left[axis]).value) <= can->resolution) continue;
+    if (!kept) kept.emplace().label = there.label;
+    CopyAxis(axis, there, *kept);
+  }
+  return kept;
+}
+
 LensStay::LensStay(ServedLens& lens) : lens_(lens) {}
 
 std::string LensStay::problem() const {
@@ -196,7 +213,10 @@ std::uint64_t LensStay::Commands() const {
 void LensStay::Opened(std::optional<rig::Preset> last, const drivers::Capabilities& lens) {
   under_way_.reset();
   for (const Axis axis : drivers::kAxes) homes_[axis] = lens.axes[axis] && lens.axes[axis]->can_home;
-  if (!last_) last_ = std::move(last);
+  if (!last_ && last) {
+    last_ = std::move(last);
+    KeepLast();
+  }
   drive_ = last_ ? Drive::None : Drive::Asked;
   seen_ = {.calls = Commands(), .sendings = 0};
   due_ = Commands();

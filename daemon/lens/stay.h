@@ -18,6 +18,11 @@ namespace lensd::daemon {
 
 class ServedLens;
 
+/// Where a lens was left: `kept` has it with its optics, but is written after the answer to a command; `left`, where
+/// commands have left its axes, is written before. Nothing: not known.
+std::optional<rig::Preset> LastPlace(std::optional<rig::Preset> kept,
+                                     const drivers::PerAxis<std::optional<Native>>& left, const rig::Rig& rig);
+
 /// Of one lens. Event loop thread only, but for problem(). Nothing of this moves a lens that is leased, was stopped for
 /// good, or does not know where it stands; any other command ends it.
 class LensStay {

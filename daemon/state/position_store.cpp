@@ -122,17 +122,41 @@ Result<void> PositionStore::WriteOne(const std::string& text) {
 }
 
 Result<rig::PositionMemory::Axes> PositionStore::Load() {
-  if (!loaded_) loaded_ = Read();
+  if (loaded_) return *loaded_;
+  auto read = Read();
+  if (read) kept_ = *read;
+  loaded_ = read ? Result<Axes>(read->axes) : PassOn(read);
   return *loaded_;
 }
 
-Result<rig::PositionMemory::Axes> PositionStore::Read() const {
+drivers::PerAxis<std::optional<Native>> PositionStore::left() const {
+  drivers::PerAxis<std::optional<Native>> left;
+  for (const Axis axis : drivers::kAxes) {
+    if (kept_.left[axis] && kept_.axes[axis]) left[axis] = kept_.axes[axis]->position;
+  }
+  return left;
+}
+
+/// Whether a command has left an axis at the position that is to be saved now.
+bool PositionStore::LeftBy(const Axes& axes, Axis axis) const {
+  const auto &before = kept_.axes[axis], &now = axes[axis];
+  if (!before || !now || !now->known) return false;
+  const bool still_there = kept_.left[axis] && before->position == now->position;
+  if (now->in_motion) return still_there;
+  // A rig says that an axis moves only of what it has commanded; but who moved on while no lensd ran is not known.
+  if (before->in_motion) return sent_[axis];
+  const bool elsewhere = before->offset != now->offset && before->position != now->position;
+  if (now->said && (!before->said || !before->known || elsewhere)) return true;  // somebody says so just now
+  return still_there;
+}
+
+Result<PositionStore::Content> PositionStore::Read() const {
   const std::lock_guard lock(*place_);
-  Axes axes;
+  Content content;
   const auto kept = io::ReadKeptFile(path_);
   if (!kept) return PassOn(kept);
   const auto& text = *kept;
-  if (!text) return axes;
+  if (!text) return content;
   // Only lensd writes it: what is not as it was written tells nothing about where the lens stands.
   if (io::IntegrityOfObject(*text) != io::Integrity::Whole) {
     return Fail(Code::BadData, path_ + ": is not as it was written (its checksum does not fit)");
@@ -141,23 +165,28 @@ Result<rig::PositionMemory::Axes> PositionStore::Read() const {
   if (!json) return Fail(Code::BadData, path_ + ": " + json.error().message);
   try {
     if (json->at("version") != 1) return Fail(Code::BadData, path_ + ": is not version 1");
-    if (json->at("serial") != serial_) return axes;
+    if (json->at("serial") != serial_) return content;
     for (const auto& [name, axis] : json->at("axes").get_ref<const Json::object_t&>()) {
       const auto known = drivers::AxisFromName(name);
       if (!known) return Fail(Code::BadData, path_ + ": there is no axis \"" + name + "\"");
-      axes[*known] = AxisMemoryOf(axis);
+      content.axes[*known] = AxisMemoryOf(axis);
+      content.left[*known] = axis.value("left", false);
     }
   } catch (const Json::exception&) {
     return Fail(Code::BadData, path_ + ": something is missing or of the wrong type");
   }
-  return axes;
+  return content;
 }
 
 Result<void> PositionStore::Save(const Axes& axes) {
   loaded_.reset();
   Json all = Json::object();
+  Content next{.axes = axes, .left = {}};
   for (const Axis axis : drivers::kAxes) {
-    if (axes[axis]) all[std::string(AxisName(axis))] = JsonOf(*axes[axis]);
+    if (!axes[axis]) continue;
+    next.left[axis] = LeftBy(axes, axis);
+    Json& json = all[std::string(AxisName(axis))] = JsonOf(*axes[axis]);
+    if (next.left[axis]) json["left"] = true;
   }
   const Json file{{"version", 1}, {"lens", lens_}, {"serial", serial_}, {"axes", std::move(all)}};
   const std::string text = io::SignedObject(varlink::WriteJson(file) + "\n");
@@ -173,7 +202,10 @@ Result<void> PositionStore::Save(const Axes& axes) {
     return true;
   });
   if (written) {
-    if (result) saved_ = text;
+    if (!result) return result;
+    saved_ = text;
+    kept_ = std::move(next);
+    for (const Axis axis : drivers::kAxes) sent_[axis] = axes[axis] && axes[axis]->in_motion;
     return result;
   }
   // What the caller believes to be on disk has to be there, or come back.

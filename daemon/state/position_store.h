@@ -31,6 +31,10 @@ class PositionStore final : public rig::PositionMemory {
   /// Cancelled: a stop came first; what was saved before stays, or comes back.
   Result<void> Save(const Axes& axes) override;
 
+  /// As last read or saved: where an axis stands, or stood before it was sent elsewhere, if a command has left it there
+  /// and no other program has moved it since.
+  drivers::PerAxis<std::optional<Native>> left() const;
+
   const std::string& path() const { return path_; }
 
  private:
@@ -43,7 +47,13 @@ class PositionStore final : public rig::PositionMemory {
     std::uint64_t written = 0;  ///< of the newest one written, or tried to be
     Result<void> result;        ///< of that one
   };
-  Result<Axes> Read() const;
+  /// What the file says.
+  struct Content {
+    Axes axes;
+    drivers::PerAxis<bool> left;  ///< by a command; see left()
+  };
+  Result<Content> Read() const;
+  bool LeftBy(const Axes& axes, drivers::Axis axis) const;
   void Write();
   Result<void> WriteOne(const std::string& text);
 
@@ -51,7 +61,9 @@ class PositionStore final : public rig::PositionMemory {
   std::string serial_;
   std::string path_;
   std::optional<Result<Axes>> loaded_;
-  std::string saved_;  // as the caller has been told; empty: nothing yet
+  Content kept_;                 ///< as last read or saved
+  drivers::PerAxis<bool> sent_;  ///< this store has saved that it moves
+  std::string saved_;            // as the caller has been told; empty: nothing yet
   std::shared_ptr<StopSignal> stops_;
   std::shared_ptr<std::mutex> place_;  // held while the file is read or takes the place of another; of all its stores
   Work work_;

@@ -17,6 +17,7 @@ LONG = os.environ.get("LENSD_TEST_LEVEL") == "long"
 RESTARTS = 100 if LONG else 3
 REOPENED = 5000 if LONG else 100
 SAID = 100 if LONG else 4
+KILLS = 200 if LONG else 8
 UNDONE = 60 if LONG else 5
 CREEP = 0.1  # steps: a mechanism comes to rest exponentially, a settled move is within this
 FOCUS, AUTOFOCUS = 0x9A090A, 0x9A090C
@@ -159,6 +160,26 @@ class Played(Case):
                 self.assertEqual(self.device()[FOCUS], wanted)
                 self.assertEqual(self.status()["warnings"], [])
                 self.end()
+
+    def test_what_was_answered_is_not_undone_by_a_kill(self):
+        """However soon after the answer it comes, and whatever the power does then."""
+        self.begin('start = "last"\n')
+        left = None
+        for number in range(KILLS):
+            wanted, reset = self.draw.sample([place for place in range(251) if place != left], 2)
+            alive = 0.2 * self.draw.random() * (number % 2)  # at once, every other time
+            with self.subTest(wanted=wanted, reset=reset, alive=alive):
+                self.move(wanted)
+                time.sleep(alive)
+                daemon, self.daemon = self.daemon, None
+                daemon.kill()
+                if self.draw.random() < 0.7:
+                    self.plug(reset, automatic=self.draw.randint(0, 1))
+                self.begin('start = "last"\n')
+                self.daemon.wait_log("start: the lens is where it was left")
+                self.assertEqual((self.device()[FOCUS], self.focus()["position"]), (wanted, wanted))
+                self.assertEqual([name for name in os.listdir(self.state) if name.startswith(".")], [])
+                left = wanted
 
     def test_what_another_program_did_is_not_where_it_was_left(self):
         """Also where lensd is killed then."""
