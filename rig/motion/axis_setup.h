@@ -36,6 +36,8 @@ struct AxisSetup {
   bool Counts() const { return can.feedback == drivers::Feedback::Counts; }
   /// Its positions are counted steps, and it has no reference to count from.
   bool OnlyCounts() const { return Counts() && !can.can_home; }
+  /// Its positions are measured, and it has no reference: wherever it went meanwhile, they hold.
+  bool Measures() const { return can.feedback == drivers::Feedback::Encoder && !can.can_home; }
   /// An overshoot that takes up the backlash, native units: none where the backlash is not known.
   bool TakesUp() const { return backlash_known && backlash > 0.0; }
 };

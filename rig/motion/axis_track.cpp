@@ -211,6 +211,12 @@ void AxisTrack::Recall(const AxisMemory& memory, const drivers::AxisState& state
   const Native device = state.position;
   arrived_ = !memory.in_motion;
   if (setup_.OnlyCounts()) return TakeUp(memory, device);
+  if (setup_.Measures() && (memory.in_motion || !memory.known)) {
+    // Nothing but its readings tells where it stands, nor ever would.
+    place_.offset = memory.offset;
+    travel_ = memory.travel;
+    return;
+  }
   const bool at_zero = Near(device, {});
   const bool swept = device >= memory.lowest - Native{Scatter()} && device <= memory.highest + Native{Scatter()};
   const auto restore = [&] {
@@ -270,7 +276,7 @@ void AxisTrack::Return(const AxisMemory& before, std::optional<Native> target, c
 }
 
 void AxisTrack::Forget() {
-  place_.known = false;
+  place_.known = setup_.Measures();
   last_.reset();
   rest_.reset();
 }

@@ -1,5 +1,6 @@
 """A lens whose axis counts its steps and has no reference, through losses of power and ends of lensd: nothing is reached that is
 elsewhere, `here` says where it stands, and that lasts."""
+import glob
 import json
 import os
 import random
@@ -11,7 +12,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 from counting_drive import PROFILE, CountingDrive  # noqa: E402
-from harness import LENS, Daemon  # noqa: E402
+from harness import LENS, PATIENCE, Daemon  # noqa: E402
 
 OUTAGES = {"fast": 3, "ci": 4, "long": 200}[os.environ.get("LENSD_TEST_LEVEL", "ci")]
 ENDS = {"fast": 2, "ci": 4, "long": 200}[os.environ.get("LENSD_TEST_LEVEL", "ci")]
@@ -40,7 +41,9 @@ extension_mm = [0.0, 1.6]
 """
 
 
-class CountedTest(unittest.TestCase):
+class DriveCase(unittest.TestCase):
+    profile = PROFILE
+
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory(prefix="lensd-counted-")
         self.addCleanup(self.folder.cleanup)
@@ -53,7 +56,7 @@ class CountedTest(unittest.TestCase):
     def start(self, restore=""):
         profile = os.path.join(self.folder.name, "drive.toml")
         with open(profile, "w", encoding="utf-8") as file:
-            file.write(PROFILE)
+            file.write(self.profile)
         config = CONFIG.format(port=self.drive.port, restore=restore and f'restore = "{restore}"')
         self.daemon = Daemon(config=config.replace("drive.toml", profile),
                              arguments=("--state", os.path.join(self.folder.name, "state")))
@@ -95,6 +98,14 @@ class CountedTest(unittest.TestCase):
         self.assertEqual((focus["homed"], focus["positionUnknown"], lens["vergenceD"], lens["extensionMm"]),
                          (False, True, None, None))
 
+    def wait_until_moving(self):
+        with self.daemon.client() as client:
+            client.send(LENS + "Status", {"lens": "cam"}, more=True)
+            while not client.receive()["parameters"]["lenses"][0]["axes"][0]["moving"]:
+                pass
+
+
+class CountedTest(DriveCase):
     def test_a_first_start_is_believed_and_told_so(self):
         self.start()
         self.assertIn("not referenced", self.lensctl("list"))
@@ -196,12 +207,6 @@ class CountedTest(unittest.TestCase):
                     self.is_unknown()
         print(f"{OUTAGES} outages, the place known after {known}")
 
-    def wait_until_moving(self):
-        with self.daemon.client() as client:
-            client.send(LENS + "Status", {"lens": "cam"}, more=True)
-            while not client.receive()["parameters"]["lenses"][0]["axes"][0]["moving"]:
-                pass
-
     def test_an_end_just_after_a_command_keeps_the_place(self):
         """SIGTERM at any instant of a move: the motor stands when lensd has ended, and the next start knows where."""
         chance = random.Random(12)
@@ -242,6 +247,36 @@ class CountedTest(unittest.TestCase):
             self.lensctl("here", "@5", status=4)
             self.assertTrue(mover.receive()["parameters"]["move"]["reached"])
         self.assertEqual(self.drive.shaft(), 1000)
+
+
+class MeasuredTest(DriveCase):
+    """An encoder, and no reference: whatever happened, where it stands is measured, and nobody could say it better."""
+    profile = PROFILE.replace('type = "s32"\n[[move]]', 'type = "s32"\nfeedback = "encoder"\n[[move]]')
+
+    def test_a_kill_in_mid_move_leaves_nothing_unknown(self):
+        chance = random.Random(20261128)
+        for number in range(OUTAGES):
+            restore = chance.choice(("", "never", "near-zero", "conditional", "always"))
+            with self.subTest(number=number, restore=restore):
+                self.start(restore)
+                away = 29999 if self.drive.shaft() < 15000 else 0
+                with self.daemon.client() as client:
+                    client.send(LENS + "Move", {"axis": "focus", "target": {"position": away}}, oneway=True)
+                    self.wait_until_moving()
+                self.kill()
+                if chance.random() < 0.3:
+                    path, = glob.glob(os.path.join(self.folder.name, "state", "*.position.json"))
+                    with open(path, "a", encoding="utf-8") as file:
+                        file.write("damaged")
+                self.start(restore)
+                deadline = time.monotonic() + 30 * PATIENCE
+                while (focus := self.status()[1])["moving"] or focus["position"] != self.drive.shaft():
+                    self.assertLess(time.monotonic(), deadline, focus)
+                self.assertEqual((focus["homed"], focus.get("positionUnknown"), focus["position"]), (True, None, self.drive.shaft()))
+                place = chance.randrange(0, 30000)
+                move = json.loads(self.lensctl("focus", f"@{place}", "--json"))
+                self.assertEqual((move["reached"], move["verified"], move["reason"], self.drive.shaft()), (True, True, None, place))
+                self.kill()
 
 
 class HomingLens(unittest.TestCase):
