@@ -172,6 +172,13 @@ void ServedLens::StartRig(Made made, Result<std::vector<rig::Preset>> presets) {
     if (std::string why = rig::WhyFocusIsNotKept(rig->lens()); !why.empty()) notes.warnings.push_back(std::move(why));
   }
   for (const std::string& warning : notes.warnings) Log(Severity::Warning, Event::StateUnreadable, warning, name());
+  if ((config_.start_last || !config_.start_preset.empty()) && surroundings_.state.empty()) {
+    Log(Severity::Warning, Event::StateNotKept,
+        "start: lensd forgets at its end where the lens is to stand, since it runs without a state folder: start it "
+        "with "
+        "lensd --state DIR",
+        name());
+  }
   TellLeftOut();
   kept_.calibration = std::move(made.calibration);
   kept_.presets = std::move(presets);

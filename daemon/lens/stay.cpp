@@ -92,6 +92,7 @@ class StayRun : public std::enable_shared_from_this<StayRun> {
   void Begin() {
     const rig::Status status = rig_.GetStatus();
     if (status.focus_commands != order_.focus_commands) return done_(PassOn(TookOver()));
+    if (status.held_until) return done_(Fail(Code::Busy, "corrections wait for the end of a hold"));
     if (auto busy = rig_.WhyNotAtRest()) return done_(PassOn(*std::move(busy)));
     for (const Axis axis : kGoingOrder) {
       if (!Moves(axis)) continue;
@@ -171,7 +172,8 @@ std::string WhyMissed(const rig::RecallOutcome& outcome) {
 struct LensStay::Order {
   enum class By { Start, Keep } by = By::Start;
   rig::Preset to{};
-  std::string where{};  ///< for people
+  std::string where{};     ///< for people
+  std::string external{};  ///< what another program has done, for people; empty: nothing
 };
 
 std::optional<rig::Preset> LastPlace(std::optional<rig::Preset> kept,
@@ -218,7 +220,8 @@ void LensStay::Opened(std::optional<rig::Preset> last, const drivers::Capabiliti
     KeepLast();
   }
   drive_ = last_ ? Drive::None : Drive::Asked;
-  seen_ = {.calls = Commands(), .sendings = 0};
+  seen_.calls = Commands();
+  seen_.sendings = 0;
   due_ = Commands();
   Look();
 }
@@ -258,7 +261,7 @@ void LensStay::Look() {
     if (!MayMove()) *under_way_ = true;
     return;
   }
-  if (!lens_.status().connected || lens_.status().sampled_at == Instant{} || saying_ > 0) return;
+  if (!lens_.status().connected || lens_.status().sampled_at == Instant{} || seen_.saying > 0) return;
   if (due_) return Start();
   if (NotMissingAnyMore()) {
     missing_ = false;
@@ -275,7 +278,7 @@ void LensStay::Start() {
     due_.reset();
     return;
   }
-  if (!MayMove() || !AtRest()) return;
+  if (!MayMove() || !AtRest() || lens_.status().held_until) return;
   due_.reset();
   if (config.start_last) {
     if (last_) Go({.by = Order::By::Start, .to = *last_, .where = "where it was left"});
@@ -287,6 +290,7 @@ void LensStay::Start() {
   missing_ = found == lens_.presets()->end();
   if (!missing_)
     return Go({.by = Order::By::Start, .to = *found, .where = "at preset \"" + config.start_preset + "\""});
+  if (last_) last_->native[Axis::Focus].reset();  // nor is anything brought back there
   Complain(wanted + "there is no such preset; lensctl preset save " + lens_.name() + " \"" + config.start_preset +
            "\" makes one of where the lens stands");
 }
@@ -345,7 +349,7 @@ void LensStay::KeepLast() {
 }
 
 void LensStay::Said(Axis axis, bool changed) {
-  --saying_;
+  --seen_.saying;
   seen_.sendings = Sendings(lens_.status().focus_commands);
   if (!changed || !Wanted()) return;
   if (!missing_) Complain("");
@@ -370,15 +374,16 @@ void LensStay::Keep() {
     if (focus->fault.empty() && problem().starts_with("keep: ")) Complain("");
     return;
   }
-  if ((!automatic && !focus->fault.empty()) || !AtRest() || !MayMove()) return;
+  if ((!automatic && !focus->fault.empty()) || !AtRest() || !MayMove() || lens_.status().held_until) return;
   const Instant now = lens_.surroundings().clock.Now();
   if (returned_at_ != Instant{} && now - returned_at_ < kBetweenReturns) return;
   returned_at_ = now;
   const std::string what = automatic ? std::string(drivers::kOwnAutofocusOn)
                                      : "another program has moved it to " + Short(focus->position.value, 6);
-  Log(Severity::Info, Event::MovedExternally, "focus: external: " + what + "; it is brought back",
-      {.lens = lens_.name(), .axis = "focus"});
-  Go({.by = Order::By::Keep, .to = OnlyAxis(Axis::Focus, *last_), .where = "where it is kept"});
+  Go({.by = Order::By::Keep,
+      .to = OnlyAxis(Axis::Focus, *last_),
+      .where = "where it is kept",
+      .external = "focus: external: " + what});
 }
 
 void LensStay::Go(Order order) {
@@ -400,6 +405,10 @@ void LensStay::Ended(const Order& order, const Result<rig::RecallOutcome>& outco
   const bool start = order.by == Order::By::Start;
   const std::string what = start ? "start: " : "keep: ";
   if (outcome) lens_.watchers().AnnounceMoves(lens_, MovesJson(lens_.name(), outcome->moves));
+  if (outcome && !order.external.empty()) {
+    Log(Severity::Info, Event::MovedExternally, order.external + "; it is brought back",
+        {.lens = lens_.name(), .axis = "focus"});
+  }
   if (!outcome && GaveWay(outcome.error())) {
     const Code code = outcome.error().code;
     if (code == Code::Superseded || code == Code::Cancelled) drive_ = Drive::Driven;
@@ -408,7 +417,7 @@ void LensStay::Ended(const Order& order, const Result<rig::RecallOutcome>& outco
   seen_.sendings = Sendings(lens_.status().focus_commands);
   const std::string missed = outcome ? WhyMissed(*outcome) : outcome.error().message;
   if (!missed.empty()) return Complain(what + "the lens is not " + order.where + ": " + missed);
-  Complain("");
+  if (!missing_) Complain("");
   for (const rig::MoveOutcome& move : outcome->moves) {
     if (!start && last_) last_->native[move.axis] = move.position;
   }

@@ -23,6 +23,13 @@ class ServedLens;
 std::optional<rig::Preset> LastPlace(std::optional<rig::Preset> kept,
                                      const drivers::PerAxis<std::optional<Native>>& left, const rig::Rig& rig);
 
+/// What has come of clients, when it was last looked at where they have left the lens.
+struct SeenCommands {
+  std::uint64_t calls = 0;     ///< that may drive the lens
+  std::uint64_t sendings = 0;  ///< of focus, by commands that are no stops
+  int saying = 0;              ///< calls that say where an axis stands, and are not answered yet
+};
+
 /// Of one lens. Event loop thread only, but for problem(). Nothing of this moves a lens that is leased, was stopped for
 /// good, or does not know where it stands; any other command ends it.
 class LensStay {
@@ -38,7 +45,7 @@ class LensStay {
   /// The lens' state is new.
   void Look();
   /// Somebody says where an axis stands: nothing is noted or begun until Said().
-  void Saying() { ++saying_; }
+  void Saying() { ++seen_.saying; }
   /// The lens' state is new, and its position there has changed or not. Nothing has moved: there it is to stay.
   void Said(drivers::Axis axis, bool changed);
   /// From any thread: why the lens is not where it is to stand; empty: nothing is wrong.
@@ -69,11 +76,7 @@ class LensStay {
   std::shared_ptr<std::atomic<bool>> under_way_{};
   /// What has come since last_ was taken: nothing, a call that may drive the lens, or a command that has.
   enum class Drive { None, Asked, Driven } drive_ = Drive::Asked;
-  struct Seen {
-    std::uint64_t calls = 0;     ///< of clients
-    std::uint64_t sendings = 0;  ///< of focus
-  } seen_;                       ///< when last_ was to be taken
-  int saying_ = 0;
+  SeenCommands seen_{};
   drivers::PerAxis<bool> homes_{};  ///< axes that can search a reference
   bool missing_ = false;            ///< there was no such preset when the lens was to go there
   Instant returned_at_{};

@@ -150,9 +150,9 @@ bool PositionStore::LeftBy(const Axes& axes, Axis axis) const {
   return still_there;
 }
 
-Result<PositionStore::Content> PositionStore::Read() const {
+Result<KeptPositions> PositionStore::Read() const {
   const std::lock_guard lock(*place_);
-  Content content;
+  KeptPositions content;
   const auto kept = io::ReadKeptFile(path_);
   if (!kept) return PassOn(kept);
   const auto& text = *kept;
@@ -181,7 +181,7 @@ Result<PositionStore::Content> PositionStore::Read() const {
 Result<void> PositionStore::Save(const Axes& axes) {
   loaded_.reset();
   Json all = Json::object();
-  Content next{.axes = axes, .left = {}};
+  KeptPositions next{.axes = axes, .left = {}};
   for (const Axis axis : drivers::kAxes) {
     if (!axes[axis]) continue;
     next.left[axis] = LeftBy(axes, axis);

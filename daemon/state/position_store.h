@@ -14,6 +14,12 @@
 
 namespace lensd::daemon {
 
+/// What a file of positions says.
+struct KeptPositions {
+  rig::PositionMemory::Axes axes;
+  drivers::PerAxis<bool> left;  ///< by a command, and by no other program since
+};
+
 /// FOLDER/NAME[-SERIAL].position.json, keyed by the lens' name and, where it has one, its serial number: another lens
 /// under the same name starts with nothing remembered. Always whole: replaced by way of a temporary file that is
 /// flushed before it takes the name, and the folder after. The disk is written by a thread of its own, because a stop
@@ -47,12 +53,7 @@ class PositionStore final : public rig::PositionMemory {
     std::uint64_t written = 0;  ///< of the newest one written, or tried to be
     Result<void> result;        ///< of that one
   };
-  /// What the file says.
-  struct Content {
-    Axes axes;
-    drivers::PerAxis<bool> left;  ///< by a command; see left()
-  };
-  Result<Content> Read() const;
+  Result<KeptPositions> Read() const;
   bool LeftBy(const Axes& axes, drivers::Axis axis) const;
   void Write();
   Result<void> WriteOne(const std::string& text);
@@ -61,7 +62,7 @@ class PositionStore final : public rig::PositionMemory {
   std::string serial_;
   std::string path_;
   std::optional<Result<Axes>> loaded_;
-  Content kept_;                 ///< as last read or saved
+  KeptPositions kept_;           ///< as last read or saved
   drivers::PerAxis<bool> sent_;  ///< this store has saved that it moves
   std::string saved_;            // as the caller has been told; empty: nothing yet
   std::shared_ptr<StopSignal> stops_;

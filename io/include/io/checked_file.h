@@ -33,7 +33,8 @@ Result<std::string> KeepDamaged(const std::string& path);
 Result<std::optional<std::string>> ReadKeptFile(const std::string& path);
 
 /// Deletes what killed processes left of temporary files (see atomic_file.h) of files in `folder` whose names end in
-/// one of ours: positions, calibrations, presets, and what else lensd has learned of a lens. A folder that cannot be read is left alone.
+/// one of ours: positions, calibrations, presets, and what else lensd has learned of a lens. A folder that cannot be
+/// read is left alone.
 void RemoveTemporaries(const std::string& folder);
 
 }  // namespace lensd::io

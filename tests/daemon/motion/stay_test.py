@@ -16,9 +16,9 @@ from harness import BIN, HERE, LENS, PATIENCE, Daemon, played_node, quick_scene 
 LONG = os.environ.get("LENSD_TEST_LEVEL") == "long"
 RESTARTS = 100 if LONG else 3
 REOPENED = 5000 if LONG else 100
-SAID = 100 if LONG else 4
-KILLS = 200 if LONG else 8
-UNDONE = 60 if LONG else 5
+SAID = 100 if LONG else 3
+KILLS = 200 if LONG else 6
+UNDONE = 60 if LONG else 3
 CREEP = 0.1  # steps: a mechanism comes to rest exponentially, a settled move is within this
 FOCUS, AUTOFOCUS = 0x9A090A, 0x9A090C
 # Focus of 0 to 250 which the device's own autofocus takes away while it is on, as the kernel has it.
@@ -122,8 +122,8 @@ class Played(Case):
         with open(self.table, encoding="utf-8") as table:
             return {int(words[0], 16): int(words[6]) for words in (line.split() for line in table)}
 
-    def begin(self, start="", keep=False, state=True):
-        self.start(f'driver = "v4l2"\ndevice = "{self.node}"\nparts = "lens"\n{start}' + ("[lens.focus]\nkeep = true\n" if keep else ""),
+    def begin(self, start="", keep=False, state=True, limits=""):
+        self.start(f'driver = "v4l2"\ndevice = "{self.node}"\nparts = "lens"\n{start}' + ("[lens.focus]\nkeep = true\n" + limits if keep else ""),
                    state, preload=self.library, environment=self.played)
 
     def other_program(self):
@@ -302,6 +302,35 @@ class Played(Case):
             self.looked_at()
             self.assertEqual((self.device()[FOCUS], self.lines("external")), (30, []))
         self.wait_for(lambda: self.device()[FOCUS] == 100)
+
+    def test_nothing_moves_under_a_hold(self):
+        self.begin(keep=True)
+        self.move(100)
+        opens = self.other_program()
+        with self.daemon.client() as holder:
+            held = holder.call(LENS + "Hold", {"lens": "cam", "untilNs": time.monotonic_ns() + 3000 * 10**9})
+            self.assertNotIn("error", held)
+            opens(30)
+            self.wait_for(lambda: self.focus()["position"] == 30)
+            self.looked_at()
+            self.assertEqual((self.device()[FOCUS], self.lines("external")), (30, []))
+        self.wait_for(lambda: self.device()[FOCUS] == 100)
+
+    def test_what_is_not_brought_back_is_not_said_to_be(self):
+        """The place lies outside of what focus may reach by now."""
+        self.begin('start = "last"\n', keep=True)
+        self.move(self.draw.randint(150, 250))
+        self.end()
+        self.plug(30)
+        self.begin('start = "last"\n', keep=True, limits="limits = [0, 100]\n")
+        self.wait_for(lambda: any("keep: the lens is not where it is kept" in one for one in self.status()["warnings"]))
+        self.assertEqual((self.device()[FOCUS], self.lines("external")), (30, []))
+        self.move(60)
+        self.wait_for(lambda: not self.status()["warnings"])
+
+    def test_without_a_state_folder_the_log_says_what_is_forgotten(self):
+        self.begin('start = "last"\n', state=False)
+        self.daemon.wait_log("without a state folder", times=1)
 
     def test_what_makes_no_sense_is_refused(self):
         with open(os.path.join(self.folder.name, "c.toml"), "w", encoding="utf-8") as file:
