@@ -303,19 +303,24 @@ void HostProcess::Bury() {
 
 Error HostProcess::HowItEnded(std::string_view method) {
   const std::string in = " in " + std::string(method);
-  if (!WaitForEnd(kEndAtMost)) {
-    Kill();
-    return KilledBecause("the driver closed its connection" + in + ", and was ended");
-  }
+  if (!WaitForEnd(kEndAtMost)) return EndBecause("the driver closed its connection" + in + ", and was ended");
   Bury();
   const std::string lines = printed_.Last();
   const std::lock_guard lock(mutex_);
-  return {Code::Disconnected, "the driver ended: " + ended_.value_or("unknown") + in + lines};
+  const std::string how = "the driver ended: " + ended_.value_or("unknown") + in;
+  return {Code::Disconnected, (ended_because_.empty() ? how : ended_because_) + lines};
 }
 
-Error HostProcess::KilledBecause(const std::string& why) {
+Error HostProcess::EndBecause(const std::string& why) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (ended_because_.empty()) ended_because_ = why;
+  }
+  Kill();
   WaitForEnd(kEndAtMost);
-  return {Code::Disconnected, why + printed_.Last()};
+  const std::string lines = printed_.Last();
+  const std::lock_guard lock(mutex_);
+  return {Code::Disconnected, ended_because_ + lines};
 }
 
 }  // namespace lensd::drivers::process

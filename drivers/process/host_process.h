@@ -63,10 +63,12 @@ class HostProcess {
   int process() const { return process_; }
   /// Ends it by SIGKILL.
   void Kill();
-  /// It closed a connection during a call of `method`: waits for its end, and says how it ended. Disconnected.
+  /// It closed a connection during a call of `method`: waits for its end, and says how it ended, or why another lens of
+  /// it ended it. Disconnected.
   Error HowItEnded(std::string_view method);
-  /// After Kill(): `why` and the last lines that it printed. Disconnected.
-  Error KilledBecause(const std::string& why);
+  /// Ends it by SIGKILL: `why`, or what was said first by another thread, and the last lines that it printed.
+  /// Disconnected.
+  Error EndBecause(const std::string& why);
 
  private:
   explicit HostProcess(const Program& program);
@@ -84,8 +86,9 @@ class HostProcess {
   daemon::Descriptor enough_;  ///< readable once its output is read no more
   PrintedLines printed_;
   std::thread reader_;
-  std::mutex mutex_;                  // guards the next
+  std::mutex mutex_;                  // guards the next two
   std::optional<std::string> ended_;  ///< "signal 11"; nothing: it was not buried yet
+  std::string ended_because_;         ///< lensd killed it; empty: lensd did not
 };
 
 }  // namespace lensd::drivers::process

@@ -111,13 +111,11 @@ Result<Json> Remote::Judge(std::string_view method, Result<varlink::Reply> reply
       case Code::BadData:
         return PassOn(reply);
       case Code::Timeout:
-        process_->Kill();
-        return PassOn(Lose(process_->KilledBecause("the driver has not answered for " + InSeconds(after) + " in " +
-                                                   name + ", and was ended")));
+        return PassOn(Lose(process_->EndBecause("the driver has not answered for " + InSeconds(after) + " in " + name +
+                                                ", and was ended")));
       case Code::Protocol:
-        process_->Kill();
-        return PassOn(Lose(process_->KilledBecause("the driver broke the rules of Varlink in " + name + " (" +
-                                                   reply.error().message + "), and was ended")));
+        return PassOn(Lose(process_->EndBecause("the driver broke the rules of Varlink in " + name + " (" +
+                                                reply.error().message + "), and was ended")));
       default:
         return PassOn(Lose(process_->HowItEnded(method)));
     }

@@ -155,6 +155,20 @@ TEST(Hangs, AreEndedByKillingTheProcess) {
   EXPECT_TRUE(NoChildren());
 }
 
+TEST(Hangs, WhoSharesTheProcessHearsWhyItWasEnded) {
+  Program program = OddProgram();
+  program.shares = "bus test";
+  program.call_at_most = std::chrono::seconds(3);
+  auto one = OpenOdd("", program);
+  auto other = OpenOdd(Odd("Read", "deaf"), program);
+  ASSERT_TRUE(one.has_value() && other.has_value());
+  const auto hung = other->lens->Read();
+  const auto neighbour = one->lens->Read();
+  ASSERT_FALSE(hung.has_value() || neighbour.has_value());
+  EXPECT_EQ(hung.error().message, "the driver has not answered for 3 s in Read, and was ended");
+  EXPECT_EQ(neighbour.error().message, hung.error().message);
+}
+
 TEST(Hangs, AReadThatWaitsIsCutShortAndAStopFollows) {
   Lines lines;
   Program program = OddProgram();
