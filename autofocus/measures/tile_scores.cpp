@@ -44,6 +44,34 @@ int ClearAround(const drivers::Frame& frame, const Window& window, const Window&
   return clear;
 }
 
+/// Adds the pixels of `part` that lie inside the frame, without its outermost ones.
+void AddPart(const drivers::Frame& frame, const Window& part, Band& band) {
+  const int left = std::max(part.x - 1, 0), top = std::max(part.y - 1, 0);
+  const int right = std::min(part.x + part.width + 1, frame.width);
+  const int bottom = std::min(part.y + part.height + 1, frame.height);
+  if (right - left < 3 || bottom - top < 3) return;
+  const GreyView<std::uint16_t> view{frame.samples->data() + static_cast<std::ptrdiff_t>(top) * frame.width + left,
+                                     right - left, bottom - top, frame.width};
+  const auto full = static_cast<std::uint16_t>((1u << frame.bits) - 1u);
+  band.energy += static_cast<double>(SumFocus(view, full).gradient) / (64.0 * full * full);
+  band.pixels += static_cast<double>(right - left - 2) * (bottom - top - 2);
+}
+
+Bands BandsAround(const drivers::Frame& frame, const Window& window) {
+  Bands bands;
+  int inner = 0;
+  for (std::size_t i = 0; i < bands.size(); ++i) {
+    const int outer = kBandEndsPx[i], thick = outer - inner;
+    const int width = window.width + 2 * outer, height = window.height + 2 * inner;
+    AddPart(frame, {window.x - outer, window.y - outer, width, thick}, bands[i]);
+    AddPart(frame, {window.x - outer, window.y + window.height + inner, width, thick}, bands[i]);
+    AddPart(frame, {window.x - outer, window.y - inner, thick, height}, bands[i]);
+    AddPart(frame, {window.x + window.width + inner, window.y - inner, thick, height}, bands[i]);
+    inner = outer;
+  }
+  return bands;
+}
+
 std::shared_ptr<TileScores> ScoreTilesOf(const drivers::Frame& frame, const Window& window, int side) {
   auto scores = std::make_shared<TileScores>();
   const auto along = [side](int size) {
@@ -84,6 +112,7 @@ std::shared_ptr<TileScores> ScoreTilesOf(const drivers::Frame& frame, const Wind
 
 std::shared_ptr<const TileScores> ScoreTiles(const drivers::Frame& frame, const Window& window) {
   auto scores = ScoreTilesOf(frame, window, kTileSide);
+  scores->around = BandsAround(frame, window);
   auto finer = ScoreTilesOf(frame, window, kFinerTileSide);
   if (finer->tiles.size() > scores->tiles.size()) scores->finer = std::move(finer);
   return scores;

@@ -2,6 +2,7 @@
 // show.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -20,6 +21,15 @@ struct TileSum {
 };
 inline constexpr int kMostClear = 4;  ///< px: what is too bright spoils its surroundings
 
+/// The pixels beside a window, as far as the frame goes, in bands that end so many px from it: light of what lies there
+/// enters the window once its blur is twice as wide.
+inline constexpr std::array kBandEndsPx = {4, 8, 16, 32};
+struct Band {
+  double energy = 0.0;  ///< sum of FocusScore::gradient_energy over its pixels
+  double pixels = 0.0;
+};
+using Bands = std::array<Band, kBandEndsPx.size()>;
+
 /// All tiles of a window, row by row. Two windows of one size have the same tiles.
 struct TileScores {
   int columns = 0;
@@ -28,6 +38,7 @@ struct TileScores {
   int bits = 8;
   double rounding = 0.0;  ///< variance that rounding to those leaves, full scale squared
   std::vector<TileSum> tiles;
+  Bands around;
   /// The same window by smaller tiles, for where clipped light leaves none of these; nullptr: there are no smaller
   /// ones.
   std::shared_ptr<const TileScores> finer;

@@ -21,6 +21,8 @@ constexpr double kFlicker = 0.02;         ///< of sharpness: what changes from f
 constexpr double kSigmas = 3.0;
 constexpr int kFarther = 3, kFarthest = 9;  ///< times the reach: a coarse texture's top is level near by
 
+constexpr double kNoiseEnergy = 0.375;  ///< FocusScore::gradient_energy of white noise of variance 1
+
 /// More than `most` of the region.
 bool TooMuch(const std::vector<char>& left_out, double most) {
   const auto out = static_cast<double>(std::ranges::count(left_out, 1));
@@ -164,6 +166,31 @@ std::vector<CurvePoint> SharpnessCurve::Points() const {
   return points;
 }
 
+std::vector<FrameEnergy> SharpnessCurve::Energies() const {
+  const Parts used = WithoutClipped();
+  const double noise = Noise(used);
+  std::vector<FrameEnergy> energies;
+  for (const CurveSample& sample : samples_) {
+    if (!sample.tiles) return {};
+    int pixels = 1;
+    const FocusScore all = ScoreOf(*sample.tiles, {}, pixels);
+    const Sharpness whole = SharpnessOf(all, noise, std::max(pixels, 1));
+    const FocusScore left = ScoreOf(TilesOf(sample, used), used.left_out, pixels);
+    energies.push_back({.whole = {sample.position, whole.value, whole.sigma},
+                        .clipped = all.saturated_fraction,
+                        .left = pixels * (left.gradient_energy - kNoiseEnergy * noise),
+                        .beside = sample.tiles->around,
+                        .noise = kNoiseEnergy * noise,
+                        .light = left.mean,
+                        .all_light = all.mean});
+  }
+  return energies;
+}
+
+bool SharpnessCurve::LeavesOut() const {
+  return std::ranges::count(WithoutClipped().left_out, 1) > 0;
+}
+
 std::vector<PartPeak> SharpnessCurve::PartPeaks() const {
   constexpr int kTilesAlong = 2;       // of a part, at least
   constexpr int kMostParts = 8;        // along a side
@@ -243,34 +270,6 @@ SideSeen SeenOnSide(std::span<const CurvePoint> points, const CurvePoint& centre
     if (seen == SideSeen::Nothing) seen = SideSeen::Alike;
   }
   return seen;
-}
-
-std::vector<double> SeveralDepths(const Setup& setup, const std::vector<PartPeak>& peaks, double best) {
-  constexpr double kFarPx = 4.5;    // of blur: just inside the frames beside an answer
-  constexpr double kApartPx = 4.0;  // depths nearer to each other are named as one
-  constexpr double kMost = 0.3;     // of the parts' weight
-  if (!setup.blur_px) return {};
-  const double far = std::max(kFarPx * *setup.blur_px, 1.6 * setup.resolution);
-  double elsewhere = 0.0, all = 0.0;
-  int count = 0;
-  for (const PartPeak& peak : peaks) {
-    all += peak.weight;
-    if (std::abs(peak.position - best) <= far) continue;
-    elsewhere += peak.weight;
-    ++count;
-  }
-  if (count < 2 || elsewhere <= kMost * all) return {};
-  const double apart = std::max(kApartPx * *setup.blur_px, 1.1 * setup.resolution);
-  std::vector<double> depths;
-  std::size_t begin = 0;
-  for (std::size_t i = 1; i <= peaks.size(); ++i) {
-    if (i < peaks.size() && peaks[i].position - peaks[i - 1].position <= apart) continue;
-    depths.push_back(peaks[(begin + i - 1) / 2].position);
-    begin = i;
-  }
-  // A region that recedes evenly has no gaps: then its ends are named.
-  if (depths.size() < 2) depths = {peaks.front().position, peaks.back().position};
-  return depths;
 }
 
 double NearPx(const Setup& setup) {

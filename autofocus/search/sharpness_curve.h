@@ -35,6 +35,17 @@ struct TexturePart {
   double weight = 0.0;  ///< what focus changes of its gradient energy, any unit
 };
 
+/// What a frame shows in the window and beside it. Energies are sums of gradient energy over pixels.
+struct FrameEnergy {
+  CurvePoint whole;        ///< sharpness of the whole window, nothing left out
+  double clipped = 0.0;    ///< share of the window on which light too bright for the sensor tells
+  double left = 0.0;       ///< energy, less noise, of what is not left out
+  Bands beside;            ///< noise included
+  double noise = 0.0;      ///< energy of a pixel
+  double light = 0.0;      ///< mean, of what is not left out
+  double all_light = 0.0;  ///< mean, of the whole window
+};
+
 /// Sharpness against position. What is too bright for the sensor in any frame is left out of all of them, so that the
 /// values can be compared.
 class SharpnessCurve {
@@ -54,6 +65,10 @@ class SharpnessCurve {
   std::vector<PartPeak> PartPeaks() const;
   /// By tile; nothing of those left out.
   std::vector<TexturePart> Texture() const;
+  /// All frames in the order they were taken; empty: only scores are known.
+  std::vector<FrameEnergy> Energies() const;
+  /// Some of the window, as too bright.
+  bool LeavesOut() const;
 
  private:
   /// What of the window counts.
@@ -103,6 +118,9 @@ inline constexpr Why kSeveralDepths{Cause::SeveralDepths,
                                     "parts of the region are in focus at different distances: choose a smaller region"};
 inline constexpr Why kTooBright{Cause::TooBright,
                                 "parts of the region are too bright for the sensor, and too little is left"};
+/// Why what the last frame shows is no top of the window's own: it is the blur of what lies beside the window, or the
+/// parts too bright for the sensor are sharper elsewhere. Nothing: no reason to doubt it.
+std::optional<Why> DoubtOfLast(const Setup& setup, const SharpnessCurve& curve);
 /// Sharpest at the end of the travel, or of the part that was asked for.
 Why AtTheEndOf(const Setup& setup);
 

@@ -138,6 +138,7 @@ void FixedPattern::Keep(const Look& look) {
     return;
   }
   kept_.push_back(CutOut(*look.frame, look.window));
+  if (look.tiles) kept_.back().around = look.tiles->around;
   kept_.back().position = look.position;
 }
 
@@ -261,13 +262,15 @@ Look FixedPattern::Scored(const Kept& kept, const drivers::Frame& clean) {
   Look look;
   look.position = kept.position;
   look.window = Whole(clean);
+  tiles->around = kept.around;
   look.tiles = std::move(tiles);
   look.score = ScoreOfWhole(*look.tiles);
   return look;
 }
 
 Look FixedPattern::Without(const Look& look) const {
-  const Kept kept = CutOut(*look.frame, look.window);
+  Kept kept = CutOut(*look.frame, look.window);
+  if (look.tiles) kept.around = look.tiles->around;
   Look clean = Scored(kept, Clean(kept));
   clean.position = look.position;
   clean.position_sigma = look.position_sigma;

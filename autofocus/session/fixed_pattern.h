@@ -42,6 +42,7 @@ class FixedPattern {
     double position = 0.0;
     drivers::Frame window;
     double light = 0.0;  ///< mean, in steps
+    Bands around;
   };
   static Kept CutOut(const drivers::Frame& frame, const Window& window);
   std::vector<std::size_t> Spread(const Setup& setup) const;

@@ -306,7 +306,11 @@ Advice Session::Ask(const Look& look) {
 
 Advice Session::Proved(Advice advice, double stands) {
   const auto* verdict = std::get_if<Verdict>(&advice);
-  if (verdict == nullptr || !verdict->focused || verdict->proven) return advice;
+  if (verdict == nullptr || !verdict->focused) return advice;
+  if (verdict->proven) {
+    const auto doubt = names_[running_] == "stars" ? std::nullopt : DoubtOfLast(setup_, *curve_);
+    return doubt ? Advice(Refuse(*doubt)) : advice;
+  }
   proof_ = {.verdict = *verdict};
   if (stays_->known()) proof_->verdict.sigma *= kSigmaLessPattern;
   return Prove(stands);

@@ -141,6 +141,7 @@ Verdict Session::Check() const {
                                        ? "a frame beside the answer is sharper than the answer"
                                        : "frames beside the answer are as sharp as the answer: no top was seen"});
   }
+  if (const auto doubt = DoubtOfLast(setup_, *curve_)) return refuse(*doubt);
   if (MayRepeat(last)) {
     return refuse({Cause::Ambiguous,
                    "contrast rises again farther away, as with a periodic texture: the sharpest position may be a side "
