@@ -160,14 +160,12 @@ Result<LensState> LensControl::Read(ArvCamera* camera) {
     if (!read) return PassOn(read);
     state.axes[axis] = *std::move(read);
   }
-  if (!facts_.temperature.empty() && (!temperature_ || state.sampled_at > temperature_read_ + kTemperatureEvery)) {
+  if (!facts_.temperature.empty() && state.sampled_at > temperature_read_ + kTemperatureEvery) {
     CallError error;
     const double celsius = arv_camera_get_float(camera, facts_.temperature.c_str(), error.out());
-    temperature_.reset();
-    if (!error && std::isfinite(celsius)) temperature_ = Celsius{celsius};
+    if (!error && std::isfinite(celsius)) state.temperature = Celsius{celsius};
     temperature_read_ = state.sampled_at;
   }
-  state.temperature = temperature_;
   return state;
 }
 

@@ -84,7 +84,6 @@ class LensControl {
   const LensFacts facts_;
   const Clock& clock_;
   PerAxis<std::optional<Way>> ways_;  ///< of the axes there are
-  std::optional<Celsius> temperature_;
   Instant temperature_read_{};
 };
 

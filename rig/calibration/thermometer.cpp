@@ -41,14 +41,14 @@ void Thermometer::Note(std::optional<Celsius> reading, Instant at) {
   if (!reading) {
     if (!believed_) return;
     if (!silent_since_) silent_since_ = at;
-    if (fault_.empty() && at - *silent_since_ >= kSilent) fault_ = kSilentWords;
+    if (at - *silent_since_ >= kSilent) fault_ = kSilentWords;
     return;
   }
   if (std::exchange(silent_since_, std::nullopt) && fault_ == kSilentWords) fault_.clear();
   std::string why = WhyNot(*reading, at);
   if (why.empty()) return Believe(*reading, at);
   ++left_out_;
-  if (fault_.empty()) fault_ = std::move(why);
+  fault_ = std::move(why);
 }
 
 /// Empty: it is believed.

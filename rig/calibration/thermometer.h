@@ -24,7 +24,7 @@ class Thermometer {
 
   /// The newest reading that was believed; nothing: there was none.
   std::optional<Celsius> believed() const { return believed_; }
-  /// Why readings are left out since the last one that was believed; empty: none is.
+  /// Why the newest reading was left out, or that none comes any more; empty: it was believed.
   const std::string& fault() const { return fault_; }
   /// How many were left out.
   std::uint64_t left_out() const { return left_out_; }
