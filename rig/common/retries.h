@@ -12,6 +12,9 @@ constexpr int kAttempts = 3;  ///< in a row
 /// A device that says that it is busy has heard, and is asked again by time instead: for so long.
 constexpr Duration kBusyPatience = std::chrono::seconds(5);
 
+/// A command that is answered by what is no answer to it, or by a refusal without a reason, is sent again for so long.
+constexpr Duration kBrokenPatience = std::chrono::seconds(1);
+
 constexpr bool IsTransient(Code code) {
   return code == Code::Timeout || code == Code::Protocol || code == Code::Busy;
 }

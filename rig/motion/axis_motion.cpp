@@ -189,11 +189,12 @@ void AxisMotion::Taken() {
 AxisMotion::End AxisMotion::Refused(Motor& motor, Error error, Instant now) {
   const bool busy = error.code == Code::Busy;
   if (busy && !attempts_.busy_since) attempts_.busy_since = now;
-  if (busy) attempts_.again_at = now + kBusyAgain;
+  if (busy || error.code == Code::Protocol) attempts_.again_at = now + kBusyAgain;
   if (IsTransient(error.code) || error.code == Code::Disconnected) attempts_.in_doubt = true;
   if (!busy && attempts_.refusals++ == 0) attempts_.refused_at = now;
-  // An answer that is lost is no refusal, and is asked for again as a busy device is.
-  const bool patient = error.code == Code::Timeout && now - attempts_.refused_at < kBusyPatience;
+  // An answer that is lost is no refusal, and is asked for again as a busy device is. One that is broken may be one.
+  const bool patient = (error.code == Code::Timeout && now - attempts_.refused_at < kBusyPatience) ||
+                       (error.code == Code::Protocol && now - attempts_.refused_at < kBrokenPatience);
   const bool again = busy ? now - *attempts_.busy_since < kBusyPatience
                           : IsTransient(error.code) && (patient || attempts_.refusals < kAttempts);
   if (again) return std::nullopt;

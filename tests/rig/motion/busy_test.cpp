@@ -22,6 +22,7 @@ class BusyLens final : public drivers::Lens {
   Instant from{}, to{};
   Code says = Code::Busy;
   bool reads = true, commands = true;
+  bool obeys = false;  ///< a command that it refuses
   double loses = 0.0;  ///< of all answers
   std::mt19937_64 random{3};
   int stops = 0;
@@ -41,6 +42,7 @@ class BusyLens final : public drivers::Lens {
     return Arrives(inner_->StartHome(axis));
   }
   Result<void> DoStartMove(Axis axis, Native target) override {
+    if (Now(commands) && obeys) (void)inner_->StartMove(axis, target);
     if (Now(commands)) return PassOn(Why());
     return Arrives(inner_->StartMove(axis, target));
   }
@@ -130,6 +132,29 @@ TEST_F(BusyTest, AnswersThatAreLostCostTimeAndNotTheMove) {
     EXPECT_TRUE(moved.all[0]->reached) << moved.all[0]->reason;
     EXPECT_EQ(lens_->Position(), target);
     rig_.reset();
+  }
+}
+
+TEST_F(BusyTest, ACommandThatIsObeyedAndAnsweredWithErrorsForAMomentIsFollowed) {
+  std::mt19937_64 random(5);
+  const auto draw = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  for (long i = 0; i < testing::ByLevel(30, 150, 3000); ++i) {
+    OpenBusy(1000.0);
+    const Code codes[] = {Code::Protocol, Code::Timeout, Code::Busy};
+    lens_->says = codes[random() % 3];
+    lens_->obeys = random() % 2 == 0;
+    lens_->reads = random() % 4 != 0;
+    lens_->from = clock_.Now();
+    lens_->to = lens_->from + std::chrono::microseconds(std::lround(1e3 * std::exp(draw(0.0, std::log(950.0)))));
+    const double target = std::round(draw(0.0, 1000.0));
+    Answers<MoveOutcome> moved;
+    rig_->Move(Axis::Focus, At(target), moved.Take());
+    RunUntil(moved, 30s);
+    ASSERT_EQ(moved.all.size(), 1u);
+    ASSERT_TRUE(moved.all[0]) << moved.all[0].error().message;
+    EXPECT_TRUE(moved.all[0]->reached) << moved.all[0]->reason;
+    EXPECT_EQ(lens_->Position(), target);
+    EXPECT_EQ(lens_->stops, 0);
   }
 }
 
