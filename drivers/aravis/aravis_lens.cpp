@@ -149,7 +149,23 @@ bool LensControl::Moves(Axis axis, Native& position, bool busy, Instant now) {
   return false;
 }
 
-Result<LensState> LensControl::Read(ArvCamera* camera) {
+/// It may have been without power.
+void LensControl::ForgetMotions() {
+  for (const Axis axis : kAxes) {
+    if (!ways_[axis]) continue;
+    Way& way = *ways_[axis];
+    way.watch.Forget();
+    way.cut.reset();
+    way.under_way = way.live = way.there_at_once = way.assumed = false;
+  }
+}
+
+Result<LensState> LensControl::Read(ArvCamera* camera, int times_opened) {
+  if (std::exchange(times_opened_, times_opened) != times_opened) ForgetMotions();
+  return ReadAll(camera);
+}
+
+Result<LensState> LensControl::ReadAll(ArvCamera* camera) {
   LensState state;
   state.sampled_at = clock_.Now();
   auto controller = ReadCondition(camera, facts_.status);
@@ -192,7 +208,7 @@ Result<void> LensControl::StartMove(ArvCamera* camera, Axis axis, Native target)
 
 /// The standard's abort stops every axis: the others are sent on.
 Result<void> LensControl::Stop(ArvCamera* camera, Axis axis) {
-  const auto before = Read(camera);
+  const auto before = ReadAll(camera);
   if (auto aborted = Execute(camera, facts_.abort); !aborted) return aborted;
   Way& way = *ways_[axis];
   const bool under_way = !before || (before->axes[axis] && before->axes[axis]->moving);
@@ -228,7 +244,9 @@ AravisLens::~AravisLens() {
 }
 
 Result<LensState> AravisLens::DoRead() {
-  return link_->Call<LensState>([control = control_](ArvCamera* camera) { return control->Read(camera); });
+  return link_->Call<LensState>([control = control_, link = link_.get()](ArvCamera* camera) {
+    return control->Read(camera, link->times_opened());
+  });
 }
 
 Result<void> AravisLens::DoStartHome(Axis axis) {

@@ -56,7 +56,8 @@ class LensControl {
   LensControl(LensFacts facts, const Clock& clock);
   const LensFacts& facts() const { return facts_; }
 
-  Result<LensState> Read(ArvCamera* camera);
+  /// `times_opened`: the camera, so far. Of what was under way before it was opened again nothing is known.
+  Result<LensState> Read(ArvCamera* camera, int times_opened);
   Result<void> StartHome(ArvCamera* camera, Axis axis);
   Result<void> StartMove(ArvCamera* camera, Axis axis, Native target);
   Result<void> Stop(ArvCamera* camera, Axis axis);
@@ -80,11 +81,14 @@ class LensControl {
   bool Moves(Axis axis, Native& position, bool busy, Instant now);
   void Told(Axis axis, std::optional<Native> target);
   void ForgetCut(Axis axis);
+  void ForgetMotions();
+  Result<LensState> ReadAll(ArvCamera* camera);
 
   const LensFacts facts_;
   const Clock& clock_;
   PerAxis<std::optional<Way>> ways_;  ///< of the axes there are
   Instant temperature_read_{};
+  int times_opened_ = 1;
 };
 
 /// Feature by feature over the control channel.

@@ -195,16 +195,28 @@ void AravisLink::Serve(const std::stop_token& stop) {
 
 /// Aravis' own heartbeat takes 5 s to give a camera up, and says nothing about one that was restarted meanwhile until
 /// then. One register tells: who controls the camera.
-void AravisLink::CheckUp() {
+Result<void> AravisLink::CheckPrivilege() const {
   constexpr guint64 kControlPrivilege = 0x0a00;
   ArvDevice* device = arv_camera_get_device(camera_.handle.get());
-  if (ARV_IS_GV_DEVICE(device)) {
-    guint32 privilege = 0;
-    CallError error;
-    arv_device_read_register(device, kControlPrivilege, &privilege, error.out());
-    if (error) return Note(error.Why("asking who controls the camera").error());
-    if (privilege == 0) return Note({Code::Disconnected, "the camera was restarted"});
-  }
+  if (!ARV_IS_GV_DEVICE(device)) return {};
+  guint32 privilege = 0;
+  CallError error;
+  arv_device_read_register(device, kControlPrivilege, &privilege, error.out());
+  if (error) return error.Why("asking who controls the camera");
+  if (privilege == 0) return Fail(Code::Disconnected, "the camera was restarted");
+  return {};
+}
+
+/// Aravis repeats a question of which it has heard nothing for 500 ms, and does not report that: after work that took
+/// so long the camera may have been restarted.
+Result<void> AravisLink::CheckAfter(Instant began) const {
+  constexpr Duration kRepeated = std::chrono::milliseconds(250);
+  if (Now() < began + kRepeated) return {};
+  return CheckPrivilege();
+}
+
+void AravisLink::CheckUp() {
+  if (const auto ours = CheckPrivilege(); !ours) return Note(ours.error());
   const std::lock_guard lock(hooks_mutex_);
   if (hooks_.every_second) hooks_.every_second(camera_.handle.get());
 }
@@ -262,6 +274,7 @@ Result<void> AravisLink::OpenCamera() {
   auto opened = OpenConfigured(config_);
   if (!opened) return PassOn(opened);
   camera_.handle = std::move(opened->camera);
+  ++camera_.times_opened;
   {
     const std::lock_guard lock(mutex_);
     state_.address = opened->address;

@@ -7,6 +7,7 @@
 // pauses, until it is back or the link is destroyed.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -26,6 +27,8 @@
 using ArvCamera = struct _ArvCamera;
 
 namespace lensd::drivers::aravis {
+
+inline constexpr int kMostMissed = 3;  ///< deadlines in a row: then the camera is gone
 
 class AravisLink {
  public:
@@ -63,10 +66,10 @@ class AravisLink {
   void Interrupt();
   /// The camera is there, as far as is known.
   bool connected() const;
+  /// How often the camera has been opened. On the link's thread.
+  int times_opened() const { return camera_.times_opened; }
 
  private:
-  static constexpr int kMostMissed = 3;  ///< deadlines in a row: then the camera is gone
-
   struct Task {
     std::function<void(ArvCamera*)> run;  ///< nullptr: there is no camera
     std::function<bool()> wanted;         ///< a caller still waits for it
@@ -75,6 +78,7 @@ class AravisLink {
     Handle<ArvCamera> handle;
     unsigned long lost_handler = 0;
     std::unique_ptr<CameraInUse> in_use;  ///< once it is set up
+    int times_opened = 0;
   };
   struct State {
     std::optional<Result<void>> opened;  ///< for the first time
@@ -95,6 +99,8 @@ class AravisLink {
   void Reopen(const std::stop_token& stop);
   void FailQueue();
   bool StillControls();
+  Result<void> CheckPrivilege() const;
+  Result<void> CheckAfter(Instant began) const;
   void CheckUp();
   void Note(const Error& error);
   Error WhyAbsent() const;
@@ -129,7 +135,13 @@ Result<T> AravisLink::Call(Work<T> work) {
   task.wanted = [slot] { return !slot->given_up; };
   task.run = [this, slot, work = std::move(work)](ArvCamera* camera) {
     Result<T> answer = std::unexpected(WhyAbsent());
-    if (camera != nullptr) state_.barrier.Run([&] { answer = work(camera); });
+    if (camera != nullptr) {
+      state_.barrier.Run([&] {
+        const Instant began = std::chrono::steady_clock::now();
+        answer = work(camera);
+        if (auto ours = CheckAfter(began); answer && !ours) answer = PassOn(ours);
+      });
+    }
     if (!answer && camera != nullptr) Note(answer.error());
     const std::lock_guard lock(mutex_);
     if (answer) state_.missed = 0;
