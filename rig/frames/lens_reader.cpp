@@ -44,7 +44,7 @@ bool LensReader::AsksAgain(Code code, Instant now) const {
 void LensReader::NoteBrokenLink() {
   if (problem_) return;
   for (const Axis axis : drivers::kAxes) {
-    if (axes_[axis]) axes_[axis]->Lose();
+    if (axes_[axis]) axes_[axis]->Lose(AxisController::Loss::Link);
   }
   history_.Clear();
   ReadSoon();
@@ -64,6 +64,9 @@ std::optional<Error> LensReader::Read() {
   }
   const Code code = read.error().code;
   if (code == Code::Cancelled) return std::nullopt;  // the command that cut it short is heard first
+  for (const Axis axis : drivers::kAxes) {
+    if (axes_[axis]) axes_[axis]->Lose(AxisController::Loss::Answer);
+  }
   if (code == Code::Busy) {
     unread_.failures = 0;
     unread_.heard_at = now;

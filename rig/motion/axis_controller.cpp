@@ -7,12 +7,17 @@
 #include <cmath>
 #include <utility>
 
+#include "rig/common/retries.h"
+
 namespace lensd::rig {
 namespace {
 
 constexpr int kStopAttempts = 3;
 /// One reading of zero may be a false answer, and a register may be renewed as seldom as every 400 ms.
 constexpr Duration kFallShown = std::chrono::milliseconds(500);
+/// A question that fails, and a count that no motion leads to, have one cause if they are no farther apart: the reading
+/// before may still be one from before, and a driver may notice only afterwards that its device was gone.
+constexpr Duration kSameCause = std::chrono::seconds(2);
 
 }  // namespace
 
@@ -113,9 +118,10 @@ Result<void> AxisController::Say(Native position) {
                  .unit = std::string(drivers::NativeUnitName(setup_.can.unit))});
   }
   if (gone_) {
-    return Fail(Code::Timeout,
-                "what the device counts has just fallen to 0, and is not certain yet: try again in a second",
-                {.axis = std::string(AxisName(setup_.axis))});
+    return Fail(
+        Code::Timeout,
+        "what the device counts has just changed without a motion, and is not certain yet: try again in a second",
+        {.axis = std::string(AxisName(setup_.axis))});
   }
   const Native device = state_->position - track_.offset();
   AxisTrack said = track_;
@@ -125,6 +131,7 @@ Result<void> AxisController::Say(Native position) {
     return Fail(Code::NotKept, "nothing has changed, because the change could not be saved: " + saved.error().message);
   }
   track_.Say(place, device);
+  leap_.reset();
   AdoptLimits(device);
   state_->position = place;
   target_.reset();
@@ -167,28 +174,46 @@ bool AxisController::StopsAt(Native device, Instant sampled_at) const {
   return cut_short && swept && swept->in_motion && place >= swept->lowest - room && place <= swept->highest + room;
 }
 
+/// What was, if this reading looks as if the device had been without power since.
+std::optional<GoneAxis> AxisController::Fallen(Native device, Instant sampled_at) {
+  const bool homes = motion_ && motion_->homing();
+  if (!state_ || homes || StopsAt(device, sampled_at)) return std::nullopt;
+  const auto ours = motion_ ? motion_->heading() : std::nullopt;
+  GoneAxis before{AsLastKnown(), {}, state_->homed, sampled_at, device};
+  if (track_.FellToZero(device, sampled_at, ours)) return before;
+  if (!track_.Strays(device, sampled_at, ours, remembered_[setup_.axis])) return std::nullopt;
+  before.strays = true;
+  if (failed_at_ && sampled_at < *failed_at_ + kSameCause) return before;
+  leap_ = Leap{before.memory, sampled_at};
+  return std::nullopt;
+}
+
+/// Whether the next reading still looks so.
+bool AxisController::StillFallen(Native device, Instant sampled_at) {
+  const auto ours = motion_ ? motion_->heading() : std::nullopt;
+  if (gone_->strays) {
+    return std::abs((device - gone_->fallen_to).value) <= setup_.tolerance ||
+           track_.Strays(device, sampled_at, ours, remembered_[setup_.axis]);
+  }
+  const bool zero = track_.AtZero(device);
+  // A slow motor passes zero for a while; one that has lost its power stands there.
+  if (zero && !track_.StandsAtZero(device, gone_->fallen_to)) {
+    gone_->fallen_since = sampled_at;
+    gone_->fallen_to = device;
+  }
+  return zero;
+}
+
 /// Whether the reading is left out, because no motion explains it. One that stays is believed: it has lost count.
 bool AxisController::Distrusts(const drivers::AxisState& reading, Instant sampled_at) {
-  if (!gone_) {
-    const bool homes = motion_ && motion_->homing();
-    const auto ours = motion_ ? motion_->heading() : std::nullopt;
-    const bool fell = state_ && !homes && !StopsAt(reading.position, sampled_at) &&
-                      track_.FellToZero(reading.position, sampled_at, ours);
-    if (fell) gone_ = Gone{AsLastKnown(), {}, state_->homed, sampled_at, reading.position};
-    return fell;
-  }
+  if (!gone_) return (gone_ = Fallen(reading.position, sampled_at)).has_value();
   if (!gone_->fallen_since) return false;
-  const bool zero = track_.AtZero(reading.position);
-  // A slow motor passes zero for a while; one that has lost its power stands there.
-  if (zero && !track_.StandsAtZero(reading.position, gone_->fallen_to)) {
-    gone_->fallen_since = sampled_at;
-    gone_->fallen_to = reading.position;
-  }
+  const bool fallen = StillFallen(reading.position, sampled_at);
   // A register may show the place from before for a while, and that may be zero.
   const bool may_lag = sampled_at < cut_.doubted_until || (motion_ && motion_->MayLag(sampled_at));
-  if (zero && (may_lag || sampled_at - *gone_->fallen_since < kFallShown)) return true;
+  if (fallen && (may_lag || sampled_at - *gone_->fallen_since < kFallShown)) return true;
   gone_.reset();
-  if (!zero) return false;
+  if (!fallen) return false;
   if (!motion_) target_.reset();  // of another count
   track_.LoseCount();
   AdoptLimits(reading.position);
@@ -202,7 +227,7 @@ void AxisController::AdoptLimits(Native device) {
 
 /// The lens answers again.
 void AxisController::Return(const drivers::AxisState& reading) {
-  Gone gone = *std::exchange(gone_, std::nullopt);
+  GoneAxis gone = *std::exchange(gone_, std::nullopt);
   const double moved = std::abs((reading.position + track_.offset() - gone.memory.position).value);
   if (gone.in_doubt) gone.memory.in_motion = reading.moving || moved > setup_.tolerance;
   // A device that was opened anew, or was without power, says itself that it has no reference.
@@ -211,10 +236,17 @@ void AxisController::Return(const drivers::AxisState& reading) {
   if (setup_.OnlyCounts()) AdoptLimits(reading.position);
 }
 
-void AxisController::Lose() {
+void AxisController::Lose(Loss loss) {
+  failed_at_ = clock_.Now();
+  if (loss == Loss::Answer) return;
   if (state_ && (!gone_ || gone_->fallen_since)) {
-    gone_ = Gone{AsLastKnown(), target_, state_->homed};
+    gone_ = GoneAxis{AsLastKnown(), target_, state_->homed};
     gone_->in_doubt = motion_ && motion_->commands() == 0 && !cut_.coasting && !state_->moving;
+    if (leap_ && clock_.Now() < leap_->at + kSameCause) {
+      leap_->before.in_motion = leap_->before.in_motion || gone_->memory.in_motion;
+      gone_->memory = leap_->before;
+      track_.TakenAway(false);
+    }
   }
   target_.reset();
 }
@@ -273,7 +305,7 @@ std::optional<EndedMotion> AxisController::End(Outcome outcome) {
     target_.reset();
     LoseSightOf(*motion);
     if (motion->commands() > 0) Coast();
-    if (outcome == Outcome::TakenAway) track_.TakenAway();
+    if (outcome == Outcome::TakenAway) track_.TakenAway(true);
   }
   return EndedMotion{motion->TakeCallback(), motion->commands()};
 }
@@ -320,7 +352,11 @@ Result<Instant> AxisController::Go(Native target, bool begins) {
     const bool turns = state_->moving || ahead < 0.0;
     track_.Commanded(turns ? AxisTrack::Way::MayTurn : AxisTrack::Way::Onward, clock_.Now());
   }
-  if (auto started = lens_.StartMove(setup_.axis, target - track_.offset()); !started) return PassOn(started);
+  if (auto started = lens_.StartMove(setup_.axis, target - track_.offset()); !started) {
+    const Code code = started.error().code;
+    if (IsTransient(code) || code == Code::Disconnected) Lose(Loss::Answer);
+    return PassOn(started);
+  }
   cut_.halt_is_due = false;
   return clock_.Now();
 }

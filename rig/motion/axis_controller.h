@@ -21,6 +21,22 @@ struct EndedMotion {
   int commands = 0;  ///< that the device took
 };
 
+/// An axis as it was when the lens ceased to answer, or a reading came that looks as if it had been without power.
+struct GoneAxis {
+  AxisMemory memory;
+  std::optional<Native> target = {};
+  bool homed = false;                        ///< as the device had it
+  std::optional<Instant> fallen_since = {};  ///< since then it answers with a count that no motion leads to
+  Native fallen_to = {};                     ///< which was that then
+  bool strays = false;                       ///< and not zero
+  bool in_doubt = false;                     ///< a command from rest may have been obeyed, or not
+};
+/// A reading that no motion leads to, which was believed because no question had failed.
+struct Leap {
+  AxisMemory before;
+  Instant at{};
+};
+
 /// Every command to the motor passes here, and none goes out before it is remembered. Its owner tells the callers.
 class AxisController final : private Motor {
  public:
@@ -64,8 +80,10 @@ class AxisController final : private Motor {
   void Recall(const drivers::AxisState& reading);
   /// Takes note of a reading by the device's own count, and gives it by the rig's.
   std::optional<drivers::AxisState> Note(std::optional<drivers::AxisState> reading, Instant sampled_at);
-  /// The lens does not answer, or did not at a command. Keeps what its positions are judged by when it is back.
-  void Lose();
+  /// Link: the lens does not answer, or did not at a command. Keeps what its positions are judged by when it is back.
+  /// Answer: one question or command was not answered as it should be. In both cases the motor may be without power.
+  enum class Loss { Answer, Link };
+  void Lose(Loss loss);
   void SetBacklash(std::optional<double> backlash);
   /// Where the side of approach becomes another, no backlash counts as taken up.
   void SetDirection(FocusDirection direction);
@@ -94,15 +112,6 @@ class AxisController final : private Motor {
   Result<Instant> Home() override;
   Native AtReference(Native position) override;
 
-  /// As it was when the lens ceased to answer, or a reading came that looks as if it had been without power.
-  struct Gone {
-    AxisMemory memory;
-    std::optional<Native> target = {};
-    bool homed = false;                        ///< as the device had it
-    std::optional<Instant> fallen_since = {};  ///< it has answered all the time, and says zero since then
-    Native fallen_to = {};                     ///< or so near to it
-    bool in_doubt = false;                     ///< a command from rest may have been obeyed, or not
-  };
   /// After a motion that did not end at its target.
   struct CutShort {
     std::optional<Instant> coasting;  ///< it ended then, and the axis has not been seen to stand
@@ -113,6 +122,8 @@ class AxisController final : private Motor {
   void AdoptLimits(Native device);
   bool StopsAt(Native device, Instant sampled_at) const;
   bool Distrusts(const drivers::AxisState& reading, Instant sampled_at);
+  std::optional<GoneAxis> Fallen(Native device, Instant sampled_at);
+  bool StillFallen(Native device, Instant sampled_at);
   void Return(const drivers::AxisState& reading);
   AxisMemory AsLastKnown() const;
   Result<void> RememberMotion(Native lowest, Native highest);
@@ -130,7 +141,9 @@ class AxisController final : private Motor {
   std::unique_ptr<AxisMotion> motion_;
   std::optional<Native> target_;
   CutShort cut_;
-  std::optional<Gone> gone_;  ///< while the lens does not answer, or is not believed
+  std::optional<GoneAxis> gone_;  ///< while the lens does not answer, or is not believed
+  std::optional<Leap> leap_;
+  std::optional<Instant> failed_at_;  ///< the last question that was not answered
   int commands_ = 0;
 };
 

@@ -281,10 +281,19 @@ void AxisTrack::Forget() {
   rest_.reset();
 }
 
-bool AxisTrack::FellToZero(Native device, Instant sampled_at, const std::optional<Heading>& ours) const {
+/// How fast a motor without a configured speed may get there is not known: one that was seen to crawl may just have
+/// begun to turn.
+bool AxisTrack::TooFast(Native here, Instant sampled_at) const {
   constexpr double kFaster = 2.0;  ///< than the configured speed
   constexpr double kRenewed =
       0.4;  ///< seconds; a register may be renewed that seldom, and then shows a long way at once
+  if (!setup_.speed) return false;
+  const std::chrono::duration<double> since = sampled_at - last_->changed;
+  const double gone = std::abs((here - last_->position).value);
+  return gone > kFaster * *setup_.speed * (since.count() + kRenewed) + 2.0 * Scatter();
+}
+
+bool AxisTrack::FellToZero(Native device, Instant sampled_at, const std::optional<Heading>& ours) const {
   if (!setup_.Counts() || !place_.known || !last_ || !AtZero(device)) return false;
   const Native zero = place_.offset, from = last_->position, here = zero + device;
   const double fallen = std::abs((from - here).value), least = 2.0 * Scatter();
@@ -297,15 +306,31 @@ bool AxisTrack::FellToZero(Native device, Instant sampled_at, const std::optiona
   if (AtZero(from - zero)) return false;
   // A motion to another place may pass there, and does not stay.
   if (!AtZero(target - zero) && !Near(here, target)) return true;
-  // How fast a motor without a configured speed may get there is not known: one that was seen to crawl may just have
-  // begun to turn.
-  if (!ours->live || !setup_.speed) return false;
-  const std::chrono::duration<double> since = sampled_at - last_->changed;
-  return fallen > kFaster * *setup_.speed * (since.count() + kRenewed) + least;
+  return ours->live && TooFast(here, sampled_at);
+}
+
+bool AxisTrack::Strays(Native device, Instant sampled_at, const std::optional<Heading>& ours,
+                       const std::optional<AxisMemory>& swept) const {
+  constexpr double kOvershoot = 0.02;  ///< of a motion: a servo may pass its target by so much
+  if (!setup_.OnlyCounts() || !place_.known || !last_) return false;
+  const Native here = device + place_.offset, from = last_->position;
+  const double least = 2.0 * Scatter();
+  if (std::abs((here - from).value) <= least) return false;
+  const bool turns = swept && swept->in_motion;
+  if (!ours && !turns) return !last_->moving || TooFast(here, sampled_at);
+  const Native to = ours ? ours->target : from;
+  Native lowest = std::min(from, to), highest = std::max(from, to);
+  if (turns) {
+    lowest = std::min(lowest, swept->lowest);
+    highest = std::max(highest, swept->highest);
+  }
+  const Native room{slack_.whole() + least + kOvershoot * (highest - lowest).value};
+  return here < lowest - room || here > highest + room || TooFast(here, sampled_at);
 }
 
 void AxisTrack::LoseCount() {
   Forget();
+  TakenAway(false);
   if (setup_.OnlyCounts()) place_ = {.known = false, .said = false, .offset = {}};
 }
 

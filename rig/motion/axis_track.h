@@ -54,8 +54,8 @@ class AxisTrack {
   void BacklashChanged();
   /// The motion ended at its target.
   void Arrived();
-  /// The motion ended because another program moved the axis.
-  void TakenAway() { moved_by_ = {.us = false, .another = true}; }
+  /// The motion ended because another program moved the axis; false: what looked so has another cause.
+  void TakenAway(bool by_another) { moved_by_ = {.us = moved_by_.us && !by_another, .another = by_another}; }
   enum class Until { SeenAtRest, SeenToChange, Arrival };
   struct Adrift {
     double by = 0.0;
@@ -106,6 +106,10 @@ class AxisTrack {
     bool live = false;  ///< readings have shown it on its way
   };
   bool FellToZero(Native device, Instant sampled_at, const std::optional<Heading>& ours) const;
+  /// Of an axis that only counts: whether it cannot have come to a reading, in the device's own count, since the one
+  /// before. `ours`: the leg of this rig that is under way; `swept`: where the motions since it last rested may lead.
+  bool Strays(Native device, Instant sampled_at, const std::optional<Heading>& ours,
+              const std::optional<AxisMemory>& swept) const;
   /// The device's own count is zero, or as near to it as a motor that has just got power.
   bool AtZero(Native device) const;
   /// Two readings, in the device's own count, show an axis that stands at zero.
@@ -133,6 +137,7 @@ class AxisTrack {
   };
   double Scatter() const;
   double PowerUpScatter() const;
+  bool TooFast(Native here, Instant sampled_at) const;
   bool Near(Native a, Native b) const;
   bool Stands(const AxisMemory& memory, Native device) const;
   void Trust(const AxisMemory& memory, Native position);

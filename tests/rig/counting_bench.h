@@ -28,10 +28,13 @@ struct Bench {
   double ramp = 0.0;      ///< seconds until it goes that fast, and as long to stop
   Duration refresh{};     ///< how often the count that it reports is renewed
   bool answers = true;
-  int unanswered = 0;                      ///< the next so many questions fail, with `says`
-  Code says = Code::Disconnected;          ///< a question that fails
-  Instant says_moving_until{};             ///< its "moving" is late
-  int false_zeros = 0;                     ///< the next so many readings say 0, whatever is true
+  int unanswered = 0;              ///< the next so many questions fail, with `says`
+  Code says = Code::Disconnected;  ///< a question that fails
+  Instant says_moving_until{};     ///< its "moving" is late
+  int false_zeros = 0;             ///< the next so many readings say 0, whatever is true
+  int old_readings = 0;            ///< the next so many readings say what was before the power failed
+  double old_count = 0.0;
+  bool old_moving = false;
   double lowest = kTravel, highest = 0.0;  ///< that the shaft has been sent to
 
   double ShaftAt(Instant now) const {
@@ -138,6 +141,11 @@ class CountingLens final : public drivers::Lens {
       --bench_->false_zeros;
       focus.position = Native{0.0};
       focus.moving = false;
+    }
+    if (bench_->old_readings > 0) {
+      --bench_->old_readings;
+      focus.position = Native{bench_->old_count};
+      focus.moving = bench_->old_moving;
     }
     return state;
   }

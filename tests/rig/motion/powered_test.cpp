@@ -1,5 +1,5 @@
-// Motors that count their steps and never lose their power, slow or fast, on a machine that is sometimes busy: each
-// keeps its place and reaches where it is sent, wherever its count passes zero.
+// Motors that count their steps and never lose their power, slow or fast, on a machine that is sometimes busy and over
+// a cable that loses some answers: each keeps its place and reaches where it is sent, wherever its count passes zero.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,12 +28,14 @@ class PoweredMotor {
     busy_ = Chance(0.5) ? 0.0 : std::exp(Uniform(std::log(1e-3), std::log(0.3)));
     bench_.zero = station_.kind.can_home || Chance(0.5) ? 0.0 : std::round(Uniform(0.0, kTravel));
     bench_.from = bench_.to = Place();
+    loses_ = Chance(0.5) ? 0.0 : std::exp(Uniform(std::log(1e-3), std::log(0.1)));
+    bench_.says = Chance(0.5) ? Code::Timeout : Code::Busy;
   }
 
   std::string Text() const {
     return std::to_string(bench_.speed) + " steps/s, ramp " + std::to_string(bench_.ramp) + " s, zero at " +
            std::to_string(bench_.zero) + ", renewed every " + std::to_string(bench_.refresh.count()) + " ns, busy " +
-           std::to_string(busy_);
+           std::to_string(busy_) + ", loses answers " + std::to_string(loses_);
   }
 
   void Move(int times) {
@@ -62,6 +64,7 @@ class PoweredMotor {
     const Instant limit = station_.clock.Now() + 200s;
     while (answers.all.empty() && station_.clock.Now() < limit) {
       station_.Run(1ms);
+      if (Chance(loses_)) bench_.unanswered = static_cast<int>(Uniform(1.0, 2.9));
       if (!Chance(busy_)) continue;
       station_.clock.AdvanceTo(station_.clock.Now() + std::chrono::microseconds(std::lround(Uniform(0.0, 400e3))));
     }
@@ -74,7 +77,8 @@ class PoweredMotor {
   Station station_;
   Bench& bench_ = *station_.bench;
   std::mt19937_64 random_;
-  double busy_ = 0.0;  ///< the chance, every millisecond, that the machine does not look for up to 0.4 s
+  double busy_ = 0.0;   ///< the chance, every millisecond, that the machine does not look for up to 0.4 s
+  double loses_ = 0.0;  ///< the chance, every millisecond, that the next one or two answers are lost
 };
 
 TEST(Powered, AMotorWithPowerKeepsItsPlace) {
