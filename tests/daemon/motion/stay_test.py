@@ -529,7 +529,9 @@ class Counting(Case):
         if keep:
             self.wait_for(lambda: self.drive.shaft() == stood)
             self.stands_at(said)
-        self.assertEqual(bool(self.lines("external")), keep)
+            self.wait_for(lambda: self.lines("external"))  # said once it is there
+        else:
+            self.assertEqual(self.lines("external"), [])
         self.end()
 
     def here(self, place):
