@@ -19,6 +19,7 @@ constexpr Duration kStill = milliseconds(600);      ///< a position that does no
 constexpr Duration kCreeps = milliseconds(400);     ///< unless it still changes, by however little
 constexpr Duration kTrembles = milliseconds(2000);  ///< and not for longer than this
 constexpr Duration kBusyStill = milliseconds(100);  ///< where the device has said that it moved, and says so no more
+constexpr double kSlower = 2.0;                     ///< than so far, a motor may be on the rest of its way
 constexpr Duration kAgree = milliseconds(50);       ///< two readings of a place where the axis may have turned
 constexpr Duration kAgreeBeside = milliseconds(150);  ///< two readings of a place beside the target
 
@@ -41,7 +42,7 @@ void ArrivalWatch::Sent(Native target, Instant now) {
   const auto way = [](Native a, Native b) { return (a - b).value; };
   const bool onward = motion_.under_way && motion_.from && motion_.target &&
                       way(*motion_.target, *motion_.from) * way(target, *motion_.target) >= 0.0;
-  if (!motion_.under_way && !last_busy_) next.from = last_;
+  if (!motion_.under_way && !last_busy_) next.from = places_.rested ? places_.rested : last_;
   if (onward) {
     next.from = motion_.from;
     next.onward = true;
@@ -65,6 +66,9 @@ void ArrivalWatch::Stopped(Instant now) {
   motion_.began = motion_.written_at = now;
   motion_.target.reset();
   motion_.from.reset();
+  motion_.there_since.reset();
+  motion_.first.reset();
+  motion_.last.reset();
   motion_.live = motion_.between = false;
 }
 
@@ -78,12 +82,22 @@ ArrivalWatch::Verdict ArrivalWatch::Judge(Native position, bool busy, Instant no
   Note(position, busy, now);
   if (!motion_.under_way) return {.moving = busy, .echo = false};
   if (Rests(position, busy, now)) {
+    places_.rested = places_.live = places_.agreed = position;
     Arrive(now);
     return {};
   }
   const bool echo = by_ == Shows::Position && motion_.written && !motion_.live && !trusted() &&
                     Near(position, *motion_.written) && now < motion_.written_at + lag_;
-  return {.moving = true, .echo = echo};
+  if (!echo) {
+    if (places_.live && Near(position, *places_.live)) places_.agreed = position;
+    places_.live = position;
+    return {.moving = true, .echo = false};
+  }
+  return {.moving = true,
+          .echo = true,
+          .instead = motion_.last   ? std::optional(motion_.last->position)
+                     : motion_.from ? motion_.from
+                                    : places_.agreed};
 }
 
 void ArrivalWatch::Note(Native position, bool busy, Instant now) {
@@ -93,6 +107,8 @@ void ArrivalWatch::Note(Native position, bool busy, Instant now) {
     anchor_ = position;
     changed_at_ = now;
   }
+  // One reading alone may be wrong.
+  if (!motion_.under_way && !busy && last_ && Near(position, *last_)) places_.rested = position;
   if (last_ != position) {
     if (motion_.differed_at > motion_.began) motion_.between_changes = now - motion_.differed_at;
     motion_.differed_at = now;
@@ -104,7 +120,12 @@ void ArrivalWatch::Note(Native position, bool busy, Instant now) {
   ++motion_.readings;
   if (first) motion_.busy_first = busy;
   if (!motion_.target) return;
-  if (motion_.under_way && !motion_.live) Follow(position);
+  if (!Near(position, *motion_.target)) {
+    motion_.there_since.reset();
+  } else if (!motion_.there_since) {
+    motion_.there_since = now;
+  }
+  if (motion_.under_way) Follow(position, now);
   if (now > motion_.began + 2 * lag_) return;
   const bool there = Near(position, *motion_.target);
   const double way = motion_.from ? std::abs((*motion_.target - *motion_.from).value) : 0.0;
@@ -120,12 +141,17 @@ void ArrivalWatch::Note(Native position, bool busy, Instant now) {
 }
 
 /// Whether readings come nearer, one after the other, somewhere between the start and the target.
-void ArrivalWatch::Follow(Native position) {
+void ArrivalWatch::Follow(Native position, Instant now) {
   if (!motion_.from) return;
   const double to_go = std::abs((*motion_.target - position).value);
   const double gone = std::abs((position - *motion_.from).value);
   const bool between =
       to_go > near_ && gone > near_ && to_go + gone <= std::abs((*motion_.target - *motion_.from).value) + near_;
+  if (between) {
+    motion_.last = PlaceOnTheWay{position, to_go, now};
+    if (!motion_.first) motion_.first = motion_.last;
+  }
+  if (motion_.live) return;
   if (!between || to_go > motion_.nearest + near_) {
     motion_.on_the_way = 0;
     if (between) motion_.nearest = to_go;
@@ -138,22 +164,47 @@ void ArrivalWatch::Follow(Native position) {
   motion_.between = motion_.between || motion_.on_the_way > (motion_.onward ? 1 : 0);
 }
 
+/// The least speed that readings on the way have shown, units a second; 0: they show none.
+double ArrivalWatch::Pace() const {
+  if (!motion_.last) return 0.0;
+  const auto per_second = [&](double way, Instant since) {
+    const std::chrono::duration<double> took = motion_.last->at - since;
+    return took.count() > 0.0 ? way / took.count() : 0.0;
+  };
+  const double gone = std::abs((*motion_.target - *motion_.from).value) - motion_.last->to_go;
+  const double seen = motion_.first->to_go - motion_.last->to_go - near_;  // either may be rounded
+  return std::max({0.0, motion_.onward ? 0.0 : per_second(gone, motion_.began), per_second(seen, motion_.first->at)});
+}
+
+/// Of an axis that is read at its target: whether it has had the time to come there from where it was last read, or has
+/// been read there for so long that this is no echo.
+bool ArrivalWatch::MayBeThere(Instant now) const {
+  if (now >= *motion_.there_since + lag_) return true;
+  const double pace = Pace();
+  if (pace <= 0.0) return false;
+  const std::chrono::duration<double> since = now - motion_.last->at;
+  return since.count() * pace >= (trusted() ? 1.0 : kSlower) * motion_.last->to_go;
+}
+
 bool ArrivalWatch::Rests(Native position, bool busy, Instant now) const {
   if (busy) return false;
   const bool there = motion_.target && Near(position, *motion_.target);
   // One reading on the way is as good where "busy" speaks for it.
-  if (there && (motion_.live || (motion_.between && motion_.busy_seen))) return Agrees(position, now);
+  const bool shown = motion_.live || (motion_.between && motion_.busy_seen);
+  if (there && shown && MayBeThere(now)) return Agrees(position, now);
   if (there && by_ == Shows::Busy && motion_.busy_seen) return true;
   if (now < motion_.began + lag_) {
     const bool may_be_stale = motion_.from && Near(position, *motion_.from) && position != motion_.target;
     if (!trusted() || !there || may_be_stale) return false;
-    if (motion_.busy_seen) return Agrees(position, now);
+    if (motion_.busy_seen) return (!motion_.last || MayBeThere(now)) && Agrees(position, now);
     // So short a way may have been gone between two readings.
     const std::chrono::duration<double> since = now - motion_.began;
     return motion_.from && Exact(position) &&
            std::abs((*motion_.target - *motion_.from).value) <= pace_ * since.count();
   }
-  if (there) return Agrees(position, now);
+  // What is read there since registers say what is has to be read there twice.
+  const bool late = there && *motion_.there_since >= motion_.began + lag_;
+  if (there) return (late ? now > *motion_.there_since : MayBeThere(now)) && Agrees(position, now);
   if (motion_.busy_seen && !motion_.target) return now >= changed_at_ + kBusyStill;
   // What creeps from one place to the next does not rest; what trembles between two does.
   const bool creeps = now < motion_.differed_at + kCreeps && now < changed_at_ + kTrembles;

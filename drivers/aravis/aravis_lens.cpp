@@ -135,11 +135,8 @@ bool LensControl::Moves(Axis axis, Native& position, bool busy, Instant now) {
   way.there_at_once = way.there_at_once || (way.under_way && arrived && !way.watch.seen());
   if (busy && way.there_at_once && way.watch.busy_seen()) way.live = false;  // it was only setting out
   way.live = way.live || way.watch.live();
-  if (verdict.echo && way.believed) {
-    position = *way.believed;
-  } else {
-    way.believed = position;
-  }
+  if (verdict.echo) position = verdict.instead.value_or(way.believed.value_or(position));
+  way.believed = position;
   if (verdict.moving || !way.under_way) return verdict.moving;
   way.under_way = false;
   // A position that is not the target is no echo of it: there the camera's word that it rests is enough.

@@ -204,7 +204,11 @@ Result<Sample> Drive::Ask(RegisterAccess& talk) {
     Complain(odd);
   }
   const auto verdict = watch_.Judge(Native{seen->counts}, seen->moving || seen->homing, clock_.Now());
-  if (!verdict.echo || !believed_) believed_ = seen->counts;
+  if (!verdict.echo) {
+    believed_ = seen->counts;
+  } else {
+    believed_ = verdict.instead.value_or(Native{believed_.value_or(seen->counts)}).value;
+  }
   sample.state.moving = Follow(*seen, verdict.moving, talk) || seen->moving;
   sample.state.position = Native{*believed_ * config_.scale};
   if (sample.state.fault.empty()) sample.state.fault = complaint_;

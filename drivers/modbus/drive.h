@@ -48,6 +48,11 @@ struct Sample {
   drivers::AxisState state;
 };
 
+/// From one reading to the next a counter of 16 bits seems to have wrapped.
+struct Wrapped {
+  std::int64_t from = 0, to = 0;
+};
+
 /// The bus' thread calls everything but the constructor, config() and label().
 class Drive {
  public:
@@ -148,6 +153,8 @@ class Drive {
     bool jumped = false;                           ///< they came from the range all at once, in a motion
     std::int64_t last_step = 0;                    ///< from one reading to the next
     std::optional<std::int64_t> read_before = {};  ///< as the registers had it
+    std::optional<std::int64_t> jumped_from = {};  ///< before the last reading, by about 65536
+    std::optional<Wrapped> wrapped = {};           ///< by the last reading, if that was right
   } odd_;
   /// Since the connection was made.
   struct {

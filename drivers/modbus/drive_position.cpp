@@ -79,9 +79,22 @@ std::string Drive::WhatIsOdd(const Seen& seen) {
   const bool turned = jump * odd_.last_step < 0 && by_counter(odd_.last_step) && !by_counter(jump);
   const std::int64_t came_from = turned ? *before - odd_.last_step : before.value_or(0);
   if (jump != 0) odd_.last_step = jump;
-  if (moves && doing_.goal.kind == Order::Kind::Move && ((astray && by_counter(jump)) || turned)) {
-    return "its position went from " + std::to_string(came_from) + " to " +
-           std::to_string(turned ? *before : seen.read) +
+  // Such a counter never shows more than it has, and one reading alone may be wrong.
+  const auto counter_has = [](std::int64_t a, std::int64_t b) {
+    return (std::min(a, b) >= 0 && std::max(a, b) < kCounter) ||
+           (std::min(a, b) >= -kCounter / 2 && std::max(a, b) < kCounter / 2);
+  };
+  const auto suspected = std::exchange(odd_.wrapped, std::nullopt);
+  const bool stays = suspected && std::llabs(seen.read - suspected->to) < kCounter / 8;
+  const bool back_again = odd_.jumped_from && std::llabs(seen.read - *odd_.jumped_from) < kCounter / 8;
+  odd_.jumped_from = by_counter(jump) && !back_again ? before : std::nullopt;
+  if (astray && by_counter(jump) && !back_again && counter_has(*before, seen.read)) {
+    odd_.wrapped = Wrapped{*before, seen.read};
+  }
+  const bool turned_wraps = turned && counter_has(came_from, *before);
+  if (moves && doing_.goal.kind == Order::Kind::Move && (stays || turned_wraps)) {
+    return "its position went from " + std::to_string(stays ? suspected->from : came_from) + " to " +
+           std::to_string(stays ? suspected->to : *before) +
            " between two readings: the drive's counter wraps at 16 bits; keep its range within what it can count";
   }
   if (MayWrap(seen) && moves && doing_.goal.kind == Order::Kind::Move) {

@@ -14,7 +14,8 @@ using drivers::Axis;
 
 constexpr Duration kIdlePeriod = std::chrono::milliseconds(500);
 constexpr Duration kAgain = std::chrono::milliseconds(2);
-constexpr Duration kHaltPeriod = std::chrono::milliseconds(50);  ///< while a motor is still to be told to stop
+constexpr Duration kDoubtPeriod = std::chrono::milliseconds(20);  ///< where a reading may be wrong
+constexpr Duration kHaltPeriod = std::chrono::milliseconds(50);   ///< while a motor is still to be told to stop
 
 drivers::PerAxis<double> Tolerances(const AxisControllers& axes) {
   drivers::PerAxis<double> tolerances;
@@ -97,6 +98,7 @@ void LensReader::Note(drivers::LensState reading) {
     if (!axes_[axis]) continue;
     if (first && state) axes_[axis]->Recall(*state);
     state = axes_[axis]->Note(std::move(state), *sampled_at_);
+    if (axes_[axis]->in_doubt()) next_read_ = std::min(next_read_, clock_.Now() + kDoubtPeriod);
   }
   history_.Add(reading);
 }

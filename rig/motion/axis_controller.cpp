@@ -14,6 +14,9 @@ namespace {
 
 constexpr int kStopAttempts = 3;
 /// One reading of zero may be a false answer, and a register may be renewed as seldom as every 400 ms.
+/// So long after a command a register that was live at first may still show something else: it does so for
+/// drivers::kRegisterLag at most, and begins by then.
+constexpr Duration kMayTurnFalse = 2 * drivers::kRegisterLag;
 constexpr Duration kFallShown = std::chrono::milliseconds(500);
 /// A question that fails, and a count that no motion leads to, have one cause if they are no farther apart: the reading
 /// before may still be one from before, and a driver may notice only afterwards that its device was gone.
@@ -133,6 +136,7 @@ Result<void> AxisController::Say(Native position) {
   track_.Say(place, device);
   leap_.reset();
   AdoptLimits(device);
+  cut_.rest.departed.reset();
   state_->position = place;
   target_.reset();
   return {};
@@ -142,6 +146,8 @@ Result<void> AxisController::Say(Native position) {
 
 std::optional<drivers::AxisState> AxisController::Note(std::optional<drivers::AxisState> reading, Instant sampled_at) {
   if (reading && Distrusts(*reading, sampled_at)) return state_;
+  if (reading) HoldPosition(*reading, sampled_at);
+  cut_.rest.before = state_ ? std::optional(state_->position - track_.offset()) : std::nullopt;
   const auto before = gone_ ? std::nullopt : std::exchange(state_, std::nullopt);  // after a gap it has to stand anew
   state_ = std::move(reading);
   if (!state_) return std::nullopt;
@@ -155,7 +161,9 @@ std::optional<drivers::AxisState> AxisController::Note(std::optional<drivers::Ax
   // It came to rest at this reading at the latest.
   if (!stood) steady_since_ = sampled_at + setup_.settle;
   const bool was_moved = track_.moved_by_another();
-  track_.Note(noted, sampled_at, motion_ != nullptr || cut_.coasting || sampled_at < cut_.doubted_until);
+  cut_.rest.follows = !cut_.rest.at_target && sampled_at < cut_.rest.commanded_at + kMayTurnFalse;
+  track_.Note(noted, sampled_at,
+              motion_ != nullptr || cut_.coasting || sampled_at < cut_.rest.doubted_until || cut_.rest.follows);
   if (track_.moved_by_another() && !was_moved) target_.reset();
   if (cut_.coasting && !noted.moving && sampled_at > *cut_.coasting) cut_.coasting.reset();
   if (!motion_ && !cut_.coasting && !noted.moving) RememberRest();
@@ -164,11 +172,55 @@ std::optional<drivers::AxisState> AxisController::Note(std::optional<drivers::Ax
   return noted;
 }
 
+/// A single reading of another place is no motion: until more of them show one, the axis is where it rests.
+void AxisController::HoldPosition(drivers::AxisState& reading, Instant sampled_at) {
+  const bool young = sampled_at < cut_.rest.commanded_at + kMayTurnFalse;
+  const bool sent = (motion_ && motion_->may_turn()) || cut_.coasting || (young && !cut_.rest.at_target);
+  const bool rests = state_ && !gone_ && !sent && (young || !state_->moving);
+  const Native place = reading.position + track_.offset();
+  const double scatter = std::max(setup_.tolerance, 2.0 * setup_.config.repeatability);
+  const bool senseless = state_ && !gone_ && MakesNoSense(setup_, place) && !MakesNoSense(setup_, state_->position);
+  if (senseless && !rests && !cut_.rest.departed) {
+    // Once, it moves nothing. What stays in a motion ends that.
+    cut_.rest.departed = RestDoubt::Departed{.place = place, .since = sampled_at, .readings = RestDoubt::kShown};
+    reading.position = state_->position - track_.offset();
+    return;
+  }
+  const bool loses_reference = state_ && state_->homed && !reading.homed;
+  if (!rests || loses_reference || std::abs((place - state_->position).value) <= scatter) {
+    cut_.rest.departed.reset();
+    return;
+  }
+  const bool shown = ShowsDeparture(place, reading.moving, sampled_at);
+  if (senseless) {
+    if (shown && reading.fault.empty()) reading.fault = SenselessText(setup_, place);
+  } else if (shown) {
+    cut_.rest.departed.reset();
+    return;
+  }
+  reading.position = state_->position - track_.offset();
+}
+
+/// Two readings that agree do, or a second one that is farther; right after a command only what stays.
+bool AxisController::ShowsDeparture(Native place, bool moving, Instant sampled_at) {
+  const bool again = cut_.rest.departed.has_value();
+  if (!again) cut_.rest.departed = RestDoubt::Departed{.place = place, .since = sampled_at};
+  const Native before = std::exchange(cut_.rest.departed->place, place);
+  ++cut_.rest.departed->readings;
+  if (!again) return false;
+  if (sampled_at < cut_.rest.commanded_at + kMayTurnFalse)
+    return sampled_at >= cut_.rest.departed->since + drivers::kRegisterLag;
+  const double scatter = std::max(setup_.tolerance, 2.0 * setup_.config.repeatability);
+  const double farther = (place - before).value * (before - state_->position).value;
+  return moving || farther > 0.0 || std::abs((place - before).value) <= scatter ||
+         cut_.rest.departed->readings >= RestDoubt::kShown;
+}
+
 /// A motion that was cut short, and has not been seen to stand since, may well stop there, whatever registers have
 /// shown meanwhile.
 bool AxisController::StopsAt(Native device, Instant sampled_at) const {
   const auto& swept = remembered_[setup_.axis];
-  const bool just_cut = cut_.coasting || sampled_at < cut_.doubted_until;
+  const bool just_cut = cut_.coasting || sampled_at < cut_.rest.doubted_until;
   const bool cut_short = just_cut && !(motion_ && motion_->commands() > 0);
   const Native place = device + track_.offset(), room{setup_.tolerance};
   return cut_short && swept && swept->in_motion && place >= swept->lowest - room && place <= swept->highest + room;
@@ -206,17 +258,24 @@ bool AxisController::StillFallen(Native device, Instant sampled_at) {
 
 /// Whether the reading is left out, because no motion explains it. One that stays is believed: it has lost count.
 bool AxisController::Distrusts(const drivers::AxisState& reading, Instant sampled_at) {
-  if (!gone_) return (gone_ = Fallen(reading.position, sampled_at)).has_value();
+  if (!gone_) {
+    // The one reading in between was wrong.
+    const bool came_back = cut_.rest.before && track_.AtZero(*cut_.rest.before) &&
+                           track_.StandsAtZero(reading.position, *cut_.rest.before);
+    if (!came_back) gone_ = Fallen(reading.position, sampled_at);
+    return gone_.has_value();
+  }
   if (!gone_->fallen_since) return false;
   const bool fallen = StillFallen(reading.position, sampled_at);
   // A register may show the place from before for a while, and that may be zero.
-  const bool may_lag = sampled_at < cut_.doubted_until || (motion_ && motion_->MayLag(sampled_at));
+  const bool may_lag = sampled_at < cut_.rest.doubted_until || (motion_ && motion_->MayLag(sampled_at));
   if (fallen && (may_lag || sampled_at - *gone_->fallen_since < kFallShown)) return true;
   gone_.reset();
   if (!fallen) return false;
   if (!motion_) target_.reset();  // of another count
   track_.LoseCount();
   AdoptLimits(reading.position);
+  if (state_) state_->position = reading.position + track_.offset();
   return false;
 }
 
@@ -299,6 +358,7 @@ std::optional<EndedMotion> AxisController::End(Outcome outcome) {
   commands_ += motion->commands();
   if (outcome == Outcome::Reached) {
     cut_.coasting.reset();
+    cut_.rest.at_target = true;
     track_.Arrived();
     RememberRest(RememberedPositions::Try::Now);
   } else {
@@ -321,7 +381,9 @@ void AxisController::LoseSightOf(const AxisMotion& motion) {
 /// It is not stopped by us, or not at once.
 void AxisController::Coast() {
   cut_.coasting = clock_.Now();
-  cut_.doubted_until = *cut_.coasting + drivers::kRegisterLag;
+  cut_.rest.doubted_until = *cut_.coasting + drivers::kRegisterLag;
+  cut_.rest.commanded_at = *cut_.coasting;
+  cut_.rest.at_target = false;
   track_.Disturbed(clock_.Now());
 }
 
@@ -357,16 +419,16 @@ Result<Instant> AxisController::Go(Native target, bool begins) {
     if (IsTransient(code) || code == Code::Disconnected) Lose(Loss::Answer);
     return PassOn(started);
   }
-  cut_.halt_is_due = false;
-  return clock_.Now();
+  cut_.halt_is_due = cut_.rest.at_target = false;
+  return cut_.rest.commanded_at = clock_.Now();
 }
 
 Result<Instant> AxisController::Home() {
   if (auto remembered = RememberMotion(setup_.minimum, setup_.maximum); !remembered) return PassOn(remembered);
   track_.Commanded(AxisTrack::Way::MayTurn, clock_.Now());
   if (auto started = lens_.StartHome(setup_.axis); !started) return PassOn(started);
-  cut_.halt_is_due = false;
-  return clock_.Now();
+  cut_.halt_is_due = cut_.rest.at_target = false;
+  return cut_.rest.commanded_at = clock_.Now();
 }
 
 Result<void> AxisController::Halt() {

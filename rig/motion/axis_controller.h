@@ -21,6 +21,24 @@ struct EndedMotion {
   int commands = 0;  ///< that the device took
 };
 
+/// What readings of an axis that seems to rest are judged by: any of them may be wrong.
+struct RestDoubt {
+  /// Whatever it says, so many such readings in a row are no false ones.
+  static constexpr int kShown = 3;
+  /// Readings of another place than where it rests, one after the other.
+  struct Departed {
+    Native place;  ///< the last of them
+    Instant since{};
+    int readings = 0;
+  };
+  Instant doubted_until{};                    ///< after a motion that was cut short registers may lag until then
+  Instant commanded_at{Duration::min() / 2};  ///< the last time
+  bool at_target = false;                     ///< it has been seen there since
+  bool follows = false;                       ///< where it rests is not known yet: it is where its readings say
+  std::optional<Native> before;               ///< the reading before the newest, in the device's own count
+  std::optional<Departed> departed;           ///< from where it rests
+};
+
 /// An axis as it was when the lens ceased to answer, or a reading came that looks as if it had been without power.
 struct GoneAxis {
   AxisMemory memory;
@@ -104,6 +122,10 @@ class AxisController final : private Motor {
   Result<void> Halt() override;
   /// The motor has not taken the command to stop yet.
   bool halt_is_due() const { return cut_.halt_is_due; }
+  /// Its newest reading is of another place than where it rests, and is not believed yet: it should be read again soon.
+  bool in_doubt() const {
+    return cut_.rest.follows || (cut_.rest.departed && cut_.rest.departed->readings < RestDoubt::kShown);
+  }
   /// The lens does not answer any more: `why` for the caller of the motion under way, with what became of the motor.
   Error GivenUp(Error why);
 
@@ -112,13 +134,15 @@ class AxisController final : private Motor {
   Result<Instant> Home() override;
   Native AtReference(Native position) override;
 
-  /// After a motion that did not end at its target.
+  /// After a motion that did not end at its target, and what else puts its readings in doubt.
   struct CutShort {
     std::optional<Instant> coasting;  ///< it ended then, and the axis has not been seen to stand
-    Instant doubted_until{};          ///< registers may lag until then
     bool halt_is_due = false;         ///< the motor has not taken the command to stop
+    RestDoubt rest;
   };
   std::optional<Error> WhyNotSaid() const;
+  void HoldPosition(drivers::AxisState& reading, Instant sampled_at);
+  bool ShowsDeparture(Native place, bool moving, Instant sampled_at);
   void AdoptLimits(Native device);
   bool StopsAt(Native device, Instant sampled_at) const;
   bool Distrusts(const drivers::AxisState& reading, Instant sampled_at);

@@ -219,7 +219,8 @@ AxisMotion::End AxisMotion::Follow(Motor& motor, const drivers::AxisState& state
       // What the lens complains of explains where it goes.
       if (state.fault.empty() && leg_.LedAway(state, sampled_at)) return TakenAway(state, now);
       const int commands = attempts_.commands;
-      if (auto end = Elsewhere(motor, state, sampled_at, now); end || attempts_.commands != commands) return end;
+      auto end = leg_.MayBeLedAway() ? std::nullopt : Elsewhere(motor, state, sampled_at, now);
+      if (end || attempts_.commands != commands) return end;
     }
   }
   if (auto wrong = leg_.WhatIsWrong(state, sampled_at, now, phase_ == Phase::Settling)) {
@@ -322,10 +323,7 @@ AxisMotion::End AxisMotion::Elsewhere(Motor& motor, const drivers::AxisState& st
 /// Only what can be a place of the axis shows that somebody brought it there.
 MoveOutcome AxisMotion::TakenAway(const drivers::AxisState& state, Instant now) const {
   if (MakesNoSense(setup_, state.position)) {
-    std::ostringstream reason;
-    reason << "its position reads " << state.position.value << ", far outside " << setup_.can.minimum.value << " to "
-           << setup_.can.maximum.value << ": it is no position, or a counter that wraps";
-    return Failed(state, {MoveCause::Fault, reason.str()}, now);
+    return Failed(state, {MoveCause::Fault, SenselessText(setup_, state.position)}, now);
   }
   MoveOutcome outcome = Failed(state, {MoveCause::External, "moved by another program"}, now);
   outcome.moved_by_another = true;

@@ -58,6 +58,7 @@ void AxisTrack::BacklashChanged() {
 }
 
 void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool ours) {
+  if (MakesNoSense(setup_, state.position)) return;
   const double scatter = Scatter();
   const double step = last_ ? std::abs((state.position - last_->position).value) : 0.0;
   if (state.moving || step > scatter) travel_ += step;
@@ -66,7 +67,7 @@ void AxisTrack::Note(const drivers::AxisState& state, Instant sampled_at, bool o
   }
   last_->moving = state.moving;
   // Of an axis that ended its motion unseen, what it does next may still be that motion.
-  if (ours || !rest_ || adrift_.by > 0.0 || MakesNoSense(setup_, state.position)) {
+  if (ours || !rest_ || adrift_.by > 0.0) {
     rest_ = state.position;
   } else if (std::abs((state.position - *rest_).value) > scatter) {
     moved_by_ = {.us = false, .another = true};

@@ -43,7 +43,8 @@ class AxisTrack {
  public:
   explicit AxisTrack(const AxisSetup& setup);
 
-  /// Takes note of a reading. `ours`: a motion of this rig is under way, or has not been seen to come to rest.
+  /// Takes note of a reading, unless that is of no place of the axis. `ours`: a motion of this rig is under way, or has
+  /// not been seen to come to rest.
   void Note(const drivers::AxisState& state, Instant sampled_at, bool ours);
   enum class Way { Onward, MayTurn };
   /// A command goes out now. MayTurn: away from the approach direction, or from an axis that moves.

@@ -18,7 +18,7 @@ constexpr Duration kHomingShown = std::chrono::milliseconds(100);  ///< by then 
 constexpr Duration kHomingUnseen = std::chrono::seconds(5);        ///< where it never does, nor is the speed known
 constexpr int kShowsMotion = 3;      ///< readings on the way, each nearer: one or two may be false answers
 constexpr double kOvershoot = 0.02;  ///< of a leg: a servo may pass its target by so much
-constexpr Duration kLedAway = std::chrono::milliseconds(10);  ///< seen away for so long, it is
+constexpr Duration kLongestAway = std::chrono::seconds(5);  ///< of an axis that is led away, until that is certain
 
 Duration TravelTime(const AxisSetup& setup, double distance) {
   const double range = (setup.can.maximum - setup.can.minimum).value;
@@ -41,6 +41,13 @@ bool MakesNoSense(const AxisSetup& setup, Native position) {
   const Native range = setup.can.maximum - setup.can.minimum;
   return position < std::min(setup.can.lowest_count(), setup.minimum) - range ||
          position > std::max(setup.can.highest_count(), setup.maximum) + range;
+}
+
+std::string SenselessText(const AxisSetup& setup, Native position) {
+  std::ostringstream text;
+  text << "its position reads " << position.value << ", far outside " << setup.can.minimum.value << " to "
+       << setup.can.maximum.value << ": it is no position, or a counter that wraps";
+  return text.str();
 }
 
 Leg::Leg(const AxisSetup& setup, Native from, Native to, std::vector<Impulse> parts, Start start)
@@ -87,7 +94,8 @@ void Leg::Sent(const Command& command, Instant now) {
   times_.last_sent_at = now;
   if (!first) return;
   const double distance = std::abs((to_ - from_).value);
-  const Duration travel = TravelTime(*setup_, distance + farther_), shaped = parts_.back().at;
+  const double range = (setup_->can.maximum - setup_->can.minimum).value;
+  const Duration travel = TravelTime(*setup_, distance + std::min(farther_, range)), shaped = parts_.back().at;
   times_.commanded_at = progress_.at = now;
   approach_ = {.closest = distance, .farthest = distance, .nearest = distance, .live = approach_.live};
   times_.deadline = now + 2 * travel + kMargin + setup_->settle + shaped;
@@ -145,12 +153,14 @@ double Leg::Reach(const drivers::AxisState& state) const {
   return std::max(std::abs((state.position - from_).value), ShortOf(state));
 }
 
-void Leg::Watch(const drivers::AxisState& state) {
+void Leg::Watch(const drivers::AxisState& state, Instant sampled_at) {
   const double margin = std::max(Scatter(*setup_), setup_->tolerance);
   const double to_go = ShortOf(state), gone = std::abs((state.position - from_).value);
   const bool between = to_go > margin && gone > margin && to_go + gone <= std::abs((to_ - from_).value) + margin;
   if (!between || to_go > approach_.nearest - Scatter(*setup_)) return;
   approach_.nearest = to_go;
+  const std::chrono::duration<double> since = sampled_at - times_.commanded_at;
+  approach_.away.pace = (std::abs((to_ - from_).value) - to_go) / since.count();
   approach_.live = approach_.live || ++approach_.nearer >= kShowsMotion;
 }
 
@@ -161,25 +171,45 @@ bool Leg::Moved(const drivers::AxisState& state) const {
          std::abs((state.position - from_).value) > scatter;
 }
 
+/// A motor that is still on its way, after a reading that was wrong, has come nearer by `margin` by then.
+Duration Leg::LedAwayTime(double margin) const {
+  constexpr double kSlower = 4.0;
+  const double pace = setup_->speed.value_or(approach_.away.pace);
+  if (pace <= 0.0) return drivers::kRegisterLag;
+  const std::chrono::duration<double> time =
+      std::min<std::chrono::duration<double>>(kLongestAway, std::chrono::duration<double>(kSlower * margin / pace));
+  return std::max(drivers::kRegisterLag, std::chrono::duration_cast<Duration>(time));
+}
+
 bool Leg::LedAway(const drivers::AxisState& state, Instant sampled_at) {
   if (!setup_->can.follows() || turns_) return false;
   // Before, a register may show the target, or where the axis was.
   if (MayLag(sampled_at) && approach_.nearer < kShowsMotion) return false;
   const double distance = ShortOf(state), scatter = Scatter(*setup_);
-  approach_.farthest = std::max(approach_.farthest, distance);
+  const double margin = std::max(2.0 * scatter, setup_->tolerance);
+  const bool is_place = !MakesNoSense(*setup_, state.position);
+  if (is_place) approach_.farthest = std::max(approach_.farthest, distance);
+  // It comes nearer all the time: what was still nearer was a false reading.
+  if (is_place && approach_.away.since && distance < approach_.away.from - margin) {
+    approach_.closest = distance;
+    approach_.away.since.reset();
+  }
   approach_.seen = approach_.seen || distance < approach_.farthest - scatter;
   if (approach_.seen) approach_.closest = std::min(approach_.closest, distance);
   const double allowed = std::max({4.0 * scatter, 8.0 * setup_->tolerance, kOvershoot * approach_.farthest});
   const bool away = approach_.seen && distance > approach_.closest + allowed;
-  if (!away) approach_.away_since.reset();
-  if (away && !approach_.away_since) approach_.away_since = sampled_at;
-  return away && sampled_at >= *approach_.away_since + kLedAway;
+  if (!away) approach_.away.since.reset();
+  if (away && !approach_.away.since) {
+    approach_.away.since = sampled_at;
+    approach_.away.from = distance;
+  }
+  return away && sampled_at >= *approach_.away.since + LedAwayTime(margin);
 }
 
 /// What fails to answer is judged by the reader of the lens, which gives up before kSilence is over.
 std::optional<Trouble> Leg::WhatIsWrong(const drivers::AxisState& state, Instant sampled_at, Instant now,
                                         bool settling) {
-  if (sampled_at > times_.commanded_at) Watch(state);
+  if (sampled_at > times_.commanded_at) Watch(state, sampled_at);
   const bool moved =
       std::abs((state.position - progress_.position).value) >= std::max(setup_->can.resolution, Scatter(*setup_));
   if (moved || Unseen(state)) progress_ = {state.position, std::max(sampled_at, times_.commanded_at)};

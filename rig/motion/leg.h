@@ -17,6 +17,15 @@ namespace lensd::rig {
 double Scatter(const AxisSetup& setup);
 /// No axis stands where this reading says, so far is it from all that the axis may reach.
 bool MakesNoSense(const AxisSetup& setup, Native position);
+/// What is to be said of such a reading.
+std::string SenselessText(const AxisSetup& setup, Native position);
+
+/// Readings that may show that an axis is led away from its target.
+struct AwayWatch {
+  std::optional<Instant> since = {};
+  double from = 0.0;  ///< so far from the target, by the first of them
+  double pace = 0.0;  ///< native units a second that it has come nearer before; 0: not known
+};
 
 /// When each of its commands is due, how long it may take, and what its readings say. It commands nothing itself.
 class Leg {
@@ -70,9 +79,12 @@ class Leg {
   bool FoundReference(const drivers::AxisState& state, Instant sampled_at);
   /// Has gone some way, or is so short that readings could not tell.
   bool Moved(const drivers::AxisState& state) const;
-  /// It came nearer and now goes away again, by more than overshooting or a missed target explains: another program
-  /// commands it. Only readings tell that were seen on the way, or are so late that no register lags any more.
+  /// It came nearer and then went away again, by more than overshooting or a missed target explains, and has not come
+  /// nearer for longer than registers lag and than the motor needs to show that: another program commands it. Only
+  /// readings tell that were seen on the way, or are so late that no register lags any more.
   bool LedAway(const drivers::AxisState& state, Instant sampled_at);
+  /// It seems so, and is not certain yet.
+  bool MayBeLedAway() const { return approach_.away.since.has_value(); }
   /// Registers may not yet say what is, after a command as new as its last one.
   bool MayLag(Instant sampled_at) const { return sampled_at < times_.last_sent_at + drivers::kRegisterLag; }
   /// Why it will not get there; empty while it may. `settling`: it has been there already. Only positions that are
@@ -80,14 +92,15 @@ class Leg {
   std::optional<Trouble> WhatIsWrong(const drivers::AxisState& state, Instant sampled_at, Instant now, bool settling);
 
  private:
-  void Watch(const drivers::AxisState& state);
+  void Watch(const drivers::AxisState& state, Instant sampled_at);
+  Duration LedAwayTime(double margin) const;
 
   /// What readings have shown of the way to its end.
   struct Approach {
     double closest = 0.0;
     double farthest = 0.0;
     bool seen = false;  ///< to come nearer
-    std::optional<Instant> away_since = {};
+    AwayWatch away = {};
     int nearer = 0;        ///< readings on the way, each nearer than all before
     double nearest = 0.0;  ///< of those
     bool live = false;     ///< enough of them

@@ -37,10 +37,22 @@ class Draw {
     kind.varies = OneIn(2);
     kind.busy = static_cast<DeviceKind::Busy>(std::uniform_int_distribution(0, 3)(random_));
     kind.busy_off = LogUniform(0.2, 400.0);
+    if (!OneIn(3)) Lie(kind);
     return kind;
   }
 
  private:
+  /// Live at first, and then not: by one reading at any time, in motion or at rest, or for up to 400 ms.
+  void Lie(DeviceKind& kind) {
+    if (!OneIn(3)) kind.echo = kind.stale = 0.0;
+    if (OneIn(3)) kind.busy = DeviceKind::Busy::True;
+    kind.lies_once = OneIn(2);
+    // A place that none can be, twice, is a fault, and not this test's.
+    kind.lie = static_cast<DeviceKind::Lie>(std::uniform_int_distribution(1, kind.lies_once ? 4 : 3)(random_));
+    kind.lie_begins = kind.lies_once ? LogUniform(1.0, 3000.0) : Uniform(0.0, 400.0);
+    kind.lie_lasts = LogUniform(1.0, 400.0);
+  }
+
   std::mt19937_64& random_;
 };
 
@@ -134,8 +146,10 @@ class Moves {
     const DeviceKind& kind = device_.kind();
     std::cout << what << "; speed " << kind.speed << ", range " << kind.range << ", echo " << kind.echo << " ms, stale "
               << kind.stale << " ms" << (kind.stale_first ? " first" : "") << (kind.varies ? ", varying" : "")
-              << ", busy " << static_cast<int>(kind.busy) << " by " << kind.busy_off << " ms, to " << target_
-              << " from " << from_ << ", shaft at " << device_.Shaft(clock_.Now()) << " after "
+              << ", lie " << static_cast<int>(kind.lie) << (kind.lies_once ? " once" : "") << " from "
+              << kind.lie_begins << " ms for " << kind.lie_lasts << " ms, busy " << static_cast<int>(kind.busy)
+              << " by " << kind.busy_off << " ms, to " << target_ << " from " << from_ << ", shaft at "
+              << device_.Shaft(clock_.Now()) << " after "
               << std::chrono::duration<double>(clock_.Now() - begun_at_).count() << " s\n";
   }
 

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <random>
+#include <utility>
 
 #include "base/clock.h"
 
@@ -20,11 +22,17 @@ struct DeviceKind {
   double echo = 0.0;        ///< so long after a write the register shows the target
   double stale = 0.0;       ///< so long it shows the place from before
   bool stale_first = true;  ///< where both are: which wins
-  bool varies = false;      ///< both, and what is wrong with Busy, are drawn anew, up to these, at each write
+  /// After it was live, the position register shows something else for a while, or once.
+  enum class Lie { Nothing, Target, Before, Near, Far };
+  Lie lie = Lie::Nothing;
+  bool lies_once = false;
+  double lie_begins = 0.0;  ///< after a write
+  double lie_lasts = 0.0;   ///< unless it is one reading
+  bool varies = false;      ///< all this, and what is wrong with Busy, are drawn anew, up to these, at each write
   Busy busy = Busy::True;
   double busy_off = 0.0;  ///< late: rises and falls so much later; early: ends so much before the motion does
 
-  bool truthful() const { return echo == 0.0 && stale == 0.0 && busy == Busy::True; }
+  bool truthful() const { return echo == 0.0 && stale == 0.0 && busy == Busy::True && lie == Lie::Nothing; }
 };
 
 class RegisterDevice {
@@ -42,7 +50,8 @@ class RegisterDevice {
     return gone >= std::abs(to_ - from_) ? to_ : from_ + std::copysign(gone, to_ - from_);
   }
   bool Turns(Instant at) const { return Shaft(at) != to_; }
-  double PositionRegister(Instant at) const {
+  double PositionRegister(Instant at) {
+    if (Lies(at)) return Lied(at);
     const bool echoes = Ms(at) < now_.echo, lags = Ms(at) < now_.stale;
     if (echoes && (!lags || !now_.stale_first)) return std::round(target_);
     if (lags) return std::round(from_);
@@ -64,6 +73,18 @@ class RegisterDevice {
   }
 
  private:
+  bool Lies(Instant at) {
+    if (now_.lie == DeviceKind::Lie::Nothing || Ms(at) < now_.lie_begins) return false;
+    if (now_.lies_once) return !std::exchange(lied_, true);
+    return Ms(at) < now_.lie_begins + now_.lie_lasts;
+  }
+  double Lied(Instant at) {
+    if (now_.lie == DeviceKind::Lie::Target) return std::round(target_);
+    if (now_.lie == DeviceKind::Lie::Before) return std::round(from_);
+    const double by = now_.lie == DeviceKind::Lie::Near ? 40.0 : 1e6;
+    if (!lies_at_) lies_at_ = std::round(Shaft(at)) + std::copysign(by, side_);
+    return *lies_at_;
+  }
   double Ms(Instant at) const { return std::chrono::duration<double, std::milli>(at - written_).count(); }
   void Go(double to, double target, Instant at) {
     from_ = Shaft(at);
@@ -71,6 +92,9 @@ class RegisterDevice {
     target_ = target;
     written_ = at;
     now_ = kind_;
+    lied_ = false;
+    lies_at_.reset();
+    side_ = -side_;
     if (!kind_.varies) return;
     std::uniform_real_distribution<double> part(0.0, 1.0);
     now_.echo *= part(random_);
@@ -78,11 +102,16 @@ class RegisterDevice {
     now_.stale_first = part(random_) < 0.5;
     now_.busy = static_cast<DeviceKind::Busy>(static_cast<int>(4.0 * part(random_)));
     now_.busy_off *= part(random_);
+    now_.lie_begins *= part(random_);
+    now_.lie_lasts *= part(random_);
   }
 
   const DeviceKind kind_;
   DeviceKind now_;  ///< of this write
   std::mt19937_64& random_;
+  bool lied_ = true;  ///< since the last write; what it says first is true
+  std::optional<double> lies_at_;
+  double side_ = -1.0;  ///< to which a place beside the true one lies
   double from_ = 0.0, to_ = 0.0, target_ = 0.0;
   Instant written_{Duration::min() / 2};
 };

@@ -2,9 +2,10 @@
 //
 // For some time after a write a position register may show the target that was just written (an echo) or the place from
 // before (stale), and "busy" may come late, end early, or never be shown. So nothing is taken for an arrival by one
-// look: either positions were read on their way to this target, which no echo shows; or kRegisterLag is over, by which
-// registers say what is. A device that has shown by several longer moves that its "busy" is true and its position no
-// echo is believed at once (trusted()).
+// look: either positions were read on their way to this target, and the axis has had the time to come there from the
+// last of them at the speed that they show; or the target is shown for kRegisterLag, by which registers say what is. A
+// device that has shown by several longer moves that its "busy" is true and its position no echo is believed at once
+// (trusted()).
 #pragma once
 
 #include <optional>
@@ -16,6 +17,19 @@ namespace lensd::drivers {
 
 /// So long after a command registers may say what is not (seen: up to 400 ms).
 inline constexpr Duration kRegisterLag = std::chrono::milliseconds(420);
+
+/// A reading between the start of a motion and its target.
+struct PlaceOnTheWay {
+  Native position;
+  double to_go = 0.0;  ///< native units from the target
+  Instant at{};
+};
+/// Places that more than one reading speaks for.
+struct SeenPlaces {
+  std::optional<Native> rested;  ///< where the axis rested, by two readings or by its last motion
+  std::optional<Native> live;    ///< of those in motion, the last that was no echo
+  std::optional<Native> agreed;  ///< the last place that two of those had in common
+};
 
 /// Native units, or any other unit of position that its owner sticks to. Not for several threads at once.
 class ArrivalWatch {
@@ -37,8 +51,9 @@ class ArrivalWatch {
   void Forget() { motion_ = {}; }
 
   struct Verdict {
-    bool moving = false;  ///< or nothing proves yet that it rests
-    bool echo = false;    ///< the position may be an echo: what was believed before still is
+    bool moving = false;                 ///< or nothing proves yet that it rests
+    bool echo = false;                   ///< the position may be an echo: what was believed before still is
+    std::optional<Native> instead = {};  ///< the last place that was seen on the way, or where it began, if known
   };
   /// What one reading says. `busy`: the device says that it moves.
   Verdict Judge(Native position, bool busy, Instant now);
@@ -75,12 +90,16 @@ class ArrivalWatch {
     bool onward = false;   ///< it was under way already, the same way
     bool between = false;  ///< a reading was between the start and the target
     bool live = false;
-    bool there = false;         ///< the target was read
-    bool contradicted = false;  ///< by a later reading
+    bool there = false;                                  ///< the target was read
+    std::optional<Instant> there_since = {};             ///< every reading since then was of the target
+    bool contradicted = false;                           ///< by a later reading
+    std::optional<PlaceOnTheWay> first = {}, last = {};  ///< readings on the way
   };
 
   void Note(Native position, bool busy, Instant now);
-  void Follow(Native position);
+  void Follow(Native position, Instant now);
+  double Pace() const;
+  bool MayBeThere(Instant now) const;
   bool Rests(Native position, bool busy, Instant now) const;
   bool Agrees(Native position, Instant now) const;
   bool Exact(Native position) const;
@@ -92,6 +111,7 @@ class ArrivalWatch {
   const Duration lag_;
   Motion motion_;
   std::optional<Native> last_;  ///< reading
+  SeenPlaces places_;
   bool last_busy_ = false;
   Native anchor_{};  ///< the reading at which the position last changed
   Instant changed_at_{};
