@@ -274,7 +274,8 @@ void Judge(Count& count, const Outcome& run, const Scene& scene, unsigned seed) 
 TEST(ForeignLight, BlurOfAStructureBesideTheRegionIsNoTexture) {
   const long draws = lensd::testing::ByLevel(5, 12, 1000);
   Count count;
-  for (unsigned seed = 0; seed < draws; ++seed) {
+  constexpr unsigned kFirst = 228;  // believing blur from outside answers falsely in this draw, and in some 2 % of all
+  for (unsigned seed = kFirst; seed < kFirst + draws; ++seed) {
     Chance draw(80000 + seed);
     const Scene scene = BesideAStructure(draw);
     const char* method = draw.OneIn(2.0) ? "auto" : "sweep";
@@ -287,7 +288,8 @@ TEST(ForeignLight, BlurOfAStructureBesideTheRegionIsNoTexture) {
 TEST(ForeignLight, WhatIsLeftOfAClippedRegionIsNotBelievedAgainstTheRest) {
   const long draws = lensd::testing::ByLevel(5, 12, 1000);
   Count count;
-  for (unsigned seed = 0; seed < draws; ++seed) {
+  constexpr unsigned kFirst = 39;  // believing what is left answers falsely in this draw, and in some 3 % of all
+  for (unsigned seed = kFirst; seed < kFirst + draws; ++seed) {
     Chance draw(90000 + seed);
     const Scene scene = Clipped(draw);
     const char* method = draw.OneIn(2.0) ? "auto" : "sweep";
