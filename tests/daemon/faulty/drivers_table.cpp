@@ -105,6 +105,11 @@ const drivers::Driver* FindDriver(std::string_view name) {
   return name == kDrivers[0].name ? kDrivers : nullptr;
 }
 
+const DriverNeeds& NeedsOf(std::string_view) {
+  static const DriverNeeds nothing;
+  return nothing;
+}
+
 std::string DriverNames() {
   return std::string(kDrivers[0].name);
 }

@@ -43,7 +43,7 @@ class ControlLens final : public drivers::Lens {
   ArvCamera* camera() { return reinterpret_cast<ArvCamera*>(&camera_); }
   Result<void> DoStartHome(Axis axis) override { return control_.StartHome(camera(), axis); }
   Result<void> DoStartMove(Axis axis, Native target) override { return control_.StartMove(camera(), axis, target); }
-  Result<drivers::LensState> DoRead() override { return control_.Read(camera()); }
+  Result<drivers::LensState> DoRead() override { return control_.Read(camera(), 1); }
   Result<void> DoStop(Axis axis) override { return control_.Stop(camera(), axis); }
 
   Camera camera_;
