@@ -161,7 +161,8 @@ class Storm {
     if (kind == 4) changed_ = Few();
     if (kind == 5) late_ = Random(400ms);
     if (kind == 6) stale_ = Said(), stale_until_ = now + Random(400ms);
-    if (kind == 7) coil_.Force(0, now);                                            // its power was gone for a moment
+    if (kind >= 7) stale_until_ = now;   // a control that goes on saying the place from before hides it from everybody
+    if (kind == 7) coil_.Force(0, now);  // its power was gone for a moment
     if (kind == 8) coil_.Force(static_cast<std::int64_t>(Uniform() * kTop), now);  // another program
   }
 
