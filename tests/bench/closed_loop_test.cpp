@@ -215,7 +215,7 @@ TEST_P(PinnedRegimes, CountsAreNoWorse) {
     held += std::abs(*run.off_sigmas) <= 1.96;
   }
   // Of a lens that hides that it still moves nobody knows how far off it is.
-  const bool hides = regime.refused > 0;
+  const bool hides = regime.refused > regime.runs / 10;
   if (runs >= regime.runs && !hides) {
     EXPECT_GE(held, 0.88 * claims);
   }
@@ -235,7 +235,7 @@ TEST_P(PinnedRegimes, CountsAreNoWorse) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shipped, PinnedRegimes,
-                         ::testing::Values(PinnedRegime{"real-lens", 12, 450, SubjectDistance::OfTheScene, 12, 0},
+                         ::testing::Values(PinnedRegime{"real-lens", 12, 450, SubjectDistance::OfTheScene, 11, 1},
                                            PinnedRegime{"real-lens-over", 12, 450, SubjectDistance::OfTheScene, 12, 0},
                                            PinnedRegime{"consumer", 30, 450, SubjectDistance::DrawnAnew, 30, 0},
                                            PinnedRegime{"shake", 100, 360, SubjectDistance::OfTheScene, 100, 0},
