@@ -204,7 +204,7 @@ Result<void> PositionStore::Save(const Axes& axes) {
   if (written) {
     if (!result) return result;
     saved_ = text;
-    kept_ = std::move(next);
+    kept_ = next;
     for (const Axis axis : drivers::kAxes) sent_[axis] = axes[axis] && axes[axis]->in_motion;
     return result;
   }

@@ -455,11 +455,10 @@ Native AxisController::AtReference(Native position) {
 
 void AxisController::Recall(const drivers::AxisState& reading) {
   const auto& memory = remembered_[setup_.axis];
-  if (!remembered_.readable()) {
-    track_.Forget();
-  } else if (memory) {
+  const bool homes_anyway = setup_.config.home_on_demand && setup_.can.can_home;
+  if (memory && remembered_.readable()) {
     track_.Recall(*memory, reading);
-  } else if (setup_.config.home_on_demand && setup_.can.can_home) {
+  } else if (homes_anyway || !remembered_.readable()) {
     track_.Forget();
   }
   AdoptLimits(reading.position);
