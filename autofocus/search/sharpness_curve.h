@@ -38,7 +38,7 @@ struct TexturePart {
 /// What a frame shows in the window and beside it. Energies are sums of gradient energy over pixels.
 struct FrameEnergy {
   CurvePoint whole;        ///< sharpness of the whole window, nothing left out
-  double clipped = 0.0;    ///< share of the window on which light too bright for the sensor tells
+  double clipped = 0.0;    ///< share of the window whose scores contain light too bright for the sensor
   double left = 0.0;       ///< energy, less noise, of what is not left out
   Bands beside;            ///< noise included
   double noise = 0.0;      ///< energy of a pixel

@@ -64,7 +64,7 @@ class PositionStore final : public rig::PositionMemory {
   std::optional<Result<Axes>> loaded_;
   KeptPositions kept_;           ///< as last read or saved
   drivers::PerAxis<bool> sent_;  ///< this store has saved that it moves
-  std::string saved_;            // as the caller has been told; empty: nothing yet
+  std::string saved_;            // what Save() last reported as written; empty: nothing yet
   std::shared_ptr<StopSignal> stops_;
   std::shared_ptr<std::mutex> place_;  // held while the file is read or takes the place of another; of all its stores
   Work work_;

@@ -44,7 +44,7 @@ struct GoneAxis {
   AxisMemory memory;
   std::optional<Native> target = {};
   bool homed = false;                        ///< as the device had it
-  std::optional<Instant> fallen_since = {};  ///< since then it answers with a count that no motion leads to
+  std::optional<Instant> fallen_since = {};  ///< when the first count came that no motion explains
   Native fallen_to = {};                     ///< which was that then
   bool strays = false;                       ///< and not zero
   bool in_doubt = false;                     ///< a command from rest may have been obeyed, or not

@@ -213,7 +213,7 @@ void AxisTrack::Recall(const AxisMemory& memory, const drivers::AxisState& state
   arrived_ = !memory.in_motion;
   if (setup_.OnlyCounts()) return TakeUp(memory, device);
   if (setup_.Measures() && (memory.in_motion || !memory.known)) {
-    // Nothing but its readings tells where it stands, nor ever would.
+    // Only its readings can show where it stands.
     place_.offset = memory.offset;
     travel_ = memory.travel;
     return;
